@@ -1,0 +1,3 @@
+"""Navigation filters, safety bubble and measurement quality monitoring."""
+
+__all__: list[str] = []

@@ -1,0 +1,3 @@
+"""Occlusion-aware path planning and anchor placement."""
+
+__all__: list[str] = []

@@ -1,0 +1,143 @@
+"""The one ground type: a frozen, north-up grid of post heights in metres."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyproj
+from pyproj.exceptions import CRSError
+
+from .errors import ElevationGridError
+
+__all__ = ["ElevationGrid", "Provenance"]
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a grid came from: source, driver, what was converted on the way, and every warning, as sentences."""
+
+    source: str = ""
+    driver: str = ""
+    conversions: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class ElevationGrid:
+    """Post heights of a piece of ground.
+
+    Posts are cell centres. Row 0 is northmost, column 0 westmost; ``origin_east_m, origin_north_m`` is the post
+    (row 0, col 0). The surface is the triangulation that cuts each square of four posts by the diagonal from
+    (row, col) to (row + 1, col + 1). A single row or column of posts is a profile: it extends sideways unchanged.
+
+    heights_m: (rows, cols) float32, metres above ``vertical_datum``; NaN = unknown ground. Read-only.
+    cell_east_m, cell_north_m: distance between neighbouring posts, metres, > 0; they may differ.
+    crs: metric CRS of the east/north axes (anything pyproj understands), or None for a local metric frame.
+    Raises ElevationGridError.
+    """
+
+    heights_m: npt.NDArray[np.float32]
+    cell_east_m: float
+    cell_north_m: float
+    origin_east_m: float = 0.0
+    origin_north_m: float = 0.0
+    crs: pyproj.CRS | None = None
+    vertical_datum: str | None = None
+    provenance: Provenance = field(default_factory=Provenance)
+
+    def __post_init__(self) -> None:
+        heights_m = np.asarray(self.heights_m)
+        if heights_m.ndim != 2 or heights_m.size == 0:
+            raise ElevationGridError(f"heights_m must be a (rows, cols) array with posts in it, not {heights_m.shape}.")
+        if heights_m.dtype.kind not in "fiu":
+            raise ElevationGridError(f"heights_m must hold numbers, not {heights_m.dtype}.")
+        if heights_m.flags.writeable or heights_m.dtype != np.float32 or not heights_m.flags.c_contiguous:
+            heights_m = np.array(heights_m, dtype=np.float32, order="C")
+        infinite = int(np.count_nonzero(np.isinf(heights_m)))
+        if infinite:
+            raise ElevationGridError(f"{infinite} heights are infinite; unknown ground is NaN.")
+        heights_m.setflags(write=False)
+        object.__setattr__(self, "heights_m", heights_m)
+        for name in ("cell_east_m", "cell_north_m"):
+            value = float(getattr(self, name))
+            if not (math.isfinite(value) and value > 0.0):
+                raise ElevationGridError(f"{name} must be a positive number of metres, not {value}.")
+            object.__setattr__(self, name, value)
+        for name in ("origin_east_m", "origin_north_m"):
+            value = float(getattr(self, name))
+            if not math.isfinite(value):
+                raise ElevationGridError(f"{name} must be a finite number of metres, not {value}.")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "crs", _as_metric_crs(self.crs))
+
+    @property
+    def rows(self) -> int:
+        """Number of post rows, north to south."""
+        return int(self.heights_m.shape[0])
+
+    @property
+    def cols(self) -> int:
+        """Number of post columns, west to east."""
+        return int(self.heights_m.shape[1])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+        return self.rows, self.cols
+
+    @cached_property
+    def unknown_posts(self) -> int:
+        """How many posts have unknown height."""
+        return int(np.count_nonzero(np.isnan(self.heights_m)))
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of heights, geometry and CRS: two grids with one digest give the same answers."""
+        sha = hashlib.sha256()
+        geometry = (self.shape, self.cell_east_m, self.cell_north_m, self.origin_east_m, self.origin_north_m)
+        sha.update(repr(geometry).encode())
+        sha.update((self.crs.to_wkt() if self.crs is not None else "local").encode())
+        sha.update(self.heights_m)
+        return sha.hexdigest()
+
+    @property
+    def bounds_m(self) -> tuple[float, float, float, float]:
+        """(west, south, east, north) of the outermost posts, metres."""
+        east_m = self.origin_east_m + (self.cols - 1) * self.cell_east_m
+        south_m = self.origin_north_m - (self.rows - 1) * self.cell_north_m
+        return self.origin_east_m, south_m, east_m, self.origin_north_m
+
+    def post_at(self, east_m: float, north_m: float) -> tuple[float, float]:
+        """Fractional (row, col) of a position; whole numbers are posts. Works outside the grid too."""
+        row = (self.origin_north_m - north_m) / self.cell_north_m
+        col = (east_m - self.origin_east_m) / self.cell_east_m
+        return row, col
+
+    def position_of(self, row: float, col: float) -> tuple[float, float]:
+        """(east_m, north_m) of a fractional post position."""
+        return self.origin_east_m + col * self.cell_east_m, self.origin_north_m - row * self.cell_north_m
+
+    def contains(self, east_m: float, north_m: float) -> bool:
+        """Whether a position lies between the outermost posts (borders included)."""
+        row, col = self.post_at(east_m, north_m)
+        return 0.0 <= row <= self.rows - 1 and 0.0 <= col <= self.cols - 1
+
+
+def _as_metric_crs(crs: Any) -> pyproj.CRS | None:
+    if crs is None:
+        return None
+    try:
+        parsed = pyproj.CRS.from_user_input(crs)
+    except CRSError as error:
+        raise ElevationGridError(f"The CRS {str(crs)[:80]!r} is not known: {error}".splitlines()[0]) from error
+    if not parsed.is_projected:
+        raise ElevationGridError(
+            f"The CRS {parsed.name!r} is not projected; a grid needs metres east and north (read_dem warps for you)."
+        )
+    return parsed

@@ -1,0 +1,147 @@
+"""Ranging anchors: where they are and what their antennas can reach."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from terrain import ElevationGrid, height_at
+
+from .errors import AnchorError
+
+__all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "anchor_above_ground", "check_anchors"]
+
+# An anchor this little under the surface is a rounding of one that stands on it.
+GROUND_TOLERANCE_M = 1e-3
+FURTHEST_USEFUL_M = 1_000_000.0
+
+
+@dataclass(frozen=True, slots=True)
+class AntennaLimits:
+    """What an anchor's antenna can reach.
+
+    min_range_m, max_range_m: slant range, metres; inf = unlimited.
+    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None = all round.
+    min_elevation_rad, max_elevation_rad: above the anchor's horizontal.
+    Raises AnchorError.
+    """
+
+    min_range_m: float = 0.0
+    max_range_m: float = math.inf
+    azimuth_from_rad: float | None = None
+    azimuth_to_rad: float | None = None
+    min_elevation_rad: float = -math.pi / 2
+    max_elevation_rad: float = math.pi / 2
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.min_range_m < self.max_range_m:
+            raise AnchorError(f"Range limits must satisfy 0 <= {self.min_range_m} m < {self.max_range_m} m.")
+        if not -math.pi / 2 <= self.min_elevation_rad < self.max_elevation_rad <= math.pi / 2:
+            raise AnchorError(
+                "Elevation limits must satisfy -90 deg <= min < max <= 90 deg, not "
+                f"{math.degrees(self.min_elevation_rad):g} and {math.degrees(self.max_elevation_rad):g} deg."
+            )
+        if (self.azimuth_from_rad is None) != (self.azimuth_to_rad is None):
+            raise AnchorError("An azimuth sector needs both its start and its end.")
+        if self.azimuth_from_rad is not None and self.azimuth_to_rad is not None:
+            if not (math.isfinite(self.azimuth_from_rad) and math.isfinite(self.azimuth_to_rad)):
+                raise AnchorError("Azimuth limits must be finite angles.")
+
+
+ALL_ROUND = AntennaLimits()
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """A ranging anchor in the grid's frame.
+
+    east_m, north_m, altitude_m: metres, in the grid's CRS and vertical datum; may lie outside the grid.
+    ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of its own position, metres.
+    Raises AnchorError.
+    """
+
+    id: str
+    east_m: float
+    north_m: float
+    altitude_m: float
+    ranging_sigma_m: float = 0.1
+    pose_sigma_m: float = 0.0
+    limits: AntennaLimits = field(default=ALL_ROUND)
+
+    def __post_init__(self) -> None:
+        if not self.id:
+            raise AnchorError("An anchor needs a non-empty id.")
+        for name in ("east_m", "north_m", "altitude_m"):
+            if not math.isfinite(getattr(self, name)):
+                raise AnchorError(f"Anchor {self.id}: {name} must be a finite number, not {getattr(self, name)}.")
+        for name in ("ranging_sigma_m", "pose_sigma_m"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise AnchorError(f"Anchor {self.id}: {name} must be >= 0 m, not {getattr(self, name)}.")
+
+
+def anchor_above_ground(
+    grid: ElevationGrid,
+    id: str,  # noqa: A002 - the field's own word, here and in every request
+    east_m: float,
+    north_m: float,
+    above_ground_m: float,
+    *,
+    ranging_sigma_m: float = 0.1,
+    pose_sigma_m: float = 0.0,
+    limits: AntennaLimits = ALL_ROUND,
+) -> Anchor:
+    """An anchor at a height above the grid's surface; raises AnchorError where that ground is unknown or not there."""
+    if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
+        raise AnchorError(f"Anchor {id}: above_ground_m must be a number of metres >= 0, not {above_ground_m}.")
+    if not grid.contains(east_m, north_m):
+        raise AnchorError(
+            f"Anchor {id} stands outside the DEM, where no ground is known; give its altitude_m instead of above_ground_m."
+        )
+    ground_m = float(height_at(grid, east_m, north_m))
+    if math.isnan(ground_m):
+        raise AnchorError(
+            f"Anchor {id} stands on unknown ground; give its altitude_m instead of above_ground_m, or move it."
+        )
+    return Anchor(id, east_m, north_m, ground_m + above_ground_m, ranging_sigma_m, pose_sigma_m, limits)
+
+
+def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor]) -> tuple[str, ...]:
+    """Refuse anchors that make no question on this grid; return warnings about the others.
+
+    Raises AnchorError for none at all, duplicate ids, an anchor below known ground, or one further than 1000 km away.
+    """
+    if not anchors:
+        raise AnchorError("At least one anchor is needed.")
+    ids = [anchor.id for anchor in anchors]
+    if len(set(ids)) != len(ids):
+        twice = sorted({i for i in ids if ids.count(i) > 1})
+        raise AnchorError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
+    return tuple(warning for anchor in anchors for warning in _check_one(grid, anchor))
+
+
+def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    outside_m = math.hypot(
+        max(west_m - anchor.east_m, anchor.east_m - east_m, 0.0),
+        max(south_m - anchor.north_m, anchor.north_m - north_m, 0.0),
+    )
+    if outside_m > FURTHEST_USEFUL_M:
+        raise AnchorError(
+            f"Anchor {anchor.id} is {outside_m / 1000.0:.0f} km outside the DEM (limit "
+            f"{FURTHEST_USEFUL_M / 1000.0:.0f} km); are its coordinates in the DEM's CRS?"
+        )
+    if not grid.contains(anchor.east_m, anchor.north_m):
+        return [
+            f"Anchor {anchor.id} is {outside_m:.0f} m outside the DEM; ground between it and the DEM is not known "
+            "and taken as not blocking."
+        ]
+    ground_m = float(height_at(grid, anchor.east_m, anchor.north_m))
+    if math.isnan(ground_m):
+        return [f"Anchor {anchor.id} is over unknown ground, so its sight lines are unknown unless blocked."]
+    if anchor.altitude_m < ground_m - GROUND_TOLERANCE_M:
+        raise AnchorError(
+            f"Anchor {anchor.id} is {ground_m - anchor.altitude_m:.1f} m below the ground "
+            f"({ground_m:.1f} m there); raise it or give above_ground_m."
+        )
+    return []

@@ -1,0 +1,25 @@
+"""What can go wrong with visibility.
+
+VisibilityError
+├── AnchorError           an anchor that cannot be used: below ground, duplicate id, impossible limits ...
+├── VisibilityInputError  points, heights or options that make no question
+└── MeshError             a building mesh that cannot be used
+"""
+
+__all__ = ["AnchorError", "MeshError", "VisibilityError", "VisibilityInputError"]
+
+
+class VisibilityError(Exception):
+    """Base of everything that visibility raises on purpose."""
+
+
+class AnchorError(VisibilityError):
+    """An anchor cannot be used."""
+
+
+class VisibilityInputError(VisibilityError):
+    """Points, heights or options make no question that can be answered."""
+
+
+class MeshError(VisibilityError):
+    """A building mesh cannot be used."""
