@@ -1,0 +1,58 @@
+"""A position with a height, as requests write it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+__all__ = ["DegreesEast", "DegreesNorth", "Metres", "NotNegativeMetres", "PointIn", "StrictModel"]
+
+# Strict: "12" and true are not numbers. NaN and infinities are no positions.
+Metres = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+NotNegativeMetres = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
+DegreesEast = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-180.0, le=360.0)]
+DegreesNorth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
+
+
+class StrictModel(BaseModel):
+    """A request body: frozen, and a misspelt field is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PointIn(StrictModel):
+    """Where something is: one horizontal pair, in the DEM's metric CRS or in degrees, and one height."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 2.0}]}
+    )
+
+    east_m: Metres | None = Field(None, description="East in the DEM's metric CRS, metres; goes with north_m.")
+    north_m: Metres | None = Field(None, description="North in the DEM's metric CRS, metres; goes with east_m.")
+    lon_deg: DegreesEast | None = Field(
+        None, description="Longitude, degrees east (WGS 84, or the DEM's own body); goes with lat_deg."
+    )
+    lat_deg: DegreesNorth | None = Field(None, description="Latitude, degrees north; goes with lon_deg.")
+    above_ground_m: NotNegativeMetres | None = Field(
+        None, description="Height above the DEM's surface at that place, metres; or give altitude_m."
+    )
+    altitude_m: Metres | None = Field(
+        None, description="Height in the DEM's vertical datum, metres; or give above_ground_m."
+    )
+
+    @model_validator(mode="after")
+    def _one_pair_and_one_height(self) -> Self:
+        metres, degrees = (self.east_m, self.north_m), (self.lon_deg, self.lat_deg)
+        whole = [all(v is not None for v in pair) for pair in (metres, degrees)]
+        begun = [any(v is not None for v in pair) for pair in (metres, degrees)]
+        if sum(whole) != 1 or whole != begun:
+            raise ValueError(f"{self._called()}: give exactly one of the pairs east_m, north_m or lon_deg, lat_deg.")
+        if (self.above_ground_m is None) == (self.altitude_m is None):
+            given = "neither was" if self.altitude_m is None else "both were"
+            raise ValueError(f"{self._called()}: give exactly one of above_ground_m and altitude_m; {given} given.")
+        return self
+
+    def _called(self) -> str:
+        """How error sentences name this position."""
+        return "Point"

@@ -1,0 +1,43 @@
+"""One clear sentence for a request that does not validate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+__all__ = ["sentence_of", "sentence_of_detail"]
+
+# Tags of unions appear in pydantic's locations but not in the request.
+UNION_TAGS = frozenset({"word", "numbers"})
+
+
+def sentence_of(error: ValidationError) -> str:
+    """The first thing wrong, with its place in the request: ``anchors[0].east_m: Input should be a valid number.``"""
+    details = error.errors(include_url=False, include_context=False, include_input=False)
+    return sentence_of_detail(details)
+
+
+def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
+    """The same from pydantic's (or FastAPI's) list of error details; says how many more there are."""
+    first = details[0]
+    place = _place(first["loc"])
+    message = str(first["msg"]).removeprefix("Value error, ").rstrip(".")
+    if first["type"] == "extra_forbidden":
+        message = "this field is not known here"
+    if first["type"] == "value_error":
+        # our own validators name the thing themselves
+        place = ""
+    more = len(details) - 1
+    also = f" (and {more} more)" if more else ""
+    return f"{place}: {message}{also}." if place else f"{message}{also}."
+
+
+def _place(loc: Sequence[str | int]) -> str:
+    place = ""
+    for part in loc:
+        if part in UNION_TAGS or (part == "body" and not place):
+            continue
+        place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else str(part)
+    return place

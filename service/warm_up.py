@@ -1,0 +1,32 @@
+"""Compiles every kernel into numba's on-disk cache, so that no request waits for a compiler."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import visibility
+from terrain import ElevationGrid, height_at
+
+__all__ = ["warm_up"]
+
+
+def warm_up() -> None:
+    """Call every public calculation once on a tiny grid with an unknown post; cheap when the cache is warm.
+
+    The types of the arguments are those of real requests, since numba compiles per type.
+    """
+    heights_m = np.zeros((12, 10), np.float32)
+    heights_m[5, 5] = 40.0
+    heights_m[2, 7] = np.nan
+    grid = ElevationGrid(heights_m, 30.0, 25.0)
+    height_at(grid, [10.0, 20.0], [-30.0, -40.0])
+    anchors = (
+        visibility.Anchor("inside", 101.0, -77.0, 60.0),
+        visibility.Anchor("outside", -400.0, 90.0, 300.0, limits=visibility.AntennaLimits(max_range_m=5_000.0)),
+    )
+    curved = visibility.Curvature(6_371_000.0, 4.0 / 3.0)
+    for mode in ("fast", "exact"):
+        for curvature in (visibility.FLAT, curved):
+            answer = visibility.min_visible_altitude(grid, anchors, mode, curvature)
+            answer.visible(above_ground_m=1.5)
+            answer.margin_m(altitude_m=50.0)
