@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,9 +14,12 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 
+from . import exact_horizon, fast_sweep
 from .anchors import Anchor, check_anchors
 from .curvature import Curvature
 from .errors import VisibilityInputError
+from .kernels.reach import classify
+from .reach import raise_to_reach, within_reach
 
 __all__ = ["HIDDEN", "UNKNOWN", "VISIBLE", "MinimumVisibleAltitude", "Mode", "UnknownGround", "min_visible_altitude"]
 
@@ -24,6 +28,12 @@ UnknownGround = Literal["unknown", "open", "blocked"]
 
 HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
 
+ENGINES = {"fast": fast_sweep.sweep, "exact": exact_horizon.sweep}
+ERROR_STATEMENTS = {
+    "fast": "rays sampled on lines of posts, heights in float32: differs from exact on about 0.1 % of posts",
+    "exact": "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class MinimumVisibleAltitude:
@@ -31,7 +41,8 @@ class MinimumVisibleAltitude:
 
     altitude_m: (n_anchors, rows, cols) float32, lowest altitude over each post from which the anchor is in sight and
         within its antenna limits; NaN = unknown (the line crosses unknown ground), +inf = at no altitude.
-    hidden_below_m: same shape; below it the anchor is hidden for certain by known ground, also where altitude_m is NaN.
+    hidden_below_m: same shape; below it the anchor is hidden for certain, also where altitude_m is NaN. The same array
+        as altitude_m where nothing is unknown.
     """
 
     grid: ElevationGrid
@@ -51,13 +62,33 @@ class MinimumVisibleAltitude:
 
         Give exactly one height: above each post's ground (>= 0), or an altitude. Raises VisibilityInputError.
         """
-        raise NotImplementedError
+        receiver_m = self._receiver_altitude_m(above_ground_m, altitude_m)
+        seen = np.zeros(self.altitude_m.shape, np.uint8)
+        classify(self.altitude_m, self.hidden_below_m, receiver_m, seen)
+        for number, anchor in enumerate(self.anchors):
+            # the lowest altitude says nothing about limits that a receiver can be above
+            seen[number][~within_reach(self.grid, anchor, self.curvature, receiver_m)] = HIDDEN
+        if above_ground_m is not None:
+            seen[:, np.isnan(receiver_m)] = UNKNOWN
+        return seen
 
     def margin_m(
         self, *, above_ground_m: float | None = None, altitude_m: float | None = None
     ) -> npt.NDArray[np.float32]:
         """(n_anchors, rows, cols) float32: receiver altitude minus altitude_m, the signed clearance; NaN = unknown."""
-        raise NotImplementedError
+        margin_m: npt.NDArray[np.float32] = self._receiver_altitude_m(above_ground_m, altitude_m) - self.altitude_m
+        return margin_m
+
+    def _receiver_altitude_m(self, above_ground_m: float | None, altitude_m: float | None) -> npt.NDArray[np.float32]:
+        if above_ground_m is not None and altitude_m is None:
+            if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
+                raise VisibilityInputError(f"Receiver above_ground_m must be >= 0 m, not {above_ground_m}.")
+            return self.grid.heights_m + np.float32(above_ground_m)
+        if altitude_m is not None and above_ground_m is None:
+            if not math.isfinite(altitude_m):
+                raise VisibilityInputError(f"Receiver altitude_m must be a finite number, not {altitude_m}.")
+            return np.full(self.grid.shape, altitude_m, np.float32)
+        raise VisibilityInputError("Give exactly one receiver height: above_ground_m or altitude_m.")
 
 
 def min_visible_altitude(
@@ -75,7 +106,98 @@ def min_visible_altitude(
         line crosses.
     curvature: None takes what the grid's CRS implies (Curvature.of); FLAT switches it off.
     unknown: what a line over unknown ground is: "unknown" (NaN), "open" (ignored) or "blocked" (+inf).
-    progress: called with the finished share 0..1, at least once per anchor.
+    progress: called with the finished share 0..1, at least once per few anchors.
     Raises AnchorError, VisibilityInputError.
     """
-    raise NotImplementedError
+    started_s = time.perf_counter()
+    if mode not in get_args(Mode):
+        raise VisibilityInputError(f"mode must be one of {', '.join(get_args(Mode))}, not {mode!r}.")
+    if unknown not in get_args(UnknownGround):
+        raise VisibilityInputError(f"unknown must be one of {', '.join(get_args(UnknownGround))}, not {unknown!r}.")
+    anchors = tuple(anchors)
+    warnings = check_anchors(grid, anchors)
+    curvature = Curvature.of(grid) if curvature is None else curvature
+
+    heights_m = _at_least_two_lines(grid.heights_m)
+    altitude_m = np.zeros((len(anchors), *heights_m.shape), np.float32)
+    _run(grid, heights_m, anchors, mode, curvature, altitude_m, progress)
+    hidden_below_m = altitude_m
+    if grid.unknown_posts:
+        hidden_below_m, altitude_m = _with_unknown(grid, heights_m, anchors, mode, altitude_m, unknown)
+    hidden_below_m = hidden_below_m[:, : grid.rows, : grid.cols]
+    altitude_m = altitude_m[:, : grid.rows, : grid.cols]
+    for number, anchor in enumerate(anchors):
+        raise_to_reach(grid, anchor, curvature, hidden_below_m[number])
+        if altitude_m is not hidden_below_m:
+            raise_to_reach(grid, anchor, curvature, altitude_m[number])
+    return MinimumVisibleAltitude(
+        grid=grid,
+        anchors=anchors,
+        altitude_m=altitude_m,
+        hidden_below_m=hidden_below_m,
+        mode=mode,
+        unknown=unknown,
+        curvature=curvature,
+        error_statement=ERROR_STATEMENTS[mode],
+        warnings=warnings,
+        elapsed_s=time.perf_counter() - started_s,
+        version=importlib.metadata.version("sightline"),
+    )
+
+
+def _at_least_two_lines(heights_m: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """A single row or column of posts extends sideways unchanged: give it the second line that engines need."""
+    rows, cols = heights_m.shape
+    if rows > 1 and cols > 1:
+        return heights_m
+    return np.ascontiguousarray(np.pad(heights_m, ((0, int(rows == 1)), (0, int(cols == 1))), mode="edge"))
+
+
+def _run(
+    grid: ElevationGrid,
+    heights_m: npt.NDArray[np.float32],
+    anchors: tuple[Anchor, ...],
+    mode: Mode,
+    curvature: Curvature,
+    altitude_m: npt.NDArray[np.float32],
+    progress: Callable[[float], None] | None,
+) -> None:
+    c = curvature.drop_per_m2
+    drop_per_step2_m = (c * grid.cell_north_m**2, c * grid.cell_east_m**2)
+    eyes = [(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m) for anchor in anchors]
+    # all at once shares out best; with someone watching, in parcels
+    parcel = len(eyes) if progress is None else 4
+    for start in range(0, len(eyes), parcel):
+        stop = min(start + parcel, len(eyes))
+        ENGINES[mode](heights_m, eyes[start:stop], drop_per_step2_m, altitude_m[start:stop])
+        if progress is not None:
+            progress(stop / len(eyes))
+
+
+def _with_unknown(
+    grid: ElevationGrid,
+    heights_m: npt.NDArray[np.float32],
+    anchors: tuple[Anchor, ...],
+    mode: Mode,
+    hidden_below_m: npt.NDArray[np.float32],
+    unknown: UnknownGround,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """(hidden_below_m, altitude_m) once lines over unknown ground are told apart.
+
+    An eye at height 0 over flat known ground with unknown posts as bumps: whatever a bump hides is behind unknown.
+    """
+    hidden_below_m[hidden_below_m < -1e20] = -np.inf  # nothing known in the way, and no ground of its own
+    if unknown == "open":
+        return hidden_below_m, hidden_below_m
+    void = np.isnan(heights_m)
+    bumps = void.astype(np.float32)
+    shadow = np.zeros((1, *heights_m.shape), np.float32)
+    altitude_m = hidden_below_m.copy()
+    for number, anchor in enumerate(anchors):
+        eye = (*grid.post_at(anchor.east_m, anchor.north_m), 0.0)
+        ENGINES[mode](bumps, [eye], (0.0, 0.0), shadow)
+        behind = (shadow[0] > 0.0) | void
+        altitude_m[number][behind] = np.nan if unknown == "unknown" else np.inf
+    if unknown == "blocked":
+        return altitude_m, altitude_m
+    return hidden_below_m, altitude_m

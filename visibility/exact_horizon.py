@@ -1,0 +1,2 @@
+"""Exact mode: placeholder import target."""
+from .fast_sweep import sweep
