@@ -1,0 +1,56 @@
+# syntax=docker/dockerfile:1
+# Two stages: the first builds a wheel and installs it into a virtual environment, the second carries only that
+# environment, runs as a user without rights and has the kernels compiled.
+#
+#   docker build -t sightline .
+#   docker run --rm -p 8000:8000 -v sightline-data:/data sightline
+#
+# numba's cache is valid for one kind of CPU. The build compiles for the CPU it runs on; on another kind `serve` compiles
+# once more while it starts, never in a request. An image that starts warm on a mixed fleet names the common baseline:
+#
+#   FROM sightline
+#   ENV NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES=+avx,+avx2,+fma
+#   RUN sightline warm-up
+#
+# docs/decisions/0005-kernels-are-compiled-before-requests.md tells why.
+
+ARG PYTHON_VERSION=3.12
+
+FROM python:${PYTHON_VERSION}-slim AS builder
+WORKDIR /src
+RUN python -m venv /opt/sightline
+COPY pyproject.toml README.md LICENSE ./
+COPY terrain ./terrain
+COPY visibility ./visibility
+COPY detection ./detection
+COPY navigation ./navigation
+COPY planning ./planning
+COPY service ./service
+COPY dem_samples ./dem_samples
+RUN python -m pip wheel --no-cache-dir --no-deps --wheel-dir /wheels . \
+    && /opt/sightline/bin/python -m pip install --no-cache-dir /wheels/sightline-*.whl
+
+FROM python:${PYTHON_VERSION}-slim AS runtime
+# libgomp1: numba's OpenMP layer, the one that bears two requests calling parallel kernels at once
+RUN apt-get update \
+    && apt-get install --no-install-recommends --yes libgomp1 \
+    && rm -rf /var/lib/apt/lists/* \
+    && groupadd --system --gid 10001 sightline \
+    && useradd --system --uid 10001 --gid sightline --home-dir /home/sightline --create-home sightline \
+    && install --directory --owner=sightline --group=sightline /data /var/cache/sightline
+COPY --from=builder /opt/sightline /opt/sightline
+ENV PATH=/opt/sightline/bin:$PATH \
+    PYTHONUNBUFFERED=1 \
+    MPLCONFIGDIR=/var/cache/sightline/matplotlib \
+    NUMBA_CACHE_DIR=/var/cache/sightline/numba \
+    SIGHTLINE_HOST=0.0.0.0 \
+    SIGHTLINE_PORT=8000 \
+    SIGHTLINE_DATA_DIR=/data
+USER sightline
+WORKDIR /home/sightline
+RUN sightline warm-up
+VOLUME /data
+EXPOSE 8000
+HEALTHCHECK --interval=30s --timeout=5s --start-period=120s --retries=3 \
+    CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/health', timeout=4)"]
+CMD ["sightline", "serve"]
