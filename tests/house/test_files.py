@@ -1,0 +1,76 @@
+"""What every file of the project has in common: small, portable, and in step with its version."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.house.repository import ROOT, project_files, pyproject
+
+LONGEST_FILE = 300
+LONGER_FILES: dict[str, str] = {}  # path: why there is no second subject in it
+
+TEXT = {".py", ".md", ".toml", ".txt", ".cfg", ".yml", ".yaml", ".json", ".js", ".css", ".html", ""}
+
+# spelt so that this file does not find itself
+NOT_PORTABLE = {
+    "a path of one machine": r"(?<![\w.])/(?:wor[k]|roo[t]|hom[e]/(?!sightline)\w+|User[s]|mn[t])/",
+    "a private package index": r"--(?:extra-)?inde[x]-url|--find-link[s]|trusted-hos[t]",
+    "a private host": r"https?://[\w.-]+\.(?:loca[l]|interna[l]|cor[p]|la[n])\b",
+    "a private address": r"\b(?:10\.\d+|192\.168|172\.(?:1[6-9]|2\d|3[01]))\.\d+\.\d+\b",
+}
+
+
+def test_no_python_file_is_longer_than_the_house_allows() -> None:
+    lengths = {
+        path.as_posix(): len((ROOT / path).read_text(encoding="utf-8").splitlines())
+        for path in project_files()
+        if path.suffix == ".py"
+    }
+    too_long = {path: lines for path, lines in lengths.items() if lines > LONGEST_FILE and path not in LONGER_FILES}
+    assert too_long == {}, "is there a second subject in it?"
+    assert set(LONGER_FILES) <= {path for path, lines in lengths.items() if lines > LONGEST_FILE}
+
+
+@pytest.mark.parametrize("what", NOT_PORTABLE)
+def test_no_file_carries(what: str) -> None:
+    found = []
+    for path in project_files():
+        if path.suffix not in TEXT:
+            continue
+        text = (ROOT / path).read_text(encoding="utf-8", errors="replace")
+        found += [f"{path}: {match.group()}" for match in re.finditer(NOT_PORTABLE[what], text)]
+    assert found == []
+
+
+def test_no_large_file_is_tracked() -> None:
+    large = {str(path): (ROOT / path).stat().st_size for path in project_files()}
+    assert {path: size for path, size in large.items() if size > 1_500_000} == {}
+
+
+def test_the_newest_entry_of_the_changelog_is_the_version_of_the_distribution() -> None:
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"^## \[(\d+\.\d+\.\d+)\] - (?:unreleased|\d{4}-\d{2}-\d{2})$", changelog, re.MULTILINE)
+    assert versions[0] == pyproject()["project"]["version"]
+    assert versions == sorted(versions, key=lambda version: [int(part) for part in version.split(".")], reverse=True)
+
+
+def test_decisions_are_numbered_once_and_listed_in_the_index() -> None:
+    pages = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+    numbers = [page.name.split("-")[0] for page in pages]
+    assert numbers == [f"{number:04d}" for number in range(1, len(pages) + 1)]
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    assert [page.name for page in pages if f"decisions/{page.name}" not in index] == []
+
+
+def test_every_relative_link_in_the_documents_leads_somewhere() -> None:
+    broken = []
+    for path in project_files():
+        if path.suffix != ".md":
+            continue
+        text = (ROOT / path).read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+            if "://" not in target and not (ROOT / path.parent / target).exists():
+                broken.append(f"{path}: {target}")
+    assert broken == []

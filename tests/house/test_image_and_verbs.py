@@ -1,0 +1,100 @@
+"""The container image and the project's verbs have the properties that people rely on."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tomllib
+
+import pytest
+
+from tests.house.repository import PACKAGES, ROOT
+
+VERBS = ("setup", "demo", "test", "check", "bench", "serve")
+
+
+def dockerfile_stages() -> list[list[tuple[str, str]]]:
+    """The (instruction, argument) pairs of each build stage, continuation lines joined, comments left out."""
+    lines = (ROOT / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    text = "\n".join(line for line in lines if not line.lstrip().startswith("#")).replace("\\\n", " ")
+    instructions = [line.split(None, 1) for line in text.splitlines() if line.strip()]
+    stages: list[list[tuple[str, str]]] = []
+    for name, argument in instructions:
+        if name == "FROM":
+            stages.append([])
+        if stages:
+            stages[-1].append((name, argument))
+    return stages
+
+
+def arguments(stage: list[tuple[str, str]], instruction: str) -> list[str]:
+    return [argument for name, argument in stage if name == instruction]
+
+
+def test_the_image_is_built_in_two_stages_and_the_last_takes_only_the_environment() -> None:
+    builder, runtime = dockerfile_stages()
+    assert arguments(builder, "FROM")[0].endswith("AS builder")
+    assert arguments(runtime, "COPY") == ["--from=builder /opt/sightline /opt/sightline"]
+
+
+def test_the_image_runs_as_a_user_without_rights() -> None:
+    runtime = dockerfile_stages()[-1]
+    users = arguments(runtime, "USER")
+    assert users == ["sightline"]
+    last_command = max(index for index, (name, _) in enumerate(runtime) if name == "CMD")
+    assert runtime.index(("USER", "sightline")) < last_command
+
+
+def test_the_image_compiles_its_kernels_as_the_user_that_runs_them() -> None:
+    runtime = dockerfile_stages()[-1]
+    assert runtime.index(("USER", "sightline")) < runtime.index(("RUN", "sightline warm-up"))
+    environment = " ".join(arguments(runtime, "ENV"))
+    assert "NUMBA_CACHE_DIR=" in environment
+    assert "libgomp1" in " ".join(arguments(runtime, "RUN"))
+
+
+def test_the_image_listens_outside_the_container_only_by_its_own_setting() -> None:
+    runtime = dockerfile_stages()[-1]
+    environment = " ".join(arguments(runtime, "ENV"))
+    assert "SIGHTLINE_HOST=0.0.0.0" in environment
+    assert arguments(runtime, "EXPOSE") == ["8000"]
+    assert "SIGHTLINE_PORT=8000" in environment
+    assert arguments(runtime, "VOLUME") == ["/data"]
+    assert "/health" in arguments(runtime, "HEALTHCHECK")[0]
+
+
+def test_every_package_reaches_the_image() -> None:
+    builder = dockerfile_stages()[0]
+    copied = {argument.split()[0] for argument in arguments(builder, "COPY")}
+    assert set(PACKAGES) <= copied
+    let_in = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    assert {f"!{package}" for package in PACKAGES} <= set(let_in)
+
+
+def test_the_image_holds_no_secret() -> None:
+    text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    assert not re.search(r"(?i)password|secret|token|api_?key|credential", text)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_make_knows_the_verb(verb: str) -> None:
+    dry_run = subprocess.run(["make", "--dry-run", "--always-make", verb], cwd=ROOT, capture_output=True, check=False)
+    assert dry_run.returncode == 0, dry_run.stderr.decode()
+
+
+def test_continuous_integration_runs_the_verbs_of_the_readme() -> None:
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK)
+    text = script.read_text(encoding="utf-8")
+    assert text.startswith("#!/usr/bin/env bash\n")
+    assert "set -euo pipefail" in text
+    assert text.index("make check") < text.index("make test")
+    assert "make test" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_warnings_are_errors_and_typing_is_strict() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    assert settings["pytest"]["ini_options"]["filterwarnings"][0] == "error"
+    assert settings["mypy"]["strict"] is True
+    assert set(settings["mypy"]["packages"]) == {*PACKAGES, "benchmarks"}

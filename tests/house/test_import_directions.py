@@ -1,0 +1,92 @@
+"""The arrows of the house point one way: terrain <- visibility <- planning, detection <- navigation, service on top."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.house.repository import PACKAGES, imported_modules, modules, pyproject
+
+MAY_IMPORT = {
+    "terrain": {"terrain"},
+    "visibility": {"terrain", "visibility"},
+    "planning": {"terrain", "visibility", "planning"},
+    "detection": {"detection"},
+    "navigation": {"detection", "navigation"},
+    "service": set(PACKAGES),
+    "dem_samples": set(),
+}
+NOT_OURS_AT_RUN_TIME = {"tests", "benchmarks", "pytest"}
+HTTP_AND_TERMINAL = {"fastapi", "starlette", "uvicorn", "httpx", "typer", "click", "rich", "sqlite3"}
+KERNELS_MAY_IMPORT = {"numba", "numpy", "math"}
+NO_KERNEL_INSIDE = {
+    "visibility/kernels/options.py": "says how kernels are compiled; its annotations need typing",
+}
+
+
+def top(name: str) -> str:
+    return name.split(".")[0]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_package_imports_only_what_stands_to_its_left(package: str) -> None:
+    for module in modules(package):
+        ours = {top(name) for name in imported_modules(module)} & set(PACKAGES)
+        assert ours <= MAY_IMPORT[package], f"{module} imports {ours - MAY_IMPORT[package]}"
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_package_imports_tests_or_benchmarks(package: str) -> None:
+    for module in modules(package):
+        assert not {top(name) for name in imported_modules(module)} & NOT_OURS_AT_RUN_TIME, module
+
+
+@pytest.mark.parametrize("package", [name for name in PACKAGES if name != "service"])
+def test_only_the_service_knows_http_terminals_and_databases(package: str) -> None:
+    for module in modules(package):
+        assert not {top(name) for name in imported_modules(module)} & HTTP_AND_TERMINAL, module
+
+
+def is_kernel_module(module: Path) -> bool:
+    return "kernels" in module.parts or module.name == "kernels.py"
+
+
+def kernel_modules() -> list[Path]:
+    found = [module for package in PACKAGES for module in modules(package) if is_kernel_module(module)]
+    return [module for module in found if module.as_posix() not in NO_KERNEL_INSIDE]
+
+
+@pytest.mark.parametrize("module", kernel_modules(), ids=str)
+def test_kernels_import_only_numbers_and_other_kernels(module: Path) -> None:
+    for name in imported_modules(module):
+        if top(name) in PACKAGES:
+            assert "kernels" in name.split("."), f"{module} imports {name}, which is no kernel"
+        else:
+            assert top(name) in KERNELS_MAY_IMPORT, f"{module} imports {name}"
+
+
+@pytest.mark.parametrize("name", sorted(NO_KERNEL_INSIDE))
+def test_the_exempted_kernel_files_define_no_kernel(name: str) -> None:
+    module = next(module for module in modules("visibility") if module.as_posix() == name)
+    text = (Path(__file__).parents[2] / module).read_text(encoding="utf-8")
+    assert not any(line.startswith("@") and "kernel" in line for line in text.splitlines())
+
+
+def test_reference_oracles_share_no_code_with_the_product() -> None:
+    for module in modules("tests/reference"):
+        assert not {top(name) for name in imported_modules(module)} & set(PACKAGES), module
+
+
+def test_every_library_imported_is_declared_and_every_one_declared_is_imported() -> None:
+    imported = {top(name) for package in PACKAGES for module in modules(package) for name in imported_modules(module)}
+    third_party = imported - set(PACKAGES) - set(sys.stdlib_module_names)
+    # distributions whose import name differs, and those that another library loads for us
+    renamed = {"python-multipart": "multipart", "pydantic-settings": "pydantic_settings"}
+    loaded_by_others = {"multipart": "fastapi reads uploads with it", "embreex": "trimesh traces rays with it"}
+    requirements = [requirement.split(";")[0] for requirement in pyproject()["project"]["dependencies"]]
+    names = ["".join(c if c.isalnum() or c in "-_" else " " for c in text).split()[0] for text in requirements]
+    declared = {renamed.get(name, name) for name in names}
+    assert third_party <= declared | {"starlette", "affine"}, "starlette comes with fastapi, affine with rasterio"
+    assert declared - set(loaded_by_others) <= third_party

@@ -1,0 +1,67 @@
+"""Each package root is the public list of what the package offers, and the distribution carries every package."""
+
+from __future__ import annotations
+
+import importlib
+import types
+from pathlib import Path
+
+import pytest
+
+from tests.house.repository import PACKAGES, ROOT, modules, pyproject
+
+
+def reading_order(name: str) -> tuple[int, str]:
+    """CONSTANTS first, then Classes, then functions, each alphabetically."""
+    kind = 0 if name.isupper() else 1 if name[0].isupper() else 2
+    return kind, name
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_the_root_lists_its_public_names_completely_and_in_order(package: str) -> None:
+    root = importlib.import_module(package)
+    listed = list(getattr(root, "__all__", []))
+    public = {
+        name
+        for name, value in vars(root).items()
+        if not name.startswith("_") and not isinstance(value, types.ModuleType) and name != "annotations"
+    }
+    assert set(listed) == public
+    assert listed == sorted(listed, key=reading_order)
+    assert len(listed) == len(set(listed))
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_module_exports_only_names_that_exist(package: str) -> None:
+    for path in modules(package):
+        if path.name == "__main__.py":
+            continue
+        dotted = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+        module = importlib.import_module(dotted)
+        missing = [name for name in getattr(module, "__all__", []) if not hasattr(module, name)]
+        assert not missing, f"{dotted}.__all__ names {missing}"
+
+
+def packages_on_disk() -> set[str]:
+    roots = [ROOT / package for package in PACKAGES]
+    folders = {path.parent for root in roots for path in root.rglob("*.py")}
+    return {".".join(folder.relative_to(ROOT).parts) for folder in folders}
+
+
+def test_the_distribution_carries_every_package_on_disk() -> None:
+    assert set(pyproject()["tool"]["setuptools"]["packages"]) == packages_on_disk()
+
+
+def test_every_package_folder_is_a_package() -> None:
+    assert [name for name in packages_on_disk() if not (ROOT / Path(*name.split(".")) / "__init__.py").is_file()] == []
+
+
+def test_every_top_level_package_is_known_to_the_house() -> None:
+    known = {*PACKAGES, "tests", "benchmarks", "docs", "build"}
+    found = {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    assert found <= known
+
+
+@pytest.mark.parametrize("package", [name for name in PACKAGES if name != "dem_samples"])  # data, nothing to call
+def test_every_package_says_that_it_is_typed(package: str) -> None:
+    assert (ROOT / package / "py.typed").is_file()
