@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 
-from . import exact_horizon, fast_sweep
+from . import exact_sweep, fast_sweep
 from .anchors import Anchor, check_anchors
 from .curvature import Curvature
 from .errors import VisibilityInputError
@@ -28,7 +28,7 @@ UnknownGround = Literal["unknown", "open", "blocked"]
 
 HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
 
-ENGINES = {"fast": fast_sweep.sweep, "exact": exact_horizon.sweep}
+ENGINES = {"fast": fast_sweep.sweep, "exact": exact_sweep.sweep}
 ERROR_STATEMENTS = {
     "fast": "rays sampled on lines of posts, heights in float32: differs from exact on about 0.1 % of posts",
     "exact": "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum",

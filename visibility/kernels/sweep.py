@@ -15,7 +15,7 @@ from numba import float32, int32, prange, uint64
 
 from .options import inner_loop, parallel_kernel, scalar_kernel
 
-__all__ = ["BLOCK_RAYS", "REAL_COLUMNS", "TASK_COLUMNS", "sweep"]
+__all__ = ["BLOCK_RAYS", "REAL_COLUMNS", "TASK_COLUMNS", "owned_posts", "sweep"]
 
 BLOCK_RAYS = 512
 TILE = 16  # one cache line of float32
@@ -82,7 +82,7 @@ def _sector_stop(across_0, along, strict):
 
 
 @scalar_kernel
-def _owned(task, real, along, width):
+def owned_posts(task, real, along, width):
     """Posts [start, stop) of one line that this block of rays answers for."""
     across_0, t_0, dt = real[1], real[3], real[4]
     strict = task[1] == 1
@@ -106,7 +106,7 @@ def _line(task, real, index, width, ground, ground_start, out, steepest, bend):
     along_0, across_0, altitude, t_0, dt, drop_along, drop_across = real
     along = abs(index - along_0)
     first_ray, rays = task[5], task[6]
-    start, stop = _owned(task, real, along, width)
+    start, stop = owned_posts(task, real, along, width)
     t_first = t_0 + first_ray * dt
     if stop > start:
         dq = 1.0 / (along * dt)

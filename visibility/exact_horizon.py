@@ -1,2 +1,0 @@
-"""Exact mode: placeholder import target."""
-from .fast_sweep import sweep

@@ -1,0 +1,33 @@
+"""Exact mode: the horizon over every edge of the triangulated surface, carried outward from the eye."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .kernels import exact as kernel
+from .sectors import Eye, share_out
+
+__all__ = ["sweep"]
+
+
+def sweep(
+    heights_m: npt.NDArray[np.float32],
+    eyes: Sequence[Eye],
+    drop_per_step2_m: tuple[float, float],
+    out_m: npt.NDArray[np.float32],
+) -> None:
+    """Fill out_m (n_eyes, rows, cols) with the exact altitude that clears the surface between each post and each eye.
+
+    heights_m: (rows, cols), at least 2 x 2. drop_per_step2_m: curvature drop in metres per squared row step and per
+    squared column step.
+    """
+    rows, cols = heights_m.shape
+    work = share_out(eyes, (rows, cols), drop_per_step2_m, kernel.BLOCK_POSTS)
+    turned = np.ascontiguousarray(heights_m.T)
+    kernel.sweep(heights_m, turned, out_m, work.tasks, work.reals, work.bins)
+    for number, (row, col, _) in enumerate(eyes):
+        if row.is_integer() and col.is_integer() and 0 <= row < rows and 0 <= col < cols:
+            out_m[number, int(row), int(col)] = heights_m[int(row), int(col)]

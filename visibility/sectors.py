@@ -1,0 +1,87 @@
+"""How both sweeps share out their work: four sectors around an eye, cut into blocks of bearings, dealt to workers."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Eye", "Work", "share_out"]
+
+# an eye: fractional row and column, altitude in metres
+Eye = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """The tables that the sweep kernels take: tasks and reals with one row per block, bins with one row per worker."""
+
+    tasks: npt.NDArray[np.int64]
+    reals: npt.NDArray[np.float64]
+    bins: npt.NDArray[np.int64]
+
+
+def share_out(
+    eyes: Sequence[Eye], shape: tuple[int, int], drop_per_step2_m: tuple[float, float], block_rays: int
+) -> Work:
+    """Blocks of at most ``block_rays`` bearings for every eye over a grid of a shape, dealt to numba's threads.
+
+    drop_per_step2_m: curvature drop in metres per squared row step and per squared column step.
+    """
+    tasks: list[tuple[int, ...]] = []
+    reals: list[tuple[float, ...]] = []
+    for number, eye in enumerate(eyes):
+        for task, real in _blocks(number, eye, shape, drop_per_step2_m, block_rays):
+            tasks.append(task)
+            reals.append(real)
+    table = np.array(tasks, np.int64)
+    return Work(table, np.array(reals, np.float64), _deal(table, min(numba.get_num_threads(), len(tasks))))
+
+
+def _blocks(
+    number: int, eye: Eye, shape: tuple[int, int], drop_per_step2_m: tuple[float, float], most: int
+) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
+    """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
+    for axis in (0, 1):
+        along_0, across_0 = eye[axis], eye[1 - axis]
+        length, width = shape[axis], shape[1 - axis]
+        drop_along, drop_across = drop_per_step2_m[axis], drop_per_step2_m[1 - axis]
+        for direction in (1, -1):
+            first = max(0, math.floor(along_0) + 1) if direction > 0 else min(length - 1, math.ceil(along_0) - 1)
+            steps = length - first if direction > 0 else first + 1
+            if steps <= 0:
+                continue
+            near, far = abs(first - along_0), abs(first + direction * (steps - 1) - along_0)
+            t_low = max(-1.0, min(-across_0 / near, -across_0 / far))
+            t_high = min(1.0, max((width - 1 - across_0) / near, (width - 1 - across_0) / far))
+            if t_low > t_high:
+                continue
+            # one ray per post on the farthest line, one of them straight along the axis
+            dt = 1.0 / far
+            t_0 = math.floor(t_low / dt) * dt
+            rays = max(math.ceil((t_high - t_0) / dt), 1) + 1
+            for first_ray in range(0, rays - 1, most):
+                last = first_ray + most >= rays - 1
+                count = rays - first_ray if last else most + 1
+                task = (number, axis, direction, first, steps, first_ray, count, int(first_ray == 0), int(last))
+                yield task, (along_0, across_0, eye[2], t_0, dt, drop_along, drop_across)
+
+
+def _deal(tasks: npt.NDArray[np.int64], workers: int) -> npt.NDArray[np.int64]:
+    """Deal tasks to workers, the dearest first, so that all finish together; -1 fills the short hands."""
+    cost = tasks[:, 4] * tasks[:, 6]
+    hands: list[list[int]] = [[] for _ in range(workers)]
+    loads = [(0, worker) for worker in range(workers)]
+    for number in np.argsort(-cost, kind="stable"):
+        load, worker = heapq.heappop(loads)
+        hands[worker].append(int(number))
+        heapq.heappush(loads, (load + int(cost[number]), worker))
+    table = np.full((workers, max(len(hand) for hand in hands)), -1, np.int64)
+    for worker, hand in enumerate(hands):
+        table[worker, : len(hand)] = sorted(hand)
+    return table
