@@ -1,0 +1,50 @@
+"""Colours of the visible count: few discrete classes that colour-blind readers can tell apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+import numpy.typing as npt
+from matplotlib.colors import to_rgb
+
+__all__ = ["UNKNOWN_COLOUR", "CountClass", "count_classes", "lookup_table"]
+
+MOST_CLASSES = 8
+# None in sight is the news a planner looks for: a warm colour that no class of the blue-green ramp comes near.
+NONE_COLOUR = "#c46a4a"
+UNKNOWN_COLOUR = "#b9b9b9"
+RAMP, RAMP_FROM, RAMP_TO = "YlGnBu", 0.12, 0.86
+
+
+@dataclass(frozen=True, slots=True)
+class CountClass:
+    """Posts that see ``first``..``last`` anchors, and their colour."""
+
+    first: int
+    last: int
+    rgb: tuple[float, float, float]
+
+    @property
+    def label(self) -> str:
+        """How the legend names it."""
+        number = str(self.first) if self.first == self.last else f"{self.first}–{self.last}"
+        return f"{number} anchor" if self.last == 1 else f"{number} anchors"
+
+
+def count_classes(n_anchors: int) -> tuple[CountClass, ...]:
+    """None, then one class per count; with many anchors, classes of about equal width."""
+    n_classes = min(n_anchors, MOST_CLASSES - 1)
+    edges = np.linspace(0, n_anchors, n_classes + 1).round().astype(int)
+    ramp = matplotlib.colormaps[RAMP](np.linspace(RAMP_FROM, RAMP_TO, n_classes) if n_classes > 1 else [0.6])
+    ramped = (
+        CountClass(int(low) + 1, int(high), (float(r), float(g), float(b)))
+        for low, high, (r, g, b, _) in zip(edges[:-1], edges[1:], ramp, strict=True)
+    )
+    return CountClass(0, 0, to_rgb(NONE_COLOUR)), *ramped
+
+
+def lookup_table(classes: tuple[CountClass, ...]) -> npt.NDArray[np.float32]:
+    """(n_anchors + 1, 3) colour of each count."""
+    return np.array([c.rgb for c in classes for _ in range(c.first, c.last + 1)], np.float32)

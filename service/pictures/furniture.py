@@ -1,0 +1,137 @@
+"""What makes a picture a map: scale bar, north arrow, anchors with their names."""
+
+from __future__ import annotations
+
+import math
+
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+
+from visibility import Anchor
+
+__all__ = ["draw_anchors", "draw_north_arrow", "draw_scale_bar"]
+
+HALO = withStroke(linewidth=2.6, foreground="white")
+INK = "#1a1a1a"
+# More names than these would cover the map.
+MOST_NAMES = 40
+EDGE = 0.035
+
+
+def draw_scale_bar(axes: Axes, width_m: float) -> None:
+    """A bar of a round length, about a fifth of the map, in the lower left corner. The axes are in km."""
+    length_m = _round_length(0.22 * width_m)
+    share = length_m / width_m
+    left, low, height = 0.03, 0.03, 0.012
+    axes.add_patch(
+        Rectangle(
+            (left - 0.015, low - 0.015), share + 0.03, 0.075, transform=axes.transAxes, fc="white", alpha=0.8, zorder=8
+        )
+    )
+    for half, colour in ((0, INK), (1, "white")):
+        axes.add_patch(
+            Rectangle(
+                (left + half * share / 2, low),
+                share / 2,
+                height,
+                transform=axes.transAxes,
+                fc=colour,
+                ec=INK,
+                lw=0.8,
+                zorder=9,
+            )
+        )
+    text = f"{length_m / 1000:g} km" if length_m >= 1000 else f"{length_m:g} m"
+    axes.text(
+        left + share / 2, low + height + 0.01, text, transform=axes.transAxes, ha="center", va="bottom", fontsize=9,
+        color=INK, zorder=9,
+    )  # fmt: skip
+
+
+def draw_north_arrow(axes: Axes) -> None:
+    """An arrow to grid north in the upper right corner."""
+    axes.annotate(
+        "N",
+        xy=(0.965, 0.975),
+        xytext=(0.965, 0.885),
+        xycoords="axes fraction",
+        ha="center",
+        va="center",
+        fontsize=11,
+        fontweight="bold",
+        color=INK,
+        arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 2.0, "path_effects": [HALO]},
+        path_effects=[HALO],
+        zorder=9,
+    )
+
+
+def draw_anchors(axes: Axes, anchors: tuple[Anchor, ...], extent_km: tuple[float, float, float, float]) -> None:
+    """A triangle with its name for each anchor on the map, an arrow at the border for each one outside.
+
+    extent_km: (west, east, south, north) of the picture.
+    """
+    west, east, south, north = extent_km
+    for anchor in anchors:
+        east_km, north_km = anchor.east_m / 1000.0, anchor.north_m / 1000.0
+        name = anchor.id if len(anchors) <= MOST_NAMES else ""
+        if west <= east_km <= east and south <= north_km <= north:
+            axes.plot(east_km, north_km, marker="^", ms=10, mfc="#ffd400", mec=INK, mew=1.3, ls="none", zorder=10)
+            on_the_right = east_km < east - 0.1 * (east - west)
+            axes.annotate(
+                name,
+                (east_km, north_km),
+                xytext=(8 if on_the_right else -8, 1),
+                textcoords="offset points",
+                ha="left" if on_the_right else "right",
+                va="center",
+                fontsize=10,
+                fontweight="bold",
+                color=INK,
+                path_effects=[HALO],
+                zorder=11,
+            )
+        else:
+            _draw_outside(axes, name, east_km, north_km, extent_km)
+
+
+def _draw_outside(
+    axes: Axes, name: str, east_km: float, north_km: float, extent_km: tuple[float, float, float, float]
+) -> None:
+    """An arrow just inside the border, pointing from the map's centre towards the anchor, with its distance."""
+    west, east, south, north = extent_km
+    centre_east, centre_north = (west + east) / 2, (south + north) / 2
+    toward_east, toward_north = east_km - centre_east, north_km - centre_north
+    # shrink the line centre→anchor until it ends on the border
+    shrink = min(
+        (east - west) / 2 / abs(toward_east) if toward_east else math.inf,
+        (north - south) / 2 / abs(toward_north) if toward_north else math.inf,
+    )
+    tip = centre_east + 0.995 * shrink * toward_east, centre_north + 0.995 * shrink * toward_north
+    length = 0.07 * max(east - west, north - south) / math.hypot(toward_east, toward_north)
+    tail = tip[0] - length * toward_east, tip[1] - length * toward_north
+    axes.annotate(
+        "", xy=tip, xytext=tail, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 2.2, "path_effects": [HALO]},
+        zorder=10,
+    )  # fmt: skip
+    outside_km = math.hypot(max(west - east_km, east_km - east, 0.0), max(south - north_km, north_km - north, 0.0))
+    distance = f"{outside_km:.1f} km" if outside_km >= 1.0 else f"{1000 * outside_km:.0f} m"
+    axes.annotate(
+        f"{name}\n{distance} off" if name else "",
+        tail,
+        ha="right" if toward_east > 0.3 * abs(toward_north) else "left" if toward_east < -0.3 * abs(toward_north)
+        else "center",
+        va="top" if toward_north > abs(toward_east) else "bottom" if -toward_north > abs(toward_east) else "center",
+        fontsize=9,
+        fontweight="bold",
+        color=INK,
+        path_effects=[HALO],
+        zorder=11,
+    )  # fmt: skip
+
+
+def _round_length(length_m: float) -> float:
+    """The largest of 1, 2, 5 × 10ⁿ that is not longer."""
+    power = 10.0 ** math.floor(math.log10(length_m))
+    return next(m * power for m in (5.0, 2.0, 1.0) if m * power <= length_m * (1 + 1e-9))

@@ -1,0 +1,196 @@
+"""The visibility map: who is visible at one receiver height over a whole grid, and what to say about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid, height_at
+from visibility import FLAT, UNKNOWN, VISIBLE, Anchor, Curvature, min_visible_altitude
+
+from .positions import resolve_anchor
+from .schemas.visibility_maps import CurvatureIn, VisibilityMapParameters
+
+__all__ = ["Calculation", "VisibilityMap", "calculate", "dem_name"]
+
+# What is left for counting once the sight lines are done.
+SHARE_OF_SIGHT_LINES = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Calculation:
+    """How a map came about: what every answer has to carry."""
+
+    error_statement: str
+    curvature: str
+    warnings: tuple[str, ...]
+    elapsed_s: float
+    version: str
+
+
+@dataclass(frozen=True, eq=False)
+class VisibilityMap:
+    """A finished map.
+
+    visible: (n_anchors, rows, cols) uint8, 1 visible, 0 hidden, 255 unknown, for the receiver height asked for.
+    altitude_m: (n_anchors, rows, cols) float32, minimum visible altitude; NaN = unknown, +inf = at no altitude.
+    count: (rows, cols) uint8 (uint16 from 255 anchors on), anchors surely visible.
+    unknown_count: same shape and type, anchors whose sight is unknown there.
+    """
+
+    grid: ElevationGrid
+    anchors: tuple[Anchor, ...]
+    parameters: VisibilityMapParameters
+    visible: npt.NDArray[np.uint8]
+    altitude_m: npt.NDArray[np.float32]
+    count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+    unknown_count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+    calculation: Calculation
+
+    def summary(self) -> dict[str, Any]:
+        """What visibility.json says: plain values, ready for JSON, every number with its unit in its name."""
+        known = None if self.grid.unknown_posts == 0 else ~np.isnan(self.grid.heights_m)
+        known_posts = self.grid.rows * self.grid.cols - self.grid.unknown_posts
+        return {
+            "version": self.calculation.version,
+            "mode": self.parameters.mode,
+            "error_statement": self.calculation.error_statement,
+            "curvature": self.calculation.curvature,
+            "unknown": self.parameters.unknown,
+            "receiver": {
+                "above_ground_m": self.parameters.receiver_above_ground_m,
+                "altitude_m": self.parameters.receiver_altitude_m,
+            },
+            "dem": _dem_summary(self.grid),
+            "anchors": [
+                _anchor_summary(self.grid, anchor, self.visible[i], known, known_posts)
+                for i, anchor in enumerate(self.anchors)
+            ],
+            "count_histogram": _count_histogram(self.count, known, known_posts, len(self.anchors)),
+            "posts_with_unknown_anchors": int(np.count_nonzero(self.unknown_count)),
+            "warnings": list(self.calculation.warnings),
+            "timing": {"calculation_s": self.calculation.elapsed_s},
+            "parameters": self.parameters.model_dump(mode="json", exclude_none=True),
+        }
+
+
+def calculate(
+    grid: ElevationGrid,
+    parameters: VisibilityMapParameters,
+    progress: Callable[[float], None] | None = None,
+) -> VisibilityMap:
+    """The map that the parameters ask for on this grid; progress is called with the finished share 0..1.
+
+    Raises AnchorError, VisibilityInputError, FrameError.
+    """
+    anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
+    answer = min_visible_altitude(
+        grid,
+        anchors,
+        parameters.mode,
+        _curvature(parameters),
+        unknown=parameters.unknown,
+        progress=None if progress is None else lambda share: progress(SHARE_OF_SIGHT_LINES * share),
+    )
+    visible = answer.visible(
+        above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
+    )
+    calculation = Calculation(
+        answer.error_statement,
+        answer.curvature.sentence(),
+        (*grid.provenance.warnings, *answer.warnings),
+        answer.elapsed_s,
+        answer.version,
+    )
+    finished = VisibilityMap(
+        grid,
+        anchors,
+        parameters,
+        visible,
+        answer.altitude_m,
+        _count(visible, VISIBLE),
+        _count(visible, UNKNOWN),
+        calculation,
+    )
+    if progress is not None:
+        progress(1.0)
+    return finished
+
+
+def dem_name(grid: ElevationGrid) -> str:
+    """What to call the DEM in titles: the name of its file without folders, or a word for one made in memory."""
+    return PurePath(grid.provenance.source).name or "unnamed grid"
+
+
+def _curvature(parameters: VisibilityMapParameters) -> Curvature | None:
+    if isinstance(parameters.curvature, CurvatureIn):
+        return Curvature(parameters.curvature.radius_m, parameters.curvature.refraction_k)
+    return FLAT if parameters.curvature == "flat" else None
+
+
+def _count(visible: npt.NDArray[np.uint8], value: np.uint8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
+    # 255 is kept free to mean "nothing known" in count.tif
+    counts = np.zeros(visible.shape[1:], np.uint8 if visible.shape[0] < 255 else np.uint16)
+    for of_one_anchor in visible:
+        counts += of_one_anchor == value
+    return counts
+
+
+def _dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    return {
+        "name": dem_name(grid),
+        "sha256": grid.digest,
+        "rows": grid.rows,
+        "cols": grid.cols,
+        "cell_east_m": grid.cell_east_m,
+        "cell_north_m": grid.cell_north_m,
+        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
+        "crs": None if grid.crs is None else grid.crs.to_string(),
+        "vertical_datum": grid.vertical_datum,
+        "unknown_posts": grid.unknown_posts,
+        "conversions": list(grid.provenance.conversions),
+    }
+
+
+def _anchor_summary(
+    grid: ElevationGrid,
+    anchor: Anchor,
+    visible: npt.NDArray[np.uint8],
+    known: npt.NDArray[np.bool_] | None,
+    known_posts: int,
+) -> dict[str, Any]:
+    over_known = visible if known is None else visible[known]
+    seen, unknown = int(np.count_nonzero(over_known == VISIBLE)), int(np.count_nonzero(over_known == UNKNOWN))
+    ground_m = float(height_at(grid, anchor.east_m, anchor.north_m))
+    return {
+        "id": anchor.id,
+        "east_m": anchor.east_m,
+        "north_m": anchor.north_m,
+        "altitude_m": anchor.altitude_m,
+        "above_ground_m": None if math.isnan(ground_m) else anchor.altitude_m - ground_m,
+        "visible_share": _share(seen, known_posts),
+        "hidden_share": _share(known_posts - seen - unknown, known_posts),
+        "unknown_share": _share(unknown, known_posts),
+    }
+
+
+def _count_histogram(
+    count: npt.NDArray[Any], known: npt.NDArray[np.bool_] | None, known_posts: int, n_anchors: int
+) -> list[dict[str, Any]]:
+    posts = np.bincount((count if known is None else count[known]).ravel(), minlength=n_anchors + 1)
+    return [
+        {"visible_anchors": number, "posts": int(posts[number]), "share": _share(int(posts[number]), known_posts)}
+        for number in range(n_anchors + 1)
+    ]
+
+
+def _share(posts: int, known_posts: int) -> float | None:
+    """Part of the known posts; None where nothing is known."""
+    return posts / known_posts if known_posts else None
