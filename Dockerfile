@@ -32,8 +32,9 @@ RUN python -m pip wheel --no-cache-dir --no-deps --wheel-dir /wheels . \
 
 FROM python:${PYTHON_VERSION}-slim AS runtime
 # libgomp1: numba's OpenMP layer, the one that bears two requests calling parallel kernels at once
+# libexpat1: the GDAL inside the rasterio wheel takes it from the system
 RUN apt-get update \
-    && apt-get install --no-install-recommends --yes libgomp1 \
+    && apt-get install --no-install-recommends --yes libexpat1 libgomp1 \
     && rm -rf /var/lib/apt/lists/* \
     && groupadd --system --gid 10001 sightline \
     && useradd --system --uid 10001 --gid sightline --home-dir /home/sightline --create-home sightline \
