@@ -1,5 +1,6 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
+from .array_files import write_npz
 from .errors import (
     DemFormatError,
     DemReadError,
@@ -12,6 +13,7 @@ from .errors import (
 )
 from .frames import Body, body_of
 from .grid import ElevationGrid, Provenance
+from .reading import read_dem
 from .sampling import height_at
 
 __all__ = [
@@ -28,4 +30,6 @@ __all__ = [
     "TerrainError",
     "body_of",
     "height_at",
+    "read_dem",
+    "write_npz",
 ]

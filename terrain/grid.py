@@ -103,7 +103,7 @@ class ElevationGrid:
         geometry = (self.shape, self.cell_east_m, self.cell_north_m, self.origin_east_m, self.origin_north_m)
         sha.update(repr(geometry).encode())
         sha.update((self.crs.to_wkt() if self.crs is not None else "local").encode())
-        sha.update(self.heights_m)
+        sha.update(self.heights_m.data)
         return sha.hexdigest()
 
     @property

@@ -1,0 +1,109 @@
+"""DEMs as numpy files: Sightline's own .npz, and bare heights in an .npy."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from .crs_parts import horizontal_part, parse_crs
+from .errors import DemFormatError, DemUnsupportedError
+from .grid import ElevationGrid
+from .limits import check_declared_size
+from .raw import RawDem
+
+__all__ = ["read_npy", "read_npz", "write_npz"]
+
+LAYOUT = "sightline-dem-1"
+NPZ_NUMBERS = ("cell_east_m", "cell_north_m", "origin_east_m", "origin_north_m")
+
+
+def write_npz(grid: ElevationGrid, path: str | os.PathLike[str]) -> None:
+    """Write a grid as .npz, compressed, without pickles; ``read_dem`` gives the same grid back, digest included."""
+    notes = {"conversions": grid.provenance.conversions, "warnings": grid.provenance.warnings}
+    target = Path(path)
+    with target.open("wb") as stream:
+        np.savez_compressed(
+            stream,
+            allow_pickle=False,
+            layout=np.array(LAYOUT),
+            heights_m=grid.heights_m,
+            cell_east_m=np.float64(grid.cell_east_m),
+            cell_north_m=np.float64(grid.cell_north_m),
+            origin_east_m=np.float64(grid.origin_east_m),
+            origin_north_m=np.float64(grid.origin_north_m),
+            crs_wkt=np.array(grid.crs.to_wkt() if grid.crs is not None else ""),
+            vertical_datum=np.array(grid.vertical_datum or ""),
+            provenance=np.array(json.dumps(notes)),
+        )
+
+
+def read_npz(file: Path, *, max_cells: int) -> RawDem:
+    """Read ``heights_m`` with its geometry; only ``heights_m`` and the two cell sizes must be there.
+
+    Raises DemFormatError, DemTooLargeError (before the heights are unpacked) and DemUnsupportedError.
+    """
+    try:
+        with zipfile.ZipFile(file) as archive, archive.open("heights_m.npy") as member:
+            _check_header(file.name, member, max_cells, archive.getinfo("heights_m.npy").compress_size)
+        with np.load(file, allow_pickle=False) as arrays:
+            values = arrays["heights_m"]
+            numbers = {key: float(arrays[key]) for key in NPZ_NUMBERS if key in arrays}
+            texts = {
+                key: str(arrays[key]) for key in ("layout", "crs_wkt", "vertical_datum", "provenance") if key in arrays
+            }
+    except (zipfile.BadZipFile, ValueError, TypeError, OSError, EOFError, KeyError, NotImplementedError) as error:
+        raise DemFormatError(f"{file.name} is a damaged .npz file, or holds something other than numbers.") from error
+    if not {"cell_east_m", "cell_north_m"} <= numbers.keys():
+        raise DemUnsupportedError(f"{file.name} lacks cell_east_m and cell_north_m, the metres between its posts.")
+    own = texts.get("layout") == LAYOUT
+    notes = json.loads(texts.get("provenance", "{}")) if own else {}
+    return RawDem(
+        values,
+        None,
+        x0=numbers.get("origin_east_m", 0.0),
+        y0=numbers.get("origin_north_m", 0.0),
+        step_x=numbers["cell_east_m"],
+        step_y=numbers["cell_north_m"],
+        crs=horizontal_part(parse_crs(texts["crs_wkt"])) if texts.get("crs_wkt") else None,
+        driver="NPZ",
+        height_unit="m",
+        vertical_datum=texts.get("vertical_datum") or None,
+        voids_are_nan=own,
+        conversions=tuple(notes.get("conversions", ())),
+        warnings=tuple(notes.get("warnings", ())),
+    )
+
+
+def read_npy(file: Path, *, cell_m: tuple[float, float] | None, max_cells: int) -> RawDem:
+    """Read bare heights (rows, cols), row 0 northmost; ``cell_m`` (east, north) is needed.
+
+    Raises DemFormatError, DemTooLargeError (before the heights are read) and DemUnsupportedError.
+    """
+    if cell_m is None:
+        raise DemUnsupportedError(f"{file.name} holds heights alone; give cell_m=, the metres between its posts.")
+    try:
+        with file.open("rb") as stream:
+            _check_header(file.name, stream, max_cells, file.stat().st_size)
+        values = np.load(file, allow_pickle=False)
+    except (ValueError, OSError, EOFError) as error:
+        raise DemFormatError(f"{file.name} is a damaged .npy file, or holds something other than numbers.") from error
+    return RawDem(values, None, 0.0, 0.0, *cell_m, crs=None, driver="NPY")
+
+
+def _check_header(name: str, stream: IO[bytes], max_cells: int, packed_bytes: int) -> None:
+    shape, kind = _header(stream)
+    if len(shape) != 2 or 0 in shape or kind.kind not in "fiu":
+        raise DemUnsupportedError(f"{name} must hold a (rows, cols) array of real heights, not {shape} of {kind}.")
+    check_declared_size(name, *shape, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=packed_bytes)
+
+
+def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    version = np.lib.format.read_magic(stream)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, kind = read(stream)
+    return shape, kind

@@ -1,0 +1,170 @@
+"""Where the posts of a file lie in metres: a CRS chosen, units converted, degrees warped."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pyproj
+
+from .errors import DemUnsupportedError
+from .frames import body_of
+from .metric_crs import ground_scale, local_metric_crs
+from .raw import RawDem
+from .units import in_metres, metres_per_unit
+from .warping import Posts, border_positions, warp
+
+__all__ = ["Placed", "place"]
+
+# a map that stretches ground by more than this is not used to measure on
+STRETCH_LIMIT = 0.01
+# cells finer than this, in numbers that can be longitudes and latitudes, are taken as degrees
+DEGREE_CELL = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Heights on a metric grid, as ElevationGrid wants them, and the sentences about how they got there."""
+
+    heights_m: npt.NDArray[np.float32]
+    cell_east_m: float
+    cell_north_m: float
+    origin_east_m: float
+    origin_north_m: float
+    crs: pyproj.CRS | None
+    conversions: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def on_earth(self) -> bool:
+        """Whether the ground is Earth's, as far as is known: a local frame counts as Earth."""
+        return self.crs is None or body_of(self.crs).name == "Earth"
+
+
+def place(
+    name: str,
+    raw: RawDem,
+    heights_m: npt.NDArray[np.float32],
+    *,
+    crs: pyproj.CRS | str | None,
+    target_crs: pyproj.CRS | None,
+    height_unit_known: bool,
+    max_cells: int,
+) -> Placed:
+    """Bring a file's posts into a metric frame.
+
+    crs: the caller's CRS for the file, "local", or None; target_crs: the caller's CRS for the grid, or None.
+    Raises DemUnsupportedError and DemTooLargeError.
+    """
+    conversions: list[str] = []
+    warnings: list[str] = []
+    source = _source_crs(raw, crs, warnings)
+    if source is None:
+        if target_crs is not None:
+            raise DemUnsupportedError(f"{name} has no CRS, so it cannot be brought to target_crs; give crs= as well.")
+        return Placed(heights_m, raw.step_x, raw.step_y, raw.x0, raw.y0, None, (), tuple(warnings))
+    if target_crs is not None and (not target_crs.is_projected or metres_per_unit(target_crs) != 1.0):
+        raise DemUnsupportedError(f"target_crs must be a projected CRS in metres, not {target_crs.name!r}.")
+    posts = Posts(heights_m, raw.x0, raw.y0, raw.step_x, raw.step_y, source)
+    if source.is_projected:
+        posts = _axes_in_metres(posts, height_unit_known, conversions, warnings)
+    elif not source.is_geographic:
+        raise DemUnsupportedError(f"{name} has the CRS {source.name!r}, which is neither projected nor geographic.")
+    wanted = target_crs or _better_crs(name, posts, conversions)
+    if wanted is not None and wanted != posts.crs:
+        posts = _warped(name, posts, wanted, max_cells, conversions)
+    return Placed(
+        posts.heights_m, posts.step_x, posts.step_y, posts.x0, posts.y0, posts.crs, tuple(conversions), tuple(warnings)
+    )
+
+
+def _source_crs(raw: RawDem, crs: pyproj.CRS | str | None, warnings: list[str]) -> pyproj.CRS | None:
+    if isinstance(crs, pyproj.CRS):
+        if raw.crs is not None and raw.crs != crs:
+            warnings.append(f"The file says that its CRS is {raw.crs.name}; the given {crs.name} was taken instead.")
+        return crs
+    if crs == "local":
+        return None
+    if raw.crs is not None and not raw.crs.is_engineering:
+        return raw.crs
+    if raw.driver not in ("NPZ", "NPY") and _looks_like_degrees(raw):
+        warnings.append(
+            f"The file has no CRS, but its cells of {raw.step_x:.6g} at ({raw.x0:.4f}, {raw.y0:.4f}) look like "
+            "degrees: taken as longitude and latitude on WGS 84 (EPSG:4326). Give crs= if they are not, "
+            'crs="local" for metres.'
+        )
+        return pyproj.CRS.from_epsg(4326)
+    if raw.driver != "NPZ":
+        warnings.append(
+            "The file has no CRS: its numbers are taken as metres in a local frame, without curvature, longitude and "
+            "latitude. Give crs= if you know it."
+        )
+    return None
+
+
+def _looks_like_degrees(raw: RawDem) -> bool:
+    rows, cols = raw.values.shape
+    east, south = raw.x0 + (cols - 1) * raw.step_x, raw.y0 - (rows - 1) * raw.step_y
+    fine = max(raw.step_x, raw.step_y) < DEGREE_CELL
+    in_range = -180.0 <= raw.x0 <= 360.0 and east <= 360.0 and south >= -90.0 and raw.y0 <= 90.0
+    # a small model in metres has its corner at zero; a tile in degrees all but never
+    at_zero = min(abs(raw.x0), abs(south), abs(raw.y0)) <= max(raw.step_x, raw.step_y)
+    return fine and in_range and not at_zero
+
+
+def _axes_in_metres(posts: Posts, height_unit_known: bool, conversions: list[str], warnings: list[str]) -> Posts:
+    directions = {axis.direction.lower() for axis in posts.crs.axis_info}
+    if "west" in directions or directions == {"south"}:
+        raise DemUnsupportedError(f"The axes of {posts.crs.name} run west and south; warp the DEM to another CRS.")
+    metres = metres_per_unit(posts.crs)
+    if metres == 1.0:
+        return posts
+    unit = posts.crs.axis_info[0].unit_name
+    crs = in_metres(posts.crs)
+    conversions.append(f"Positions converted from {unit} to metres (× {metres:.10g}); the CRS is now {crs.name}.")
+    if not height_unit_known:
+        warnings.append(
+            f"Positions are in {unit}, but the file does not say in what its heights are: taken as metres. "
+            'Give height_unit="ft" or "us-ft" if they are not.'
+        )
+    return Posts(
+        posts.heights_m, posts.x0 * metres, posts.y0 * metres, posts.step_x * metres, posts.step_y * metres, crs
+    )
+
+
+def _better_crs(name: str, posts: Posts, conversions: list[str]) -> pyproj.CRS | None:
+    """The CRS to warp to, where the file's own does not measure ground; None where it does."""
+    x, y = border_positions(posts)
+    if posts.crs.is_geographic:
+        degrees = math.degrees(posts.crs.axis_info[0].unit_conversion_factor)
+        return local_metric_crs(posts.crs, x * degrees, y * degrees)
+    scale_east, scale_north = ground_scale(posts.crs, *posts.middle)
+    if math.isnan(scale_east + scale_north):
+        raise DemUnsupportedError(f"{name} does not lie where its CRS {posts.crs.name!r} is defined.")
+    if max(abs(scale_east - 1.0), abs(scale_north - 1.0)) <= STRETCH_LIMIT or posts.crs.geodetic_crs is None:
+        return None
+    conversions.append(
+        f"{posts.crs.name} makes {scale_east:.3f} m east and {scale_north:.3f} m north of a metre of this ground."
+    )
+    geodetic = posts.crs.geodetic_crs
+    lon, lat = pyproj.Transformer.from_crs(posts.crs, geodetic, always_xy=True).transform(x, y)
+    middle = float(np.median(lon))
+    return local_metric_crs(geodetic, (lon - middle + 180.0) % 360.0 + middle - 180.0, lat)
+
+
+def _warped(name: str, posts: Posts, target: pyproj.CRS, max_cells: int, conversions: list[str]) -> Posts:
+    was_unknown = np.count_nonzero(np.isnan(posts.heights_m))
+    warped = warp(name, posts, target, max_cells=max_cells)
+    unknown = np.count_nonzero(np.isnan(warped.heights_m))
+    if unknown == warped.heights_m.size:
+        raise DemUnsupportedError(f"{name} has too little known ground to be warped to {target.name}.")
+    unit = "degrees" if posts.crs.is_geographic else "metres"
+    conversions.append(
+        f"Warped from {posts.crs.name} (cells of {posts.step_x:.6g} × {posts.step_y:.6g} {unit}) to {target.name} "
+        f"(cells of {warped.step_x:.6g} m east × {warped.step_y:.6g} m north), linear on the file's triangles; "
+        f"{unknown:,} of {warped.heights_m.size:,} posts are unknown ({was_unknown:,} in the file), "
+        "those beyond the file's slanting borders among them."
+    )
+    return warped

@@ -1,0 +1,148 @@
+"""DEM files that GDAL reads, each opened with one driver and nothing beside the file itself."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import rasterio
+from pyproj.exceptions import CRSError
+from rasterio.enums import ColorInterp
+from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+from .crs_parts import horizontal_part, parse_crs, vertical_part
+from .errors import DemFormatError, DemUnsupportedError, FrameError
+from .limits import check_declared_size
+from .raw import RawDem
+from .units import height_unit_of
+
+__all__ = ["read_raster"]
+
+# the file alone: no sidecars, no world files, no overviews elsewhere, nothing written back, compound CRS kept
+SEALED = {
+    "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",
+    "GDAL_PAM_ENABLED": "NO",
+    "GDAL_GEOREF_SOURCES": "INTERNAL",
+    "GTIFF_REPORT_COMPD_CS": "YES",
+    "GTIFF_POINT_GEO_IGNORE": "NO",
+}
+PICTURE = {ColorInterp.red, ColorInterp.green, ColorInterp.blue, ColorInterp.palette}
+DTED_DATUMS = {"E96": "EGM96 geoid", "E08": "EGM2008 geoid", "MSL": "mean sea level", "WGS84": "ellipsoid of WGS 84"}
+SHEAR_TOLERANCE = 1e-6
+
+
+def read_raster(file: Path, driver: str, *, cell_m: tuple[float, float] | None, max_cells: int) -> RawDem:
+    """Read one elevation band as it stands in the file; ``cell_m`` (east, north) serves files without georeference.
+
+    Raises DemFormatError, DemTooLargeError (before any pixel is read) and DemUnsupportedError.
+    """
+    try:
+        with rasterio.Env(**SEALED), warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(file, driver=driver) as dataset:
+                return _read(file, dataset, cell_m, max_cells)
+    except RasterioError as error:
+        raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as {driver}.") from error
+
+
+def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cells: int) -> RawDem:
+    name, notes = file.name, _Notes()
+    rows, cols = dataset.height, dataset.width
+    file_bytes = file.stat().st_size
+    kind = np.dtype(dataset.dtypes[0]) if dataset.dtypes[0] != "complex_int16" else np.dtype("complex64")
+    check_declared_size(name, rows, cols, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=file_bytes)
+    if dataset.driver == "AAIGrid" and rows * cols * 2 > file_bytes + 1:
+        raise DemFormatError(f"{name} is cut short: {rows} × {cols} heights do not fit into {file_bytes:,} bytes.")
+    _check_bands(name, dataset, kind, notes)
+    x0, y0, step_x, step_y = _geometry(name, dataset, cell_m, notes)
+    crs, datum, crs_unit = _crs(file, dataset, notes)
+    tags = dataset.tags()
+    if dataset.driver == "DTED" or "DTED_VerticalDatum" in tags:
+        written = tags.get("DTED_VerticalDatum", "").strip()
+        datum = datum or DTED_DATUMS.get(written, written or None)
+    if dataset.driver == "SRTMHGT":
+        datum = datum or "EGM96 geoid"
+    if tags.get("AREA_OR_POINT") == "Point":
+        notes.conversions.append("Pixel-is-point: the file's points are the posts, its bounds lie half a cell outside.")
+    declared_void = None
+    if not all("all_valid" in flag.name for flag in dataset.mask_flag_enums[0]):
+        declared_void = dataset.read_masks(1) == 0
+    values = dataset.read(1)
+    if step_y < 0.0:
+        notes.conversions.append("Rows run from south to north in the file; turned so that row 0 is northmost.")
+        values, y0, step_y = values[::-1], y0 + (rows - 1) * -step_y, -step_y
+        declared_void = None if declared_void is None else declared_void[::-1]
+    return RawDem(
+        values, declared_void, x0, y0, step_x, step_y, crs,
+        driver=dataset.driver,
+        scale=float(dataset.scales[0]),
+        offset=float(dataset.offsets[0]),
+        height_unit=height_unit_of(dataset.units[0]) or height_unit_of(crs_unit),
+        vertical_datum=datum,
+        conversions=tuple(notes.conversions),
+        warnings=tuple(notes.warnings),
+    )  # fmt: skip
+
+
+class _Notes:
+    """Sentences gathered while a file is read."""
+
+    def __init__(self) -> None:
+        self.conversions: list[str] = []
+        self.warnings: list[str] = []
+
+
+def _check_bands(name: str, dataset: Any, kind: np.dtype[Any], notes: _Notes) -> None:
+    if kind.kind == "c":
+        raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
+    if PICTURE & set(dataset.colorinterp):
+        raise DemUnsupportedError(f"{name} is a picture (colours), not a DEM.")
+    heights_bands = [band for band in dataset.colorinterp if band is not ColorInterp.alpha]
+    if len(heights_bands) > 1:
+        notes.warnings.append(f"The file has {dataset.count} bands; band 1 was taken as heights.")
+
+
+def _geometry(
+    name: str, dataset: Any, cell_m: tuple[float, float] | None, notes: _Notes
+) -> tuple[float, float, float, float]:
+    """Centre of post (0, 0) and steps; step_y < 0 where rows run northward."""
+    affine = dataset.transform
+    if affine.is_identity:
+        if cell_m is None:
+            raise DemUnsupportedError(
+                f"{name} has no georeference, so its cell size is unknown; give cell_m=, the metres between posts."
+            )
+        notes.warnings.append("The file has no georeference; its cell size was given, its north-west post is (0, 0).")
+        return 0.0, 0.0, *cell_m
+    shear = max(abs(affine.b * dataset.height), abs(affine.d * dataset.width))
+    if shear > SHEAR_TOLERANCE * max(abs(affine.a), abs(affine.e)):
+        raise DemUnsupportedError(f"{name} is rotated or sheared; warp it to a north-up grid first (gdalwarp does).")
+    if affine.a <= 0.0 or affine.e == 0.0 or not all(map(math.isfinite, affine[:6])):
+        raise DemUnsupportedError(f"{name} is mirrored or has no cell size: its columns do not run eastward.")
+    return affine.c + affine.a / 2.0, affine.f + affine.e / 2.0, affine.a, -affine.e
+
+
+def _crs(file: Path, dataset: Any, notes: _Notes) -> tuple[pyproj.CRS | None, str | None, str | None]:
+    """(horizontal CRS, vertical datum, height unit); an ESRI ASCII grid may have its CRS in NAME.prj."""
+    if dataset.crs is not None:
+        try:
+            crs = parse_crs(dataset.crs.to_wkt(version="WKT2_2019"))
+        except FrameError:
+            notes.warnings.append("The file's CRS cannot be understood and was left out; give crs=.")
+            return None, None, None
+        datum, unit = vertical_part(crs)
+        return horizontal_part(crs), datum, unit
+    beside = file.with_suffix(".prj")
+    if dataset.driver == "AAIGrid" and beside.is_file():
+        try:
+            crs = pyproj.CRS.from_wkt(beside.read_text(errors="replace")[:20_000])
+        except CRSError:
+            notes.warnings.append(f"{beside.name} beside the file is no WKT and was left out; give crs=.")
+            return None, None, None
+        notes.conversions.append(f"The CRS was taken from {beside.name} beside the file.")
+        return horizontal_part(crs), *vertical_part(crs)
+    return None, None, None

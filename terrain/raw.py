@@ -1,0 +1,40 @@
+"""A DEM as its file has it: own numbers, own units, own CRS, nothing interpreted yet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyproj
+
+__all__ = ["RawDem"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawDem:
+    """What a file says, row 0 northmost.
+
+    values: (rows, cols) real numbers of the file's own type; height = values · scale + offset, in ``height_unit``.
+    declared_void: (rows, cols) bool, True where the file itself says "no data", or None when it says nothing.
+    x0, y0: centre of post (0, 0); step_x > 0 eastward, step_y > 0 southward, all in units of ``crs``.
+    crs: None when the file has none. height_unit: None when the file does not say.
+    voids_are_nan: the format itself marks unknown posts as NaN, so no other value can mean "no data".
+    """
+
+    values: npt.NDArray[Any]
+    declared_void: npt.NDArray[np.bool_] | None
+    x0: float
+    y0: float
+    step_x: float
+    step_y: float
+    crs: pyproj.CRS | None
+    driver: str
+    scale: float = 1.0
+    offset: float = 0.0
+    height_unit: str | None = None
+    vertical_datum: str | None = None
+    voids_are_nan: bool = False
+    conversions: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
