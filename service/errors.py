@@ -1,0 +1,139 @@
+"""What can go wrong in the service itself; how each is answered over HTTP is told in service/http/problems.py.
+
+ServiceError
+├── DataFolderError            the data folder cannot be used
+│   └── DataFolderInUseError   another process works on it
+├── AddressInUseError          the service cannot listen where it was told to
+├── NotFoundError              no such resource; carries its kind and id
+├── NotReadyError              the job has no result (yet)
+├── InUseError                 a DEM cannot be deleted while jobs work on it
+├── RequestError               a request that makes no sense
+│   ├── MediaTypeError         a body of a type that is not understood
+│   └── LimitError             a request beyond a limit; carries limit_name, limit and given
+│       ├── BodyTooLargeError
+│       └── BusyError          too many at once; the same request will do later; carries retry_after_s
+└── JobError                   a job that could not be finished
+    ├── TimeLimitError
+    ├── MemoryLimitError
+    ├── StorageFullError       no space left to write a result or an upload
+    ├── JobInterruptedError    its worker died more often than is tried again
+    ├── JobCancelledError      somebody deleted it
+    └── InternalError          a fault of ours; carries the reference under which the log tells more
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "AddressInUseError",
+    "BodyTooLargeError",
+    "BusyError",
+    "DataFolderError",
+    "DataFolderInUseError",
+    "InUseError",
+    "InternalError",
+    "JobCancelledError",
+    "JobError",
+    "JobInterruptedError",
+    "LimitError",
+    "MediaTypeError",
+    "MemoryLimitError",
+    "NotFoundError",
+    "NotReadyError",
+    "RequestError",
+    "ServiceError",
+    "StorageFullError",
+    "TimeLimitError",
+]
+
+
+class ServiceError(Exception):
+    """Base of everything that the service raises on purpose."""
+
+
+class DataFolderError(ServiceError):
+    """The data folder cannot be used."""
+
+
+class DataFolderInUseError(DataFolderError):
+    """Another process works on the data folder."""
+
+
+class AddressInUseError(ServiceError):
+    """The service cannot listen at the address it was given."""
+
+
+class NotFoundError(ServiceError):
+    """There is no such resource; carries ``kind`` and ``id``."""
+
+    def __init__(self, kind: str, id: str) -> None:
+        super().__init__(f"There is no {kind} {id[:80]!r}.")
+        self.kind = kind
+        self.id = id[:80]
+
+
+class NotReadyError(ServiceError):
+    """The job has no result to give."""
+
+
+class InUseError(ServiceError):
+    """The resource is needed by jobs that are not finished."""
+
+
+class RequestError(ServiceError):
+    """The request makes no sense."""
+
+
+class MediaTypeError(RequestError):
+    """The body has a type that is not understood."""
+
+
+class LimitError(RequestError):
+    """The request is beyond a limit of the settings; carries ``limit_name``, ``limit`` and ``given``."""
+
+    def __init__(self, message: str, *, limit_name: str, limit: float, given: float | None = None) -> None:
+        super().__init__(f"{message} (setting SIGHTLINE_{limit_name.upper()}).")
+        self.limit_name = limit_name
+        self.limit = limit
+        self.given = given
+
+
+class BodyTooLargeError(LimitError):
+    """The body has more bytes than allowed."""
+
+
+class BusyError(LimitError):
+    """Too many requests of this kind wait already; carries ``retry_after_s``."""
+
+    retry_after_s = 5
+
+
+class JobError(ServiceError):
+    """A job could not be finished."""
+
+
+class TimeLimitError(JobError):
+    """The job ran longer than allowed."""
+
+
+class MemoryLimitError(JobError):
+    """The job needed more memory than allowed."""
+
+
+class StorageFullError(JobError):
+    """There is no space left to write to."""
+
+
+class JobInterruptedError(JobError):
+    """The job's worker died more often than it is tried again."""
+
+
+class JobCancelledError(JobError):
+    """The job was cancelled."""
+
+
+class InternalError(JobError):
+    """A fault of ours; the log tells more under ``reference``."""
+
+    def __init__(self, reference: str) -> None:
+        super().__init__(f"An internal error occurred; the service's log tells more under {reference}.")
+        self.reference = reference

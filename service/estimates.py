@@ -1,0 +1,72 @@
+"""What a calculation will take, told before anything is allocated for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from terrain import ElevationGrid
+
+from .errors import LimitError
+from .settings import GIB, Settings
+
+__all__ = ["Estimate", "estimate_visibility_map", "refuse_beyond_limits"]
+
+# On one slow core; meant to tell seconds from hours, not to predict.
+SECONDS_PER_CELL_AND_ANCHOR = {"fast": 30e-9, "exact": 3e-6}
+BYTES_PER_CELL = 24
+# altitude, hidden-below and visible: float32, float32, uint8
+BYTES_PER_CELL_AND_ANCHOR = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Cells of the DEM, anchors, and what they take: bytes of memory and seconds of one core."""
+
+    cells: int
+    anchors: int
+    memory_bytes: int
+    seconds: float
+
+    def sentence(self) -> str:
+        """In words."""
+        return (
+            f"{self.cells:,} cells x {self.anchors} anchor{'s' if self.anchors != 1 else ''} would take about "
+            f"{self.memory_bytes / GIB:.2g} GiB of memory and {self.seconds:.2g} s"
+        )
+
+
+def estimate_visibility_map(grid: ElevationGrid, anchors: int, mode: Literal["fast", "exact"]) -> Estimate:
+    """What a visibility map of so many anchors takes."""
+    cells = grid.heights_m.size
+    return Estimate(
+        cells,
+        anchors,
+        cells * BYTES_PER_CELL + cells * anchors * BYTES_PER_CELL_AND_ANCHOR,
+        cells * anchors * SECONDS_PER_CELL_AND_ANCHOR[mode],
+    )
+
+
+def refuse_beyond_limits(estimate: Estimate, settings: Settings) -> None:
+    """Raises LimitError, with the estimate in its sentence."""
+    given: dict[str, tuple[float, float, str]] = {
+        "max_anchor_cells": (
+            estimate.cells * estimate.anchors,
+            settings.max_anchor_cells,
+            f"{settings.max_anchor_cells:,} cells x anchors",
+        ),
+        "max_worker_memory_bytes": (
+            estimate.memory_bytes,
+            settings.max_worker_memory_bytes,
+            f"{settings.max_worker_memory_bytes / GIB:.3g} GiB of memory",
+        ),
+        "max_job_s": (estimate.seconds, settings.max_job_s, f"{settings.max_job_s:g} s"),
+    }
+    for name, (asked, limit, words) in given.items():
+        if asked > limit:
+            raise LimitError(
+                f"{estimate.sentence()}, more than the limit of {words}; ask for fewer anchors or a smaller DEM",
+                limit_name=name,
+                limit=limit,
+                given=asked,
+            )

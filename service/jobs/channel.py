@@ -1,0 +1,30 @@
+"""What the service and a worker process say to each other: one JSON object per line, in both directions.
+
+service -> worker   {"settings": {...}}                                   first, once
+                    {"task": NAME, "token": WORK_FOLDER, "arguments": {...}}
+worker -> service   {"ready": true}                                       once, when warm
+                    {"progress": 0..1}                                    any number
+                    {"result": {...}} or {"failure": {"error", "detail", "data"}}
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+__all__ = ["MAX_LINE_BYTES", "decode", "encode"]
+
+MAX_LINE_BYTES = 64 * 1024 * 1024
+
+
+def encode(message: dict[str, Any]) -> bytes:
+    """One line."""
+    return json.dumps(message, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+
+
+def decode(line: bytes) -> dict[str, Any]:
+    """The message of a line; raises ValueError when the line is not one."""
+    message = json.loads(line)
+    if not isinstance(message, dict):
+        raise ValueError(f"A message must be an object, not {type(message).__name__}.")
+    return message

@@ -1,0 +1,52 @@
+"""A DEM in the data folder: heights as a plain .npy that processes can share, everything else as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+
+from terrain import ElevationGrid, Provenance
+
+__all__ = ["load_grid", "save_grid"]
+
+HEIGHTS = "heights_m.npy"
+DESCRIPTION = "grid.json"
+
+
+def save_grid(grid: ElevationGrid, folder: Path) -> None:
+    """Write the grid into a folder, which is made. Raises OSError."""
+    folder.mkdir(parents=True)
+    np.save(folder / HEIGHTS, grid.heights_m, allow_pickle=False)
+    description = {
+        "cell_east_m": grid.cell_east_m,
+        "cell_north_m": grid.cell_north_m,
+        "origin_east_m": grid.origin_east_m,
+        "origin_north_m": grid.origin_north_m,
+        "crs": None if grid.crs is None else grid.crs.to_wkt(),
+        "vertical_datum": grid.vertical_datum,
+        "provenance": asdict(grid.provenance),
+    }
+    (folder / DESCRIPTION).write_text(json.dumps(description, allow_nan=False), encoding="utf-8")
+
+
+def load_grid(folder: Path) -> ElevationGrid:
+    """The same grid again; its heights are mapped into memory, so that all workers share them. Raises OSError."""
+    described: dict[str, Any] = json.loads((folder / DESCRIPTION).read_text(encoding="utf-8"))
+    provenance = described.pop("provenance")
+    crs = described.pop("crs")
+    return ElevationGrid(
+        np.load(folder / HEIGHTS, mmap_mode="r", allow_pickle=False),
+        crs=None if crs is None else pyproj.CRS.from_wkt(crs),
+        provenance=Provenance(
+            provenance["source"],
+            provenance["driver"],
+            tuple(provenance["conversions"]),
+            tuple(provenance["warnings"]),
+        ),
+        **described,
+    )

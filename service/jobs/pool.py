@@ -1,0 +1,172 @@
+"""The pool of warm worker processes: lanes share them, spares stand by, dead ones are replaced."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import uuid
+from collections.abc import Awaitable, Callable, Mapping
+from enum import Enum
+from typing import Any
+
+from service.errors import TimeLimitError
+from service.settings import Settings
+
+from .folder import DataFolder
+from .process import TaskFailed, WorkerDied, WorkerProcess
+
+__all__ = ["Lane", "WorkerPool"]
+
+logger = logging.getLogger("sightline.pool")
+
+FIRST_PAUSE_S = 0.2
+LONGEST_PAUSE_S = 30.0
+
+
+class Lane(Enum):
+    """Which queue a task waits in: long calculations must not hold up short tasks."""
+
+    CALCULATIONS = "calculations"
+    FILES = "files"
+
+
+class WorkerPool:
+    """Worker processes for two lanes and the spares that step in when one is killed."""
+
+    def __init__(self, settings: Settings, folder: DataFolder) -> None:
+        self._settings = settings
+        self._folder = folder
+        self._size = settings.workers + settings.file_workers + settings.spare_workers
+        self._lanes = {
+            Lane.CALCULATIONS: asyncio.Semaphore(settings.workers),
+            Lane.FILES: asyncio.Semaphore(settings.file_workers),
+        }
+        self._limits_s = {Lane.CALCULATIONS: settings.max_job_s, Lane.FILES: settings.max_file_task_s}
+        self._waiting = dict.fromkeys(Lane, 0)
+        self._idle: list[WorkerProcess] = []
+        self._workers: set[WorkerProcess] = set()
+        self._someone_idle = asyncio.Condition()
+        self._keepers: list[asyncio.Task[None]] = []
+
+    def start(self) -> None:
+        """Begin to start processes; tasks may be given at once and wait until the first is warm."""
+        self._keepers = [asyncio.create_task(self._keep_one_alive()) for _ in range(self._size)]
+
+    async def stop(self) -> None:
+        """Kill every process."""
+        for keeper in self._keepers:
+            keeper.cancel()
+        await asyncio.gather(*self._keepers, return_exceptions=True)
+
+    @property
+    def size(self) -> int:
+        """Processes that there should be."""
+        return self._size
+
+    @property
+    def warm(self) -> int:
+        """Processes that are ready or at work."""
+        return len(self._workers)
+
+    @property
+    def pids(self) -> list[int]:
+        """Process ids of the warm processes."""
+        return sorted(worker.pid for worker in self._workers)
+
+    def waiting(self, lane: Lane) -> int:
+        """Tasks that wait in a lane."""
+        return self._waiting[lane]
+
+    async def run(
+        self,
+        lane: Lane,
+        task: str,
+        arguments: Mapping[str, Any],
+        *,
+        token: str | None = None,
+        on_start: Callable[[], Awaitable[None]] | None = None,
+        on_progress: Callable[[float], None] | None = None,
+    ) -> dict[str, Any]:
+        """Do a task in a lane, first come, first served; cancelling it kills the process that is at it.
+
+        token: names the work folder; whoever gives one takes the folder over when all went well.
+        Raises TaskFailed, WorkerDied, TimeLimitError.
+        """
+        self._waiting[lane] += 1
+        try:
+            await self._lanes[lane].acquire()
+        finally:
+            self._waiting[lane] -= 1
+        try:
+            return await self._run_now(lane, task, arguments, token or uuid.uuid4().hex, on_start, on_progress)
+        finally:
+            self._lanes[lane].release()
+
+    async def _run_now(
+        self,
+        lane: Lane,
+        task: str,
+        arguments: Mapping[str, Any],
+        token: str,
+        on_start: Callable[[], Awaitable[None]] | None,
+        on_progress: Callable[[float], None] | None,
+    ) -> dict[str, Any]:
+        worker = await self._take_idle()
+        try:
+            if on_start is not None:
+                await on_start()
+            async with asyncio.timeout(self._limits_s[lane]):
+                result = await worker.do(task, token, arguments, on_progress)
+        except TaskFailed:
+            await self._give_back(worker)
+            raise
+        except BaseException as error:
+            # its keeper notices and starts another
+            await asyncio.shield(worker.kill())
+            await asyncio.shield(asyncio.to_thread(self._folder.remove, self._folder.work(token)))
+            if isinstance(error, TimeoutError):
+                raise TimeLimitError(
+                    f"The {task} task took longer than {self._limits_s[lane]:g} s "
+                    f"(setting {_setting_of(lane)}); ask for less at once, or raise the limit."
+                ) from error
+            raise
+        await self._give_back(worker)
+        return result
+
+    async def _take_idle(self) -> WorkerProcess:
+        async with self._someone_idle:
+            await self._someone_idle.wait_for(lambda: self._idle)
+            # the one that worked last has its DEM still at hand
+            return self._idle.pop()
+
+    async def _give_back(self, worker: WorkerProcess) -> None:
+        async with self._someone_idle:
+            if worker in self._workers:
+                self._idle.append(worker)
+                self._someone_idle.notify()
+
+    async def _keep_one_alive(self) -> None:
+        """Start a process, and another whenever it ends; pause longer and longer while they do not get warm."""
+        pause_s = FIRST_PAUSE_S
+        while True:
+            try:
+                worker = await WorkerProcess.start(self._settings)
+            except (WorkerDied, OSError) as error:
+                logger.error("a worker process could not be started (%s); next try in %.1f s", error, pause_s)
+                await asyncio.sleep(pause_s)
+                pause_s = min(2.0 * pause_s, LONGEST_PAUSE_S)
+                continue
+            pause_s = FIRST_PAUSE_S
+            try:
+                self._workers.add(worker)
+                await self._give_back(worker)
+                await worker.ended()
+            finally:
+                self._workers.discard(worker)
+                if worker in self._idle:
+                    self._idle.remove(worker)
+                await asyncio.shield(worker.kill())
+
+
+def _setting_of(lane: Lane) -> str:
+    return "SIGHTLINE_MAX_JOB_S" if lane is Lane.CALCULATIONS else "SIGHTLINE_MAX_FILE_TASK_S"

@@ -1,0 +1,120 @@
+"""One worker process as the service sees it: start it, give it a task, hear how it goes, kill it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from service.settings import Settings
+
+from .channel import MAX_LINE_BYTES, decode, encode
+from .records import Failure
+
+__all__ = ["TaskFailed", "WorkerDied", "WorkerProcess"]
+
+PACKAGE_ROOT = Path(__file__).parents[2]
+
+
+class TaskFailed(Exception):  # noqa: N818 - an outcome, told by the worker in good order
+    """The task ended with a failure that has a sentence."""
+
+    def __init__(self, failure: Failure) -> None:
+        super().__init__(failure.detail)
+        self.failure = failure
+
+
+class WorkerDied(Exception):  # noqa: N818 - an outcome
+    """The process ended before the task did; carries how."""
+
+    def __init__(self, returncode: int | None) -> None:
+        how = f"signal {-returncode}" if returncode is not None and returncode < 0 else f"exit code {returncode}"
+        super().__init__(how)
+
+
+class WorkerProcess:
+    """A warm process that does one task at a time."""
+
+    def __init__(self, process: asyncio.subprocess.Process) -> None:
+        self._process = process
+
+    @classmethod
+    async def start(cls, settings: Settings) -> Self:
+        """Start a process and wait until it is warm; raises WorkerDied when it never gets there."""
+        # -P: a folder named like one of our packages, where the service was started, must not be imported
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-P",
+            "-m",
+            "service.jobs.worker",
+            str(os.getpid()),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            limit=MAX_LINE_BYTES,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(_import_path())},
+        )
+        worker = cls(process)
+        try:
+            await worker._say({"settings": settings.model_dump(mode="json")})
+            await worker._hear()
+        except BaseException:
+            await worker.kill()
+            raise
+        return worker
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    async def ended(self) -> None:
+        """Wait until the process is no more."""
+        await self._process.wait()
+
+    async def do(
+        self, task: str, token: str, arguments: Mapping[str, Any], on_progress: Callable[[float], None] | None = None
+    ) -> dict[str, Any]:
+        """Do one task; raises TaskFailed and WorkerDied. When cancelled, the process is of no more use: kill it."""
+        await self._say({"task": task, "token": token, "arguments": dict(arguments)})
+        while True:
+            message = await self._hear()
+            if "progress" in message:
+                if on_progress is not None:
+                    on_progress(message["progress"])
+            elif "failure" in message:
+                raise TaskFailed(Failure(**message["failure"]))
+            else:
+                result: dict[str, Any] = message["result"]
+                return result
+
+    async def kill(self) -> None:
+        """End the process at once, and wait until the system has it back."""
+        if self._process.returncode is None:
+            try:
+                self._process.kill()
+            except ProcessLookupError:
+                return
+        await self._process.wait()
+
+    async def _say(self, message: dict[str, Any]) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(encode(message))
+            await self._process.stdin.drain()
+        except (ConnectionError, RuntimeError) as error:
+            raise WorkerDied(await self._process.wait()) from error
+
+    async def _hear(self) -> dict[str, Any]:
+        assert self._process.stdout is not None
+        line = await self._process.stdout.readline()
+        if not line.endswith(b"\n"):
+            raise WorkerDied(await self._process.wait())
+        return decode(line)
+
+
+def _import_path() -> list[str]:
+    inherited = os.environ.get("PYTHONPATH", "")
+    return [str(PACKAGE_ROOT), *(part for part in inherited.split(os.pathsep) if part)]

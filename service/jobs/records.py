@@ -1,0 +1,87 @@
+"""What is remembered of DEMs and jobs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+__all__ = ["ACTIVE", "DemRecord", "Failure", "JobKind", "JobRecord", "JobStatus"]
+
+
+class JobKind(StrEnum):
+    """What a job calculates."""
+
+    VISIBILITY_MAP = "visibility-map"
+    LINES_OF_SIGHT = "lines-of-sight"
+
+
+class JobStatus(StrEnum):
+    """Where a job stands."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    INTERRUPTED = "interrupted"
+
+
+ACTIVE = (JobStatus.QUEUED, JobStatus.RUNNING)
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why something did not work out.
+
+    error: class that was raised, as ``package.Class``. detail: its sentence. data: its numbers, for programs.
+    """
+
+    error: str
+    detail: str
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, error: Exception) -> Failure:
+        """The same from an exception; numbers and words that it carries come along."""
+        name = f"{type(error).__module__.partition('.')[0]}.{type(error).__name__}"
+        data = {key: value for key, value in vars(error).items() if isinstance(value, (int, float, str))}
+        return cls(name, str(error), data)
+
+
+@dataclass(frozen=True, slots=True)
+class DemRecord:
+    """An uploaded DEM: its id, the name it came under, when (seconds since 1970 UTC), and what was read."""
+
+    id: str
+    name: str
+    created_at_s: float
+    summary: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class JobRecord:
+    """A job as the store knows it; times are seconds since 1970 UTC.
+
+    request: what it was asked for, ready for JSON. attempts: how often it was started.
+    digest: names the files of the result. summary: what the result says, ready for JSON.
+    """
+
+    id: str
+    kind: JobKind
+    dem_id: str
+    request: Mapping[str, Any]
+    status: JobStatus
+    created_at_s: float
+    started_at_s: float | None = None
+    finished_at_s: float | None = None
+    attempts: int = 0
+    digest: str | None = None
+    summary: Mapping[str, Any] | None = None
+    failure: Failure | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether it still waits or runs."""
+        return self.status in ACTIVE

@@ -1,0 +1,252 @@
+"""The memory of the service: DEMs and jobs in SQLite, one connection, every change one transaction."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from service.errors import DataFolderError, InUseError, NotFoundError
+
+from .records import ACTIVE, DemRecord, Failure, JobKind, JobRecord, JobStatus
+
+__all__ = ["Store"]
+
+SCHEMA_VERSION = 1
+SCHEMA = """
+CREATE TABLE dems (
+    id TEXT PRIMARY KEY, name TEXT NOT NULL, created_at_s REAL NOT NULL, summary TEXT NOT NULL
+) STRICT;
+CREATE TABLE jobs (
+    id TEXT PRIMARY KEY, kind TEXT NOT NULL, dem_id TEXT NOT NULL, request TEXT NOT NULL, status TEXT NOT NULL,
+    created_at_s REAL NOT NULL, started_at_s REAL, finished_at_s REAL, attempts INTEGER NOT NULL DEFAULT 0,
+    digest TEXT, summary TEXT, failure TEXT
+) STRICT;
+CREATE INDEX jobs_by_kind ON jobs (kind, created_at_s);
+CREATE INDEX jobs_by_status ON jobs (status);
+CREATE INDEX jobs_by_digest ON jobs (digest);
+"""
+IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
+
+
+class Store:
+    """DEMs and jobs. Every method is one transaction and safe to call from any thread.
+
+    Raises DataFolderError when the file is not a store or of a newer version; sqlite3.OperationalError passes
+    through when the disk is full.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._lock = threading.Lock()
+        try:
+            self._connection = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
+            self._connection.row_factory = sqlite3.Row
+            self._connection.execute("PRAGMA busy_timeout = 5000")
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            # an accepted job must outlive a power cut, not only a crash
+            self._connection.execute("PRAGMA synchronous = FULL")
+            self._prepare(path)
+        except sqlite3.DatabaseError as error:
+            raise DataFolderError(f"{path} cannot be used as the job store: {error}.") from error
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            self._connection.close()
+
+    def check_writable(self) -> None:
+        """Raise sqlite3.OperationalError when nothing can be written."""
+        with self._transaction() as connection:
+            connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+    # -- DEMs
+
+    def add_dem(self, dem: DemRecord) -> None:
+        """Remember a DEM; one that is known already stays as it is."""
+        with self._transaction() as connection:
+            connection.execute(
+                "INSERT INTO dems VALUES (?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
+                (dem.id, dem.name, dem.created_at_s, _json(dem.summary)),
+            )
+
+    def dem(self, dem_id: str) -> DemRecord:
+        """Raises NotFoundError."""
+        with self._transaction() as connection:
+            row = connection.execute("SELECT * FROM dems WHERE id = ?", (dem_id,)).fetchone()
+        if row is None:
+            raise NotFoundError("DEM", dem_id)
+        return _dem(row)
+
+    def dems(self, limit: int, offset: int) -> tuple[list[DemRecord], int]:
+        """One page, newest first, and how many there are in all."""
+        with self._transaction() as connection:
+            total = connection.execute("SELECT count(*) FROM dems").fetchone()[0]
+            rows = connection.execute(
+                "SELECT * FROM dems ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?", (limit, offset)
+            ).fetchall()
+        return [_dem(row) for row in rows], total
+
+    def remove_dem(self, dem_id: str) -> None:
+        """Forget a DEM; raises NotFoundError, and InUseError while jobs on it wait or run."""
+        with self._transaction() as connection:
+            users = connection.execute(
+                f"SELECT count(*) FROM jobs WHERE dem_id = ? AND {IS_ACTIVE}", (dem_id,)
+            ).fetchone()[0]
+            if users:
+                raise InUseError(
+                    f"DEM {dem_id} is needed by {users} job{'s' if users > 1 else ''} that "
+                    f"{'are' if users > 1 else 'is'} not finished; delete {'them' if users > 1 else 'it'} first."
+                )
+            if not connection.execute("DELETE FROM dems WHERE id = ?", (dem_id,)).rowcount:
+                raise NotFoundError("DEM", dem_id)
+
+    # -- jobs
+
+    def add_job(self, job: JobRecord) -> None:
+        """Remember a new job; raises NotFoundError when its DEM is gone."""
+        with self._transaction() as connection:
+            if connection.execute("SELECT 1 FROM dems WHERE id = ?", (job.dem_id,)).fetchone() is None:
+                raise NotFoundError("DEM", job.dem_id)
+            connection.execute(
+                "INSERT INTO jobs (id, kind, dem_id, request, status, created_at_s) VALUES (?, ?, ?, ?, ?, ?)",
+                (job.id, job.kind, job.dem_id, _json(job.request), job.status, job.created_at_s),
+            )
+
+    def job(self, kind: JobKind, job_id: str) -> JobRecord:
+        """Raises NotFoundError."""
+        with self._transaction() as connection:
+            row = connection.execute("SELECT * FROM jobs WHERE id = ? AND kind = ?", (job_id, kind)).fetchone()
+        if row is None:
+            raise NotFoundError(kind, job_id)
+        return _job(row)
+
+    def jobs(self, kind: JobKind, limit: int, offset: int) -> tuple[list[JobRecord], int]:
+        """One page, newest first, and how many there are in all."""
+        with self._transaction() as connection:
+            total = connection.execute("SELECT count(*) FROM jobs WHERE kind = ?", (kind,)).fetchone()[0]
+            rows = connection.execute(
+                "SELECT * FROM jobs WHERE kind = ? ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?",
+                (kind, limit, offset),
+            ).fetchall()
+        return [_job(row) for row in rows], total
+
+    def start_job(self, job_id: str) -> None:
+        """A worker takes the job: one attempt more."""
+        with self._transaction() as connection:
+            connection.execute(
+                "UPDATE jobs SET status = ?, started_at_s = ?, attempts = attempts + 1 WHERE id = ?",
+                (JobStatus.RUNNING, time.time(), job_id),
+            )
+
+    def requeue_job(self, job_id: str, *, forget_attempt: bool = False) -> None:
+        """A running job waits again; forget_attempt when it was not its fault."""
+        with self._transaction() as connection:
+            connection.execute(
+                "UPDATE jobs SET status = ?, started_at_s = NULL, attempts = max(0, attempts - ?) WHERE id = ?",
+                (JobStatus.QUEUED, int(forget_attempt), job_id),
+            )
+
+    def finish_job(
+        self,
+        job_id: str,
+        status: JobStatus,
+        *,
+        digest: str | None = None,
+        summary: Mapping[str, Any] | None = None,
+        failure: Failure | None = None,
+    ) -> None:
+        """The job is over, one way or another."""
+        told = None if failure is None else {"error": failure.error, "detail": failure.detail, "data": failure.data}
+        with self._transaction() as connection:
+            connection.execute(
+                "UPDATE jobs SET status = ?, finished_at_s = ?, digest = ?, summary = ?, failure = ? WHERE id = ?",
+                (
+                    status,
+                    time.time(),
+                    digest,
+                    None if summary is None else _json(summary),
+                    None if told is None else _json(told),
+                    job_id,
+                ),
+            )
+
+    def remove_job(self, job_id: str) -> str | None:
+        """Forget a job; the digest of its result comes back when no other job shares it."""
+        with self._transaction() as connection:
+            row = connection.execute("DELETE FROM jobs WHERE id = ? RETURNING digest", (job_id,)).fetchone()
+            if row is None or row["digest"] is None:
+                return None
+            shared = connection.execute("SELECT 1 FROM jobs WHERE digest = ?", (row["digest"],)).fetchone()
+        return None if shared else str(row["digest"])
+
+    def active_jobs(self) -> list[JobRecord]:
+        """Jobs that wait or run, oldest first."""
+        with self._transaction() as connection:
+            rows = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE} ORDER BY created_at_s, id").fetchall()
+        return [_job(row) for row in rows]
+
+    def finished_results(self) -> list[tuple[str, str]]:
+        """(job id, digest) of every job that succeeded."""
+        with self._transaction() as connection:
+            rows = connection.execute("SELECT id, digest FROM jobs WHERE digest IS NOT NULL").fetchall()
+        return [(row["id"], row["digest"]) for row in rows]
+
+    def known(self) -> tuple[set[str], set[str], set[str]]:
+        """Ids of all DEMs, ids of the jobs that wait or run, digests of all results."""
+        with self._transaction() as connection:
+            return (
+                {row[0] for row in connection.execute("SELECT id FROM dems")},
+                {row[0] for row in connection.execute(f"SELECT id FROM jobs WHERE {IS_ACTIVE}")},
+                {row[0] for row in connection.execute("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL")},
+            )
+
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        with self._lock:
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield self._connection
+                self._connection.execute("COMMIT")
+            finally:
+                # SQLite has rolled back by itself when the disk was full
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+
+    def _prepare(self, path: Path) -> None:
+        version = self._connection.execute("PRAGMA user_version").fetchone()[0]
+        if version > SCHEMA_VERSION:
+            raise DataFolderError(
+                f"{path} was written by a newer Sightline (store version {version}, this one knows {SCHEMA_VERSION})."
+            )
+        if version == 0:
+            self._connection.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+
+
+def _json(value: Mapping[str, Any]) -> str:
+    return json.dumps(dict(value), allow_nan=False)
+
+
+def _dem(row: sqlite3.Row) -> DemRecord:
+    return DemRecord(row["id"], row["name"], row["created_at_s"], json.loads(row["summary"]))
+
+
+def _job(row: sqlite3.Row) -> JobRecord:
+    return JobRecord(
+        row["id"],
+        JobKind(row["kind"]),
+        row["dem_id"],
+        json.loads(row["request"]),
+        JobStatus(row["status"]),
+        row["created_at_s"],
+        row["started_at_s"],
+        row["finished_at_s"],
+        row["attempts"],
+        row["digest"],
+        None if row["summary"] is None else json.loads(row["summary"]),
+        None if row["failure"] is None else Failure(**json.loads(row["failure"])),
+    )

@@ -1,0 +1,267 @@
+"""The supervisor: takes jobs in, gets them calculated, keeps the store true, and lets them be cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import sqlite3
+import time
+import uuid
+from collections.abc import Callable, Coroutine, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+from service.errors import BusyError, InternalError, JobCancelledError, JobInterruptedError, ServiceError
+from service.settings import Settings
+
+from .folder import DataFolder, move_into_place
+from .pool import Lane, WorkerPool
+from .process import TaskFailed, WorkerDied
+from .records import Failure, JobKind, JobRecord, JobStatus
+from .store import Store
+
+__all__ = ["Supervisor"]
+
+logger = logging.getLogger("sightline.jobs")
+
+STORE_RETRY_S = 1.0
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Supervisor:
+    """Every job that waits or runs is one asyncio task here; the store says the same, and outlives us."""
+
+    def __init__(self, settings: Settings, folder: DataFolder, store: Store, pool: WorkerPool) -> None:
+        self._settings = settings
+        self._folder = folder
+        self._store = store
+        self._pool = pool
+        # one thread: what touches store and files happens in one order, and never in the event loop
+        self._store_thread = ThreadPoolExecutor(1, thread_name_prefix="store")
+        self._running: dict[str, asyncio.Task[None]] = {}
+        self._progress: dict[str, float] = {}
+        self._admitting = 0
+        self._stopping = False
+
+    async def start(self) -> None:
+        """Tidy up after a process that was killed, and take on again what it had not finished."""
+        for job in await self.in_store(self._recover):
+            self._begin(job)
+
+    async def stop(self) -> None:
+        """Leave everything unfinished for the next start; a job that runs is not blamed for it."""
+        self._stopping = True
+        for task in self._running.values():
+            task.cancel()
+        await asyncio.gather(*self._running.values(), return_exceptions=True)
+        self._store_thread.shutdown()
+
+    @property
+    def queued(self) -> int:
+        """Jobs that wait for a worker."""
+        return self._pool.waiting(Lane.CALCULATIONS)
+
+    @property
+    def running(self) -> int:
+        """Jobs that are being calculated."""
+        return len(self._running) - self.queued
+
+    def progress(self, job: JobRecord) -> float:
+        """Finished share of a job, 0..1."""
+        if job.status is JobStatus.SUCCEEDED:
+            return 1.0
+        return self._progress.get(job.id, 0.0)
+
+    async def in_store(self, work: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Do something with store or files, after all that was asked for before; it is done even if cancelled."""
+        loop = asyncio.get_running_loop()
+        return await asyncio.shield(loop.run_in_executor(self._store_thread, lambda: work(*args, **kwargs)))
+
+    async def ask(self, task: str, arguments: Mapping[str, Any], token: str | None = None) -> dict[str, Any]:
+        """Have a short task done beside the calculations, once more if its worker dies.
+
+        Raises BusyError, TaskFailed, TimeLimitError, JobInterruptedError.
+        """
+        self._refuse_when_busy(self._pool.waiting(Lane.FILES), "requests")
+        for _ in range(self._settings.max_attempts):
+            try:
+                return await self._pool.run(Lane.FILES, task, arguments, token=token)
+            except WorkerDied as died:
+                logger.warning("task %s: its worker ended with %s", task, died)
+        raise _interrupted(self._settings.max_attempts)
+
+    async def submit(
+        self, kind: JobKind, dem_id: str, request: Mapping[str, Any], inputs: Path | None = None
+    ) -> JobRecord:
+        """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone)."""
+        self._refuse_when_busy(len(self._running) + self._admitting - self._settings.workers, "jobs")
+        job = JobRecord(uuid.uuid4().hex, kind, dem_id, request, JobStatus.QUEUED, time.time())
+        self._admitting += 1
+        try:
+            if inputs is not None:
+                await self.in_store(move_into_place, inputs, self._folder.inputs(job.id))
+            await self.in_store(self._store.add_job, job)
+            self._begin(job)
+        finally:
+            self._admitting -= 1
+        return job
+
+    async def wait(self, job_id: str, seconds: float) -> None:
+        """Come back when the job is over, or after so many seconds."""
+        task = self._running.get(job_id)
+        if task is not None:
+            await asyncio.wait({task}, timeout=seconds)
+
+    async def remove(self, kind: JobKind, job_id: str) -> JobRecord | None:
+        """Cancel a job that waits or runs (it comes back, cancelled), or forget a finished one and free its files.
+
+        Raises NotFoundError.
+        """
+        job = await self.in_store(self._store.job, kind, job_id)
+        task = self._running.get(job_id)
+        if task is not None and job.active:
+            task.cancel()
+            await asyncio.wait({task})
+            job = await self.in_store(self._store.job, kind, job_id)
+            if job.active:  # cancelled before it took its first step
+                await self._over(job, JobStatus.CANCELLED, _cancelled())
+                job = await self.in_store(self._store.job, kind, job_id)
+            if job.status is JobStatus.CANCELLED:
+                return job
+        await self.in_store(self._forget, job_id)
+        return None
+
+    def _begin(self, job: JobRecord) -> None:
+        task = asyncio.create_task(self._see_through(job))
+        self._running[job.id] = task
+        task.add_done_callback(lambda _: (self._running.pop(job.id, None), self._progress.pop(job.id, None)))
+
+    async def _see_through(self, job: JobRecord) -> None:
+        """Get one job done, whatever happens to its worker."""
+        attempts, token = job.attempts, uuid.uuid4().hex
+
+        async def on_start() -> None:
+            nonlocal attempts
+            attempts += 1
+            await self._surely(self._store.start_job, job.id)
+
+        try:
+            while True:
+                try:
+                    result = await self._pool.run(
+                        Lane.CALCULATIONS,
+                        job.kind,
+                        {"dem_id": job.dem_id, "job_id": job.id, **job.request},
+                        token=token,
+                        on_start=on_start,
+                        on_progress=lambda share: self._progress.__setitem__(job.id, share),
+                    )
+                    break
+                except WorkerDied as died:
+                    logger.warning("job %s: its worker ended with %s in attempt %d", job.id, died, attempts)
+                    if attempts >= self._settings.max_attempts:
+                        await self._over(job, JobStatus.INTERRUPTED, _interrupted(attempts))
+                        return
+                    await self._surely(self._store.requeue_job, job.id)
+        except TaskFailed as failed:
+            await self._over(job, JobStatus.FAILED, failed.failure)
+        except ServiceError as error:
+            await self._over(job, JobStatus.FAILED, error)
+        except asyncio.CancelledError:
+            if not self._stopping:
+                await self._over(job, JobStatus.CANCELLED, _cancelled())
+            elif attempts > job.attempts:
+                await self._surely(self._store.requeue_job, job.id, forget_attempt=True)
+        except Exception:
+            reference = uuid.uuid4().hex[:12]
+            logger.exception("%s: job %s failed", reference, job.id)
+            await self._over(job, JobStatus.FAILED, InternalError(reference))
+        else:
+            # a result is a result, also when it is cancelled this very moment
+            await _to_its_end(self._surely(self._keep, job.id, token, result))
+
+    async def _over(self, job: JobRecord, status: JobStatus, why: Failure | ServiceError) -> None:
+        failure = Failure.of(why) if isinstance(why, ServiceError) else why
+        await self._surely(self._end, job.id, status, failure)
+
+    async def _surely(self, work: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> None:
+        """Write to the store, again and again while the disk is full: no outcome is lost for want of space."""
+        while True:
+            try:
+                await self.in_store(work, *args, **kwargs)
+            except (sqlite3.OperationalError, OSError) as error:
+                if self._stopping:
+                    raise
+                logger.error("the job store cannot be written (%s); next try in %g s", error, STORE_RETRY_S)
+                await asyncio.sleep(STORE_RETRY_S)
+            else:
+                return
+
+    # -- what follows runs in the store thread
+
+    def _keep(self, job_id: str, token: str, result: Mapping[str, Any]) -> None:
+        work = self._folder.work(token)
+        if work.exists():
+            move_into_place(work, self._folder.result(result["digest"]))
+        self._store.finish_job(job_id, JobStatus.SUCCEEDED, digest=result["digest"], summary=result["summary"])
+        self._folder.remove(self._folder.inputs(job_id))
+
+    def _end(self, job_id: str, status: JobStatus, failure: Failure) -> None:
+        self._store.finish_job(job_id, status, failure=failure)
+        self._folder.remove(self._folder.inputs(job_id))
+
+    def _forget(self, job_id: str) -> None:
+        digest = self._store.remove_job(job_id)
+        if digest is not None:
+            self._folder.remove(self._folder.result(digest))
+
+    def _recover(self) -> list[JobRecord]:
+        """Jobs to take on again: those that waited, and those that ran unless they were tried often enough."""
+        again = []
+        for job in self._store.active_jobs():
+            if job.status is JobStatus.RUNNING and job.attempts >= self._settings.max_attempts:
+                failure = Failure.of(_interrupted(job.attempts))
+                self._store.finish_job(job.id, JobStatus.INTERRUPTED, failure=failure)
+                continue
+            if job.status is JobStatus.RUNNING:
+                self._store.requeue_job(job.id)
+            again.append(job)
+        for job_id, digest in self._store.finished_results():
+            if not self._folder.result(digest).is_dir():
+                failure = Failure("service.JobInterruptedError", "Its result is missing from the data folder.")
+                self._store.finish_job(job_id, JobStatus.INTERRUPTED, failure=failure)
+        self._folder.remove_unknown(*self._store.known())
+        return again
+
+    def _refuse_when_busy(self, waiting: int, what: str) -> None:
+        if waiting >= self._settings.max_queued_jobs:
+            raise BusyError(
+                f"{waiting} {what} wait already, which is the limit; try again in a moment",
+                limit_name="max_queued_jobs",
+                limit=self._settings.max_queued_jobs,
+                given=waiting + 1,
+            )
+
+
+async def _to_its_end(work: Coroutine[Any, Any, None]) -> None:
+    """Wait for something that has to be finished even if we are cancelled."""
+    task = asyncio.ensure_future(work)
+    while not task.done():
+        try:
+            await asyncio.shield(task)
+        except asyncio.CancelledError:
+            continue
+
+
+def _cancelled() -> JobCancelledError:
+    return JobCancelledError("The job was cancelled before it was finished.")
+
+
+def _interrupted(attempts: int) -> JobInterruptedError:
+    times = "once" if attempts == 1 else f"{attempts} times"
+    return JobInterruptedError(
+        f"The job was started {times} and its worker process ended each time before it was done; it may need more "
+        "memory than the machine has. POST it again to try once more."
+    )

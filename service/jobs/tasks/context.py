@@ -1,0 +1,38 @@
+"""What every task gets besides its arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from service.jobs.dem_files import load_grid
+from service.jobs.folder import DataFolder
+from service.settings import Settings
+from terrain import ElevationGrid
+
+__all__ = ["Task", "TaskContext"]
+
+
+@dataclass(frozen=True, slots=True)
+class TaskContext:
+    """Limits, where things lie, the task's own work folder (not made yet), and whom to tell the finished share."""
+
+    settings: Settings
+    folder: DataFolder
+    work: Path
+    progress: Callable[[float], None]
+
+    def grid(self, dem_id: str) -> ElevationGrid:
+        """The DEM of that id."""
+        return _grid(self.folder.dem(dem_id))
+
+
+Task = Callable[[TaskContext, Mapping[str, Any]], Mapping[str, Any]]
+
+
+@lru_cache(maxsize=2)
+def _grid(folder: Path) -> ElevationGrid:
+    return load_grid(folder)

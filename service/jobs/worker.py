@@ -1,0 +1,149 @@
+"""A worker process: warms up, then does one task after the other until its service goes away.
+
+Started as ``python -m service.jobs.worker PARENT_PID``; never forked, so that no thread of the service is lost on the
+way. Speaks ``channel`` over stdin and stdout; whatever libraries print goes to stderr.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import queue
+import resource
+import shutil
+import signal
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Mapping
+from typing import Any, BinaryIO
+
+from service.errors import InternalError, MemoryLimitError, ServiceError, StorageFullError
+from service.settings import GIB, Settings
+from terrain import TerrainError
+from visibility import VisibilityError
+
+from .channel import decode, encode
+from .folder import FULL, DataFolder
+from .records import Failure
+from .tasks import TASKS, TaskContext
+
+__all__ = ["main"]
+
+logger = logging.getLogger("sightline.worker")
+
+PR_SET_PDEATHSIG = 1
+PROGRESS_EVERY_S = 0.1
+# Calculations give way to the process that answers HTTP.
+NICENESS = 5
+
+
+def main() -> None:
+    """Run until stdin ends."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
+    _die_with(int(sys.argv[1]))
+    os.nice(NICENESS)
+    answers = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)
+    orders: queue.Queue[dict[str, Any]] = queue.Queue()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+
+    settings = Settings.model_validate(orders.get()["settings"])
+    # the kernels' compiler is needed by every task, and nobody waits for it yet
+    from service.warm_up import warm_up
+
+    warm_up()
+    _limit_memory(settings.max_worker_memory_bytes)
+    _tell(answers, {"ready": True})
+    folder = DataFolder(settings.data_folder)
+    while True:
+        order = orders.get()
+        _tell(answers, _done(order, settings, folder, answers))
+
+
+def _done(order: Mapping[str, Any], settings: Settings, folder: DataFolder, answers: BinaryIO) -> dict[str, Any]:
+    """What comes of one task, ready to be told."""
+    task, work = TASKS[order["task"]], folder.work(order["token"])
+    context = TaskContext(settings, folder, work, _Progress(answers))
+    try:
+        return {"result": dict(task(context, order["arguments"]))}
+    except (TerrainError, VisibilityError, ServiceError) as error:
+        failure = Failure.of(error)
+    except MemoryError:
+        failure = Failure.of(
+            MemoryLimitError(
+                f"The calculation needs more than the {settings.max_worker_memory_bytes / GIB:.3g} GiB that one may "
+                "take; ask for fewer anchors or a smaller DEM, or raise SIGHTLINE_MAX_WORKER_MEMORY_BYTES."
+            )
+        )
+    except OSError as error:
+        failure = _of_storage(error) if error.errno in FULL else _of_fault(order)
+    except Exception:  # noqa: BLE001 - the process that answers must hear of every fault, and the log keeps it
+        failure = _of_fault(order)
+    shutil.rmtree(work, ignore_errors=True)
+    return {"failure": {"error": failure.error, "detail": failure.detail, "data": dict(failure.data)}}
+
+
+def _of_storage(error: OSError) -> Failure:
+    logger.error("storage full: %s", error)
+    return Failure.of(
+        StorageFullError(
+            f"There is no space left to write to the data folder ({error.strerror}); delete results or DEMs that are "
+            "not needed, or make room on the disk, and try again."
+        )
+    )
+
+
+def _of_fault(order: Mapping[str, Any]) -> Failure:
+    reference = uuid.uuid4().hex[:12]
+    logger.exception("%s: task %s failed", reference, order["task"])
+    return Failure.of(InternalError(reference))
+
+
+class _Progress:
+    """Tells the finished share, at most ten times a second."""
+
+    def __init__(self, answers: BinaryIO) -> None:
+        self._answers = answers
+        self._told_at_s = 0.0
+
+    def __call__(self, share: float) -> None:
+        now_s = time.monotonic()
+        if now_s - self._told_at_s >= PROGRESS_EVERY_S:
+            self._told_at_s = now_s
+            _tell(self._answers, {"progress": min(max(float(share), 0.0), 1.0)})
+
+
+def _tell(answers: BinaryIO, message: dict[str, Any]) -> None:
+    line = memoryview(encode(message))
+    while line:
+        line = line[answers.write(line) :]
+
+
+def _listen(orders: queue.Queue[dict[str, Any]]) -> None:
+    """Hand on what the service says; when it has gone, so do we, whatever we are at."""
+    for line in sys.stdin.buffer:
+        orders.put(decode(line))
+    os._exit(0)
+
+
+def _die_with(parent: int) -> None:
+    """Have the kernel end this process with its parent, also when the parent is killed while we calculate."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(0)
+
+
+def _limit_memory(bytes_on_top: int) -> None:
+    """Refuse memory beyond what the warm process has plus its allowance; Python then raises MemoryError."""
+    if sys.platform == "linux":
+        with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - not a file on disk
+            used_bytes = int(file.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used_bytes + bytes_on_top, resource.RLIM_INFINITY))
+
+
+if __name__ == "__main__":
+    main()
