@@ -46,7 +46,7 @@ ENV PATH=/opt/sightline/bin:$PATH \
     NUMBA_CACHE_DIR=/var/cache/sightline/numba \
     SIGHTLINE_HOST=0.0.0.0 \
     SIGHTLINE_PORT=8000 \
-    SIGHTLINE_DATA_DIR=/data
+    SIGHTLINE_DATA_FOLDER=/data
 USER sightline
 WORKDIR /home/sightline
 RUN sightline warm-up

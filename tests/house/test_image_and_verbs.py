@@ -9,6 +9,7 @@ import tomllib
 
 import pytest
 
+from service.settings import Settings
 from tests.house.repository import PACKAGES, ROOT
 
 VERBS = ("setup", "demo", "test", "check", "bench", "serve")
@@ -62,6 +63,13 @@ def test_the_image_listens_outside_the_container_only_by_its_own_setting() -> No
     assert "SIGHTLINE_PORT=8000" in environment
     assert arguments(runtime, "VOLUME") == ["/data"]
     assert "/health" in arguments(runtime, "HEALTHCHECK")[0]
+
+
+def test_every_setting_that_the_image_makes_exists() -> None:
+    environment = " ".join(arguments(dockerfile_stages()[-1], "ENV"))
+    made = {name.lower() for name in re.findall(r"SIGHTLINE_(\w+)=", environment)}
+    assert made == {"host", "port", "data_folder"}
+    assert made <= set(Settings.model_fields)
 
 
 def test_every_package_reaches_the_image() -> None:

@@ -1,0 +1,101 @@
+"""Exact mode against engines that share no code with it: brute force over every edge, and rays against the mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+from tests.reference.minimum_altitude import minimum_altitude
+from visibility import FLAT, Anchor, Curvature, min_visible_altitude
+
+from .report import Row, Table
+from .terrains import fractal_m, real_grid
+
+__all__ = ["exactness"]
+
+ALLOWED_ERROR_M = 1e-3
+EARTH = Curvature(6_371_000.0, 4.0 / 3.0)
+# a post that clears or touches by less than this may fall on either side in two correct float computations
+TOUCH_M = 1e-3
+
+NOTE = """\
+The oracle (`tests/reference/`) shares no code with the product. Anchors stand on posts, between posts and outside all
+four sides and corners. Receivers stand on the ground; a post is misclassified when the two answers call it
+differently by more than a millimetre of touching."""
+
+
+def exactness() -> Table:
+    """Misclassified posts and altitude error over small grounds, anchors inside, outside, on and off posts."""
+    rows = []
+    for name, grid in _grounds():
+        anchors = _anchors_around(grid)
+        for curvature in (FLAT, EARTH):
+            wrong, error_m, posts = 0, 0.0, 0
+            for anchor, answer_m in zip(anchors, _exact(grid, anchors, curvature), strict=True):
+                expected_m = _brute_force(grid, anchor, curvature)
+                wrong += _misclassified(grid.heights_m, answer_m, expected_m)
+                error_m = max(error_m, float(np.nanmax(np.abs(answer_m - expected_m))))
+                posts += answer_m.size
+            shape = f"{grid.rows} × {grid.cols}, cells {grid.cell_east_m:g} × {grid.cell_north_m:g} m"
+            bent = "flat" if curvature is FLAT else "k = 4/3"
+            cells = (name, shape, bent, f"{len(anchors)}", f"{posts}", f"{wrong}", f"{error_m:.1e} m")
+            rows.append(Row(cells, "0 posts, ≤ 1e-3 m", wrong == 0 and error_m <= ALLOWED_ERROR_M))
+    return Table(
+        "Exact mode against brute force over every edge",
+        ("ground", "size", "curvature", "anchors", "posts judged", "misclassified", "largest altitude error"),
+        rows,
+        NOTE,
+    )
+
+
+def _grounds() -> Iterator[tuple[str, ElevationGrid]]:
+    random = np.random.default_rng(3)
+    yield "random", ElevationGrid(random.uniform(0.0, 60.0, (21, 26)).astype(np.float32), 30.0, 30.0)
+    yield "random, oblong cells", ElevationGrid(random.uniform(0.0, 60.0, (19, 23)).astype(np.float32), 12.0, 31.0)
+    yield "fractal", ElevationGrid(fractal_m(64)[:28, :31], 30.0, 30.0)
+    mountains = real_grid("bigtujunga.tif")
+    if mountains is not None:
+        yield "bigtujunga, cut out", ElevationGrid(mountains.heights_m[300:330, 500:526], 30.0, 30.0)
+
+
+def _anchors_around(grid: ElevationGrid) -> list[Anchor]:
+    rows, cols = grid.shape
+    places = {
+        "on a post": (rows // 3, cols // 2),
+        "between posts": (rows * 0.613, cols * 0.377),
+        "on an edge of the mesh": (rows // 2 + 0.5, cols // 2 + 0.5),
+        "north": (-4.2, cols * 0.4),
+        "south": (rows + 3.3, cols * 0.7),
+        "west": (rows * 0.35, -5.0),
+        "east": (rows * 0.5, cols + 2.6),
+        "north-west corner": (-3.0, -3.0),
+        "south-east corner": (rows + 1.5, cols + 4.5),
+    }
+    top_m = float(grid.heights_m.max())
+    return [
+        Anchor(name, *grid.position_of(row, col), altitude_m=top_m + 15.0 + 7.0 * number)
+        for number, (name, (row, col)) in enumerate(places.items())
+    ]
+
+
+def _exact(grid: ElevationGrid, anchors: list[Anchor], curvature: Curvature) -> npt.NDArray[np.float64]:
+    return min_visible_altitude(grid, anchors, "exact", curvature).altitude_m.astype(np.float64)
+
+
+def _brute_force(grid: ElevationGrid, anchor: Anchor, curvature: Curvature) -> npt.NDArray[np.float64]:
+    row, col = grid.post_at(anchor.east_m, anchor.north_m)
+    cells_m = (grid.cell_north_m, grid.cell_east_m)
+    expected_m, _ = minimum_altitude(  # type: ignore[no-untyped-call] # tests carry no types
+        grid.heights_m, (row, col, anchor.altitude_m), cells_m, curvature.drop_per_m2
+    )
+    return np.asarray(expected_m, np.float64)
+
+
+def _misclassified(
+    ground_m: npt.NDArray[np.float32], answer_m: npt.NDArray[np.float64], expected_m: npt.NDArray[np.float64]
+) -> int:
+    differs = (ground_m >= answer_m) != (ground_m >= expected_m)
+    return int(np.count_nonzero(differs & (np.abs(expected_m - ground_m) > TOUCH_M)))
