@@ -1,9 +1,10 @@
 """What can go wrong in the service itself; how each is answered over HTTP is told in service/http/problems.py.
 
 ServiceError
-├── DataFolderError            the data folder cannot be used
-│   └── DataFolderInUseError   another process works on it
-├── AddressInUseError          the service cannot listen where it was told to
+├── StartError                 the service cannot start as it was told to
+│   ├── DataFolderError        the data folder cannot be used
+│   │   └── DataFolderInUseError   another process works on it
+│   └── AddressError           it cannot listen at that address
 ├── NotFoundError              no such resource; carries its kind and id
 ├── NotReadyError              the job has no result (yet)
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
@@ -24,7 +25,7 @@ ServiceError
 from __future__ import annotations
 
 __all__ = [
-    "AddressInUseError",
+    "AddressError",
     "BodyTooLargeError",
     "BusyError",
     "DataFolderError",
@@ -41,6 +42,7 @@ __all__ = [
     "NotReadyError",
     "RequestError",
     "ServiceError",
+    "StartError",
     "StorageFullError",
     "TimeLimitError",
 ]
@@ -50,7 +52,11 @@ class ServiceError(Exception):
     """Base of everything that the service raises on purpose."""
 
 
-class DataFolderError(ServiceError):
+class StartError(ServiceError):
+    """The service cannot start as it was told to."""
+
+
+class DataFolderError(StartError):
     """The data folder cannot be used."""
 
 
@@ -58,7 +64,7 @@ class DataFolderInUseError(DataFolderError):
     """Another process works on the data folder."""
 
 
-class AddressInUseError(ServiceError):
+class AddressError(StartError):
     """The service cannot listen at the address it was given."""
 
 
