@@ -11,12 +11,16 @@ from .errors import (
     SampleError,
     TerrainError,
 )
-from .frames import Body, body_of
+from .frames import Body, body_of, to_grid_frame, to_lon_lat
 from .grid import ElevationGrid, Provenance
+from .limits import DEFAULT_MAX_CELLS
+from .mesh import TriangleMesh, grid_mesh
 from .reading import read_dem
 from .sampling import height_at
+from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
 
 __all__ = [
+    "DEFAULT_MAX_CELLS",
     "Body",
     "DemFormatError",
     "DemReadError",
@@ -28,8 +32,18 @@ __all__ = [
     "Provenance",
     "SampleError",
     "TerrainError",
+    "TriangleMesh",
     "body_of",
+    "cone",
+    "fractal",
+    "grid_mesh",
     "height_at",
+    "horizon_distance_m",
+    "plane",
     "read_dem",
+    "ridge",
+    "to_grid_frame",
+    "to_lon_lat",
+    "wedge",
     "write_npz",
 ]

@@ -1,14 +1,22 @@
-"""Frames: which body a CRS lies on, and positions in degrees brought into a grid's metric frame."""
+"""Frames: which body a CRS lies on, and positions in degrees brought into a grid's metric frame and back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import overload
 
+import numpy as np
+import numpy.typing as npt
 import pyproj
+from pyproj.enums import TransformDirection
 
 from .errors import FrameError
+from .grid import ElevationGrid
 
-__all__ = ["Body", "body_of"]
+__all__ = ["Body", "body_of", "to_grid_frame", "to_lon_lat"]
+
+Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,3 +36,71 @@ def body_of(crs: pyproj.CRS) -> Body:
     names = {"Earth": (6.33e6, 6.41e6), "Mars": (3.35e6, 3.42e6), "Moon": (1.73e6, 1.745e6)}
     name = next((n for n, (low, high) in names.items() if low <= semi_major_m <= high), ellipsoid.name)
     return Body(name, (2.0 * semi_major_m + semi_minor_m) / 3.0)
+
+
+@overload
+def to_grid_frame(grid: ElevationGrid, lon_deg: float, lat_deg: float) -> tuple[float, float]: ...
+@overload
+def to_grid_frame(grid: ElevationGrid, lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike) -> tuple[Array, Array]: ...
+def to_grid_frame(
+    grid: ElevationGrid, lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike
+) -> tuple[float, float] | tuple[Array, Array]:
+    """(east_m, north_m) in the grid's CRS of longitudes and latitudes, scalars or arrays of one shape.
+
+    Degrees are WGS 84 on Earth, elsewhere the body's own in the grid's CRS; longitudes may run to 360.
+    Raises FrameError for a grid without CRS, degrees out of range and positions that the CRS cannot express.
+    """
+    lon, lat = np.broadcast_arrays(np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64))
+    if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
+        raise FrameError("lon_deg and lat_deg must be finite numbers.")
+    if (np.abs(lat) > 90.0).any() or (lon < -180.0).any() or (lon > 360.0).any():
+        raise FrameError(
+            f"lat_deg must lie in −90…90 and lon_deg in −180…360, not {_first(lat, np.abs(lat) > 90.0)} and "
+            f"{_first(lon, (lon < -180.0) | (lon > 360.0))}; are they swapped or in metres?"
+        )
+    east, north = _degrees_to_metres(_crs_of(grid)).transform(lon, lat)
+    return _checked(grid, east, north, f"lon_deg {lon.flat[0]:g}, lat_deg {lat.flat[0]:g}" if lon.size == 1 else "")
+
+
+@overload
+def to_lon_lat(grid: ElevationGrid, east_m: float, north_m: float) -> tuple[float, float]: ...
+@overload
+def to_lon_lat(grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> tuple[Array, Array]: ...
+def to_lon_lat(
+    grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike
+) -> tuple[float, float] | tuple[Array, Array]:
+    """(lon_deg, lat_deg) of positions in the grid's CRS: the inverse of ``to_grid_frame``. Raises FrameError."""
+    east, north = np.broadcast_arrays(np.asarray(east_m, np.float64), np.asarray(north_m, np.float64))
+    if not (np.isfinite(east).all() and np.isfinite(north).all()):
+        raise FrameError("east_m and north_m must be finite numbers.")
+    lon, lat = _degrees_to_metres(_crs_of(grid)).transform(east, north, direction=TransformDirection.INVERSE)
+    return _checked(grid, lon, lat, f"east_m {east.flat[0]:g}, north_m {north.flat[0]:g}" if east.size == 1 else "")
+
+
+def _crs_of(grid: ElevationGrid) -> pyproj.CRS:
+    if grid.crs is None:
+        raise FrameError(
+            "The DEM has no CRS, so longitude and latitude have no place on it; give metres east and north."
+        )
+    return grid.crs
+
+
+@lru_cache(maxsize=64)
+def _degrees_to_metres(crs: pyproj.CRS) -> pyproj.Transformer:
+    geodetic = pyproj.CRS.from_epsg(4326) if body_of(crs).name == "Earth" else crs.geodetic_crs
+    if geodetic is None:
+        raise FrameError(f"The CRS {crs.name!r} has no longitude and latitude.")
+    return pyproj.Transformer.from_crs(geodetic, crs, always_xy=True)
+
+
+def _checked(grid: ElevationGrid, first: Array, second: Array, where: str) -> tuple[float, float] | tuple[Array, Array]:
+    if not (np.isfinite(first).all() and np.isfinite(second).all()):
+        name = grid.crs.name if grid.crs is not None else "local"
+        raise FrameError(f"{where or 'Some positions'} cannot be projected with the DEM's CRS {name}.")
+    if np.ndim(first) == 0:
+        return float(first), float(second)
+    return first, second
+
+
+def _first(values: Array, wrong: npt.NDArray[np.bool_]) -> float:
+    return float(values[wrong].flat[0]) if wrong.any() else float(values.flat[0])
