@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility import FLAT, Anchor, min_visible_altitude
+from visibility.minimum_altitude import Mode
 
 from . import gdal_peer
 from .deviation import Deviation, deviation, pooled
@@ -20,12 +20,11 @@ __all__ = ["accuracy"]
 
 RECEIVERS_M = (0.0, 1.5)
 ANCHORS = 12
-Mode = Literal["fast", "exact"]
 Placed = list[tuple[Anchor, int, int, float]]
 
 NOTE = """\
-Flat ground, so that GDAL answers the same question. Anchors over posts drawn at random with a fixed seed, 10 to 300 m
-above ground; on the rough fractal one anchor, 100 m above the middle. p50 to largest: absolute altitude error,
+Flat ground, so that GDAL answers the same question. Anchors over posts drawn at random with a fixed seed, 10 to 300
+m above ground; on the rough fractal one anchor, 100 m above the middle. p50 to largest: absolute altitude error,
 metres, over the posts that exact mode calls hidden from the ground. Both engines are off by most where a shadow's
 edge falls within a cell: one side of it is open sky, the other in deep shadow, so an edge moved by part of a cell is
 an error as high as the shadow. *Wild posts* are those that no such move explains: further than 10 m outside

@@ -22,8 +22,8 @@ EARTH = Curvature(6_371_000.0, 4.0 / 3.0)
 TOUCH_M = 1e-3
 
 NOTE = """\
-The oracle (`tests/reference/`) shares no code with the product. Anchors stand on posts, between posts and outside all
-four sides and corners. Receivers stand on the ground; a post is misclassified when the two answers call it
+The oracle (`tests/reference/`) shares no code with the product. Anchors stand on posts, between posts and outside
+all four sides and corners. Receivers stand on the ground; a post is misclassified when the two answers call it
 differently by more than a millimetre of touching."""
 
 
