@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-__all__ = ["sentence_of", "sentence_of_detail"]
+__all__ = ["place_of", "sentence_of", "sentence_of_detail"]
 
 # Tags of unions appear in pydantic's locations but not in the request.
 UNION_TAGS = frozenset({"word", "numbers"})
@@ -22,7 +22,7 @@ def sentence_of(error: ValidationError) -> str:
 def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     """The same from pydantic's (or FastAPI's) list of error details; says how many more there are."""
     first = details[0]
-    place = _place(first["loc"])
+    place = place_of(first["loc"])
     message = str(first["msg"]).removeprefix("Value error, ").rstrip(".")
     if first["type"] == "extra_forbidden":
         message = "this field is not known here"
@@ -34,7 +34,8 @@ def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     return f"{place}: {message}{also}." if place else f"{message}{also}."
 
 
-def _place(loc: Sequence[str | int]) -> str:
+def place_of(loc: Sequence[str | int]) -> str:
+    """A place in the request as people write it: ``anchors[0].east_m``."""
     place = ""
     for part in loc:
         if part in UNION_TAGS or (part == "body" and not place):
