@@ -17,7 +17,7 @@ from visibility import FLAT, UNKNOWN, VISIBLE, Anchor, Curvature, min_visible_al
 from .positions import resolve_anchor
 from .schemas.visibility_maps import CurvatureIn, VisibilityMapParameters
 
-__all__ = ["Calculation", "VisibilityMap", "calculate", "dem_name"]
+__all__ = ["Calculation", "VisibilityMap", "calculate", "crs_label", "dem_name", "dem_summary"]
 
 # What is left for counting once the sight lines are done.
 SHARE_OF_SIGHT_LINES = 0.95
@@ -67,7 +67,7 @@ class VisibilityMap:
                 "above_ground_m": self.parameters.receiver_above_ground_m,
                 "altitude_m": self.parameters.receiver_altitude_m,
             },
-            "dem": _dem_summary(self.grid),
+            "dem": dem_summary(self.grid),
             "anchors": [
                 _anchor_summary(self.grid, anchor, self.visible[i], known, known_posts)
                 for i, anchor in enumerate(self.anchors)
@@ -123,9 +123,36 @@ def calculate(
     return finished
 
 
+def crs_label(grid: ElevationGrid) -> str:
+    """How people call the grid's CRS: its code, its name where it has none, or that it is local."""
+    if grid.crs is None:
+        return "local frame"
+    authority = grid.crs.to_authority()
+    return ":".join(authority) if authority else str(grid.crs.name)
+
+
 def dem_name(grid: ElevationGrid) -> str:
     """What to call the DEM in titles: the name of its file without folders, or a word for one made in memory."""
     return PurePath(grid.provenance.source).name or "unnamed grid"
+
+
+def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+    """Which ground this is: name, digest, size, place and what was converted, ready for JSON."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    return {
+        "name": dem_name(grid),
+        "sha256": grid.digest,
+        "rows": grid.rows,
+        "cols": grid.cols,
+        "cell_east_m": grid.cell_east_m,
+        "cell_north_m": grid.cell_north_m,
+        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
+        "crs": None if grid.crs is None else grid.crs.to_string(),
+        "crs_name": crs_label(grid),
+        "vertical_datum": grid.vertical_datum,
+        "unknown_posts": grid.unknown_posts,
+        "conversions": list(grid.provenance.conversions),
+    }
 
 
 def _curvature(parameters: VisibilityMapParameters) -> Curvature | None:
@@ -140,23 +167,6 @@ def _count(visible: npt.NDArray[np.uint8], value: np.uint8) -> npt.NDArray[np.ui
     for of_one_anchor in visible:
         counts += of_one_anchor == value
     return counts
-
-
-def _dem_summary(grid: ElevationGrid) -> dict[str, Any]:
-    west_m, south_m, east_m, north_m = grid.bounds_m
-    return {
-        "name": dem_name(grid),
-        "sha256": grid.digest,
-        "rows": grid.rows,
-        "cols": grid.cols,
-        "cell_east_m": grid.cell_east_m,
-        "cell_north_m": grid.cell_north_m,
-        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
-        "crs": None if grid.crs is None else grid.crs.to_string(),
-        "vertical_datum": grid.vertical_datum,
-        "unknown_posts": grid.unknown_posts,
-        "conversions": list(grid.provenance.conversions),
-    }
 
 
 def _anchor_summary(

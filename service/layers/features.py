@@ -6,38 +6,44 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pyproj
-
 from service.visibility_map import VisibilityMap
-from terrain import body_of
+from terrain import to_lon_lat
 
 __all__ = ["write_anchors"]
 
-EARTH = "EPSG:4326"
+# Told by the geometry and by the altitude that came of it.
+POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "above_ground_m", "altitude_m"}
 
 
 def write_anchors(finished: VisibilityMap, path: Path) -> None:
-    """A FeatureCollection of points in longitude and latitude; without a CRS in the DEM's local metres, and says so."""
-    crs = finished.grid.crs
-    to_degrees = None if crs is None else pyproj.Transformer.from_crs(crs, _degrees_of(crs), always_xy=True)
+    """A FeatureCollection of points in longitude and latitude; without a CRS in the DEM's local metres, and says so.
+
+    Its properties are those that ``--anchors`` reads, so the file can be the next request's input.
+    """
+    grid = finished.grid
     features: list[dict[str, Any]] = []
-    for properties in finished.summary()["anchors"]:
-        east_m, north_m = properties["east_m"], properties["north_m"]
-        coordinates = (east_m, north_m) if to_degrees is None else to_degrees.transform(east_m, north_m, errcheck=True)
+    for anchor, asked, found in zip(
+        finished.anchors, finished.parameters.anchors, finished.summary()["anchors"], strict=True
+    ):
+        position = (anchor.east_m, anchor.north_m)
+        limits = asked.model_dump(exclude_none=True, exclude=POSITION)
         features.append(
             {
                 "type": "Feature",
-                "id": properties["id"],
-                "geometry": {"type": "Point", "coordinates": list(coordinates)},
-                "properties": properties,
+                "id": anchor.id,
+                "geometry": {
+                    "type": "Point",
+                    "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
+                },
+                "properties": {**_without(found, "above_ground_m"), **limits, "altitude_m": anchor.altitude_m},
             }
         )
     collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if crs is None:
+    if grid.crs is None:
         collection["coordinates_are"] = "metres east and north in the DEM's local frame, which has no CRS"
     path.write_text(json.dumps(collection, allow_nan=False, indent=1), encoding="utf-8")
 
 
-def _degrees_of(crs: pyproj.CRS) -> Any:
-    """WGS 84 on Earth, as GeoJSON wants it; elsewhere the body's own longitude and latitude."""
-    return EARTH if body_of(crs).name == "Earth" else crs.geodetic_crs
+def _without(properties: dict[str, Any], name: str) -> dict[str, Any]:
+    """An anchor has one height; two in a file would be refused when it is read."""
+    return {key: value for key, value in properties.items() if key != name}

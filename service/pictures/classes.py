@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import to_rgb
 
-__all__ = ["UNKNOWN_COLOUR", "CountClass", "count_classes", "lookup_table"]
+__all__ = ["NO_GROUND_COLOUR", "UNKNOWN_COLOUR", "CountClass", "count_classes", "lookup_table"]
 
 MOST_CLASSES = 8
 # None in sight is the news a planner looks for: a warm colour that no class of the blue-green ramp comes near.
-NONE_COLOUR = "#c46a4a"
+NONE_COLOUR = "#bd8468"
 UNKNOWN_COLOUR = "#b9b9b9"
+NO_GROUND_COLOUR = "#e4e4e4"
 RAMP, RAMP_FROM, RAMP_TO = "YlGnBu", 0.12, 0.86
 
 
@@ -29,8 +30,7 @@ class CountClass:
     @property
     def label(self) -> str:
         """How the legend names it."""
-        number = str(self.first) if self.first == self.last else f"{self.first}–{self.last}"
-        return f"{number} anchor" if self.last == 1 else f"{number} anchors"
+        return str(self.first) if self.first == self.last else f"{self.first}–{self.last}"
 
 
 def count_classes(n_anchors: int) -> tuple[CountClass, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
@@ -10,61 +11,35 @@ from matplotlib.patheffects import withStroke
 
 from visibility import Anchor
 
-__all__ = ["draw_anchors", "draw_north_arrow", "draw_scale_bar"]
+__all__ = ["ANCHOR_COLOUR", "INK", "draw_anchors", "draw_scale_and_north"]
 
 HALO = withStroke(linewidth=2.6, foreground="white")
-INK = "#1a1a1a"
+INK, ANCHOR_COLOUR = "#1a1a1a", "#ffd400"
 # More names than these would cover the map.
 MOST_NAMES = 40
-EDGE = 0.035
 
 
-def draw_scale_bar(axes: Axes, width_m: float) -> None:
-    """A bar of a round length, about a fifth of the map, in the lower left corner. The axes are in km."""
+def draw_scale_and_north(axes: Axes, width_m: float, width_in: float, height_in: float) -> None:
+    """A bar of a round length, about a fifth of the map, and an arrow to grid north, in the lower left corner."""
     length_m = _round_length(0.22 * width_m)
-    share = length_m / width_m
-    left, low, height = 0.03, 0.03, 0.012
+    # inches on paper as shares of the axes
+    across, up = 1.0 / width_in, 1.0 / height_in
+    left, low, bar = 0.2 * across, 0.2 * up, length_m / width_m
+    box: dict[str, Any] = {"transform": axes.transAxes, "zorder": 8}
     axes.add_patch(
-        Rectangle(
-            (left - 0.015, low - 0.015), share + 0.03, 0.075, transform=axes.transAxes, fc="white", alpha=0.8, zorder=8
-        )
+        Rectangle((left - 0.1 * across, low - 0.1 * up), bar + 0.6 * across, 0.48 * up, fc="white", alpha=0.8, **box)
     )
     for half, colour in ((0, INK), (1, "white")):
-        axes.add_patch(
-            Rectangle(
-                (left + half * share / 2, low),
-                share / 2,
-                height,
-                transform=axes.transAxes,
-                fc=colour,
-                ec=INK,
-                lw=0.8,
-                zorder=9,
-            )
-        )
+        corner = (left + half * bar / 2, low)
+        axes.add_patch(Rectangle(corner, bar / 2, 0.08 * up, fc=colour, ec=INK, lw=0.8, **box))
     text = f"{length_m / 1000:g} km" if length_m >= 1000 else f"{length_m:g} m"
-    axes.text(
-        left + share / 2, low + height + 0.01, text, transform=axes.transAxes, ha="center", va="bottom", fontsize=9,
-        color=INK, zorder=9,
-    )  # fmt: skip
-
-
-def draw_north_arrow(axes: Axes) -> None:
-    """An arrow to grid north in the upper right corner."""
+    axes.text(left + bar / 2, low + 0.13 * up, text, ha="center", va="bottom", fontsize=9, color=INK, **box)
+    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.6, "shrinkA": 0, "shrinkB": 0}
+    at = left + bar + 0.25 * across
     axes.annotate(
-        "N",
-        xy=(0.965, 0.975),
-        xytext=(0.965, 0.885),
-        xycoords="axes fraction",
-        ha="center",
-        va="center",
-        fontsize=11,
-        fontweight="bold",
-        color=INK,
-        arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 2.0, "path_effects": [HALO]},
-        path_effects=[HALO],
-        zorder=9,
+        "", (at, low + 0.33 * up), (at, low - 0.04 * up), xycoords="axes fraction", arrowprops=arrow, zorder=9
     )
+    axes.text(at + 0.06 * across, low, "N", fontsize=9, fontweight="bold", color=INK, va="bottom", **box)
 
 
 def draw_anchors(axes: Axes, anchors: tuple[Anchor, ...], extent_km: tuple[float, float, float, float]) -> None:
@@ -77,7 +52,7 @@ def draw_anchors(axes: Axes, anchors: tuple[Anchor, ...], extent_km: tuple[float
         east_km, north_km = anchor.east_m / 1000.0, anchor.north_m / 1000.0
         name = anchor.id if len(anchors) <= MOST_NAMES else ""
         if west <= east_km <= east and south <= north_km <= north:
-            axes.plot(east_km, north_km, marker="^", ms=10, mfc="#ffd400", mec=INK, mew=1.3, ls="none", zorder=10)
+            axes.plot(east_km, north_km, marker="^", ms=10, mfc=ANCHOR_COLOUR, mec=INK, mew=1.3, ls="none", zorder=10)
             on_the_right = east_km < east - 0.1 * (east - west)
             axes.annotate(
                 name,

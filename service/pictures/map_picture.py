@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from service.visibility_map import VisibilityMap, dem_name
+from service.visibility_map import VisibilityMap, crs_label, dem_name
 
-from .classes import UNKNOWN_COLOUR, CountClass, count_classes, lookup_table
-from .furniture import INK, draw_anchors, draw_north_arrow, draw_scale_bar
+from .classes import NO_GROUND_COLOUR, UNKNOWN_COLOUR, CountClass, count_classes, lookup_table
+from .furniture import ANCHOR_COLOUR, INK, draw_anchors, draw_scale_and_north
 from .relief import Sampling, mean_heights, pick, repeated, shaded_relief
 
 __all__ = ["draw_map", "write_map_picture"]
@@ -23,7 +24,7 @@ __all__ = ["draw_map", "write_map_picture"]
 DPI = 110
 LONGER_SIDE_IN = 9.0
 SHORTEST_SIDE_IN = 3.6
-LEGEND_IN, LEFT_IN, BOTTOM_IN, TOP_IN = 2.5, 0.85, 0.65, 0.8
+LEGEND_IN, LEFT_IN, BOTTOM_IN, TOP_IN = 2.15, 1.0, 0.65, 0.8
 # Part of a colour that relief may darken.
 RELIEF_STRENGTH = 0.62
 HATCH_PERIOD_PX, HATCH_WIDTH_PX = 12, 3
@@ -55,11 +56,9 @@ def draw_map(finished: VisibilityMap) -> Figure:
     axes.set_ylim(south, north)
     axes.ticklabel_format(style="plain", useOffset=False)
     axes.locator_params(nbins=7)
-    frame = "local frame" if grid.crs is None else grid.crs.to_string() if grid.crs.to_authority() else grid.crs.name
-    axes.set_xlabel(f"east, km  ({frame})")
+    axes.set_xlabel(f"east, km  ({crs_label(grid)})")
     axes.set_ylabel("north, km")
-    draw_scale_bar(axes, 1000.0 * (east - west))
-    draw_north_arrow(axes)
+    draw_scale_and_north(axes, 1000.0 * (east - west), width_in, height_in)
     draw_anchors(axes, finished.anchors, (west, east, south, north))
     _title(figure, finished, LEFT_IN / whole_in[0], whole_in[1])
     _legend(axes, finished, classes)
@@ -77,8 +76,10 @@ def _pixels(finished: VisibilityMap, classes: tuple[CountClass, ...]) -> npt.NDA
     colour = lookup_table(classes)[count] * repeated(light, sampling.repeat)[..., None]
     nothing_sure = (count == 0) & (unknown > 0)
     colour[nothing_sure] = _rgb(UNKNOWN_COLOUR)
-    hatched = _hatching(count.shape) & (unknown > 0)
+    no_ground = repeated(np.isnan(heights_m), sampling.repeat)
+    hatched = _hatching(count.shape) & (unknown > 0) & ~no_ground
     colour[hatched] *= 0.72
+    colour[no_ground & nothing_sure] = _rgb(NO_GROUND_COLOUR)
     return np.asarray(np.rint(colour * 255.0), np.uint8)
 
 
@@ -105,36 +106,43 @@ def _title(figure: Figure, finished: VisibilityMap, left: float, height_in: floa
     )
 
 
-def _legend(axes: Any, finished: VisibilityMap, classes: tuple[CountClass, ...]) -> None:
+def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]) -> None:
     """Classes with their share of the map's posts, in the margin on the right."""
     posts = np.bincount(finished.count.ravel(), minlength=len(finished.anchors) + 1)
-    nothing_sure = int(np.count_nonzero((finished.count == 0) & (finished.unknown_count > 0)))
-    posts[0] -= nothing_sure
-    total = finished.count.size
-    handles: list[Any] = [
-        Patch(fc=c.rgb, ec=INK, lw=0.6, label=f"{c.label}   {_percent(posts[c.first : c.last + 1].sum() / total)}")
-        for c in reversed(classes)
+    nothing_sure = (finished.count == 0) & (finished.unknown_count > 0)
+    no_ground = nothing_sure & np.isnan(finished.grid.heights_m) if finished.grid.unknown_posts else None
+    n_no_ground = 0 if no_ground is None else int(np.count_nonzero(no_ground))
+    n_nothing_sure = int(np.count_nonzero(nothing_sure))
+    posts[0] -= n_nothing_sure
+    rows = [
+        (c.label, Patch(fc=c.rgb, ec=INK, lw=0.6), int(posts[c.first : c.last + 1].sum())) for c in reversed(classes)
     ]
     if np.any(finished.unknown_count):
-        label = f"unknown   {_percent(nothing_sure / total)}"
-        handles.append(Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="////", label=label))
-    handles.append(Line2D([], [], marker="^", ms=9, mfc="#ffd400", mec=INK, mew=1.2, ls="none", label="ranging anchor"))
-    axes.legend(
-        handles=handles,
+        hatched = Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="/////")
+        rows.append(("unknown", hatched, n_nothing_sure - n_no_ground))
+    if n_no_ground:
+        rows.append(("no ground", Patch(fc=NO_GROUND_COLOUR, ec=INK, lw=0.6), n_no_ground))
+    widest = max(len(label) for label, _, _ in rows)
+    handles: list[Artist] = [handle for _, handle, _ in rows]
+    labels = [f"{label:<{widest}} {100 * n / finished.count.size:5.1f} %" for label, _, n in rows]
+    handles.append(Line2D([], [], marker="^", ms=9, mfc=ANCHOR_COLOUR, mec=INK, mew=1.2, ls="none"))
+    legend = axes.legend(
+        handles,
+        [*labels, "anchor"],
         title="Anchors in sight,\nshare of the map",
         loc="upper left",
-        bbox_to_anchor=(1.015, 1.0),
+        bbox_to_anchor=(1.0, 1.0),
         borderaxespad=0.0,
+        borderpad=0.6,
         frameon=False,
         alignment="left",
         labelspacing=0.55,
         handlelength=1.6,
         handleheight=1.2,
+        prop={"family": "monospace", "size": 9.5},
     )
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %" if share >= 0.1 or share == 0 else f"{100 * share:.1f} %"
+    legend.get_title().set_fontfamily("sans-serif")
+    legend.get_title().set_fontweight("bold")
 
 
 def _map_size_in(width: float, height: float) -> tuple[float, float]:

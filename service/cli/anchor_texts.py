@@ -1,0 +1,38 @@
+"""Anchors as options write them: ID,EAST,NORTH,HEIGHT."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from service.errors import RequestError
+from service.schemas import AnchorIn
+
+__all__ = ["anchor_from_text", "position_fields"]
+
+HEIGHT = re.compile(r"(?P<metres>[^a-zA-Z]+(?:[eE][-+]?\d+)?)(?P<above>agl|msl)", re.IGNORECASE)
+FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (altitude)"
+
+
+def anchor_from_text(text: str, *, lonlat: bool) -> AnchorIn:
+    """The anchor that an --anchor option describes. Raises RequestError, pydantic.ValidationError."""
+    name, comma, position = text.partition(",")
+    if not comma:
+        raise RequestError(f"--anchor {text!r} is not of the form {FORM}.")
+    fields = position_fields(position, lonlat=lonlat, complaint=f"--anchor {text!r} is not of the form {FORM}.")
+    return AnchorIn.model_validate({"id": name.strip(), **fields})
+
+
+def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, Any]:
+    """EAST,NORTH,HEIGHT as the fields of a request. Raises RequestError with the given complaint."""
+    parts = [part.strip() for part in text.split(",")]
+    height = HEIGHT.fullmatch(parts[-1])
+    if len(parts) != 3 or height is None:
+        raise RequestError(complaint)
+    try:
+        first, second, metres = float(parts[0]), float(parts[1]), float(height["metres"])
+    except ValueError as error:
+        raise RequestError(complaint) from error
+    pair = ("lon_deg", "lat_deg") if lonlat else ("east_m", "north_m")
+    kind = "above_ground_m" if height["above"].lower() == "agl" else "altitude_m"
+    return {pair[0]: first, pair[1]: second, kind: metres}

@@ -1,0 +1,186 @@
+"""The commands of ``sightline`` and their options; each does its work in its own module, imported when it is called."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .failures import exit_code_of
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="sightline",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Which ranging anchors does a rover see, where, and from what height? Exit codes: 0 done, 2 bad input, "
+    "1 fault.",
+)
+
+
+class Mode(StrEnum):
+    """How sight lines are calculated."""
+
+    FAST = "fast"
+    EXACT = "exact"
+
+
+class UnknownGround(StrEnum):
+    """What a sight line over unknown ground is."""
+
+    UNKNOWN = "unknown"
+    OPEN = "open"
+    BLOCKED = "blocked"
+
+
+class CurvatureWord(StrEnum):
+    """Whether the ground curves."""
+
+    AUTO = "auto"
+    FLAT = "flat"
+
+
+DemPath = Annotated[str, typer.Argument(metavar="DEM", help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")]
+Nodata = Annotated[float | None, typer.Option("--nodata", metavar="NUMBER", help="Value that marks unknown posts.")]
+Crs = Annotated[
+    str | None, typer.Option("--crs", metavar="CRS", help="CRS of a DEM whose file names none, such as EPSG:32611.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output and nothing else.")]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print(f"sightline {version('sightline')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _sightline(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None: ...
+
+
+@app.command()
+def info(dem: DemPath, nodata: Nodata = None, crs: Crs = None, as_json: AsJson = False) -> None:
+    """Show what is read from a DEM, what was converted on the way, and every warning."""
+    from .info import show_info
+
+    show_info(dem, nodata, crs, as_json)
+
+
+@app.command()
+def visibility(
+    dem: DemPath,
+    anchor: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--anchor",
+            metavar="ID,EAST,NORTH,HEIGHT",
+            help="An anchor; metres in the DEM's CRS, HEIGHT 80agl (above ground) or 612msl (altitude). Repeatable.",
+        ),
+    ] = None,
+    lonlat: Annotated[bool, typer.Option("--lonlat", help="The pairs of --anchor are longitude,latitude.")] = False,
+    anchors: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--anchors",
+            metavar="FILE",
+            help="Anchors with range, azimuth and elevation limits in a .json, .geojson or .csv file. Repeatable.",
+        ),
+    ] = None,
+    receiver_height: Annotated[
+        float | None, typer.Option("--receiver-height", metavar="M", help="Above ground, metres. (default 1.5)")
+    ] = None,
+    receiver_altitude: Annotated[
+        float | None, typer.Option("--receiver-altitude", metavar="M", help="One altitude everywhere instead, metres.")
+    ] = None,
+    mode: Annotated[Mode, typer.Option(help="Column sweep, or every edge that a line crosses.")] = Mode.FAST,
+    unknown: Annotated[
+        UnknownGround, typer.Option(help="What a line over unknown ground is, unless known ground blocks it.")
+    ] = UnknownGround.UNKNOWN,
+    curvature: Annotated[
+        CurvatureWord, typer.Option(help="auto: as the DEM's CRS implies; flat: none.")
+    ] = CurvatureWord.AUTO,
+    nodata: Nodata = None,
+    crs: Crs = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the files; without it only the summary.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Calculate which anchors are in sight over a whole DEM.
+
+    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
+    """
+    from .visibility import make_visibility_map
+
+    make_visibility_map(
+        dem,
+        nodata=nodata,
+        crs=crs,
+        anchor_texts=anchor or [],
+        lonlat=lonlat,
+        anchor_files=anchors or [],
+        asked={
+            "receiver_above_ground_m": receiver_height,
+            "receiver_altitude_m": receiver_altitude,
+            "mode": mode.value,
+            "unknown": unknown.value,
+            "curvature": curvature.value,
+        },
+        out=out,
+        as_json=as_json,
+    )
+
+
+@app.command()
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on. (default 127.0.0.1)")] = None,
+    port: Annotated[int | None, typer.Option(help="Port; 0 picks a free one. (default 8000)")] = None,
+    data: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for DEMs, jobs and results.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Calculations at the same time. (default one per core)")] = None,
+) -> None:
+    """Start the HTTP service. Every other setting comes from the environment, as SIGHTLINE_<NAME>."""
+    from .serve import start_service
+
+    start_service({"host": host, "port": port, "data_folder": data, "workers": workers})
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the files.")] = Path("demo-output"),
+    as_json: AsJson = False,
+) -> None:
+    """Start the service, send it the bundled DEM and four drones over HTTP, and write what it answers."""
+    from .demo import run_demo
+
+    run_demo(out, as_json)
+
+
+@app.command("warm-up")
+def warm_up() -> None:
+    """Compile every kernel into the cache, so that nothing waits for a compiler later."""
+    from service.warm_up import warm_up as compile_kernels
+
+    compile_kernels()
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    try:
+        code = app(standalone_mode=False)
+    except BaseException as error:
+        ended = exit_code_of(error)
+        if ended is None:
+            raise
+        sys.exit(ended)
+    sys.exit(code if isinstance(code, int) else 0)
