@@ -44,7 +44,7 @@ def ridge(half_posts: int = 100, cell_m: float = 10.0, *, crest_m: float = 100.0
     """A knife-edge along the north-south line u = 0, one cell wide on each side, on ground of height 0.
 
     From a point a metres west of the crest at altitude z, the minimum visible altitude b metres east of it is
-    crest_m + (crest_m − z) · b / a, and never below the ground (a and b at least one cell, measured square to the crest).
+    crest_m + (crest_m − z) · b / a, never below the ground (a and b at least one cell, square to the crest).
     The clearance of a line over the crest is its altitude there minus crest_m.
     """
     east_m, _ = _middle_axes(half_posts, cell_m)
@@ -66,9 +66,9 @@ def cone(half_posts: int = 100, cell_m: float = 10.0, *, slope: float = 0.5, ape
     """A cone of height apex_m with its axis in the middle, on ground of height 0.
 
     Seen from distance d to the axis at altitude z < apex_m, the flank is visible exactly at azimuths φ about the axis
-    (φ = 0 towards the observer) with cos φ > (apex_m − z) / (slope · d): the bounds are the tangent lines. Straight behind
-    the apex, b metres from the axis, the minimum visible altitude is apex_m + (apex_m − z) · b / d. On the flank the
-    triangulated surface lies below the cone, by at most 0.293 · slope · cell_m.
+    (φ = 0 towards the observer) with cos φ > (apex_m − z) / (slope · d): the bounds are the tangent lines. Straight
+    behind the apex, b metres from the axis, the minimum visible altitude is apex_m + (apex_m − z) · b / d. On the flank
+    the triangulated surface lies below the cone, by at most 0.293 · slope · cell_m.
     """
     east_m, north_m = _middle_axes(half_posts, cell_m)
     return _grid(np.maximum(apex_m - slope * np.hypot(east_m, north_m), 0.0), cell_m, "cone")

@@ -16,7 +16,7 @@ MAY_IMPORT = {
     "detection": {"detection"},
     "navigation": {"detection", "navigation"},
     "service": set(PACKAGES),
-    "dem_samples": set(),
+    "dem_samples": {"terrain", "dem_samples"},
 }
 NOT_OURS_AT_RUN_TIME = {"tests", "benchmarks", "pytest"}
 HTTP_AND_TERMINAL = {"fastapi", "starlette", "uvicorn", "httpx", "typer", "click", "rich", "sqlite3"}
