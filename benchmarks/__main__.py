@@ -1,0 +1,83 @@
+"""Measure, print the tables, write them as a page: ``python -m benchmarks [--only GROUP ...] [--write FILE]``.
+
+Exit code 1 when a stated target was missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from . import accuracy, exactness, first_request, machine, memory, over_http, report, speed
+
+GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
+    "exactness": (exactness.exactness, exactness.against_rays),
+    "accuracy": (accuracy.accuracy,),
+    "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
+    "memory": (memory.memory,),
+    "service": (first_request.first_request, over_http.requests),
+}
+# the same tables on small grounds: to see that everything runs, not to be believed
+QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
+    "exactness": (exactness.exactness, exactness.against_rays),
+    "accuracy": (partial(accuracy.accuracy, fractal_posts=128),),
+    "speed": (
+        partial(speed.against_peers, sizes=(128,)),
+        partial(speed.many_anchors, posts=128, count=4),
+        partial(speed.growth, fast_sizes=(128, 256), exact_sizes=(64, 128)),
+        partial(speed.many_lines, count=1000),
+    ),
+    "memory": (partial(memory.memory, posts=512),),
+    "service": (first_request.first_request, partial(over_http.requests, posts=128)),
+}
+
+
+def main() -> int:
+    arguments = _arguments()
+    groups = QUICK if arguments.quick else GROUPS
+    chosen = arguments.only or list(groups)
+    described = machine.description()
+    print("\n".join(f"{label}: {value}" for label, value in described.items()), end="\n\n")
+    started_s = time.perf_counter()
+    tables = []
+    for group in chosen:
+        for measure in groups[group]:
+            begin_s = time.perf_counter()
+            tables.append(measure())
+            print(report.as_text(tables[-1]), flush=True)
+            print(f"({report.duration(time.perf_counter() - begin_s)})\n", flush=True)
+    if arguments.write:
+        arguments.write.write_text(_page(described, tables), encoding="utf-8")
+        print(f"Written to {arguments.write}.")
+    missed = report.missed(tables)
+    for line in missed:
+        print(f"missed: {line}")
+    judged = sum(row.met is not None for table in tables for row in table.rows)
+    print(f"{judged - len(missed)} of {judged} targets met in {time.perf_counter() - started_s:.0f} s.")
+    return 1 if missed else 0
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--only", nargs="+", choices=list(GROUPS), metavar="GROUP", help=f"of {', '.join(GROUPS)}")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write the tables as a Markdown page")
+    parser.add_argument("--quick", action="store_true", help="small grounds: shows that everything runs")
+    return parser.parse_args()
+
+
+def _page(described: dict[str, str], tables: list[report.Table]) -> str:
+    facts = "\n".join(f"| {label} | {value} |" for label, value in described.items())
+    head = (
+        "# Benchmarks\n\nWritten by `make bench`. Every ratio compares two things measured in one run on the machine "
+        "below;\nabsolute times are that machine's. Times are the best of several, warm.\n\n"
+        f"| machine | |\n| --- | --- |\n{facts}\n\n"
+    )
+    return head + "\n".join(report.as_markdown(table) for table in tables)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
