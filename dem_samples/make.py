@@ -29,7 +29,7 @@ ABOUT: dict[str, dict[str, str]] = {
         "title": "Jacksboro fault, Tennessee, USA",
         "kind": "real",
         "source": "NASA Shuttle Radar Topography Mission, 3 arc seconds; cut-out jacksboro_fault_dem.npz of "
-        "matplotlib's sample data, its swapped south and north put right",
+        "matplotlib's sample data, its wrong southern bound put right",
         "licence": "public domain (US Government work)",
         "shows": "two mountain fronts with a valley between them: anchors over the ridge see little of the valley; "
         "degrees, pixel-is-point, warped to UTM on reading",
@@ -72,10 +72,12 @@ def make_jacksboro(path: Path) -> tuple[int, int]:
     """SRTM posts as int16 in EPSG:4326, pixel-is-point; (rows, cols).
 
     The npz gives cell edges (its width is columns × dx), half a cell outside posts that lie on whole 3 arc seconds as
-    SRTM's do; its row 0 is north, though it calls the northern bound ymin.
+    SRTM's do. Its row 0 is north and its ymax the northern edge; its ymin is wrong (one height of the DEM north of ymax
+    instead of south). The ground itself says so: the highest post then falls on the summit of Cross Mountain,
+    36.1983° N 84.2306° W, and La Follette, Caryville, Jacksboro and Rocky Top get their heights.
     """
     with np.load(get_sample_data("jacksboro_fault_dem.npz", asfileobj=False)) as dem:
-        heights, west, north = dem["elevation"], float(dem["xmin"]), float(dem["ymin"])
+        heights, west, north = dem["elevation"], float(dem["xmin"]), float(dem["ymax"])
     transform = rasterio.Affine(JACKSBORO_STEP_DEG, 0.0, west, 0.0, -JACKSBORO_STEP_DEG, north)
     return _write_tif(path, heights, "EPSG:4326", transform, {"AREA_OR_POINT": "Point"})
 
