@@ -117,7 +117,8 @@ def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]
     rows = [
         (c.label, Patch(fc=c.rgb, ec=INK, lw=0.6), int(posts[c.first : c.last + 1].sum())) for c in reversed(classes)
     ]
-    if np.any(finished.unknown_count):
+    partly_known = bool(np.any((finished.count > 0) & (finished.unknown_count > 0)))
+    if partly_known or n_nothing_sure > n_no_ground:
         hatched = Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="/////")
         rows.append(("unknown", hatched, n_nothing_sure - n_no_ground))
     if n_no_ground:

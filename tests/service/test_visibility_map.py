@@ -1,0 +1,138 @@
+"""The map and what it says about itself."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from service.schemas import VisibilityMapParameters
+from service.visibility_map import calculate
+from service.visibility_map_store import load, save
+from tests.service.small_maps import COLS, HOLE, ROWS, small_grid, small_map
+from visibility import FLAT, Curvature, min_visible_altitude
+
+
+def test_the_map_is_what_the_engine_answers():
+    finished = small_map()
+    answer = min_visible_altitude(small_grid(), finished.anchors, "fast")
+    np.testing.assert_array_equal(finished.altitude_m, answer.altitude_m)
+    np.testing.assert_array_equal(finished.visible, answer.visible(above_ground_m=1.5))
+
+
+def test_counts_are_those_of_the_bands():
+    finished = small_map()
+    np.testing.assert_array_equal(finished.count, (finished.visible == 1).sum(axis=0))
+    np.testing.assert_array_equal(finished.unknown_count, (finished.visible == 255).sum(axis=0))
+    assert finished.count.dtype == np.uint8
+    assert set(np.unique(finished.count)) >= {0, 1, 2}
+
+
+def test_many_anchors_are_counted_without_overflow():
+    anchors = [
+        {"id": f"A{i}", "east_m": 400_100.0, "north_m": 3_799_900.0, "altitude_m": 500.0 + i} for i in range(260)
+    ]
+    finished = calculate(small_grid(), VisibilityMapParameters.model_validate({"anchors": anchors}))
+    assert finished.count.dtype == np.uint16
+    assert finished.count.max() == 260
+
+
+def test_shares_of_known_ground_add_up_to_one():
+    summary = small_map().summary()
+    for anchor in summary["anchors"]:
+        assert anchor["visible_share"] + anchor["hidden_share"] + anchor["unknown_share"] == pytest.approx(1.0)
+    assert sum(row["posts"] for row in summary["count_histogram"]) == ROWS * COLS - 9
+    assert sum(row["share"] for row in summary["count_histogram"]) == pytest.approx(1.0)
+
+
+def test_the_share_of_an_anchor_counts_known_posts_only():
+    finished = small_map()
+    known = np.ones((ROWS, COLS), bool)
+    known[HOLE] = False
+    expected = np.count_nonzero(finished.visible[0][known] == 1) / np.count_nonzero(known)
+    assert finished.summary()["anchors"][0]["visible_share"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_summary_carries_what_every_answer_must_carry():
+    summary = small_map(mode="exact").summary()
+    json.dumps(summary, allow_nan=False)
+    assert summary["mode"] == "exact"
+    assert summary["error_statement"]
+    assert "refraction factor k = 1.333" in summary["curvature"]
+    assert summary["dem"]["sha256"] == small_grid().digest
+    assert summary["dem"]["name"] == "small.tif"
+    assert summary["version"]
+    assert summary["timing"]["calculation_s"] >= 0.0
+    assert any("made-up" in warning for warning in summary["warnings"])
+    assert any("outside" in warning for warning in summary["warnings"])
+
+
+def test_an_anchor_over_nothing_has_no_height_above_ground():
+    by_id = {anchor["id"]: anchor for anchor in small_map().summary()["anchors"]}
+    assert by_id["outside"]["above_ground_m"] is None
+    assert by_id["west"]["above_ground_m"] == pytest.approx(12.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        ("auto", Curvature.of(small_grid())),
+        ("flat", FLAT),
+        ({"radius_m": 1.0e5, "refraction_k": 2.0}, Curvature(1.0e5, 2.0)),
+    ],
+)
+def test_curvature_is_as_asked(asked, meant):
+    finished = small_map(curvature=asked)
+    assert finished.calculation.curvature == meant.sentence()
+    answer = min_visible_altitude(small_grid(), finished.anchors, "fast", meant)
+    np.testing.assert_array_equal(finished.altitude_m, answer.altitude_m)
+
+
+def test_a_receiver_altitude_is_compared_directly():
+    finished = small_map(receiver_altitude_m=85.0)
+    known = np.isfinite(finished.altitude_m)
+    np.testing.assert_array_equal((finished.visible == 1)[known], (finished.altitude_m <= 85.0)[known])
+
+
+def test_progress_grows_to_one():
+    anchors = [{"id": f"A{i}", "east_m": 400_100.0, "north_m": 3_799_900.0, "altitude_m": 90.0 + i} for i in range(9)]
+    shares = []
+    calculate(small_grid(), VisibilityMapParameters.model_validate({"anchors": anchors}), shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert len(set(shares)) >= 3
+
+
+@pytest.mark.parametrize("crs", ["EPSG:32611", None])
+def test_a_saved_map_comes_back_the_same(tmp_path, crs):
+    finished = small_map(crs, curvature="flat", receiver_altitude_m=40.0)
+    save(finished, tmp_path / "result")
+    loaded = load(tmp_path / "result")
+    for name in ("visible", "altitude_m", "count", "unknown_count"):
+        np.testing.assert_array_equal(getattr(loaded, name), getattr(finished, name))
+        assert getattr(loaded, name).dtype == getattr(finished, name).dtype
+    assert loaded.grid.digest == finished.grid.digest
+    assert loaded.grid.provenance == finished.grid.provenance
+    assert (loaded.anchors, loaded.parameters) == (finished.anchors, finished.parameters)
+    assert loaded.summary() == finished.summary()
+
+
+def test_an_unfinished_folder_is_not_a_map(tmp_path):
+    save(small_map(), tmp_path)
+    (tmp_path / "visibility-map.json").unlink()
+    with pytest.raises(FileNotFoundError):
+        load(tmp_path)
+
+
+def test_a_map_of_another_format_is_refused(tmp_path):
+    save(small_map(), tmp_path)
+    description = tmp_path / "visibility-map.json"
+    description.write_text(description.read_text().replace('"format": 1', '"format": 99'))
+    with pytest.raises(ValueError, match="format 99"):
+        load(tmp_path)
+
+
+def test_ground_that_is_all_unknown_has_no_shares():
+    finished = small_map()
+    nowhere = replace(finished, grid=replace(finished.grid, heights_m=np.full((ROWS, COLS), np.nan, np.float32)))
+    assert {anchor["visible_share"] for anchor in nowhere.summary()["anchors"]} == {None}
