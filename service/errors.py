@@ -9,6 +9,8 @@ ServiceError
 ├── NotReadyError              the job has no result (yet)
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
 ├── RequestError               a request that makes no sense
+│   ├── NotJsonError           a body that is not JSON
+│   ├── NotValidError          a body whose fields are not as they should be
 │   ├── MediaTypeError         a body of a type that is not understood
 │   └── LimitError             a request beyond a limit; carries limit_name, limit and given
 │       ├── BodyTooLargeError
@@ -39,7 +41,9 @@ __all__ = [
     "MediaTypeError",
     "MemoryLimitError",
     "NotFoundError",
+    "NotJsonError",
     "NotReadyError",
+    "NotValidError",
     "RequestError",
     "ServiceError",
     "StartError",
@@ -87,6 +91,14 @@ class InUseError(ServiceError):
 
 class RequestError(ServiceError):
     """The request makes no sense."""
+
+
+class NotJsonError(RequestError):
+    """The body is not JSON."""
+
+
+class NotValidError(RequestError):
+    """The body's fields are not as they should be."""
 
 
 class MediaTypeError(RequestError):

@@ -29,32 +29,44 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix="SIGHTLINE_", frozen=True, extra="forbid")
 
-    host: str = Field("127.0.0.1", description="Address to listen on; loopback unless told otherwise.")
-    port: int = Field(8000, ge=0, le=65535, description="TCP port; 0 picks a free one.")
-    data_folder: Path = Field(Path("sightline-data"), description="Folder of uploaded DEMs, job state and results.")
+    host: str = Field(default="127.0.0.1", description="Address to listen on; loopback unless told otherwise.")
+    port: int = Field(default=8000, ge=0, le=65535, description="TCP port; 0 picks a free one.")
+    data_folder: Path = Field(
+        default=Path("sightline-data"), description="Folder of uploaded DEMs, job state and results."
+    )
 
     workers: int = Field(default_factory=_cores, ge=1, le=256, description="Calculations that run at the same time.")
     file_workers: int = Field(
-        2, ge=1, le=64, description="Short tasks that run beside them: reading DEMs, checking requests, drawing layers."
+        default=2,
+        ge=1,
+        le=64,
+        description="Short tasks that run beside them: reading DEMs, checking requests, drawing layers.",
     )
     spare_workers: int = Field(
-        1, ge=0, le=16, description="Warm processes that wait to take over when one is cancelled or dies."
+        default=1, ge=0, le=16, description="Warm processes that wait to take over when one is cancelled or dies."
     )
 
-    max_upload_bytes: int = Field(1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")
-    max_uploads: int = Field(8, ge=1, description="Uploads that are received at the same time.")
-    max_body_bytes: int = Field(64 * MIB, ge=1024, description="Size of a JSON request body, bytes.")
-    max_dem_cells: int = Field(100_000_000, ge=1, description="Cells (rows times columns) of a DEM.")
-    max_anchors: int = Field(64, ge=1, description="Anchors in one request.")
-    max_anchor_cells: int = Field(600_000_000, ge=1, description="Cells times anchors of one visibility map.")
-    max_pairs: int = Field(100_000, ge=1, description="Point pairs in one lines-of-sight request.")
-    max_queued_jobs: int = Field(256, ge=1, description="Jobs that wait for a worker.")
-    max_job_s: float = Field(900.0, gt=0.0, description="Seconds that one calculation may run.")
-    max_file_task_s: float = Field(120.0, gt=0.0, description="Seconds that reading a DEM or drawing a layer may take.")
-    max_wait_s: float = Field(60.0, ge=0.0, description="Longest wait that `Prefer: wait=SECONDS` is granted.")
+    max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")
+    max_uploads: int = Field(default=8, ge=1, description="Uploads that are received at the same time.")
+    max_json_bytes: int = Field(default=MIB // 2, ge=1024, description="Size of a JSON request body, bytes.")
+    max_pairs_bytes: int = Field(
+        default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight request, bytes."
+    )
+    max_dem_cells: int = Field(default=100_000_000, ge=1, description="Cells (rows times columns) of a DEM.")
+    max_anchors: int = Field(default=64, ge=1, description="Anchors in one request.")
+    max_anchor_cells: int = Field(default=600_000_000, ge=1, description="Cells times anchors of one visibility map.")
+    max_pairs: int = Field(default=100_000, ge=1, description="Point pairs in one lines-of-sight request.")
+    max_queued_jobs: int = Field(default=256, ge=1, description="Jobs that wait for a worker.")
+    max_job_s: float = Field(default=900.0, gt=0.0, description="Seconds that one calculation may run.")
+    max_file_task_s: float = Field(
+        default=120.0, gt=0.0, description="Seconds that reading a DEM or drawing a layer may take."
+    )
+    max_wait_s: float = Field(default=60.0, ge=0.0, description="Longest wait that `Prefer: wait=SECONDS` is granted.")
     max_worker_memory_bytes: int = Field(
         default_factory=_memory_per_worker_bytes,
         ge=64 * MIB,
         description="Memory that one calculation may take on top of a warm worker, bytes.",
     )
-    max_attempts: int = Field(2, ge=1, le=10, description="Times that a job is started when its worker keeps dying.")
+    max_attempts: int = Field(
+        default=2, ge=1, le=10, description="Times that a job is started when its worker keeps dying."
+    )

@@ -76,11 +76,16 @@ class Store:
 
     def dem(self, dem_id: str) -> DemRecord:
         """Raises NotFoundError."""
+        found = self.dem_or_none(dem_id)
+        if found is None:
+            raise NotFoundError("DEM", dem_id)
+        return found
+
+    def dem_or_none(self, dem_id: str) -> DemRecord | None:
+        """The DEM, when there is one of that id."""
         with self._transaction() as connection:
             row = connection.execute("SELECT * FROM dems WHERE id = ?", (dem_id,)).fetchone()
-        if row is None:
-            raise NotFoundError("DEM", dem_id)
-        return _dem(row)
+        return None if row is None else _dem(row)
 
     def dems(self, limit: int, offset: int) -> tuple[list[DemRecord], int]:
         """One page, newest first, and how many there are in all."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from service.errors import NotFoundError
 from service.jobs.dem_files import load_grid
 from service.jobs.folder import DataFolder
 from service.settings import Settings
 from terrain import ElevationGrid
 
 __all__ = ["Task", "TaskContext"]
+
+DEM_ID = re.compile(r"[0-9a-f]{32}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +30,14 @@ class TaskContext:
     progress: Callable[[float], None]
 
     def grid(self, dem_id: str) -> ElevationGrid:
-        """The DEM of that id."""
-        return _grid(self.folder.dem(dem_id))
+        """The DEM of that id; raises NotFoundError."""
+        # the id may come straight from a request: it must not lead out of the folder
+        if not DEM_ID.fullmatch(dem_id):
+            raise NotFoundError("DEM", dem_id)
+        try:
+            return _grid(self.folder.dem(dem_id))
+        except FileNotFoundError as error:
+            raise NotFoundError("DEM", dem_id) from error
 
 
 Task = Callable[[TaskContext, Mapping[str, Any]], Mapping[str, Any]]

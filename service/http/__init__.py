@@ -1,0 +1,1 @@
+"""The HTTP service: routes, problems, uploads and the app they make."""

@@ -1,0 +1,62 @@
+"""The app: settings in, FastAPI application out."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.metadata
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from service.jobs.folder import DataFolder
+from service.settings import Settings
+
+from . import problems
+from .body_limit import BodyLimit
+from .context import Service
+from .openapi import TAGS, describe
+from .routes import dems, health, lines_of_sight, problem_list, visibility_maps
+
+__all__ = ["create_app"]
+
+
+def create_app(settings: Settings | None = None, folder: DataFolder | None = None) -> FastAPI:
+    """The application; its workers start and stop with it.
+
+    folder: an open data folder, which stays open; without one the app opens and closes that of the settings.
+    """
+    chosen = Settings() if settings is None else settings
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        opened = DataFolder.open(chosen.data_folder) if folder is None else folder
+        try:
+            app.state.service = service = Service.assemble(chosen, opened)
+            service.pool.start()
+            await service.supervisor.start()
+            watch = asyncio.create_task(service.watch_store())
+            try:
+                yield
+            finally:
+                watch.cancel()
+                await service.supervisor.stop()
+                await service.pool.stop()
+                service.store.close()
+        finally:
+            if folder is None:
+                opened.close()
+
+    app = FastAPI(
+        title="Sightline",
+        version=importlib.metadata.version("sightline"),
+        summary="Line-of-sight prediction for rovers that range to anchors over terrain.",
+        openapi_tags=TAGS,
+        lifespan=lifespan,
+    )
+    for router in (dems.router, visibility_maps.router, lines_of_sight.router, health.router, problem_list.router):
+        app.include_router(router)
+    problems.install(app)
+    app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight"))
+    describe(app)
+    return app

@@ -1,0 +1,70 @@
+"""What routes work with: one object per app, made when the app starts."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import sqlite3
+import time
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from service.jobs.drawings import Drawings
+from service.jobs.folder import DataFolder
+from service.jobs.pool import WorkerPool
+from service.jobs.store import Store
+from service.jobs.supervisor import Supervisor
+from service.settings import Settings
+
+__all__ = ["Service", "ServiceDep"]
+
+logger = logging.getLogger("sightline.http")
+
+STORE_CHECK_EVERY_S = 5.0
+
+
+@dataclass(slots=True)
+class Service:
+    """The running service behind the routes."""
+
+    settings: Settings
+    folder: DataFolder
+    store: Store
+    pool: WorkerPool
+    supervisor: Supervisor
+    drawings: Drawings
+    uploads: asyncio.Semaphore
+    started_at_s: float
+    store_writable: bool = True
+
+    @classmethod
+    def assemble(cls, settings: Settings, folder: DataFolder) -> Service:
+        """Put the parts together; nothing runs yet. Raises DataFolderError."""
+        settings = settings.model_copy(update={"data_folder": folder.root})
+        store = Store(folder.database)
+        pool = WorkerPool(settings, folder)
+        supervisor = Supervisor(settings, folder, store, pool)
+        uploads = asyncio.Semaphore(settings.max_uploads)
+        drawings = Drawings(folder, supervisor)
+        return cls(settings, folder, store, pool, supervisor, drawings, uploads, time.monotonic())
+
+    async def watch_store(self) -> None:
+        """Keep ``store_writable`` true to life, so that /health need not touch the disk."""
+        while True:
+            try:
+                await self.supervisor.in_store(self.store.check_writable)
+                self.store_writable = True
+            except (sqlite3.OperationalError, OSError) as error:
+                logger.error("the job store cannot be written: %s", error)
+                self.store_writable = False
+            await asyncio.sleep(STORE_CHECK_EVERY_S)
+
+
+def _service_of(request: Request) -> Service:
+    service: Service = request.app.state.service
+    return service
+
+
+ServiceDep = Annotated[Service, Depends(_service_of)]

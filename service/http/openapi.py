@@ -1,0 +1,41 @@
+"""What OpenAPI says beyond what the routes say by themselves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import FastAPI
+
+from service.schemas.lines_of_sight import LinesOfSightIn
+from service.schemas.problems import Problem
+
+__all__ = ["TAGS", "describe"]
+
+TAGS = [
+    {"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."},
+    {"name": "Visibility maps", "description": "Which anchors are seen from where, over a whole DEM."},
+    {"name": "Lines of sight", "description": "Clearance between pairs of points."},
+    {"name": "Health", "description": "How the service is."},
+    {"name": "Problems", "description": "What the errors mean."},
+]
+TEMPLATE = "#/components/schemas/{model}"
+
+
+def describe(app: FastAPI) -> None:
+    """Add to the app's OpenAPI: the shape of problems, in place of the framework's own validation errors."""
+    generated = app.openapi
+
+    def described() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            schema = generated()
+            schemas = schema.setdefault("components", {}).setdefault("schemas", {})
+            for model in (Problem, LinesOfSightIn):
+                own = model.model_json_schema(ref_template=TEMPLATE)
+                schemas.update(own.pop("$defs", {}))
+                schemas[model.__name__] = own
+            for name in ("HTTPValidationError", "ValidationError"):
+                schemas.pop(name, None)
+            app.openapi_schema = schema
+        return app.openapi_schema
+
+    app.openapi = described  # type: ignore[method-assign]

@@ -1,0 +1,190 @@
+"""Errors as answers: one table from error class to problem, and the handlers that write application/problem+json."""
+
+from __future__ import annotations
+
+import json
+import logging
+import sqlite3
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from service import errors as ours
+from service.jobs.folder import FULL
+from service.jobs.process import TaskFailed
+from service.jobs.records import Failure
+from service.schemas.sentences import place_of, sentence_of_detail
+from terrain import errors as of_terrain
+from visibility import errors as of_visibility
+
+__all__ = ["FRAMEWORK_KINDS", "MEDIA_TYPE", "METHOD", "PROBLEMS", "FailedJob", "ProblemKind", "install", "problem_of"]
+
+logger = logging.getLogger("sightline.http")
+
+MEDIA_TYPE = "application/problem+json"
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemKind:
+    """A kind of problem: its stable name, HTTP status and title."""
+
+    name: str
+    status: int
+    title: str
+
+
+PROBLEMS: Mapping[type[Exception], ProblemKind] = {
+    of_terrain.TerrainError: ProblemKind("terrain", 422, "The ground cannot be used"),
+    of_terrain.ElevationGridError: ProblemKind("elevation-grid", 422, "The heights do not make a grid"),
+    of_terrain.DemReadError: ProblemKind("dem-read", 422, "The file cannot be read as a DEM"),
+    of_terrain.DemFormatError: ProblemKind("dem-format", 422, "The file is not a DEM"),
+    of_terrain.DemTooLargeError: ProblemKind("dem-too-large", 422, "The DEM has too many cells"),
+    of_terrain.DemUnsupportedError: ProblemKind("dem-unsupported", 422, "The raster cannot serve as a DEM"),
+    of_terrain.FrameError: ProblemKind("frame", 422, "The position or CRS does not fit the DEM"),
+    of_terrain.SampleError: ProblemKind("sample", 404, "There is no such bundled DEM"),
+    of_visibility.VisibilityError: ProblemKind("visibility", 422, "The question cannot be answered"),
+    of_visibility.AnchorError: ProblemKind("anchor", 422, "An anchor cannot be used"),
+    of_visibility.VisibilityInputError: ProblemKind("visibility-input", 422, "The question cannot be answered"),
+    of_visibility.MeshError: ProblemKind("mesh", 422, "A building mesh cannot be used"),
+    ours.ServiceError: ProblemKind("service", 500, "The service failed"),
+    ours.StartError: ProblemKind("start", 503, "The service cannot start"),
+    ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
+    ours.DataFolderInUseError: ProblemKind("data-folder-in-use", 503, "The data folder is in use"),
+    ours.AddressError: ProblemKind("address", 503, "The address cannot be used"),
+    ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
+    ours.NotReadyError: ProblemKind("not-ready", 409, "There is no result"),
+    ours.InUseError: ProblemKind("in-use", 409, "The resource is in use"),
+    ours.RequestError: ProblemKind("request", 422, "The request makes no sense"),
+    ours.NotJsonError: ProblemKind("not-json", 400, "The body is not JSON"),
+    ours.NotValidError: ProblemKind("validation", 422, "The request does not validate"),
+    ours.MediaTypeError: ProblemKind("media-type", 415, "The body has an unknown type"),
+    ours.LimitError: ProblemKind("limit", 422, "The request is beyond a limit"),
+    ours.BodyTooLargeError: ProblemKind("body-too-large", 413, "The body is too large"),
+    ours.BusyError: ProblemKind("busy", 503, "The service is busy"),
+    ours.JobError: ProblemKind("job", 500, "The job failed"),
+    ours.TimeLimitError: ProblemKind("time-limit", 422, "The calculation took too long"),
+    ours.MemoryLimitError: ProblemKind("memory-limit", 422, "The calculation needs too much memory"),
+    ours.StorageFullError: ProblemKind("storage-full", 507, "There is no space left"),
+    ours.JobInterruptedError: ProblemKind("interrupted", 500, "The job was interrupted"),
+    ours.JobCancelledError: ProblemKind("cancelled", 409, "The job was cancelled"),
+    ours.InternalError: ProblemKind("internal", 500, "Internal error"),
+}
+KIND_BY_ERROR_NAME = {f"{cls.__module__.partition('.')[0]}.{cls.__name__}": kind for cls, kind in PROBLEMS.items()}
+INTERNAL = PROBLEMS[ours.InternalError]
+METHOD = ProblemKind("method", 405, "The method is not allowed here")
+# What the framework itself finds wrong.
+FRAMEWORK_KINDS = {
+    400: PROBLEMS[ours.NotJsonError],
+    404: PROBLEMS[ours.NotFoundError],
+    405: METHOD,
+    422: PROBLEMS[ours.NotValidError],
+}
+
+
+class FailedJob(Exception):  # noqa: N818 - a job's outcome on its way to becoming the answer
+    """A job that was waited for is over and has no result; carries why, and where the job is found."""
+
+    def __init__(self, failure: Failure, path: str) -> None:
+        super().__init__(failure.detail)
+        self.failure = failure
+        self.path = path
+
+
+def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
+    """The problem that a failure is; an error that the table does not know shows nothing of itself."""
+    kind = KIND_BY_ERROR_NAME.get(failure.error)
+    if kind is None:
+        logger.error("no row for %s: %s", failure.error, failure.detail)
+        return _body(INTERNAL, "An internal error occurred.", instance)
+    return _body(kind, failure.detail, instance, **failure.data)
+
+
+def install(app: FastAPI) -> None:
+    """Answer every error of the app with a problem."""
+    for base in (of_terrain.TerrainError, of_visibility.VisibilityError, ours.ServiceError):
+        app.add_exception_handler(base, _domain_error)
+    app.add_exception_handler(TaskFailed, _task_failed)
+    app.add_exception_handler(FailedJob, _failed_job)
+    app.add_exception_handler(RequestValidationError, _not_valid)
+    app.add_exception_handler(HTTPException, _of_framework)
+    app.add_exception_handler(sqlite3.OperationalError, _store_full)
+    app.add_exception_handler(Exception, _fault)
+
+
+async def _domain_error(request: Request, error: Exception) -> Response:
+    return _respond(problem_of(Failure.of(error), request.url.path))
+
+
+async def _task_failed(request: Request, error: Exception) -> Response:
+    assert isinstance(error, TaskFailed)
+    return _respond(problem_of(error.failure, request.url.path))
+
+
+async def _failed_job(request: Request, error: Exception) -> Response:
+    assert isinstance(error, FailedJob)
+    return _respond(problem_of(error.failure, error.path), {"Location": error.path})
+
+
+async def _not_valid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    details = error.errors()
+    if details[0]["type"] == "json_invalid":
+        return _respond(_body(FRAMEWORK_KINDS[400], "The body is not valid JSON.", request.url.path))
+    fields = [
+        {"field": place_of(detail["loc"]), "detail": str(detail["msg"]).removeprefix("Value error, ")}
+        for detail in details[:100]
+    ]
+    return _respond(_body(FRAMEWORK_KINDS[422], sentence_of_detail(details), request.url.path, errors=fields))
+
+
+async def _of_framework(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    if isinstance(error.__cause__, ours.ServiceError):
+        return await _domain_error(request, error.__cause__)
+    sentences = {
+        400: "The body could not be read as JSON.",
+        404: f"There is nothing at {request.url.path[:200]}.",
+        405: f"{request.method} is not possible at {request.url.path[:200]}.",
+    }
+    status = error.status_code
+    kind = FRAMEWORK_KINDS.get(status, ProblemKind("http", status, HTTPStatus(status).phrase))
+    return _respond(_body(kind, sentences.get(status, str(error.detail)), request.url.path), error.headers)
+
+
+async def _store_full(request: Request, error: Exception) -> Response:
+    logger.error("the job store cannot be written: %s", error)
+    full = ours.StorageFullError("The job store cannot be written; make room on the disk and try again.")
+    return await _domain_error(request, full)
+
+
+async def _fault(request: Request, error: Exception) -> Response:
+    if isinstance(error, OSError) and error.errno in FULL:
+        return await _store_full(request, error)
+    reference = uuid.uuid4().hex[:12]
+    logger.error("%s: %s %s failed", reference, request.method, request.url.path, exc_info=error)
+    return await _domain_error(request, ours.InternalError(reference))
+
+
+def _body(kind: ProblemKind, detail: str, instance: str | None, **more: Any) -> dict[str, Any]:
+    return {
+        **more,
+        "type": f"/problems/{kind.name}",
+        "title": kind.title,
+        "status": kind.status,
+        "detail": detail,
+        "instance": instance,
+    }
+
+
+def _respond(problem: Mapping[str, Any], headers: Mapping[str, str] | None = None) -> Response:
+    headers = dict(headers or {})
+    if problem["status"] == 503:
+        headers["Retry-After"] = str(ours.BusyError.retry_after_s)
+    return Response(json.dumps(problem), problem["status"], headers, MEDIA_TYPE)

@@ -1,0 +1,167 @@
+"""DEMs: upload, list, look at, delete."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import uuid
+from pathlib import PurePath
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Request, Response
+
+from dem_samples import sample_manifest
+from service.errors import BusyError, RequestError
+from service.http.context import Service, ServiceDep
+from service.http.documented import LOCATION, problem_responses
+from service.http.uploads import receive
+from service.jobs.folder import move_into_place
+from service.jobs.records import DemRecord
+from service.schemas.dems import DemList, DemOut
+from service.schemas.pages import Limit, Offset
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/dems", tags=["DEMs"])
+
+UPLOAD_BODY = {
+    "requestBody": {
+        "description": "The file, as a form or as it is. Not needed with `sample`.",
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "properties": {"file": {"type": "string", "format": "binary"}},
+                    "required": ["file"],
+                }
+            },
+            "image/tiff": {"schema": {"type": "string", "format": "binary"}},
+            "application/octet-stream": {"schema": {"type": "string", "format": "binary"}},
+        },
+    }
+}
+
+
+@router.post(
+    "",
+    status_code=201,
+    summary="Upload a DEM",
+    responses={
+        201: {"description": "The DEM was read.", "headers": LOCATION},
+        200: {"description": "The same DEM was there already.", "headers": LOCATION, "model": DemOut},
+        **problem_responses(404, 413, 422, 503, 507),
+    },
+    openapi_extra=UPLOAD_BODY,
+)
+async def upload_dem(
+    request: Request,
+    response: Response,
+    service: ServiceDep,
+    filename: Annotated[
+        str | None, Query(max_length=255, description="Name of the file, when the body is the bare file.")
+    ] = None,
+    sample: Annotated[
+        str | None, Query(max_length=64, description="Take this bundled DEM instead of a file.", examples=["jacksboro"])
+    ] = None,
+    nodata: Annotated[
+        float | None, Query(allow_inf_nan=False, description="Value in the file that means unknown height.")
+    ] = None,
+    crs: Annotated[
+        str | None,
+        Query(max_length=4000, description="CRS of the file's positions, for files without one; `local` for metres."),
+    ] = None,
+    height_unit: Annotated[
+        Literal["m", "ft", "us-ft"] | None, Query(description="Unit of the heights, in place of what the file says.")
+    ] = None,
+    cell_m: Annotated[
+        float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
+    ] = None,
+) -> DemOut:
+    """Read a GeoTIFF, COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file and keep it.
+
+    Send the file as a multipart form (`curl -F file=@dem.tif`) or as the body (`curl --data-binary @dem.tif` with
+    `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told.
+    """
+    given = {"nodata": nodata, "crs": crs, "height_unit": height_unit, "cell_m": cell_m}
+    options = {name: value for name, value in given.items() if value is not None}
+    if sample is not None:
+        if options or filename is not None:
+            raise RequestError("A bundled DEM is taken as it is; leave out filename and reading options.")
+        bundled = sample_manifest(sample)
+        dem_id = _id_of("sample", str(bundled["sha256"]))
+        arguments = {"sample": sample, "options": {}}
+        dem, is_new = await _kept(service, dem_id, str(bundled["file"]), arguments, None)
+    else:
+        dem, is_new = await _uploaded(request, service, filename, options)
+    response.status_code = 201 if is_new else 200
+    response.headers["Location"] = f"/dems/{dem.id}"
+    return DemOut.of(dem)
+
+
+@router.get("", summary="List DEMs", responses=problem_responses(422))
+async def list_dems(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> DemList:
+    """DEMs, newest first."""
+    dems, total = await service.supervisor.in_store(service.store.dems, limit, offset)
+    return DemList(dems=[DemOut.of(dem) for dem in dems], total=total, limit=limit, offset=offset)
+
+
+@router.get("/{dem_id}", summary="Look at a DEM", responses=problem_responses(404))
+async def get_dem(dem_id: str, service: ServiceDep) -> DemOut:
+    """What was read, what was converted, and every warning."""
+    return DemOut.of(await service.supervisor.in_store(service.store.dem, dem_id))
+
+
+@router.delete("/{dem_id}", status_code=204, summary="Delete a DEM", responses=problem_responses(404, 409))
+async def delete_dem(dem_id: str, service: ServiceDep) -> None:
+    """Free its space. Refused (409) while jobs on it wait or run; finished results keep what they need."""
+
+    def remove() -> None:
+        service.store.remove_dem(dem_id)
+        service.folder.remove(service.folder.dem(dem_id))
+
+    await service.supervisor.in_store(remove)
+
+
+async def _uploaded(
+    request: Request, service: Service, filename: str | None, options: dict[str, Any]
+) -> tuple[DemRecord, bool]:
+    if service.uploads.locked():
+        raise BusyError(
+            f"{service.settings.max_uploads} uploads are under way, which is the limit; try again in a moment",
+            limit_name="max_uploads",
+            limit=service.settings.max_uploads,
+        )
+    async with (
+        service.uploads,
+        receive(request, service.folder, service.settings.max_upload_bytes, "max_upload_bytes", filename) as upload,
+    ):
+        # the name decides how a file is read: its suffix the format, and for .hgt the name itself the place
+        suffix = PurePath(upload.name).suffix.lower()
+        named = upload.name.lower() if suffix == ".hgt" else suffix
+        dem_id = _id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
+        arguments = {"path": str(upload.path), "options": options}
+        return await _kept(service, dem_id, upload.name, arguments, upload.size_bytes)
+
+
+async def _kept(
+    service: Service, dem_id: str, name: str, arguments: dict[str, Any], file_bytes: int | None
+) -> tuple[DemRecord, bool]:
+    """The DEM of that id, read now unless it is there already, and whether it is new."""
+    known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
+    if known is not None:
+        return known, False
+    token = uuid.uuid4().hex
+    summary = await service.supervisor.ask("read-dem", arguments, token)
+    dem = DemRecord(dem_id, name, time.time(), {**summary, "file_bytes": file_bytes})
+
+    def keep() -> DemRecord:
+        move_into_place(service.folder.work(token), service.folder.dem(dem_id))
+        service.store.add_dem(dem)
+        return service.store.dem(dem_id)
+
+    return await service.supervisor.in_store(keep), True
+
+
+def _id_of(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:32]

@@ -1,0 +1,187 @@
+"""Receiving a file: streamed to disk with its digest and its limit, as multipart form or as raw body."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import re
+import uuid
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Self
+
+from fastapi import Request
+from python_multipart import MultipartParser
+from python_multipart.exceptions import MultipartParseError
+from python_multipart.multipart import parse_options_header
+
+from service.errors import RequestError
+from service.jobs.folder import DataFolder
+
+from .body_limit import too_large
+
+__all__ = ["Upload", "clean_name", "receive"]
+
+BLOCK_BYTES = 1024 * 1024
+# A client that sends too much is heard out this far, so that it reads our answer instead of a broken connection.
+HEARD_OUT_BYTES = 16 * 1024 * 1024
+MAX_NAME_LENGTH = 100
+SUFFIX_OF_TYPE = {"image/tiff": ".tif", "application/x-npz": ".npz", "application/x-npy": ".npy"}
+
+
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """A received file: where it lies, what it was called (without folders), its size and SHA-256."""
+
+    path: Path
+    name: str
+    size_bytes: int
+    sha256: str
+
+
+@asynccontextmanager
+async def receive(
+    request: Request, folder: DataFolder, max_bytes: int, limit_name: str, file_name: str | None = None
+) -> AsyncIterator[Upload]:
+    """The request's file, on disk inside the block and removed after it. Raises BodyTooLargeError, RequestError."""
+    place = folder.incoming / uuid.uuid4().hex
+    await asyncio.to_thread(place.mkdir)
+    try:
+        yield await _received(request, place, max_bytes, limit_name, file_name)
+    finally:
+        await asyncio.to_thread(folder.remove, place)
+
+
+async def _received(request: Request, place: Path, max_bytes: int, limit_name: str, file_name: str | None) -> Upload:
+    declared = request.headers.get("content-type", "")
+    media_type, options = parse_options_header(declared)
+    form = _Form(options.get(b"boundary", b"")) if media_type == b"multipart/form-data" else None
+    with (place / "file").open("wb") as file:
+        sink = _Sink(file, max_bytes)
+        async for chunk in request.stream():
+            sink.take(chunk if form is None else form.parse(chunk))
+            if sink.overflow_bytes:
+                if sink.overflow_bytes > HEARD_OUT_BYTES:
+                    break
+            elif sink.pending_bytes >= BLOCK_BYTES:
+                await asyncio.to_thread(sink.write)
+        await asyncio.to_thread(sink.write)
+    if sink.overflow_bytes:
+        raise too_large(max_bytes, limit_name)
+    if form is not None:
+        form.check_complete()
+        file_name = file_name or form.file_name
+    name = clean_name(file_name or _name_in_header(request) or f"upload{SUFFIX_OF_TYPE.get(media_type.decode(), '')}")
+    if not sink.size_bytes:
+        raise RequestError(f"{name} is empty.")
+    # the suffix and, for .hgt, the name itself tell how to read it
+    path = (place / "file").rename(place / name)
+    return Upload(path, name, sink.size_bytes, sink.sha256.hexdigest())
+
+
+def clean_name(name: str) -> str:
+    """A file name without folders, control or quoting characters, never empty and never hidden."""
+    last = re.split(r"[/\\]", name)[-1]
+    plain = re.sub(r"[^\w.() +-]", "_", last).lstrip(". ")
+    stem, dot, suffix = plain.rpartition(".")
+    return f"{stem[: MAX_NAME_LENGTH - len(suffix) - 1]}{dot}{suffix}"[:MAX_NAME_LENGTH] or "upload"
+
+
+def _name_in_header(request: Request) -> str | None:
+    _, options = parse_options_header(request.headers.get("content-disposition", ""))
+    name = options.get(b"filename")
+    return None if name is None else name.decode("utf-8", "replace")
+
+
+class _Sink:
+    """Takes bytes as they come, and writes and hashes them in a thread, block by block."""
+
+    def __init__(self, file: IO[bytes], max_bytes: int) -> None:
+        self._file = file
+        self._max_bytes = max_bytes
+        self._pending = bytearray()
+        self.sha256 = hashlib.sha256()
+        self.size_bytes = 0
+        self.overflow_bytes = 0
+
+    @property
+    def pending_bytes(self) -> int:
+        return len(self._pending)
+
+    def take(self, data: bytes) -> None:
+        self.size_bytes += len(data)
+        if self.size_bytes > self._max_bytes:
+            self.overflow_bytes += len(data)
+            self._pending.clear()
+        else:
+            self._pending += data
+
+    def write(self) -> None:
+        block, self._pending = self._pending, bytearray()
+        self.sha256.update(block)
+        self._file.write(block)
+
+
+class _Form:
+    """The one file of a multipart form; anything else in the form is refused, not ignored."""
+
+    def __init__(self, boundary: bytes) -> None:
+        if not boundary:
+            raise RequestError("The multipart form has no boundary.")
+        self.file_name: str | None = None
+        self._data = bytearray()
+        self._header_name = bytearray()
+        self._header_value = bytearray()
+        self._headers: dict[bytes, bytes] = {}
+        self._files = 0
+        self._ended = False
+        self._parser = MultipartParser(
+            boundary,
+            {
+                "on_header_field": lambda data, start, end: self._header_name.extend(data[start:end]),
+                "on_header_value": lambda data, start, end: self._header_value.extend(data[start:end]),
+                "on_header_end": self._on_header_end,
+                "on_headers_finished": self._on_headers_finished,
+                "on_part_data": lambda data, start, end: self._data.extend(data[start:end]),
+                "on_end": self._on_end,
+            },
+        )
+
+    def parse(self, chunk: bytes) -> bytes:
+        """Bytes of the file in the next chunk of the form."""
+        try:
+            self._parser.write(chunk)
+        except MultipartParseError as error:
+            raise RequestError("The multipart form is damaged.") from error
+        data, self._data = bytes(self._data), bytearray()
+        return data
+
+    def check_complete(self) -> Self:
+        """Raises RequestError unless the form came to its end and had a file."""
+        if not self._files:
+            raise RequestError("The form has no file; send one, for instance with `curl -F file=@dem.tif`.")
+        if not self._ended:
+            raise RequestError("The multipart form ended before its last part was complete.")
+        return self
+
+    def _on_header_end(self) -> None:
+        self._headers[bytes(self._header_name).lower()] = bytes(self._header_value)
+        self._header_name.clear()
+        self._header_value.clear()
+
+    def _on_headers_finished(self) -> None:
+        _, options = parse_options_header(self._headers.pop(b"content-disposition", b""))
+        self._headers.clear()
+        field = options.get(b"name", b"").decode("utf-8", "replace")
+        name = options.get(b"filename")
+        if name is None:
+            raise RequestError(f"The form field {field[:40]!r} is not known; options go into the query, the file here.")
+        self._files += 1
+        if self._files > 1:
+            raise RequestError("The form has more than one file; upload one DEM at a time.")
+        self.file_name = name.decode("utf-8", "replace")
+
+    def _on_end(self) -> None:
+        self._ended = True
