@@ -25,10 +25,11 @@ Placed = list[tuple[Anchor, int, int, float]]
 NOTE = """\
 Flat ground, so that GDAL answers the same question. Anchors over posts drawn at random with a fixed seed, 10 to 300
 m above ground; on the rough fractal one anchor, 100 m above the middle. p50 to largest: absolute altitude error,
-metres, over the posts that exact mode calls hidden from the ground. Both engines are off by most where a shadow's
-edge falls within a cell: one side of it is open sky, the other in deep shadow, so an edge moved by part of a cell is
-an error as high as the shadow. *Wild posts* are those that no such move explains: further than 10 m outside
-everything exact mode holds in the 3 × 3 posts around."""
+metres, over the posts that exact mode calls hidden from the ground. The altitude over a far post follows from the
+slope over one obstacle, often a near one, so a difference of a few metres at the obstacle grows with the distance
+behind it: *at its obstacle* is the largest error carried back to the obstacle that decides it, where rays a fraction
+of a cell apart meet ground of different height. *Wild posts* are those that this does not explain: their error at
+the obstacle exceeds the relief of the 3 × 3 posts there."""
 
 
 def accuracy(*, fractal_posts: int = 1024) -> Table:
@@ -40,15 +41,27 @@ def accuracy(*, fractal_posts: int = 1024) -> Table:
         peer = _gdal(grid, placed, exact_m)
         worst = max(ours.worst(receiver_m) for receiver_m in RECEIVERS_M)
         better = peer is None or all(ours.mean(receiver_m) < peer.mean(receiver_m) for receiver_m in RECEIVERS_M)
-        target = f"worst anchor ≤ {100 * allowed:.1f} %, below GDAL" if allowed else "below GDAL"
-        met = better and (not allowed or worst <= allowed)
+        target = "below GDAL, none wild" + (f", worst anchor ≤ {100 * allowed:.1f} %" if allowed else "")
+        met = better and ours.wild == 0 and (not allowed or worst <= allowed)
         rows.append(Row((name, f"{len(placed)}", "fast", *_cells(ours)), target, met))
         if peer is not None:
             rows.append(Row((name, f"{len(placed)}", f"GDAL {gdal_peer.version()}", *_cells(peer))))
     receivers = [f"misclassified, receiver {receiver_m:g} m: mean (worst anchor)" for receiver_m in RECEIVERS_M]
     return Table(
         "Fast mode and GDAL against exact mode",
-        ("ground", "anchors", "engine", *receivers, "p50", "p95", "p99", "p99.9", "largest", "wild posts"),
+        (
+            "ground",
+            "anchors",
+            "engine",
+            *receivers,
+            "p50",
+            "p95",
+            "p99",
+            "p99.9",
+            "largest",
+            "at its obstacle",
+            "wild posts",
+        ),
         rows,
         NOTE,
     )
@@ -82,7 +95,7 @@ def _compare(
     parts = []
     for (anchor, row, col, above_m), reference_m in zip(placed, exact_m, strict=True):
         altitude_m = answer(anchor, row, col, above_m)
-        parts.append(deviation(grid.heights_m, altitude_m, reference_m, (row, col), RECEIVERS_M))
+        parts.append(deviation(grid, anchor, altitude_m, reference_m, RECEIVERS_M))
     return pooled(parts)
 
 
@@ -100,4 +113,4 @@ def _gdal(grid: ElevationGrid, placed: Placed, exact_m: list[npt.NDArray[np.floa
 def _cells(found: Deviation) -> tuple[str, ...]:
     shares = [f"{100 * found.mean(r):.3f} % ({100 * found.worst(r):.3f} %)" for r in RECEIVERS_M]
     errors = [f"{found.percentile_m(percent):.3g}" for percent in (50, 95, 99, 99.9)]
-    return (*shares, *errors, f"{found.largest_m:.4g}", f"{found.wild}")
+    return (*shares, *errors, f"{found.largest_m:.4g}", f"{found.at_obstacle_m:.3g}", f"{found.wild}")

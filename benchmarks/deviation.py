@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["WILD_M", "Deviation", "deviation", "pooled"]
+from terrain import ElevationGrid
+from visibility import FLAT, Anchor, lines_of_sight
 
-# an altitude this far outside everything that the exact answer holds in the post's 3 x 3 neighbourhood is wild:
-# no shadow edge moved by a cell can explain it
-WILD_M = 10.0
+__all__ = ["Deviation", "deviation", "pooled"]
+
+# errors up to this need no explanation; of the larger ones the worst are looked into
+PLAIN_M = 10.0
+MOST_EXPLAINED = 50_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +23,15 @@ class Deviation:
 
     misclassified: share of posts called otherwise than by exact, per receiver height above ground, per anchor.
     error_m: absolute altitude error of every post that exact calls hidden (to a receiver on the ground).
-    wild: posts whose altitude lies more than WILD_M outside the exact altitudes of their 3 x 3 neighbourhood.
+    at_obstacle_m: the largest error carried back along its sight line to the obstacle that decides it.
+    wild: posts whose error at the obstacle exceeds the relief of the ground there, so that no choice of ray through the
+        neighbouring posts explains it.
     """
 
     misclassified: dict[float, tuple[float, ...]]
     error_m: npt.NDArray[np.float32]
+    at_obstacle_m: float
     wild: int
-    posts: int
 
     def percentile_m(self, percent: float) -> float:
         return float(np.percentile(self.error_m, percent)) if self.error_m.size else 0.0
@@ -43,27 +48,33 @@ class Deviation:
 
 
 def deviation(
-    ground_m: npt.NDArray[np.float32],
+    grid: ElevationGrid,
+    anchor: Anchor,
     altitude_m: npt.NDArray[np.floating],
     exact_m: npt.NDArray[np.floating],
-    own_post: tuple[int, int],
     receivers_m: tuple[float, ...],
 ) -> Deviation:
-    """Of one anchor's altitude_m from exact_m, both (rows, cols); its own post and unknown posts do not count."""
+    """Of one anchor's altitude_m from exact_m, both (rows, cols) over flat ground; unknown posts do not count.
+
+    Nor does the anchor's own post, for which each engine has its own convention.
+    """
     counted = np.isfinite(exact_m)
-    counted[own_post] = False
-    posts = int(np.count_nonzero(counted))
+    row, col = (round(index) for index in grid.post_at(anchor.east_m, anchor.north_m))
+    counted[row, col] = False
     answer_m = altitude_m.astype(np.float32)
     misclassified: dict[float, tuple[float, ...]] = {}
     for receiver_m in receivers_m:
-        receiver_altitude_m = ground_m + np.float32(receiver_m)
+        receiver_altitude_m = grid.heights_m + np.float32(receiver_m)
         differs = (receiver_altitude_m >= answer_m) != (receiver_altitude_m >= exact_m)
-        misclassified[receiver_m] = (float(np.count_nonzero(differs & counted)) / posts,)
-    hidden = counted & (exact_m > ground_m)
-    error_m = np.abs(answer_m[hidden] - exact_m[hidden]).astype(np.float32)
-    low_m, high_m = _neighbourhood(exact_m, np.fmin), _neighbourhood(exact_m, np.fmax)
-    wild = counted & ((answer_m < low_m - WILD_M) | (answer_m > high_m + WILD_M))
-    return Deviation(misclassified, error_m, int(np.count_nonzero(wild)), posts)
+        misclassified[receiver_m] = (float(np.count_nonzero(differs & counted) / np.count_nonzero(counted)),)
+    error_m = np.where(counted, np.abs(answer_m - exact_m), 0.0).astype(np.float32)
+    at_obstacle_m, relief_m = _carried_back(grid, anchor, error_m, exact_m)
+    return Deviation(
+        misclassified,
+        error_m[counted & (exact_m > grid.heights_m)],
+        float(at_obstacle_m.max(initial=0.0)),
+        int(np.count_nonzero(at_obstacle_m > relief_m)),
+    )
 
 
 def pooled(parts: list[Deviation]) -> Deviation:
@@ -72,13 +83,40 @@ def pooled(parts: list[Deviation]) -> Deviation:
     return Deviation(
         {receiver_m: tuple(s for part in parts for s in part.misclassified[receiver_m]) for receiver_m in receivers_m},
         np.concatenate([part.error_m for part in parts]),
+        max(part.at_obstacle_m for part in parts),
         sum(part.wild for part in parts),
-        sum(part.posts for part in parts),
     )
 
 
-def _neighbourhood(values: npt.NDArray[np.floating], pick: np.ufunc) -> npt.NDArray[np.floating]:
-    padded = np.pad(values, 1, mode="edge")
-    along_rows = pick(pick(padded[:-2], padded[1:-1]), padded[2:])
-    picked: npt.NDArray[np.floating] = pick(pick(along_rows[:, :-2], along_rows[:, 1:-1]), along_rows[:, 2:])
-    return picked
+def _carried_back(
+    grid: ElevationGrid, anchor: Anchor, error_m: npt.NDArray[np.float32], exact_m: npt.NDArray[np.floating]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """(error at the deciding obstacle, relief of the 3 x 3 posts around it) of the posts with the largest errors.
+
+    An altitude over a far post follows from the slope over a near obstacle, so an error there grows with distance.
+    """
+    rows, cols = np.nonzero(error_m > PLAIN_M)
+    order = np.argsort(-error_m[rows, cols])[:MOST_EXPLAINED]
+    rows, cols = rows[order], cols[order]
+    if rows.size == 0:
+        return np.zeros(0), np.zeros(0)
+    east_m = grid.origin_east_m + cols * grid.cell_east_m
+    north_m = grid.origin_north_m - rows * grid.cell_north_m
+    touching_m = np.column_stack([east_m, north_m, exact_m[rows, cols].astype(np.float64)])
+    eyes_m = np.broadcast_to([anchor.east_m, anchor.north_m, anchor.altitude_m], touching_m.shape)
+    lines = lines_of_sight(grid, eyes_m, touching_m, curvature=FLAT)
+    share = lines.blocking_distance_m / np.hypot(east_m - anchor.east_m, north_m - anchor.north_m)
+    at_row = np.rint((grid.origin_north_m - lines.blocking_point_m[:, 1]) / grid.cell_north_m).astype(int)
+    at_col = np.rint((lines.blocking_point_m[:, 0] - grid.origin_east_m) / grid.cell_east_m).astype(int)
+    return error_m[rows, cols] * share, _relief_m(grid.heights_m)[at_row, at_col]
+
+
+def _relief_m(heights_m: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+    """Highest less lowest known height of the 3 x 3 posts around each post."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(heights_m, 1, mode="edge"), (3, 3))
+    highest, lowest = heights_m.astype(np.float64), heights_m.astype(np.float64)
+    for down in range(3):
+        for right in range(3):
+            highest = np.fmax(highest, windows[:, :, down, right])
+            lowest = np.fmin(lowest, windows[:, :, down, right])
+    return highest - lowest

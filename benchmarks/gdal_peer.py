@@ -66,8 +66,11 @@ class GdalDem:
         self._gdal = _load()
         self._cell_m = (cell_east_m, cell_north_m)
         self._shape = heights_m.shape
+        self._ground_m = heights_m
         rows, cols = heights_m.shape
-        held = np.ascontiguousarray(heights_m, np.float32)
+        # GDAL's minimum heights stop at zero, so ground below it (Gale crater) is lifted
+        self._lift_m = max(0.0, -float(heights_m.min()))
+        held = np.ascontiguousarray(heights_m + np.float32(self._lift_m), np.float32)
         driver = self._gdal.GDALGetDriverByName(b"MEM")
         self._dataset = self._gdal.GDALCreate(driver, b"", cols, rows, 1, FLOAT32, None)
         transform = (real * 6)(0.0, cell_east_m, 0.0, 0.0, 0.0, -cell_north_m)
@@ -81,7 +84,9 @@ class GdalDem:
         altitude_m = np.empty(self._shape)
         self._transfer(self._gdal.GDALGetRasterBand(output, 1), READ, altitude_m, FLOAT64)
         self._gdal.GDALClose(output)
-        return altitude_m
+        # over posts it sees, GDAL gives the line itself, which may pass underground; a receiver cannot
+        lowest_m: npt.NDArray[np.float64] = np.maximum(altitude_m - self._lift_m, self._ground_m)
+        return lowest_m
 
     def run(self, row: int, col: int, above_ground_m: float, *, boolean: bool = False) -> None:
         """Compute and throw away: what is timed."""

@@ -1,0 +1,151 @@
+"""The service as a client sees it: a visibility map from question to file, and /health while jobs run."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+
+from .report import Row, Table, duration
+from .terrains import CELL_M, fractal_m
+
+__all__ = ["requests"]
+
+ROOT = Path(__file__).parents[1]
+JOBS = 4
+NOTE = """\
+A service in a process of its own, on the loopback interface, four workers. Each map is asked for with `Prefer: wait=60`
+and timed until the first layer, `visible.tif`, is downloaded. The four anchors move a little from one question to the
+next, so that no answer is an old one."""
+
+
+def requests(posts: int = 1024, watch_s: float = 8.0) -> Table:
+    """Time from POST to file, first and warm, and the latency of /health while four jobs run."""
+    with tempfile.TemporaryDirectory() as folder, _service(Path(folder)) as (client, ready_s):
+        begin_s = time.perf_counter()
+        dem_id = _upload(client, Path(folder), posts)
+        upload_s = time.perf_counter() - begin_s
+        times_s = [_map_until_file_s(client, dem_id, posts, number) for number in range(8)]
+        latencies_s, jobs_done = _health_while_jobs_run(client, dem_id, posts, watch_s)
+    warm_s, what = min(times_s[1:]), f"POST /visibility-maps, 4 anchors, {posts}², to the file"
+    worst_s = float(np.percentile(latencies_s, 99))
+    rows = [
+        Row(("start of the service until /health answers ready", duration(ready_s))),
+        Row((f"POST /dems, {posts}² .npz", duration(upload_s))),
+        Row((f"{what}: first after start", duration(times_s[0]))),
+        Row((f"{what}: warm, best", duration(warm_s)), "≤ 0.5 s", warm_s <= 0.5),
+        Row((f"{what}: warm, median", duration(float(np.median(times_s[1:]))))),
+        Row(
+            (f"GET /health, p99 of {len(latencies_s)} while {JOBS} jobs run ({jobs_done} finished)", duration(worst_s)),
+            "≤ 50 ms",
+            worst_s <= 0.050,
+        ),
+        Row(("GET /health, median of the same", duration(float(np.median(latencies_s))))),
+    ]
+    return Table("Over HTTP", ("what", "time"), rows, NOTE)
+
+
+@contextlib.contextmanager
+def _service(folder: Path) -> Iterator[tuple[httpx.Client, float]]:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    settings = {"SIGHTLINE_PORT": str(port), "SIGHTLINE_DATA_FOLDER": str(folder / "data"), "SIGHTLINE_WORKERS": "4"}
+    begin_s = time.perf_counter()
+    with (folder / "log").open("wb") as log:
+        command = [sys.executable, "-m", "service.cli", "serve"]
+        process = subprocess.Popen(command, cwd=ROOT, env={**os.environ, **settings}, stdout=log, stderr=log)
+    try:
+        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=120.0) as client:
+            _wait_until_ready(client, process, folder / "log")
+            yield client, time.perf_counter() - begin_s
+    finally:
+        process.terminate()
+        process.wait(timeout=30)
+
+
+def _wait_until_ready(client: httpx.Client, process: subprocess.Popen[bytes], log: Path) -> None:
+    give_up_s = time.monotonic() + 180.0
+    while time.monotonic() < give_up_s:
+        if process.poll() is not None:
+            raise RuntimeError(f"the service ended: {log.read_text(encoding='utf-8')}")
+        with contextlib.suppress(httpx.TransportError):
+            if client.get("/health").status_code == 200:
+                return
+        time.sleep(0.05)
+    raise RuntimeError("the service was not ready within three minutes")
+
+
+def _upload(client: httpx.Client, folder: Path, posts: int) -> str:
+    path = folder / "fractal.npz"
+    np.savez(path, heights_m=fractal_m(posts), cell_east_m=CELL_M, cell_north_m=CELL_M)
+    with path.open("rb") as stream:
+        answer = client.post("/dems", files={"file": stream}, params={"crs": "local"})
+    answer.raise_for_status()
+    return str(answer.json()["id"])
+
+
+def _question(dem_id: str, posts: int, number: int, mode: str = "fast") -> dict[str, Any]:
+    """Four anchors around the middle, a few metres further east for every number."""
+    extent_m = (posts - 1) * CELL_M
+    anchors = [
+        {
+            "id": f"D{index + 1}",
+            "east_m": extent_m * (0.3 + 0.4 * (index % 2)) + 7.0 * number,
+            "north_m": -extent_m * (0.3 + 0.4 * (index // 2)),
+            "above_ground_m": 80.0,
+        }
+        for index in range(4)
+    ]
+    return {"dem_id": dem_id, "anchors": anchors, "receiver_above_ground_m": 1.5, "mode": mode}
+
+
+def _map_until_file_s(client: httpx.Client, dem_id: str, posts: int, number: int) -> float:
+    begin_s = time.perf_counter()
+    answer = client.post("/visibility-maps", json=_question(dem_id, posts, number), headers={"Prefer": "wait=60"})
+    answer.raise_for_status()
+    layers = {layer["name"]: layer["href"] for layer in answer.json()["layers"]}
+    client.get(layers["visible.tif"]).raise_for_status()
+    return time.perf_counter() - begin_s
+
+
+def _health_while_jobs_run(client: httpx.Client, dem_id: str, posts: int, watch_s: float) -> tuple[list[float], int]:
+    """Latencies of /health, seconds, while JOBS clients keep one exact map each under way; and maps finished."""
+    over = threading.Event()
+    finished = [0] * JOBS
+
+    def keep_busy(client_number: int) -> None:
+        with httpx.Client(base_url=client.base_url, timeout=120.0) as busy:
+            while not over.is_set():
+                number = 100 + client_number * 1000 + finished[client_number]
+                question = _question(dem_id, posts, number, "exact")
+                busy.post("/visibility-maps", json=question, headers={"Prefer": "wait=60"}).raise_for_status()
+                finished[client_number] += 1
+
+    threads = [threading.Thread(target=keep_busy, args=(number,)) for number in range(JOBS)]
+    for thread in threads:
+        thread.start()
+    latencies_s = []
+    try:
+        until_s = time.perf_counter() + watch_s
+        while time.perf_counter() < until_s:
+            begin_s = time.perf_counter()
+            client.get("/health").raise_for_status()
+            latencies_s.append(time.perf_counter() - begin_s)
+            time.sleep(0.005)
+    finally:
+        over.set()
+        for thread in threads:
+            thread.join()
+    return latencies_s, sum(finished)
