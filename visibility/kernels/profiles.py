@@ -131,8 +131,8 @@ def _over_profile(heights_m, cells_m, drop_per_m2, start, end, wanted):
     if not wanted & DETOUR:
         return zone_m, 0.0
     reach_m = math.hypot((end[1] - start[1]) * cells_m[0], (end[0] - start[0]) * cells_m[1])
-    rise_m = end[2] - start[2] - drop_per_m2 * reach_m * reach_m
-    return zone_m, _detour_m(profile, n, reach_m, rise_m, np.zeros((n + 2, 2)))
+    # seen from the middle of the line both ends are lowered alike, so the way there and back are equally long
+    return zone_m, _detour_m(profile, n, reach_m, end[2] - start[2], np.zeros((n + 2, 2)))
 
 
 @parallel_kernel
