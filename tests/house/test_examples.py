@@ -6,16 +6,14 @@ import doctest
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
-import time
-import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from service.cli.own_service import running_service
 from tests.house.repository import ROOT
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "CONTRIBUTING.md"]
@@ -65,35 +63,8 @@ def test_every_command_shown_is_one_that_a_test_knows(page: Path) -> None:
 
 @pytest.fixture(scope="module")
 def service_address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A service as a user starts it, in a process of its own on a free port."""
-    folder = tmp_path_factory.mktemp("service")
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    settings = {"SIGHTLINE_PORT": str(port), "SIGHTLINE_DATA_FOLDER": str(folder / "data"), "SIGHTLINE_WORKERS": "1"}
-    command = [str(Path(sys.executable).with_name("sightline")), "serve"]
-    with (folder / "log").open("wb") as log:
-        service = subprocess.Popen(command, cwd=folder, env={**os.environ, **settings}, stdout=log, stderr=log)
-    try:
-        address = f"http://127.0.0.1:{port}"
-        _wait_for(address, service, folder / "log")
-        yield address
-    finally:
-        service.terminate()
-        service.wait(timeout=20)
-
-
-def _wait_for(address: str, service: subprocess.Popen[bytes], log: Path) -> None:
-    give_up_s = time.monotonic() + 120.0
-    while time.monotonic() < give_up_s:
-        assert service.poll() is None, log.read_text(encoding="utf-8")
-        try:
-            with urllib.request.urlopen(f"{address}/health", timeout=2.0) as answer:
-                if answer.status == 200:
-                    return
-        except OSError:
-            time.sleep(0.2)
-    pytest.fail(f"the service did not answer within two minutes: {log.read_text(encoding='utf-8')}")
+    with running_service(tmp_path_factory.mktemp("service")) as client:
+        yield str(client.base_url).rstrip("/")
 
 
 @pytest.mark.parametrize("page", pages_with("console"), ids=page_id)
