@@ -25,6 +25,7 @@ from .sight_points import check_points, in_posts
 __all__ = ["ERROR_STATEMENT", "LinesOfSight", "lines_of_sight"]
 
 ERROR_STATEMENT = "every edge of the triangulated surface, in float64: clearance within 1e-6 m of exact arithmetic"
+VERSION = importlib.metadata.version("sightline")
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +150,7 @@ def _scan(
         error_statement=ERROR_STATEMENT,
         warnings=(),
         elapsed_s=0.0,
-        version=importlib.metadata.version("sightline"),
+        version=VERSION,
     )
 
 

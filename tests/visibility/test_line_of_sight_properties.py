@@ -11,6 +11,7 @@ from visibility import FLAT, HIDDEN, UNKNOWN, VISIBLE, Curvature, lines_of_sight
 
 ROUNDING_M = 1e-6
 CLEARLY_M = 1e-3
+unhurried = settings(deadline=None)  # the first call loads the compiled kernels
 CURVATURES = st.sampled_from([FLAT, Curvature(50_000.0)])
 
 
@@ -47,6 +48,7 @@ def assert_same(one, other):
     np.testing.assert_array_equal(one.verdict[told], other.verdict[told])
 
 
+@unhurried
 @given(scenes(), CURVATURES)
 def test_swapping_the_ends_changes_nothing(scene, curvature):
     heights_m, cells_m, start_m, end_m = scene
@@ -55,6 +57,7 @@ def test_swapping_the_ends_changes_nothing(scene, curvature):
     )
 
 
+@unhurried
 @given(scenes(), CURVATURES, st.floats(0.0, 30.0), st.floats(0.0, 30.0))
 def test_raising_either_end_never_hides(scene, curvature, lift_start_m, lift_end_m):
     heights_m, cells_m, start_m, end_m = scene
@@ -66,6 +69,7 @@ def test_raising_either_end_never_hides(scene, curvature, lift_start_m, lift_end
     assert not ((low.verdict == VISIBLE) & (high.verdict != VISIBLE)).any()
 
 
+@unhurried
 @given(scenes(), CURVATURES, st.data())
 def test_raising_a_post_never_reveals(scene, curvature, data):
     heights_m, cells_m, start_m, end_m = scene
@@ -79,6 +83,7 @@ def test_raising_a_post_never_reveals(scene, curvature, data):
     assert not ((before.verdict == HIDDEN) & (after.verdict != HIDDEN)).any()
 
 
+@unhurried
 @given(scenes(voids=False), CURVATURES, st.data())
 def test_forgetting_a_post_never_makes_a_line_clear_or_blocked(scene, curvature, data):
     heights_m, cells_m, start_m, end_m = scene
@@ -97,6 +102,7 @@ def test_forgetting_a_post_never_makes_a_line_clear_or_blocked(scene, curvature,
     assert (opened.verdict >= shut.verdict).all()
 
 
+@unhurried
 @given(scenes(), CURVATURES)
 def test_the_frame_may_be_shifted(scene, curvature):
     heights_m, cells_m, start_m, end_m = scene
@@ -105,6 +111,7 @@ def test_the_frame_may_be_shifted(scene, curvature):
     assert_same(scan(heights_m, cells_m, start_m, end_m, curvature), there)
 
 
+@unhurried
 @given(scenes(), CURVATURES, st.integers(-400, 4000))
 def test_all_heights_may_be_shifted(scene, curvature, up_m):
     heights_m, cells_m, start_m, end_m = scene
@@ -115,6 +122,7 @@ def test_all_heights_may_be_shifted(scene, curvature, up_m):
     )
 
 
+@unhurried
 @given(scenes(), CURVATURES)
 def test_the_world_may_be_transposed(scene, curvature):
     # the diagonal from (row, col) to (row + 1, col + 1) stays where it is
@@ -125,6 +133,7 @@ def test_the_world_may_be_transposed(scene, curvature):
     )
 
 
+@unhurried
 @given(scenes(), CURVATURES)
 def test_the_world_may_be_turned_by_half(scene, curvature):
     heights_m, cells_m, start_m, end_m = scene
@@ -136,6 +145,7 @@ def test_the_world_may_be_turned_by_half(scene, curvature):
     )
 
 
+@unhurried
 @given(scenes(voids=False), st.integers(0, 2**32 - 1))
 def test_a_world_whose_squares_are_flat_may_be_mirrored(scene, seed):
     # elsewhere a mirror turns the diagonals, which is another surface
@@ -147,6 +157,7 @@ def test_a_world_whose_squares_are_flat_may_be_mirrored(scene, seed):
     assert_same(scan(flat_squares_m, cells_m, start_m, end_m), scan(flat_squares_m[:, ::-1], cells_m, *mirrored))
 
 
+@unhurried
 @given(scenes(voids=False), CURVATURES, st.floats(0.0, 1.0))
 def test_a_tower_anywhere_on_the_line_always_blocks(scene, curvature, share):
     heights_m, cells_m, start_m, end_m = scene
@@ -162,7 +173,7 @@ def test_a_tower_anywhere_on_the_line_always_blocks(scene, curvature, share):
         assert sight.verdict[0] == HIDDEN
 
 
-@settings(max_examples=25)
+@unhurried
 @given(scenes(voids=False), CURVATURES)
 def test_the_detour_is_positive_just_where_the_line_is_blocked(scene, curvature):
     heights_m, cells_m, start_m, end_m = scene
