@@ -126,7 +126,8 @@ class ElevationGrid:
     def contains(self, east_m: float, north_m: float) -> bool:
         """Whether a position lies between the outermost posts (borders included)."""
         row, col = self.post_at(east_m, north_m)
-        return 0.0 <= row <= self.rows - 1 and 0.0 <= col <= self.cols - 1
+        slack = 1e-6  # of a cell: the rounding of a border post's own position does not put it outside
+        return -slack <= row <= self.rows - 1 + slack and -slack <= col <= self.cols - 1 + slack
 
 
 def _as_metric_crs(crs: Any) -> pyproj.CRS | None:

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pyproj
 import rasterio
-from pyproj.exceptions import CRSError
-from rasterio.enums import ColorInterp
+from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from .crs_parts import horizontal_part, parse_crs, vertical_part
@@ -22,7 +21,8 @@ from .units import height_unit_of
 
 __all__ = ["read_raster"]
 
-# the file alone: no sidecars, no world files, no overviews elsewhere, nothing written back, compound CRS kept
+# the file alone: no side cars, no world files, no overviews elsewhere, nothing written back, compound CRS kept; only an
+# ESRI ASCII grid has its CRS, as text, in the .prj beside it
 SEALED = {
     "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",
     "GDAL_PAM_ENABLED": "NO",
@@ -69,8 +69,10 @@ def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cell
     if tags.get("AREA_OR_POINT") == "Point":
         notes.conversions.append("Pixel-is-point: the file's points are the posts, its bounds lie half a cell outside.")
     declared_void = None
-    if not all("all_valid" in flag.name for flag in dataset.mask_flag_enums[0]):
+    if MaskFlags.all_valid not in dataset.mask_flag_enums[0]:
         declared_void = dataset.read_masks(1) == 0
+    elif ColorInterp.alpha in dataset.colorinterp:  # GDAL heeds only an alpha band of uint8 or uint16
+        declared_void = dataset.read(dataset.colorinterp.index(ColorInterp.alpha) + 1) == 0
     values = dataset.read(1)
     if step_y < 0.0:
         notes.conversions.append("Rows run from south to north in the file; turned so that row 0 is northmost.")
@@ -134,15 +136,8 @@ def _crs(file: Path, dataset: Any, notes: _Notes) -> tuple[pyproj.CRS | None, st
         except FrameError:
             notes.warnings.append("The file's CRS cannot be understood and was left out; give crs=.")
             return None, None, None
+        if dataset.driver == "AAIGrid":
+            notes.conversions.append(f"The CRS was taken from {file.stem}.prj beside the file.")
         datum, unit = vertical_part(crs)
         return horizontal_part(crs), datum, unit
-    beside = file.with_suffix(".prj")
-    if dataset.driver == "AAIGrid" and beside.is_file():
-        try:
-            crs = pyproj.CRS.from_wkt(beside.read_text(errors="replace")[:20_000])
-        except CRSError:
-            notes.warnings.append(f"{beside.name} beside the file is no WKT and was left out; give crs=.")
-            return None, None, None
-        notes.conversions.append(f"The CRS was taken from {beside.name} beside the file.")
-        return horizontal_part(crs), *vertical_part(crs)
     return None, None, None

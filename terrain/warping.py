@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +16,11 @@ from .limits import check_declared_size
 
 __all__ = ["Posts", "border_positions", "warp"]
 
-# source positions are computed exactly on every 16th post of the target and interpolated between: off by
-# (16 cells)² / (8 · planet radius), under a hundredth of a cell up to 1 km cells
+# source positions are computed exactly on every nth post of the target, n ≤ 16, and interpolated between: they are off
+# by about (n cells)² / (8 · radius), which n keeps below a hundredth of a cell even on a body of the Moon's size
 LATTICE = 16
+LATTICE_ERROR_CELLS = 0.01
+SMALL_RADIUS_M = 1.7e6
 BORDER_POINTS = 65
 # near a pole longitude turns too fast to be interpolated
 POLAR_DEG = 80.0
@@ -74,7 +77,8 @@ def warp(name: str, posts: Posts, target: pyproj.CRS, *, max_cells: int) -> Post
     turning = geographic and (
         max(abs(posts.y0), abs(2.0 * posts.middle[1] - posts.y0)) * _degrees(posts.crs) > POLAR_DEG
     )
-    lattice = 1 if turning else LATTICE
+    fine_enough = math.sqrt(LATTICE_ERROR_CELLS * 8.0 * SMALL_RADIUS_M / max(cell_east_m, cell_north_m))
+    lattice = 1 if turning else max(1, min(LATTICE, int(fine_enough)))
     lattice_east = west_m + np.arange(0, cols - 1 + lattice, lattice) * cell_east_m
     lattice_north = top_m - np.arange(0, rows - 1 + lattice, lattice) * cell_north_m
     mesh_east, mesh_north = np.meshgrid(lattice_east, lattice_north)
