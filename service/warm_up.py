@@ -20,6 +20,11 @@ def warm_up() -> None:
     heights_m[2, 7] = np.nan
     grid = ElevationGrid(heights_m, 30.0, 25.0)
     height_at(grid, [10.0, 20.0], [-30.0, -40.0])
+    _minimum_altitudes(grid)
+    _lines(grid)
+
+
+def _minimum_altitudes(grid: ElevationGrid) -> None:
     anchors = (
         visibility.Anchor("inside", 101.0, -77.0, 60.0),
         visibility.Anchor("outside", -400.0, 90.0, 300.0, limits=visibility.AntennaLimits(max_range_m=5_000.0)),
@@ -30,3 +35,9 @@ def warm_up() -> None:
             answer = visibility.min_visible_altitude(grid, anchors, mode, curvature)
             answer.visible(above_ground_m=1.5)
             answer.margin_m(altitude_m=50.0)
+
+
+def _lines(grid: ElevationGrid) -> None:
+    starts_m, ends_m = [[10.0, -10.0, 60.0]] * 2, [[200.0, -150.0, 5.0], [-50.0, 20.0, 90.0]]
+    visibility.lines_of_sight(grid, starts_m, ends_m, wavelength_m=0.1, dem_sigma_m=3.0, excess_path=True)
+    visibility.line_of_sight(grid, starts_m[0], ends_m[0])

@@ -50,6 +50,10 @@ Nodata = Annotated[float | None, typer.Option("--nodata", metavar="NUMBER", help
 Crs = Annotated[
     str | None, typer.Option("--crs", metavar="CRS", help="CRS of a DEM whose file names none, such as EPSG:32611.")
 ]
+UnknownOption = Annotated[
+    UnknownGround, typer.Option(help="What a line over unknown ground is, unless known ground blocks it.")
+]
+CurvatureOption = Annotated[CurvatureWord, typer.Option(help="auto: as the DEM's CRS implies; flat: none.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output and nothing else.")]
 
 
@@ -104,12 +108,8 @@ def visibility(
         float | None, typer.Option("--receiver-altitude", metavar="M", help="One altitude everywhere instead, metres.")
     ] = None,
     mode: Annotated[Mode, typer.Option(help="Column sweep, or every edge that a line crosses.")] = Mode.FAST,
-    unknown: Annotated[
-        UnknownGround, typer.Option(help="What a line over unknown ground is, unless known ground blocks it.")
-    ] = UnknownGround.UNKNOWN,
-    curvature: Annotated[
-        CurvatureWord, typer.Option(help="auto: as the DEM's CRS implies; flat: none.")
-    ] = CurvatureWord.AUTO,
+    unknown: UnknownOption = UnknownGround.UNKNOWN,
+    curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
     out: Annotated[
@@ -138,6 +138,39 @@ def visibility(
             "curvature": curvature.value,
         },
         out=out,
+        as_json=as_json,
+    )
+
+
+@app.command()
+def los(
+    dem: DemPath,
+    start: Annotated[str, typer.Option("--from", metavar="EAST,NORTH,HEIGHT", help="One end; HEIGHT 80agl or 612msl.")],
+    end: Annotated[str, typer.Option("--to", metavar="EAST,NORTH,HEIGHT", help="The other end.")],
+    lonlat: Annotated[bool, typer.Option("--lonlat", help="The pairs are longitude,latitude.")] = False,
+    wavelength: Annotated[
+        float | None, typer.Option(metavar="M", help="Wavelength, metres; adds the Fresnel clearance.")
+    ] = None,
+    dem_sigma: Annotated[
+        float | None, typer.Option(metavar="M", help="One-sigma error of the DEM, metres; adds the probability.")
+    ] = None,
+    unknown: UnknownOption = UnknownGround.UNKNOWN,
+    curvature: CurvatureOption = CurvatureWord.AUTO,
+    nodata: Nodata = None,
+    crs: Crs = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tell whether one point sees another, and by how much."""
+    from .los import show_line_of_sight
+
+    show_line_of_sight(
+        dem,
+        nodata,
+        crs,
+        (start, end),
+        lonlat=lonlat,
+        flat=curvature is CurvatureWord.FLAT,
+        options={"unknown": unknown.value, "wavelength_m": wavelength, "dem_sigma_m": dem_sigma},
         as_json=as_json,
     )
 
