@@ -73,7 +73,7 @@ def read_npz(file: Path, *, max_cells: int) -> RawDem:
         driver="NPZ",
         height_unit="m",
         vertical_datum=texts.get("vertical_datum") or None,
-        voids_are_nan=own,
+        from_grid=own,
         conversions=tuple(notes.get("conversions", ())),
         warnings=tuple(notes.get("warnings", ())),
     )

@@ -18,6 +18,9 @@ __all__ = ["Body", "body_of", "to_grid_frame", "to_lon_lat"]
 
 Array = npt.NDArray[np.float64]
 
+# no flat map of a planet in the solar system reaches this far
+FARTHEST_M = 1.0e9
+
 
 @dataclass(frozen=True, slots=True)
 class Body:
@@ -94,7 +97,8 @@ def _degrees_to_metres(crs: pyproj.CRS) -> pyproj.Transformer:
 
 
 def _checked(grid: ElevationGrid, first: Array, second: Array, where: str) -> tuple[float, float] | tuple[Array, Array]:
-    if not (np.isfinite(first).all() and np.isfinite(second).all()):
+    # some projections answer far-off places with huge numbers instead of none
+    if not ((np.abs(first) < FARTHEST_M).all() and (np.abs(second) < FARTHEST_M).all()):
         name = grid.crs.name if grid.crs is not None else "local"
         raise FrameError(f"{where or 'Some positions'} cannot be projected with the DEM's CRS {name}.")
     if np.ndim(first) == 0:

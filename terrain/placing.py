@@ -72,7 +72,7 @@ def place(
         posts = _axes_in_metres(posts, height_unit_known, conversions, warnings)
     elif not source.is_geographic:
         raise DemUnsupportedError(f"{name} has the CRS {source.name!r}, which is neither projected nor geographic.")
-    wanted = target_crs or _better_crs(name, posts, conversions)
+    wanted = target_crs or (None if raw.from_grid else _better_crs(name, posts, conversions))
     if wanted is not None and wanted != posts.crs:
         posts = _warped(name, posts, wanted, max_cells, conversions)
     return Placed(

@@ -20,7 +20,7 @@ class RawDem:
     declared_void: (rows, cols) bool, True where the file itself says "no data", or None when it says nothing.
     x0, y0: centre of post (0, 0); step_x > 0 eastward, step_y > 0 southward, all in units of ``crs``.
     crs: None when the file has none. height_unit: None when the file does not say.
-    voids_are_nan: the format itself marks unknown posts as NaN, so no other value can mean "no data".
+    from_grid: written from an ElevationGrid, so its positions stay as they are and only NaN means unknown.
     """
 
     values: npt.NDArray[Any]
@@ -35,6 +35,6 @@ class RawDem:
     offset: float = 0.0
     height_unit: str | None = None
     vertical_datum: str | None = None
-    voids_are_nan: bool = False
+    from_grid: bool = False
     conversions: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()

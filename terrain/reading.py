@@ -51,9 +51,7 @@ def read_dem(
         raise DemReadError(f"height_unit must be one of {', '.join(HEIGHT_UNITS)}, not {height_unit!r}.")
     file = local_file(path)
     raw = _read_raw(file, _cell_pair(cell_m), max_cells)
-    void, void_warnings = unknown_posts(
-        file.name, raw.values, raw.declared_void, nodata=nodata, voids_are_nan=raw.voids_are_nan
-    )
+    void, void_warnings = unknown_posts(file.name, raw.values, raw.declared_void, nodata=nodata, only_nan=raw.from_grid)
     conversions, warnings = [*raw.conversions], [*raw.warnings, *void_warnings]
     unit = height_unit or raw.height_unit
     heights_m = _heights_m(raw, void, HEIGHT_UNITS[unit or "m"])

@@ -25,11 +25,12 @@ def unknown_posts(
     declared_void: npt.NDArray[np.bool_] | None,
     *,
     nodata: float | None,
-    voids_are_nan: bool,
+    only_nan: bool,
 ) -> tuple[npt.NDArray[np.bool_], tuple[str, ...]]:
     """Mask (rows, cols) of the posts whose height is unknown, and a warning for each value taken as fill undeclared.
 
     nodata: the value that means "unknown" in place of what the file declares; NaN says that only NaN does.
+    only_nan: nothing else than NaN was ever meant as fill.
     Raises DemUnsupportedError for infinite heights and where no post is known.
     """
     warnings: list[str] = []
@@ -43,7 +44,7 @@ def unknown_posts(
         void = np.zeros(values.shape, np.bool_)
     if values.dtype.kind == "f":
         void |= np.isnan(values)
-    if nodata is None and not voids_are_nan:
+    if nodata is None and not only_nan:
         for fill in CLASSIC_FILLS:
             void, count = _also(void, _equal(values, fill))
             if count:
