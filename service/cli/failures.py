@@ -33,14 +33,14 @@ def _domain_exit_code(error: BaseException) -> int | None:
     # imported here because an error of theirs cannot come before they were imported, and --help stays quick
     from pydantic import ValidationError
 
-    from service.errors import RequestError, ServiceError
+    from service.errors import RequestError, ServiceError, StartError
     from service.schemas import sentence_of
     from terrain import TerrainError
     from visibility import VisibilityError
 
     if isinstance(error, ValidationError):
         return _say(sentence_of(error), BAD_INPUT)
-    if isinstance(error, TerrainError | VisibilityError | RequestError):
+    if isinstance(error, TerrainError | VisibilityError | RequestError | StartError):
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)
