@@ -17,7 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from service import errors as ours
-from service.jobs.folder import FULL
+from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
 from service.schemas.sentences import place_of, sentence_of_detail
@@ -103,7 +103,7 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
     if kind is None:
         logger.error("no row for %s: %s", failure.error, failure.detail)
         return _body(INTERNAL, "An internal error occurred.", instance)
-    return _body(kind, failure.detail, instance, **failure.data)
+    return _body(kind, failure.detail, instance, failure.data)
 
 
 def install(app: FastAPI) -> None:
@@ -141,7 +141,7 @@ async def _not_valid(request: Request, error: Exception) -> Response:
         {"field": place_of(detail["loc"]), "detail": str(detail["msg"]).removeprefix("Value error, ")}
         for detail in details[:100]
     ]
-    return _respond(_body(FRAMEWORK_KINDS[422], sentence_of_detail(details), request.url.path, errors=fields))
+    return _respond(_body(FRAMEWORK_KINDS[422], sentence_of_detail(details), request.url.path, {"errors": fields}))
 
 
 async def _of_framework(request: Request, error: Exception) -> Response:
@@ -165,16 +165,18 @@ async def _store_full(request: Request, error: Exception) -> Response:
 
 
 async def _fault(request: Request, error: Exception) -> Response:
-    if isinstance(error, OSError) and error.errno in FULL:
+    if isinstance(error, OSError) and is_full(error):
         return await _store_full(request, error)
     reference = uuid.uuid4().hex[:12]
     logger.error("%s: %s %s failed", reference, request.method, request.url.path, exc_info=error)
     return await _domain_error(request, ours.InternalError(reference))
 
 
-def _body(kind: ProblemKind, detail: str, instance: str | None, **more: Any) -> dict[str, Any]:
+def _body(
+    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     return {
-        **more,
+        **(more or {}),
         "type": f"/problems/{kind.name}",
         "title": kind.title,
         "status": kind.status,

@@ -15,6 +15,7 @@ import errno
 import fcntl
 import hashlib
 import os
+import re
 import shutil
 import uuid
 from dataclasses import dataclass
@@ -23,10 +24,12 @@ from typing import IO, Self
 
 from service.errors import DataFolderError, DataFolderInUseError
 
-__all__ = ["FULL", "DataFolder", "digest_of", "make_durable", "move_into_place"]
+__all__ = ["DataFolder", "digest_of", "is_full", "make_durable", "move_into_place"]
 
 # What the system says when a disk, a quota or a file-size limit is full.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+# numpy's own words for the same, without the system's number
+NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
 BLOCK_BYTES = 1024 * 1024
 
 
@@ -121,6 +124,11 @@ class DataFolder:
             shutil.rmtree(self.root / name, ignore_errors=True)
         for name in ("incoming", "work", "inputs", "dems", "results"):
             (self.root / name).mkdir(exist_ok=True)
+
+
+def is_full(error: OSError) -> bool:
+    """Whether a write failed because there is no space left."""
+    return error.errno in FULL or (error.errno is None and NUMPY_FULL.search(str(error)) is not None)
 
 
 def make_durable(folder: Path) -> None:

@@ -47,10 +47,11 @@ class WorkerPool:
         self._workers: set[WorkerProcess] = set()
         self._someone_idle = asyncio.Condition()
         self._keepers: list[asyncio.Task[None]] = []
+        self._first_warm = asyncio.Event()
 
     def start(self) -> None:
         """Begin to start processes; tasks may be given at once and wait until the first is warm."""
-        self._keepers = [asyncio.create_task(self._keep_one_alive()) for _ in range(self._size)]
+        self._keepers = [asyncio.create_task(self._keep_one_alive(number)) for number in range(self._size)]
 
     async def stop(self) -> None:
         """Kill every process."""
@@ -145,9 +146,12 @@ class WorkerPool:
                 self._idle.append(worker)
                 self._someone_idle.notify()
 
-    async def _keep_one_alive(self) -> None:
+    async def _keep_one_alive(self, number: int) -> None:
         """Start a process, and another whenever it ends; pause longer and longer while they do not get warm."""
         pause_s = FIRST_PAUSE_S
+        if number > 0:
+            # on a fresh machine the first compiles the kernels, and the others find them compiled
+            await self._first_warm.wait()
         while True:
             try:
                 worker = await WorkerProcess.start(self._settings)
@@ -157,6 +161,7 @@ class WorkerPool:
                 pause_s = min(2.0 * pause_s, LONGEST_PAUSE_S)
                 continue
             pause_s = FIRST_PAUSE_S
+            self._first_warm.set()
             try:
                 self._workers.add(worker)
                 await self._give_back(worker)

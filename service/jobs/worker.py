@@ -26,7 +26,7 @@ from terrain import TerrainError
 from visibility import VisibilityError
 
 from .channel import decode, encode
-from .folder import FULL, DataFolder
+from .folder import DataFolder, is_full
 from .records import Failure
 from .tasks import TASKS, TaskContext
 
@@ -79,7 +79,7 @@ def _done(order: Mapping[str, Any], settings: Settings, folder: DataFolder, answ
             )
         )
     except OSError as error:
-        failure = _of_storage(error) if error.errno in FULL else _of_fault(order)
+        failure = _of_storage(error) if is_full(error) else _of_fault(order)
     except Exception:  # noqa: BLE001 - the process that answers must hear of every fault, and the log keeps it
         failure = _of_fault(order)
     shutil.rmtree(work, ignore_errors=True)
@@ -90,8 +90,8 @@ def _of_storage(error: OSError) -> Failure:
     logger.error("storage full: %s", error)
     return Failure.of(
         StorageFullError(
-            f"There is no space left to write to the data folder ({error.strerror}); delete results or DEMs that are "
-            "not needed, or make room on the disk, and try again."
+            f"There is no space left to write to the data folder ({error.strerror or error}); delete results or DEMs "
+            "that are not needed, or make room on the disk, and try again."
         )
     )
 

@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.service.running import Server, running
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One real service for all tests that do it no harm; its limits are low enough to be reached."""
+    folder = tmp_path_factory.mktemp("http") / "data"
+    with running(folder, max_upload_bytes=6_000_000, max_dem_cells=2_000_000, max_pairs=1000) as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def jacksboro(server: Server) -> dict[str, object]:
+    """The bundled real DEM: 353 x 415 posts in UTM, some of them unknown."""
+    return server.sample("jacksboro")
