@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 
+from .buildings import Buildings
 from .curvature import Curvature
 from .fresnel import knife_edge_loss_db
 from .kernels.crossings import GRAZING_TOLERANCE_M
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, UnknownGround
+from .ray_triangle import Engine
 from .sight_lines import LinesOfSight, lines_of_sight
 from .sight_points import check_point
 
@@ -69,6 +71,8 @@ def line_of_sight(
     unknown: UnknownGround = "unknown",
     wavelength_m: float | None = None,
     dem_sigma_m: float | None = None,
+    buildings: Buildings | None = None,
+    engine: Engine = "embree",
 ) -> LineOfSight:
     """Whether two points see one another, and by how much.
 
@@ -84,6 +88,8 @@ def line_of_sight(
         wavelength_m=wavelength_m,
         dem_sigma_m=dem_sigma_m,
         excess_path=True,
+        buildings=buildings,
+        engine=engine,
     )
     met = not np.isnan(sight.blocking_point_m[0, 0])
     east_m, north_m, altitude_m = sight.blocking_point_m[0].tolist()
