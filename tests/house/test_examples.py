@@ -19,7 +19,7 @@ from tests.house.repository import ROOT
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "CONTRIBUTING.md"]
 # what needs a machine, an engine or a terminal of its own; the verbs are tested by being run
 NOT_RUN_HERE = ("make ", "git clone ", "docker ", "cd ", "sightline serve", "sightline demo")
-RUN_HERE = ("sightline ", "curl ", "python ", "ls ", "cat ")
+RUN_HERE = ("sightline ", "curl ", "python ", "ls ", "cat ", "dem=", "map=", "visible=")
 SERVICE = "http://127.0.0.1:8000"
 
 
@@ -34,6 +34,8 @@ def commands_and_output(block: str) -> tuple[list[str], str]:
     for line in block.replace("\\\n", " ").splitlines():
         if line.startswith("$ "):
             commands.append(re.sub(r"\s+# .*$", "", line[2:]))
+        elif commands and commands[-1].count("'") % 2:
+            commands[-1] += "\n" + line  # a quoted body goes on
         else:
             output.append(line)
     return commands, "\n".join(output) + "\n" if output else ""
@@ -84,6 +86,7 @@ def test_the_commands_of_a_page_run_and_print_what_it_shows(
         if shutil.which("curl") is None:
             pytest.skip("curl is not installed")
         script = script.replace(SERVICE, request.getfixturevalue("service_address"))
+    (tmp_path / "dem_samples").symlink_to(ROOT / "dem_samples")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "COLUMNS": "120"}
     run = subprocess.run(

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from service.settings import Settings
 from tests.house.repository import ROOT, project_files, pyproject
 
 LONGEST_FILE = 300
@@ -62,6 +63,12 @@ def test_decisions_are_numbered_once_and_listed_in_the_index() -> None:
     assert numbers == [f"{number:04d}" for number in range(1, len(pages) + 1)]
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     assert [page.name for page in pages if f"decisions/{page.name}" not in index] == []
+
+
+def test_every_setting_of_the_service_is_documented_and_no_other() -> None:
+    page = (ROOT / "docs" / "http.md").read_text(encoding="utf-8")
+    documented = set(re.findall(r"^\| `SIGHTLINE_(\w+)`", page, re.MULTILINE))
+    assert documented == {name.upper() for name in Settings.model_fields}
 
 
 def test_every_relative_link_in_the_documents_leads_somewhere() -> None:

@@ -21,9 +21,7 @@ MAY_IMPORT = {
 NOT_OURS_AT_RUN_TIME = {"tests", "benchmarks", "pytest"}
 HTTP_AND_TERMINAL = {"fastapi", "starlette", "uvicorn", "httpx", "typer", "click", "rich", "sqlite3"}
 KERNELS_MAY_IMPORT = {"numba", "numpy", "math"}
-NO_KERNEL_INSIDE = {
-    "visibility/kernels/options.py": "says how kernels are compiled; its annotations need typing",
-}
+HOW_KERNELS_ARE_COMPILED = "terrain.kernel_options"
 
 
 def top(name: str) -> str:
@@ -54,24 +52,24 @@ def is_kernel_module(module: Path) -> bool:
 
 
 def kernel_modules() -> list[Path]:
-    found = [module for package in PACKAGES for module in modules(package) if is_kernel_module(module)]
-    return [module for module in found if module.as_posix() not in NO_KERNEL_INSIDE]
+    return [module for package in PACKAGES for module in modules(package) if is_kernel_module(module)]
 
 
 @pytest.mark.parametrize("module", kernel_modules(), ids=str)
 def test_kernels_import_only_numbers_and_other_kernels(module: Path) -> None:
     for name in imported_modules(module):
+        if name.startswith(HOW_KERNELS_ARE_COMPILED):
+            continue
         if top(name) in PACKAGES:
             assert "kernels" in name.split("."), f"{module} imports {name}, which is no kernel"
         else:
             assert top(name) in KERNELS_MAY_IMPORT, f"{module} imports {name}"
 
 
-@pytest.mark.parametrize("name", sorted(NO_KERNEL_INSIDE))
-def test_the_exempted_kernel_files_define_no_kernel(name: str) -> None:
-    module = next(module for module in modules("visibility") if module.as_posix() == name)
-    text = (Path(__file__).parents[2] / module).read_text(encoding="utf-8")
-    assert not any(line.startswith("@") and "kernel" in line for line in text.splitlines())
+def test_how_kernels_are_compiled_needs_numba_alone() -> None:
+    module = Path(*HOW_KERNELS_ARE_COMPILED.split(".")).with_suffix(".py")
+    third_party = {top(name) for name in imported_modules(module)} - set(sys.stdlib_module_names)
+    assert third_party == {"numba"}
 
 
 def test_reference_oracles_share_no_code_with_the_product() -> None:
