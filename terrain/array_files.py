@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import tokenize
 import zipfile
+import zlib
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,6 +22,12 @@ __all__ = ["read_npy", "read_npz", "write_npz"]
 
 LAYOUT = "sightline-dem-1"
 NPZ_NUMBERS = ("cell_east_m", "cell_north_m", "origin_east_m", "origin_north_m")
+
+# everything that zipfile, zlib and numpy's header parser raise over damaged bytes
+DAMAGE = (
+    zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, ValueError, TypeError, KeyError, OSError,
+    EOFError, OverflowError, NotImplementedError, RuntimeError,
+)  # fmt: skip
 
 
 def write_npz(grid: ElevationGrid, path: str | os.PathLike[str]) -> None:
@@ -56,12 +64,12 @@ def read_npz(file: Path, *, max_cells: int) -> RawDem:
             texts = {
                 key: str(arrays[key]) for key in ("layout", "crs_wkt", "vertical_datum", "provenance") if key in arrays
             }
-    except (zipfile.BadZipFile, ValueError, TypeError, OSError, EOFError, KeyError, NotImplementedError) as error:
+        conversions, warnings = _notes(texts)
+    except DAMAGE as error:
         raise DemFormatError(f"{file.name} is a damaged .npz file, or holds something other than numbers.") from error
     if not {"cell_east_m", "cell_north_m"} <= numbers.keys():
         raise DemUnsupportedError(f"{file.name} lacks cell_east_m and cell_north_m, the metres between its posts.")
     own = texts.get("layout") == LAYOUT
-    notes = json.loads(texts.get("provenance", "{}")) if own else {}
     return RawDem(
         values,
         None,
@@ -74,8 +82,8 @@ def read_npz(file: Path, *, max_cells: int) -> RawDem:
         height_unit="m",
         vertical_datum=texts.get("vertical_datum") or None,
         from_grid=own,
-        conversions=tuple(notes.get("conversions", ())),
-        warnings=tuple(notes.get("warnings", ())),
+        conversions=conversions,
+        warnings=warnings,
     )
 
 
@@ -90,9 +98,17 @@ def read_npy(file: Path, *, cell_m: tuple[float, float] | None, max_cells: int) 
         with file.open("rb") as stream:
             _check_header(file.name, stream, max_cells, file.stat().st_size)
         values = np.load(file, allow_pickle=False)
-    except (ValueError, OSError, EOFError) as error:
+    except DAMAGE as error:
         raise DemFormatError(f"{file.name} is a damaged .npy file, or holds something other than numbers.") from error
     return RawDem(values, None, 0.0, 0.0, *cell_m, crs=None, driver="NPY")
+
+
+def _notes(texts: dict[str, str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """(conversions, warnings) that ``write_npz`` kept. Raises ValueError or TypeError when they are not that."""
+    if texts.get("layout") != LAYOUT:
+        return (), ()
+    notes = json.loads(texts["provenance"])
+    return tuple(map(str, notes["conversions"])), tuple(map(str, notes["warnings"]))
 
 
 def _check_header(name: str, stream: IO[bytes], max_cells: int, packed_bytes: int) -> None:

@@ -1,12 +1,13 @@
 """Kernels over the triangulated surface: sampling heights at fractional post positions."""
 
-import numba
 import numpy as np
+
+from .kernel_options import scalar_kernel
 
 __all__ = ["resample_surface", "settled", "surface_height", "surface_heights"]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@scalar_kernel
 def surface_height(heights_m, row, col):
     """Height of the triangulated surface at a fractional (row, col); NaN outside and on unknown ground."""
     rows, cols = heights_m.shape
@@ -39,21 +40,21 @@ def surface_height(heights_m, row, col):
     return height_m
 
 
-@numba.njit(cache=True, error_model="numpy")
+@scalar_kernel
 def settled(position):
     """A fractional row or column; within a millionth of a cell of a post it is that post: rounding crosses no edge."""
     nearest = np.floor(position + 0.5)
     return nearest if abs(position - nearest) < 1e-6 else position
 
 
-@numba.njit(cache=True, error_model="numpy")
+@scalar_kernel
 def surface_heights(heights_m, row, col, out_m):
     """Fill out_m (n,) with the surface height at each fractional (row, col)."""
     for i in range(row.shape[0]):
         out_m[i] = surface_height(heights_m, settled(row[i]), settled(col[i]))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@scalar_kernel
 def resample_surface(heights_m, lattice_rows, lattice_cols, step, out_m):
     """Fill out_m (r, c) with the surface height at source positions known on every ``step``-th post of out_m.
 

@@ -70,4 +70,6 @@ def ground_scale(crs: pyproj.CRS, east_m: float, north_m: float) -> tuple[float,
     if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
         return float("nan"), float("nan")
     _, _, ground_m = geod.inv(lon[[0, 2]], lat[[0, 2]], lon[[1, 3]], lat[[1, 3]])
+    if not (ground_m > 0.0).all():
+        return float("nan"), float("nan")
     return 2.0 * PROBE_M / float(ground_m[0]), 2.0 * PROBE_M / float(ground_m[1])

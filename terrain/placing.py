@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pyproj
+from pyproj.exceptions import ProjError
 
 from .errors import DemUnsupportedError
 from .frames import body_of
@@ -58,6 +59,21 @@ def place(
     crs: the caller's CRS for the file, "local", or None; target_crs: the caller's CRS for the grid, or None.
     Raises DemUnsupportedError and DemTooLargeError.
     """
+    try:
+        return _place(name, raw, heights_m, crs, target_crs, height_unit_known, max_cells)
+    except ProjError as error:
+        raise DemUnsupportedError(f"{name} has a CRS that cannot be calculated with; give crs=.") from error
+
+
+def _place(
+    name: str,
+    raw: RawDem,
+    heights_m: npt.NDArray[np.float32],
+    crs: pyproj.CRS | str | None,
+    target_crs: pyproj.CRS | None,
+    height_unit_known: bool,
+    max_cells: int,
+) -> Placed:
     conversions: list[str] = []
     warnings: list[str] = []
     source = _source_crs(raw, crs, warnings)

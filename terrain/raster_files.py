@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pyproj
 import rasterio
+from rasterio._err import CPLE_BaseError  # damaged tags raise it bare
 from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
@@ -45,7 +46,7 @@ def read_raster(file: Path, driver: str, *, cell_m: tuple[float, float] | None, 
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(file, driver=driver) as dataset:
                 return _read(file, dataset, cell_m, max_cells)
-    except RasterioError as error:
+    except (RasterioError, CPLE_BaseError) as error:
         raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as {driver}.") from error
 
 

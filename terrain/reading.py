@@ -70,6 +70,7 @@ def read_dem(
     )  # fmt: skip
     if placed.on_earth:
         warnings += implausible_heights(heights_m)
+    placed.heights_m.setflags(write=False)  # ours alone: spares the grid its protective copy
     try:
         return ElevationGrid(
             placed.heights_m,

@@ -1,0 +1,86 @@
+"""How kernels are compiled, in one place, for every package.
+
+LLVM cannot prove that the arrays of a kernel do not overlap, so a loop that gathers from one and stores to another
+stays scalar. ``inner_loop`` compiles such a function with every array argument marked as not overlapping, through a
+private hook of numba; ``noalias_active`` says whether this numba still has that hook. Without it the answers are the
+same and the fast sweep takes about twice as long.
+
+Compiled kernels are kept on disk. numba notices when a kernel's own file changes, but not when a kernel that was
+compiled into it does; so the folder they are kept in carries the digest of every kernel's source.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import dispatcher as numba_dispatcher
+
+__all__ = ["FASTMATH", "cache_folder", "inner_loop", "noalias_active", "parallel_kernel", "scalar_kernel"]
+
+PACKAGES = ("terrain", "visibility", "detection", "navigation", "planning")
+
+# The default layer aborts the process when two threads call parallel kernels at once; OpenMP and TBB do not.
+numba.config.THREADING_LAYER = "threadsafe"
+numba.config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
+
+# NaN means "unknown" here, so the flags that let the compiler assume there are none ("nnan", "ninf") stay out.
+FASTMATH = frozenset({"nsz", "arcp", "contract", "afn"})
+
+_FunctionCompiler = getattr(numba_dispatcher, "_FunctionCompiler", None)
+
+if _FunctionCompiler is not None:
+
+    class _NoAliasCompiler(_FunctionCompiler):  # type: ignore[misc, valid-type]
+        """numba's function compiler with the noalias flag set."""
+
+        def _customize_flags(self, flags: Any) -> Any:
+            flags.noalias = True
+            return flags
+
+
+@functools.cache
+def cache_folder(base: str) -> str:
+    """Folder for compiled kernels under ``base`` (beside this file when empty), named after all kernels' sources."""
+    home = Path(__file__).resolve().parent.parent
+    sha = hashlib.sha256(Path(__file__).read_bytes())
+    for package in PACKAGES:
+        for source in sorted((*home.glob(f"{package}/kernels.py"), *home.glob(f"{package}/kernels/*.py"))):
+            sha.update(source.read_bytes())
+    return str((Path(base) if base else Path(__file__).parent / "__pycache__") / f"kernels-{sha.hexdigest()[:16]}")
+
+
+def _compile(function: Callable[..., Any], **options: Any) -> Any:
+    base = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = cache_folder(base)
+    try:
+        return numba.njit(cache=True, error_model="numpy", **options)(function)
+    finally:
+        numba.config.CACHE_DIR = base
+
+
+def scalar_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a kernel that runs on one thread."""
+    return _compile(function)
+
+
+def parallel_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a kernel whose prange loops run on numba's threads."""
+    return _compile(function, parallel=True)
+
+
+def inner_loop(function: Callable[..., Any]) -> Any:
+    """Compile an inner loop whose array arguments never overlap."""
+    compiled = _compile(function, fastmath=set(FASTMATH))
+    if noalias_active():
+        compiled._compiler.__class__ = _NoAliasCompiler
+    return compiled
+
+
+def noalias_active() -> bool:
+    """Whether this numba has the hook through which arrays are marked as not overlapping."""
+    return _FunctionCompiler is not None and hasattr(_FunctionCompiler, "_customize_flags")
