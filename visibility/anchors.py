@@ -44,9 +44,8 @@ class AntennaLimits:
             )
         if (self.azimuth_from_rad is None) != (self.azimuth_to_rad is None):
             raise AnchorError("An azimuth sector needs both its start and its end.")
-        if self.azimuth_from_rad is not None and self.azimuth_to_rad is not None:
-            if not (math.isfinite(self.azimuth_from_rad) and math.isfinite(self.azimuth_to_rad)):
-                raise AnchorError("Azimuth limits must be finite angles.")
+        if not all(angle is None or math.isfinite(angle) for angle in (self.azimuth_from_rad, self.azimuth_to_rad)):
+            raise AnchorError("Azimuth limits must be finite angles.")
 
 
 ALL_ROUND = AntennaLimits()
@@ -82,7 +81,7 @@ class Anchor:
 
 def anchor_above_ground(
     grid: ElevationGrid,
-    id: str,  # noqa: A002 - the field's own word, here and in every request
+    id: str,
     east_m: float,
     north_m: float,
     above_ground_m: float,
@@ -96,7 +95,8 @@ def anchor_above_ground(
         raise AnchorError(f"Anchor {id}: above_ground_m must be a number of metres >= 0, not {above_ground_m}.")
     if not grid.contains(east_m, north_m):
         raise AnchorError(
-            f"Anchor {id} stands outside the DEM, where no ground is known; give its altitude_m instead of above_ground_m."
+            f"Anchor {id} stands outside the DEM, where no ground is known; "
+            "give its altitude_m instead of above_ground_m."
         )
     ground_m = float(height_at(grid, east_m, north_m))
     if math.isnan(ground_m):

@@ -119,7 +119,8 @@ def min_visible_altitude(
     curvature = Curvature.of(grid) if curvature is None else curvature
 
     heights_m = _at_least_two_lines(grid.heights_m)
-    altitude_m = np.zeros((len(anchors), *heights_m.shape), np.float32)
+    # not zeroed: the engines write every post, and the pages come faster
+    altitude_m = np.empty((len(anchors), *heights_m.shape), np.float32)
     _run(grid, heights_m, anchors, mode, curvature, altitude_m, progress)
     hidden_below_m = altitude_m
     if grid.unknown_posts:

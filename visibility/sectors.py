@@ -11,6 +11,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from .kernels.sweep import COARSEST
+
 __all__ = ["Eye", "Work", "share_out"]
 
 # an eye: fractional row and column, altitude in metres
@@ -64,7 +66,8 @@ def _blocks(
             # one ray per post on the farthest line, one of them straight along the axis
             dt = 1.0 / far
             t_0 = math.floor(t_low / dt) * dt
-            rays = max(math.ceil((t_high - t_0) / dt), 1) + 1
+            # a whole number of the coarsest steps
+            rays = max(math.ceil((t_high - t_0) / (dt * COARSEST)), 1) * COARSEST + 1
             for first_ray in range(0, rays - 1, most):
                 last = first_ray + most >= rays - 1
                 count = rays - first_ray if last else most + 1

@@ -11,7 +11,7 @@ then stands c·(t(1-t)·D² - bulge) higher than on a flat body, and that reads 
 
 import math
 
-from .options import scalar_kernel
+from terrain.kernel_options import scalar_kernel
 
 __all__ = ["GRAZING_TOLERANCE_M", "NEGLIGIBLE", "clip_to_grid", "crossing", "end_ground", "families", "is_inside"]
 

@@ -1,9 +1,9 @@
 """Exact sweep: the horizon is carried outward over every edge of the triangulated surface, line of posts by line.
 
-Between two lines of posts lie the straight edges (post to same post) and the diagonals; then come the edges of the line
-itself. Each set is one pass of ``horizon.merge``; a post's answer is the horizon at its bearing before its own line is
-added. The horizon of a block of bearings has about as many pieces as the block has posts on the line, so the whole costs
-O(N) in practice.
+Between two lines of posts lie the straight edges (post to same post) and the diagonals; then come the edges of the
+line itself. Each set is one pass of ``horizon.merge``; a post's answer is the horizon at its bearing before its own
+line is added. The horizon of a block of bearings has about as many pieces as the block has posts on the line, so the
+whole costs O(N) in practice.
 """
 
 import math
@@ -11,8 +11,9 @@ import math
 import numpy as np
 from numba import prange
 
+from terrain.kernel_options import parallel_kernel, scalar_kernel
+
 from .horizon import height_over, merge
-from .options import parallel_kernel, scalar_kernel
 from .sweep import owned_posts
 
 __all__ = ["BLOCK_POSTS", "sweep"]

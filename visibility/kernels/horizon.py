@@ -9,7 +9,7 @@ one closes it), p and q (n); p = -inf where nothing has been met.
 
 import math
 
-from .options import scalar_kernel
+from terrain.kernel_options import scalar_kernel
 
 __all__ = ["height_over", "merge"]
 
@@ -33,7 +33,8 @@ def _emit(start, p, q, n, bearing, new_p, new_q):
 def merge(horizon, n, pieces, count, out):
     """Upper envelope of a horizon and of pieces sorted by bearing that do not overlap; returns its size.
 
-    horizon, out: (start, p, q) arrays, out with room for 2 n + 4 count + 8. pieces: (from, to, p, q) arrays, count rows.
+    horizon, out: (start, p, q) arrays, out with room for 2 n + 4 count + 8.
+    pieces: (from, to, p, q) arrays of which the first count rows are used.
     """
     start, hp, hq = horizon
     piece_from, piece_to, piece_p, piece_q = pieces

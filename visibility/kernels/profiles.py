@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numba import prange
 
+from terrain.kernel_options import parallel_kernel, scalar_kernel
+
 from .crossings import GRAZING_TOLERANCE_M, NEGLIGIBLE, clip_to_grid, crossing, end_ground, families, is_inside
-from .options import parallel_kernel, scalar_kernel
 
 __all__ = ["DETOUR", "ZONE", "ground_profile", "over_profiles"]
 

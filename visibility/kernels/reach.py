@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import prange
 
-from .options import parallel_kernel, scalar_kernel
+from terrain.kernel_options import parallel_kernel, scalar_kernel
 
 __all__ = ["classify", "raise_to_reach", "within_reach"]
 
@@ -82,7 +82,7 @@ def within_reach(receiver_m, eye, cells_m, limits, drop_per_m2, out):
 
 @parallel_kernel
 def classify(altitude_m, hidden_below_m, receiver_m, out):
-    """out (n, rows, cols) uint8: 1 visible, 0 hidden, 255 unknown, for receivers at altitude receiver_m (rows, cols)."""
+    """Fill out (n, rows, cols) for receivers at altitude receiver_m (rows, cols): 1 visible, 0 hidden, 255 unknown."""
     for row in prange(receiver_m.shape[0]):
         for anchor in range(altitude_m.shape[0]):
             for col in range(receiver_m.shape[1]):

@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numba import prange
 
+from terrain.kernel_options import parallel_kernel, scalar_kernel
+
 from .crossings import clip_to_grid, crossing, end_ground, families, is_inside
-from .options import parallel_kernel, scalar_kernel
 
 __all__ = ["LEAVES_GRID", "OVER_UNKNOWN", "scan_lines"]
 

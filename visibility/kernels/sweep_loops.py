@@ -1,0 +1,105 @@
+"""The inner loops of the fast sweep: rays take in a line of posts, posts are answered from rays, tiles are turned."""
+
+import numpy as np
+from numba import float32, int32, uint64
+
+from terrain.kernel_options import inner_loop
+
+__all__ = ["advance", "answer", "turn_in", "turn_out"]
+
+GRAZING_TOLERANCE_M = np.float32(1e-3)  # float32 slopes over kilometres are good to about this
+
+
+@inner_loop
+def advance(ground, before, steepest, rays, lateral, eye):
+    """Raise each ray's steepest slope by the edge of this line that it crosses and by the last edge before it.
+
+    ground, before: heights on this line of posts and on the one on the eye's side, which starts one post to the right
+    where the diagonals lean left. rays: (bend, per_lean, per_across) of each ray, see _load_rays in sweep.py.
+    lateral: (across of the first ray, spacing, last post with a right neighbour, lean).
+    eye: (altitude, along, 1 / along).
+    """
+    start, step, last, lean = lateral
+    altitude, along, per_along = eye
+    bend, per_lean, per_across = rays
+    one = float32(1.0)
+    for q in range(steepest.shape[0]):
+        across = start + step * float32(q)
+        post = min(int32(across), last)
+        part = across - float32(post)
+        left = ground[uint64(post)]
+        right = ground[uint64(post) + uint64(1)]
+        behind = before[uint64(post)]
+        slope = (left + (right - left) * part - altitude) * per_along - bend[q] * along
+        # going back towards the eye the ray next crosses the diagonal or, leaning more than it, the straight edge;
+        # both end at the same post of the line before
+        part = one - part if lean > 0 else part
+        to_diagonal = part * per_lean[q]
+        to_straight = (one - part) * per_across[q]
+        diagonal = to_diagonal <= one
+        reach = to_diagonal if diagonal else to_straight
+        first = right if lean > 0 else left
+        second = left if lean > 0 else right
+        here = first if diagonal else second
+        there = along - reach
+        cross = (here + (behind - here) * reach - altitude) / there - bend[q] * there
+        best = slope if slope > steepest[q] else steepest[q]
+        steepest[q] = cross if cross > best else best
+
+
+@inner_loop
+def answer(out, own, aside, before, steepest, fan, eye):
+    """Altitude over each post of one line that clears what its two neighbouring rays have met, and its last diagonal.
+
+    own: heights of the posts; aside: of their neighbours on this line, before: of the posts on the line before, which
+    together hold the one edge that a sight line to a post can still cross after the line before.
+    fan: (ray number of the first post, rays per post, across of the first post, drop along, drop per square across,
+    lean); eye: (altitude, along, 1 / along).
+    """
+    q_0, dq, across_0, drop_0, drop_across, lean = fan
+    altitude, along, per_along = eye
+    one = float32(1.0)
+    for i in range(out.shape[0]):
+        q = q_0 + float32(i) * dq
+        ray_left = int32(q)
+        part = q - float32(ray_left)
+        left = steepest[uint64(ray_left)]
+        right = steepest[uint64(ray_left) + uint64(1)]
+        slope = left + (right - left) * part
+        across = across_0 + float32(i)
+        drop = drop_0 + drop_across * across * across
+        bearing = across * per_along * lean
+        reach = one / (one - bearing)
+        there = along - reach
+        edge = aside[i] + (before[i] - aside[i]) * reach
+        last = (edge - altitude) / there - drop * there * per_along * per_along
+        last = last if bearing < float32(0.0) else slope
+        slope = last if last > slope else slope
+        clear = altitude + slope * along + drop
+        out[i] = clear if not clear <= own[i] + GRAZING_TOLERANCE_M else own[i]
+
+
+@inner_loop
+def turn_in(heights, lines):
+    """Copy a tile (rows, lines) of the grid into lines (lines, rows), in squares that stay in the nearest cache."""
+    rows, n = heights.shape
+    for corner in range(0, rows, 16):
+        end = min(corner + 16, rows)
+        for k in range(n):
+            for row in range(corner, end):
+                lines[k, row] = heights[row, k]
+
+
+@inner_loop
+def turn_out(lines, out, start, stop):
+    """Copy what each line owns, rows [start, stop), from lines (lines, rows) into a tile (rows, lines) of the grid."""
+    rows, n = out.shape
+    all_from, all_to = start.max(), stop.min()
+    for row in range(rows):
+        if all_from <= row < all_to:
+            for k in range(n):
+                out[row, k] = lines[k, row]
+        else:
+            for k in range(n):
+                if start[k] <= row < stop[k]:
+                    out[row, k] = lines[k, row]
