@@ -27,8 +27,9 @@ def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     if first["type"] == "extra_forbidden":
         message = "this field is not known here"
     if first["type"] == "value_error":
-        # our own validators name the thing themselves
-        place = ""
+        # our own validators name the thing themselves, except a point, which has no id
+        place = place if message.startswith("Point: ") else ""
+        message = message.removeprefix("Point: ")
     more = len(details) - 1
     also = f" (and {more} more)" if more else ""
     return f"{place}: {message}{also}." if place else f"{message}{also}."
