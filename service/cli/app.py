@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from .failures import exit_code_of
+from .failures import INTERRUPTED, exit_code_of, interrupted
 
 __all__ = ["app", "main"]
 
@@ -210,10 +210,11 @@ def warm_up() -> None:
 def main() -> None:
     """Run the command line and leave with its exit code."""
     try:
-        code = app(standalone_mode=False)
-    except BaseException as error:
+        code = app(prog_name="sightline", standalone_mode=False)
+    except Exception as error:
         ended = exit_code_of(error)
         if ended is None:
             raise
         sys.exit(ended)
-    sys.exit(code if isinstance(code, int) else 0)
+    # typer answers with the code when a command left on purpose, and for an interrupt
+    sys.exit(interrupted() if code == INTERRUPTED else code if isinstance(code, int) else 0)

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import os
 import sys
 
 import typer
 
-__all__ = ["BAD_INPUT", "FAULT", "exit_code_of"]
+__all__ = ["BAD_INPUT", "FAULT", "INTERRUPTED", "exit_code_of", "interrupted"]
 
 FAULT, BAD_INPUT, INTERRUPTED = 1, 2, 130
 # typer does not export the base of its usage errors, and where they live has changed between its versions
 UsageError = typer.BadParameter.__bases__[0]
 
 
-def exit_code_of(error: BaseException) -> int | None:
+def exit_code_of(error: Exception) -> int | None:
     """Say on stderr what went wrong and return the exit code; None for an error that nobody foresaw."""
-    if isinstance(error, typer.Exit):
-        return int(error.exit_code)
-    if isinstance(error, KeyboardInterrupt | typer.Abort):
-        return _say("Interrupted.", INTERRUPTED)
-    if isinstance(error, BrokenPipeError):
-        # whoever read our output has left; python would complain again when it flushes at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAULT
+    if isinstance(error, typer.Abort):
+        return interrupted()
     if isinstance(error, UsageError):
         return _say(_usage_sentence(error), BAD_INPUT)
     return _domain_exit_code(error)
 
 
-def _domain_exit_code(error: BaseException) -> int | None:
+def interrupted() -> int:
+    """Say that somebody stopped the command; its exit code."""
+    return _say("Interrupted.", INTERRUPTED)
+
+
+def _domain_exit_code(error: Exception) -> int | None:
     # imported here because an error of theirs cannot come before they were imported, and --help stays quick
     from pydantic import ValidationError
 
@@ -51,7 +49,7 @@ def _domain_exit_code(error: BaseException) -> int | None:
     return None
 
 
-def _usage_sentence(error: BaseException) -> str:
+def _usage_sentence(error: Exception) -> str:
     text = str(getattr(error, "format_message", error.__str__)()).strip()
     return text or "No command was given; sightline --help lists them."
 

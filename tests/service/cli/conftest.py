@@ -1,0 +1,48 @@
+"""A DEM file and the command line as a person starts it."""
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import Affine
+
+import service.cli.app
+from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M, small_grid
+
+
+@dataclass(frozen=True)
+class Ended:
+    code: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def sightline(capfd, monkeypatch):
+    """Run a command line in this process, exactly as the console script does."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["sightline", *map(str, words)])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as left:
+            service.cli.app.main()
+        said = capfd.readouterr()
+        return Ended(left.value.code, said.out, said.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def dem_file(tmp_path_factory):
+    """The small ground as a GeoTIFF in UTM with declared nodata."""
+    path = tmp_path_factory.mktemp("dem") / "small.tif"
+    grid = small_grid()
+    transform = Affine(CELL_EAST_M, 0.0, WEST_M - CELL_EAST_M / 2, 0.0, -CELL_NORTH_M, NORTH_M + CELL_NORTH_M / 2)
+    with rasterio.open(
+        path, "w", driver="GTiff", height=grid.rows, width=grid.cols, count=1, dtype="float32", nodata=-9999.0,
+        crs="EPSG:32611", transform=transform,
+    ) as dataset:  # fmt: skip
+        dataset.write(np.where(np.isnan(grid.heights_m), np.float32(-9999.0), grid.heights_m), 1)
+    return path

@@ -1,0 +1,76 @@
+"""Anchors come in three forms of file, and what is written can be read again."""
+
+import json
+
+import pytest
+
+from service.cli.anchor_files import anchors_from_file
+from service.cli.anchor_texts import anchor_from_text
+from service.layers import write_layer
+from service.positions import resolve_anchor
+from service.schemas import AnchorIn
+from tests.service.small_maps import small_map
+
+MILLIMETRE = 1e-3
+D1 = AnchorIn(id="D1", east_m=1.0, north_m=2.0, above_ground_m=80.0, max_range_m=500.0)
+D2 = AnchorIn(id="D2", east_m=-3.5, north_m=4e3, altitude_m=612.0, azimuth_from_deg=350.0, azimuth_to_deg=90.0)
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_json_is_a_list_as_in_requests(tmp_path, wrapped):
+    entries = [anchor.model_dump(exclude_none=True) for anchor in (D1, D2)]
+    path = tmp_path / "anchors.json"
+    path.write_text(json.dumps({"anchors": entries} if wrapped else entries))
+    assert anchors_from_file(path) == [D1, D2]
+
+
+def test_csv_has_the_fields_as_columns_and_empty_cells_for_what_is_not_given(tmp_path):
+    path = tmp_path / "anchors.csv"
+    path.write_text(
+        "﻿id, east_m, north_m, above_ground_m, altitude_m, max_range_m, azimuth_from_deg, azimuth_to_deg\r\n"
+        "D1, 1, 2, 80, , 500, ,\r\n"
+        "D2, -3.5, 4e3, , 612, , 350, 90\r\n",
+        encoding="utf-8",
+    )
+    assert anchors_from_file(path) == [D1, D2]
+
+
+def test_geojson_points_are_in_degrees_and_other_properties_pass(tmp_path):
+    feature = {
+        "type": "Feature",
+        "geometry": {"type": "Point", "coordinates": [-118.05, 34.29, 7.0]},
+        "properties": {"id": "D1", "above_ground_m": 80.0, "colour": "red"},
+    }
+    path = tmp_path / "anchors.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
+    assert anchors_from_file(path) == [AnchorIn(id="D1", lon_deg=-118.05, lat_deg=34.29, above_ground_m=80.0)]
+
+
+@pytest.mark.parametrize("crs", ["EPSG:32611", None])
+def test_anchors_of_a_result_can_be_the_next_input(tmp_path, crs):
+    finished = small_map(crs)
+    write_layer(finished, "anchors.geojson", tmp_path / "anchors.geojson")
+    again = [resolve_anchor(finished.grid, asked) for asked in anchors_from_file(tmp_path / "anchors.geojson")]
+    for anchor, original in zip(again, finished.anchors, strict=True):
+        assert (anchor.id, anchor.limits) == (original.id, original.limits)
+        assert (anchor.east_m, anchor.north_m) == pytest.approx((original.east_m, original.north_m), abs=MILLIMETRE)
+        assert anchor.altitude_m == original.altitude_m
+
+
+@pytest.mark.parametrize(
+    ("text", "fields"),
+    [
+        ("D1,1,2,80agl", {"id": "D1", "east_m": 1.0, "north_m": 2.0, "above_ground_m": 80.0}),
+        ("D1, -1.5 ,2e3, 612.5MSL", {"id": "D1", "east_m": -1.5, "north_m": 2000.0, "altitude_m": 612.5}),
+        ("Mast two,1,2,-4450msl", {"id": "Mast two", "east_m": 1.0, "north_m": 2.0, "altitude_m": -4450.0}),
+        ("D1,1,2,1e3msl", {"id": "D1", "east_m": 1.0, "north_m": 2.0, "altitude_m": 1000.0}),
+    ],
+)
+def test_an_option_is_id_east_north_height(text, fields):
+    assert anchor_from_text(text, lonlat=False) == AnchorIn(**fields)
+
+
+def test_lonlat_switches_the_pair():
+    assert anchor_from_text("D1,-118,34,80agl", lonlat=True) == AnchorIn(
+        id="D1", lon_deg=-118.0, lat_deg=34.0, above_ground_m=80.0
+    )
