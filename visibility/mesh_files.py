@@ -53,7 +53,8 @@ def read_triangles(
 
 
 def _options(suffix: str) -> dict[str, Any]:
-    return {} if suffix == ".stl" else {"skip_materials": True}
+    # unprocessed, or vertices that are not numbers would be dropped without a word
+    return {"process": False} if suffix == ".stl" else {"process": False, "skip_materials": True}
 
 
 def _flat(name: str, scene: trimesh.Scene, max_faces: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
