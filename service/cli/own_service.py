@@ -31,20 +31,19 @@ def running_service(data: Path) -> Iterator[httpx.Client]:
     """A client of a service that is ready for work and keeps its data in ``data``. Raises ServiceError."""
     log = data / "service.log"
     command = [sys.executable, "-m", "service.cli", "serve", "--host", "127.0.0.1", "--port", "0"]
-    with log.open("wb") as output:
+    with _leaving_when_terminated(), log.open("wb") as output:
         process = subprocess.Popen(
             [*command, "--data", str(data / "data")], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
         )
-    try:
-        with _leaving_when_terminated():
+        try:
             deadline_s = time.monotonic() + START_MAY_TAKE_S
             address = _address(process, log, deadline_s)
             # a proxy of the environment is for the world outside, not for ourselves
             with httpx.Client(base_url=address, timeout=ANSWER_MAY_TAKE_S, trust_env=False) as client:
                 _wait_until_ready(client, process, log, deadline_s)
                 yield client
-    finally:
-        _stop(process)
+        finally:
+            _stop(process)
 
 
 @contextmanager

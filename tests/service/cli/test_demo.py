@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 
 import numpy as np
 import psutil
@@ -70,7 +71,7 @@ def test_a_demo_that_is_terminated_takes_its_service_with_it(tmp_path):
     try:
         family = psutil.Process(demo.pid)
         while demo.poll() is None and not family.children():
-            pass
+            time.sleep(0.01)
         (served,) = family.children()
         demo.terminate()
         assert demo.wait(30) != 0
