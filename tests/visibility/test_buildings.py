@@ -1,5 +1,6 @@
 """Buildings: read from files that nobody vouches for, stood on the DEM, and in the way of sight lines."""
 
+import contextlib
 import json
 import struct
 import sys
@@ -209,8 +210,22 @@ def test_a_building_hides_posts_behind_unknown_ground_and_leaves_unknown_posts_u
 
 # -- files that nobody vouches for
 
-opened: list[str] = []
-sys.addaudithook(lambda event, arguments: opened.append(str(arguments[0])) if event == "open" else None)
+watchers: list[list[str]] = []  # an audit hook cannot be taken away again, so it asks who is listening
+
+
+def tell(event, arguments):
+    if event == "open" and watchers:
+        watchers[-1].append(str(arguments[0]))
+
+
+sys.addaudithook(tell)
+
+
+@contextlib.contextmanager
+def opened_files():
+    watchers.append([])
+    yield watchers[-1]
+    watchers.pop()
 
 
 def glb(document, blob=b""):
@@ -261,10 +276,9 @@ def test_references_in_obj_and_ply_are_never_opened(tmp_path):
     )
     for path in (obj, ply):
         read_buildings(path, level(), heights="absolute")  # imports what it needs
-        opened.clear()
-        assert len(read_buildings(path, level(), heights="absolute").faces) == 1
-        assert {name for name in opened if "secret" in name or "/etc" in name} == set()
-        assert str(path) in opened
+        with opened_files() as opened:
+            assert len(read_buildings(path, level(), heights="absolute").faces) == 1
+        assert opened == [str(path)]
 
 
 @pytest.mark.parametrize(
@@ -279,9 +293,11 @@ def test_references_in_obj_and_ply_are_never_opened(tmp_path):
 def test_a_glb_that_refers_to_other_files_is_refused(tmp_path, changes):
     path = tmp_path / "spy.glb"
     path.write_bytes(triangle_glb(**changes))
-    opened.clear()
-    with pytest.raises(
-        MeshError, match=r"spy.glb refers to '.*'; embed everything in the .glb, nothing else is opened."
+    with (
+        opened_files() as opened,
+        pytest.raises(
+            MeshError, match=r"spy.glb refers to '.*'; embed everything in the .glb, nothing else is opened."
+        ),
     ):
         read_buildings(path, level())
     assert opened == [str(path)]
@@ -352,7 +368,7 @@ def test_vertices_that_are_not_numbers_are_refused(tmp_path):
         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 nan\nvertex 0 1 0\nendloop\nendfacet\n"
         "endsolid a\n"
     )
-    with pytest.raises(MeshError, match="nan.stl has 1 vertices that are not finite numbers; repair the file"):
+    with pytest.raises(MeshError, match=r"nan.stl has 1 vertices that are not finite numbers; repair the file"):
         read_buildings(path, level())
 
 
