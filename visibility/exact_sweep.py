@@ -8,9 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import exact as kernel
-from .sectors import Eye, share_out
+from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
+
+SNAP_CELLS = 1e-9
 
 
 def sweep(
@@ -25,9 +27,8 @@ def sweep(
     squared column step.
     """
     rows, cols = heights_m.shape
+    eyes = snapped(eyes, SNAP_CELLS)
     work = share_out(eyes, (rows, cols), drop_per_step2_m, kernel.BLOCK_POSTS)
     turned = np.ascontiguousarray(heights_m.T)
     kernel.sweep(heights_m, turned, out_m, work.tasks, work.reals, work.bins)
-    for number, (row, col, _) in enumerate(eyes):
-        if row.is_integer() and col.is_integer() and 0 <= row < rows and 0 <= col < cols:
-            out_m[number, int(row), int(col)] = heights_m[int(row), int(col)]
+    write_own_posts(heights_m, eyes, out_m)

@@ -8,12 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import sweep as kernel
-from .sectors import Eye, share_out
+from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
 
-# An eye this close to a line of posts, in cells, is put on it: float32 slopes over less are noise.
-SNAP_CELLS = 1e-3
+SNAP_CELLS = 1e-3  # float32 heights over less make slopes of noise
 
 
 def sweep(
@@ -28,13 +27,7 @@ def sweep(
     squared column step.
     """
     rows, cols = heights_m.shape
-    snapped = [(_snap(row), _snap(col), altitude_m) for row, col, altitude_m in eyes]
-    work = share_out(snapped, (rows, cols), drop_per_step2_m, kernel.BLOCK_RAYS)
+    eyes = snapped(eyes, SNAP_CELLS)
+    work = share_out(eyes, (rows, cols), drop_per_step2_m, kernel.BLOCK_RAYS)
     kernel.sweep(heights_m, out_m, work.tasks, work.reals, work.bins)
-    for number, (row, col, _) in enumerate(snapped):
-        if row.is_integer() and col.is_integer() and 0 <= row < rows and 0 <= col < cols:
-            out_m[number, int(row), int(col)] = heights_m[int(row), int(col)]
-
-
-def _snap(index: float) -> float:
-    return float(round(index)) if abs(index - round(index)) < SNAP_CELLS else index
+    write_own_posts(heights_m, eyes, out_m)

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from terrain import ElevationGrid
+from terrain import ElevationGrid, height_at
 
 from . import exact_sweep, fast_sweep
 from .anchors import Anchor, check_anchors
@@ -198,6 +198,8 @@ def _with_unknown(
         eye = (*grid.post_at(anchor.east_m, anchor.north_m), 0.0)
         ENGINES[mode](bumps, [eye], (0.0, 0.0), shadow)
         behind = (shadow[0] > 0.0) | void
+        if grid.contains(anchor.east_m, anchor.north_m) and np.isnan(height_at(grid, anchor.east_m, anchor.north_m)):
+            behind[:] = True  # every line starts over unknown ground
         altitude_m[number][behind] = np.nan if unknown == "unknown" else np.inf
     if unknown == "blocked":
         return altitude_m, altitude_m

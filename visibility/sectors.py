@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .kernels.sweep import COARSEST
 
-__all__ = ["Eye", "Work", "share_out"]
+__all__ = ["Eye", "Work", "share_out", "snapped", "write_own_posts"]
 
 # an eye: fractional row and column, altitude in metres
 Eye = tuple[float, float, float]
@@ -26,6 +26,23 @@ class Work:
     tasks: npt.NDArray[np.int64]
     reals: npt.NDArray[np.float64]
     bins: npt.NDArray[np.int64]
+
+
+def snapped(eyes: Sequence[Eye], within_cells: float) -> list[Eye]:
+    """Eyes with a row or column so close to a line of posts put on it: over less, slopes are rounding."""
+
+    def snap(index: float) -> float:
+        return float(round(index)) if abs(index - round(index)) < within_cells else float(index)
+
+    return [(snap(row), snap(col), altitude_m) for row, col, altitude_m in eyes]
+
+
+def write_own_posts(heights_m: npt.NDArray[np.float32], eyes: Sequence[Eye], out_m: npt.NDArray[np.float32]) -> None:
+    """Answer the post straight below an eye, which lies in no sector, in place."""
+    rows, cols = heights_m.shape
+    for number, (row, col, _) in enumerate(eyes):
+        if row.is_integer() and col.is_integer() and 0 <= row < rows and 0 <= col < cols:
+            out_m[number, int(row), int(col)] = heights_m[int(row), int(col)]
 
 
 def share_out(

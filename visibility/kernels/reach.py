@@ -24,8 +24,7 @@ def _ceiling(distance, limits):
     if distance > max_range:
         return -math.inf
     top = math.sqrt(max_range * max_range - distance * distance) if max_range < math.inf else math.inf
-    # straight up or down, every elevation short of the zenith is the same vertical line
-    return min(top, tan_max * distance) if tan_max < math.inf and distance > 0.0 else top
+    return min(top, tan_max * distance) if tan_max < math.inf else top
 
 
 @scalar_kernel
@@ -36,7 +35,7 @@ def _lowest(distance, rise, limits):
         return math.inf
     if max_range < math.inf:
         rise = max(rise, -math.sqrt(max_range * max_range - distance * distance))
-    if tan_min > -math.inf and distance > 0.0:
+    if tan_min > -math.inf:
         rise = max(rise, tan_min * distance)
     if distance < min_range:
         too_near = math.sqrt(min_range * min_range - distance * distance)

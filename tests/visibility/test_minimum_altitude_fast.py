@@ -1,0 +1,84 @@
+"""The column-wise sweep against the exact one."""
+
+import numpy as np
+import pytest
+
+from terrain.synthetic import fractal
+from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
+from visibility import FLAT, Curvature, fast_sweep, min_visible_altitude
+
+
+def misclassified_share(grid, anchors, above_ground_m=0.0):
+    fast = min_visible_altitude(grid, anchors, mode="fast").visible(above_ground_m=above_ground_m)
+    exact = min_visible_altitude(grid, anchors, mode="exact").visible(above_ground_m=above_ground_m)
+    return float((fast != exact).mean())
+
+
+def test_at_most_half_a_percent_of_a_small_rough_fractal_is_misclassified():
+    grid = fractal(256, seed=1)
+    assert misclassified_share(grid, [clearing_eye(grid, 128, 128, above_m=100.0)]) <= 0.005
+
+
+def test_at_most_a_fifth_of_a_percent_of_real_mountains_is_misclassified():
+    grid = window(real_dem("bigtujunga.tif"), 100, 300, 300, 400)
+    rng = np.random.default_rng(11)
+    anchors = [
+        clearing_eye(grid, *(rng.random(2) * (299, 399)), above_m=above_m, name=f"A{above_m}")
+        for above_m in (10.0, 30.0, 60.0, 120.0)
+    ]
+    assert misclassified_share(grid, anchors) <= 0.002
+    assert misclassified_share(grid, anchors, above_ground_m=1.5) <= 0.002
+
+
+@pytest.mark.parametrize("shape", [(2, 2), (3, 70), (70, 3), (40, 65), (65, 40), (130, 131)])
+def test_every_post_is_written_once_wherever_the_eye_is(shape):
+    rng = np.random.default_rng(7)
+    grid = rough(1, *shape)
+    rows, cols = shape
+    eyes = [(0.0, 0.0, 90.0), (rows - 1.0, cols - 1.0, 90.0), (rows // 2, cols / 2 + 0.25, 90.0)]
+    eyes += [(*(rng.random(2) * (3 * rows, 3 * cols) - (rows, cols)), 90.0) for _ in range(12)]
+    # a whole number of posts away from the diagonals' rays, where two sectors meet
+    eyes += [(float(r), float(c), 90.0) for r, c in rng.integers(-rows, 2 * rows, (12, 2))]
+    out_m = np.full((len(eyes), rows, cols), np.nan, np.float32)
+    fast_sweep.sweep(grid.heights_m, [(float(r), float(c), z) for r, c, z in eyes], (0.0, 0.0), out_m)
+    assert not np.isnan(out_m).any()
+    assert (out_m >= grid.heights_m).all()
+
+
+def test_smooth_ground_is_answered_within_a_decimetre_of_exact():
+    rows, cols = np.mgrid[0:80, 0:90]
+    heights_m = 60.0 * np.sin(rows / 9.0) * np.cos(cols / 11.0)
+    grid = rough(0, 80, 90, relief_m=0.0)
+    grid = type(grid)(heights_m, 30.0, 30.0)
+    anchor = clearing_eye(grid, 40, 45, above_m=80.0)
+    fast = min_visible_altitude(grid, [anchor], mode="fast").altitude_m
+    exact = min_visible_altitude(grid, [anchor], mode="exact").altitude_m
+    assert np.quantile(np.abs(fast - exact), 0.99) < 2.0
+    assert np.median(np.abs(fast - exact)) < 0.1
+
+
+def test_curvature_lowers_fast_and_exact_alike():
+    grid = hills(65)
+    anchor = clearing_eye(grid, 30.5, 12.25)
+    world = Curvature(30_000.0)
+    curved = min_visible_altitude(grid, [anchor], curvature=world).altitude_m
+    exact = min_visible_altitude(grid, [anchor], mode="exact", curvature=world).altitude_m
+    flat = min_visible_altitude(grid, [anchor], curvature=FLAT).altitude_m
+    assert np.median(np.abs(curved - exact)) < 0.25 * np.median(np.abs(flat - exact))
+
+
+def test_many_anchors_answer_as_each_alone():
+    grid = hills(65)
+    anchors = [clearing_eye(grid, row, 60.0 - row, name=f"A{row}") for row in (3.0, 20.5, 44.0, 70.0)]
+    together = min_visible_altitude(grid, anchors)
+    for number, anchor in enumerate(anchors):
+        np.testing.assert_array_equal(together.altitude_m[number], min_visible_altitude(grid, [anchor]).altitude_m[0])
+
+
+def test_progress_ends_at_one_and_never_falls():
+    grid = hills(33)
+    shares = []
+    min_visible_altitude(grid, [eye(grid, 3, n, 900.0, f"A{n}") for n in range(9)], progress=shares.append)
+    assert shares[-1] == 1.0
+    assert shares == sorted(shares)
+    assert len(shares) >= 3
