@@ -6,6 +6,7 @@ import os
 import tempfile
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -68,12 +69,12 @@ def _upload(client: httpx.Client, folder: Path, posts: int) -> str:
 
 
 def _question(dem_id: str, posts: int, number: int, mode: str = "fast") -> dict[str, Any]:
-    """Four anchors around the middle, a few metres further east for every number."""
+    """Four anchors around the middle, a centimetre further east for every number."""
     extent_m = (posts - 1) * CELL_M
     anchors = [
         {
             "id": f"D{index + 1}",
-            "east_m": extent_m * (0.3 + 0.4 * (index % 2)) + 7.0 * number,
+            "east_m": extent_m * (0.3 + 0.4 * (index % 2)) + 0.01 * number,
             "north_m": -extent_m * (0.3 + 0.4 * (index // 2)),
             "above_ground_m": 80.0,
         }
@@ -94,29 +95,26 @@ def _map_until_file_s(client: httpx.Client, dem_id: str, posts: int, number: int
 def _health_while_jobs_run(client: httpx.Client, dem_id: str, posts: int, watch_s: float) -> tuple[list[float], int]:
     """Latencies of /health, seconds, while JOBS clients keep one exact map each under way; and maps finished."""
     over = threading.Event()
-    finished = [0] * JOBS
 
-    def keep_busy(client_number: int) -> None:
+    def keep_busy(client_number: int) -> int:
+        done = 0
         with httpx.Client(base_url=client.base_url, timeout=120.0, trust_env=False) as busy:
             while not over.is_set():
-                number = 100 + client_number * 1000 + finished[client_number]
-                question = _question(dem_id, posts, number, "exact")
+                question = _question(dem_id, posts, 1000 * (client_number + 1) + done, "exact")
                 busy.post("/visibility-maps", json=question, headers={"Prefer": "wait=60"}).raise_for_status()
-                finished[client_number] += 1
+                done += 1
+        return done
 
-    threads = [threading.Thread(target=keep_busy, args=(number,)) for number in range(JOBS)]
-    for thread in threads:
-        thread.start()
     latencies_s = []
-    try:
-        until_s = time.perf_counter() + watch_s
-        while time.perf_counter() < until_s:
-            begin_s = time.perf_counter()
-            client.get("/health").raise_for_status()
-            latencies_s.append(time.perf_counter() - begin_s)
-            time.sleep(0.005)
-    finally:
-        over.set()
-        for thread in threads:
-            thread.join()
-    return latencies_s, sum(finished)
+    with ThreadPoolExecutor(JOBS) as threads:
+        try:
+            finished = [threads.submit(keep_busy, number) for number in range(JOBS)]
+            until_s = time.perf_counter() + watch_s
+            while time.perf_counter() < until_s:
+                begin_s = time.perf_counter()
+                client.get("/health").raise_for_status()
+                latencies_s.append(time.perf_counter() - begin_s)
+                time.sleep(0.005)
+        finally:
+            over.set()
+    return latencies_s, sum(future.result() for future in finished)
