@@ -77,8 +77,10 @@ def load(folder: Path) -> VisibilityMap:
         Provenance(**_with_tuples(described["provenance"])),
     )
     anchors = tuple(
-        Anchor(asked.id, *position_m, asked.ranging_sigma_m, asked.pose_sigma_m, asked.antenna_limits())
-        for asked, position_m in zip(parameters.anchors, description["anchor_positions_m"], strict=True)
+        Anchor(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m, asked.antenna_limits())
+        for asked, (east_m, north_m, altitude_m) in zip(
+            parameters.anchors, description["anchor_positions_m"], strict=True
+        )
     )
     return VisibilityMap(
         grid,
