@@ -1,13 +1,17 @@
-"""No request body is read beyond its limit."""
+"""No request body is read beyond its limit, and a client that is refused is heard out before it is answered."""
 
 from __future__ import annotations
 
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.errors import BodyTooLargeError
 
 __all__ = ["BodyLimit", "too_large"]
+
+# A client still sends while it is refused. Closing on it then shows it a broken connection instead of our answer.
+HEARD_OUT_BYTES = 16 * 1024 * 1024
 
 
 class BodyLimit:
@@ -20,21 +24,52 @@ class BodyLimit:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one connection."""
-        if scope["type"] != "http" or scope["path"] in self._free:
+        if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        received_bytes = 0
+        body = _Body(scope, receive, None if scope["path"] in self._free else self._max_bytes)
 
-        async def counting() -> Message:
-            nonlocal received_bytes
-            message = await receive()
-            received_bytes += len(message.get("body", b""))
-            if received_bytes > self._max_bytes:
-                # FastAPI lets only its own exceptions through while it reads a body
-                raise HTTPException(413) from too_large(self._max_bytes, "max_json_bytes")
-            return message
+        async def send_when_heard_out(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                await body.hear_out()
+            await send(message)
 
-        await self._app(scope, counting, send)
+        await self._app(scope, body.receive, send_when_heard_out)
+
+
+class _Body:
+    """The body of one request as it comes in."""
+
+    def __init__(self, scope: Scope, receive: Receive, max_bytes: int | None) -> None:
+        headers = Headers(scope=scope)
+        self._receive = receive
+        self._max_bytes = max_bytes
+        self._received_bytes = 0
+        self._awaited = headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
+        # who asks before sending has not begun to send when it is refused
+        self._asks_first = "100-continue" in headers.get("expect", "").lower()
+
+    async def receive(self) -> Message:
+        message = await self._next()
+        if self._max_bytes is not None and self._received_bytes > self._max_bytes:
+            # FastAPI lets only its own exceptions through while it reads a body
+            raise HTTPException(413) from too_large(self._max_bytes, "max_json_bytes")
+        return message
+
+    async def hear_out(self) -> None:
+        """Read and drop what is still to come, up to a bound."""
+        if self._asks_first and not self._received_bytes:
+            return
+        heard_bytes = self._received_bytes
+        while self._awaited and self._received_bytes - heard_bytes < HEARD_OUT_BYTES:
+            await self._next()
+
+    async def _next(self) -> Message:
+        message = await self._receive()
+        self._received_bytes += len(message.get("body", b""))
+        if message["type"] != "http.request" or not message.get("more_body", False):
+            self._awaited = False
+        return message
 
 
 def too_large(max_bytes: int, limit_name: str) -> BodyTooLargeError:

@@ -25,8 +25,6 @@ from .body_limit import too_large
 __all__ = ["Upload", "clean_name", "receive"]
 
 BLOCK_BYTES = 1024 * 1024
-# A client that sends too much is heard out this far, so that it reads our answer instead of a broken connection.
-HEARD_OUT_BYTES = 16 * 1024 * 1024
 MAX_NAME_LENGTH = 100
 SUFFIX_OF_TYPE = {"image/tiff": ".tif", "application/x-npz": ".npz", "application/x-npy": ".npy"}
 
@@ -59,17 +57,14 @@ async def _received(request: Request, place: Path, max_bytes: int, limit_name: s
     media_type, options = parse_options_header(declared)
     form = _Form(options.get(b"boundary", b"")) if media_type == b"multipart/form-data" else None
     with (place / "file").open("wb") as file:
-        sink = _Sink(file, max_bytes)
+        sink = _Sink(file)
         async for chunk in request.stream():
             sink.take(chunk if form is None else form.parse(chunk))
-            if sink.overflow_bytes:
-                if sink.overflow_bytes > HEARD_OUT_BYTES:
-                    break
-            elif sink.pending_bytes >= BLOCK_BYTES:
+            if sink.size_bytes > max_bytes:
+                raise too_large(max_bytes, limit_name)
+            if sink.pending_bytes >= BLOCK_BYTES:
                 await asyncio.to_thread(sink.write)
         await asyncio.to_thread(sink.write)
-    if sink.overflow_bytes:
-        raise too_large(max_bytes, limit_name)
     if form is not None:
         form.check_complete()
         file_name = file_name or form.file_name
@@ -98,13 +93,11 @@ def _name_in_header(request: Request) -> str | None:
 class _Sink:
     """Takes bytes as they come, and writes and hashes them in a thread, block by block."""
 
-    def __init__(self, file: IO[bytes], max_bytes: int) -> None:
+    def __init__(self, file: IO[bytes]) -> None:
         self._file = file
-        self._max_bytes = max_bytes
         self._pending = bytearray()
         self.sha256 = hashlib.sha256()
         self.size_bytes = 0
-        self.overflow_bytes = 0
 
     @property
     def pending_bytes(self) -> int:
@@ -112,11 +105,7 @@ class _Sink:
 
     def take(self, data: bytes) -> None:
         self.size_bytes += len(data)
-        if self.size_bytes > self._max_bytes:
-            self.overflow_bytes += len(data)
-            self._pending.clear()
-        else:
-            self._pending += data
+        self._pending += data
 
     def write(self) -> None:
         block, self._pending = self._pending, bytearray()
