@@ -2,6 +2,7 @@
 
 import concurrent.futures
 
+import numba
 import numpy as np
 import pytest
 
@@ -15,7 +16,9 @@ def test_the_hook_that_keeps_the_fast_sweep_vectorised_is_active():
     assert noalias_active()
 
 
-def test_arrays_of_an_inner_loop_are_marked_as_not_overlapping():
+def test_arrays_of_an_inner_loop_are_marked_as_not_overlapping(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))  # code from the cache cannot be inspected
+
     def double(values, out):
         for i in range(values.shape[0]):
             out[i] = 2.0 * values[i]
