@@ -3,11 +3,13 @@
 from .anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, check_anchors
 from .building_sight import visible_with_buildings
 from .buildings import BuildingHeights, Buildings, read_buildings
+from .camera import Camera, camera_for_anchor
 from .curvature import FLAT, Curvature
 from .errors import AnchorError, MeshError, VisibilityError, VisibilityInputError
 from .fresnel import fresnel_radius_m, knife_edge_loss_db
 from .ground_profile import GroundProfile, profile
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
+from .occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
 from .ray_triangle import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
 from .sight_line import LineOfSight, line_of_sight
 from .sight_lines import LinesOfSight, lines_of_sight
@@ -16,6 +18,8 @@ __all__ = [
     "ALL_ROUND",
     "FLAT",
     "HIDDEN",
+    "OUTSIDE_DEM",
+    "OUTSIDE_VIEW",
     "UNKNOWN",
     "VISIBLE",
     "Anchor",
@@ -23,6 +27,7 @@ __all__ = [
     "AntennaLimits",
     "BuildingHeights",
     "Buildings",
+    "Camera",
     "Curvature",
     "Engine",
     "GroundProfile",
@@ -31,9 +36,11 @@ __all__ = [
     "MeshError",
     "MeshHits",
     "MinimumVisibleAltitude",
+    "OccludedPoints",
     "VisibilityError",
     "VisibilityInputError",
     "anchor_above_ground",
+    "camera_for_anchor",
     "check_anchors",
     "fresnel_radius_m",
     "grid_surface_mesh",
@@ -43,6 +50,7 @@ __all__ = [
     "lowered_m",
     "mesh_blocks",
     "min_visible_altitude",
+    "occluded_points",
     "profile",
     "read_buildings",
     "visible_with_buildings",

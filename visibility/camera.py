@@ -43,8 +43,8 @@ class Camera:
     @property
     def position_m(self) -> Matrix:
         """(3,) east, north, altitude of the pinhole."""
-        R, shift = self.T_ned_to_camera[:3, :3], self.T_ned_to_camera[:3, 3]
-        north_m, east_m, down_m = -R.T @ shift
+        R_ned_to_camera, shift_m = self.T_ned_to_camera[:3, :3], self.T_ned_to_camera[:3, 3]
+        north_m, east_m, down_m = -R_ned_to_camera.T @ shift_m
         return np.array([east_m, north_m, -down_m])
 
     @property
@@ -72,11 +72,12 @@ class Camera:
 
     def in_view(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """(...) whether points (..., 3), east, north, altitude, are in the field of view."""
-        inside: npt.NDArray[np.bool_] = (np.abs(self.image(points_m)) <= self.half_width).all(axis=-1)
+        up, right = np.moveaxis(np.abs(self.image(points_m)), -1, 0)
+        inside: npt.NDArray[np.bool_] = (up <= self.half_width) & (right <= self.half_width)
         return inside
 
 
-def R_ned_to_body(phi_rad: float, theta_rad: float, psi_rad: float) -> Matrix:  # noqa: N802 - a frame's name
+def R_ned_to_body(phi_rad: float, theta_rad: float, psi_rad: float) -> Matrix:
     """Equation 4: Euler rotation 313, first psi about z, then theta about x, last phi about z."""
     cf, sf = math.cos(phi_rad), math.sin(phi_rad)
     ct, st = math.cos(theta_rad), math.sin(theta_rad)
@@ -90,7 +91,7 @@ def R_ned_to_body(phi_rad: float, theta_rad: float, psi_rad: float) -> Matrix:  
     )
 
 
-def R_body_to_gimbal(azimuth_rad: float, elevation_rad: float) -> Matrix:  # noqa: N802 - a frame's name
+def R_body_to_gimbal(azimuth_rad: float, elevation_rad: float) -> Matrix:
     """Equation 5, its second row corrected: azimuth from body x towards y, elevation towards z (downwards)."""
     ca, sa = math.cos(azimuth_rad), math.sin(azimuth_rad)
     ce, se = math.cos(elevation_rad), math.sin(elevation_rad)

@@ -15,6 +15,7 @@ from .curvature import Curvature
 from .errors import VisibilityInputError
 from .kernels.crossings import GRAZING_TOLERANCE_M
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE
+from .sight_points import horizontal_box
 
 __all__ = ["OUTSIDE_DEM", "OUTSIDE_VIEW", "OccludedPoints", "occluded_points"]
 
@@ -25,7 +26,8 @@ OUTSIDE_VIEW, OUTSIDE_DEM = np.uint8(2), np.uint8(3)
 class OccludedPoints:
     """What the image columns of a camera see of the ground; one row per column, one entry per sample going outward.
 
-    azimuth_rad: (columns,) clockwise from grid north. distance_m: (samples,) horizontal, from the point below the camera.
+    azimuth_rad: (columns,) clockwise from grid north.
+    distance_m: (samples,) horizontal from the point below the camera, beginning where the DEM begins.
     east_m, north_m, ground_m: (columns, samples); ground NaN = unknown or outside the DEM.
     state: (columns, samples) uint8: VISIBLE 1, HIDDEN 0, UNKNOWN 255, OUTSIDE_VIEW 2 (not in the field of view, so not
         visible), OUTSIDE_DEM 3.
@@ -50,9 +52,9 @@ def occluded_points(
 ) -> OccludedPoints:
     """Resample the DEM along the ground traces of the image columns and tell the occluded points, in O(samples).
 
-    A column's trace is the vertical plane through the camera and that column of the image's lower edge (upper edge, if the
-    camera looks up), so that the traces fan out over the whole footprint. Going outward, a point is visible where its
-    place in the image is at least as high as that of everything before it.
+    A column's trace is in the vertical plane through the camera and that column's end on the image's lower edge (upper,
+    if the camera looks up), so that the traces fan out over the whole footprint. Going outward, a point is visible
+    where its place in the image is at least as high as that of everything before it.
     spacing_m: between samples; None takes the smaller cell. Ground between samples is not looked at.
     curvature: None takes what the grid's CRS implies (Curvature.of); FLAT switches it off.
     Raises VisibilityInputError, also for a camera that is rolled or has the point straight below or above it in view.
@@ -65,7 +67,8 @@ def occluded_points(
     curvature = Curvature.of(grid) if curvature is None else curvature
     azimuth_rad = _column_azimuths(camera)
     foot_east_m, foot_north_m, _ = camera.position_m
-    distance_m = np.arange(1, int(_furthest_m(grid, foot_east_m, foot_north_m) / spacing_m) + 1) * spacing_m
+    nearest_m, furthest_m = _reach_m(grid, foot_east_m, foot_north_m)
+    distance_m = np.arange(max(1.0, nearest_m // spacing_m), furthest_m // spacing_m + 1.0) * spacing_m
     east_m = foot_east_m + np.sin(azimuth_rad)[:, None] * distance_m
     north_m = foot_north_m + np.cos(azimuth_rad)[:, None] * distance_m
     ground_m = height_at(grid, east_m, north_m)
@@ -88,8 +91,7 @@ def occluded_points(
 
 def _column_azimuths(camera: Camera) -> npt.NDArray[np.float64]:
     """(pixels,) azimuth of each image column's ground trace."""
-    R = camera.T_ned_to_camera[:3, :3]
-    up, right, ahead = R  # the camera's axes as directions in ned
+    up, right, ahead = camera.T_ned_to_camera[:3, :3]  # the camera's axes as directions in ned
     if abs(right[2]) > 1e-9 or up[2] > 0.0:
         raise VisibilityInputError(
             "The camera is rolled, so its image columns do not stand upright; give it an attitude without roll."
@@ -105,9 +107,10 @@ def _column_azimuths(camera: Camera) -> npt.NDArray[np.float64]:
     return azimuth_rad
 
 
-def _furthest_m(grid: ElevationGrid, east_m: float, north_m: float) -> float:
-    west_m, south_m, furthest_east_m, furthest_north_m = grid.bounds_m
-    return math.hypot(
-        max(abs(east_m - west_m), abs(east_m - furthest_east_m)),
-        max(abs(north_m - south_m), abs(north_m - furthest_north_m)),
-    )
+def _reach_m(grid: ElevationGrid, east_m: float, north_m: float) -> tuple[float, float]:
+    """Distance from a position to the nearest and to the furthest point of the DEM."""
+    low_m, high_m = horizontal_box(grid)
+    here_m = np.array([east_m, north_m])
+    before_m, beyond_m = low_m - here_m, here_m - high_m
+    nearest_m = np.hypot(*np.maximum(np.maximum(before_m, beyond_m), 0.0))
+    return float(nearest_m), float(np.hypot(*np.maximum(np.abs(before_m), np.abs(beyond_m))))
