@@ -52,6 +52,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         version=importlib.metadata.version("sightline"),
         summary="Line-of-sight prediction for rovers that range to anchors over terrain.",
         openapi_tags=TAGS,
+        generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
     )
     for router in (dems.router, visibility_maps.router, lines_of_sight.router, health.router, problem_list.router):

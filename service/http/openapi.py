@@ -18,6 +18,8 @@ TAGS = [
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},
 ]
+# Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
+FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"
 
 
@@ -33,9 +35,17 @@ def describe(app: FastAPI) -> None:
                 own = model.model_json_schema(ref_template=TEMPLATE)
                 schemas.update(own.pop("$defs", {}))
                 schemas[model.__name__] = own
-            for name in ("HTTPValidationError", "ValidationError"):
+            for name in FRAMEWORK_SCHEMAS:
                 schemas.pop(name, None)
+            for item in schema["paths"].values():
+                for operation in item.values():
+                    _drop_framework_answers(operation["responses"])
             app.openapi_schema = schema
         return app.openapi_schema
 
     app.openapi = described  # type: ignore[method-assign]
+
+
+def _drop_framework_answers(responses: dict[str, Any]) -> None:
+    for status in [status for status, answer in responses.items() if FRAMEWORK_SCHEMAS[0] in str(answer)]:
+        del responses[status]

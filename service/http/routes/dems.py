@@ -88,6 +88,8 @@ async def upload_dem(
     if sample is not None:
         if options or filename is not None:
             raise RequestError("A bundled DEM is taken as it is; leave out filename and reading options.")
+        if await anext(request.stream(), b""):
+            raise RequestError("Send a file or name a bundled DEM with sample, not both.")
         bundled = sample_manifest(sample)
         dem_id = _id_of("sample", str(bundled["sha256"]))
         arguments = {"sample": sample, "options": {}}

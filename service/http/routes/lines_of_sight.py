@@ -118,9 +118,9 @@ async def delete_lines_of_sight(lines_id: str, service: ServiceDep) -> Response:
     return JSONResponse(_state(service, cancelled).model_dump(mode="json"))
 
 
-@router.api_route(
+@router.head("/{lines_id}/files/{name}", include_in_schema=False)
+@router.get(
     "/{lines_id}/files/{name}",
-    methods=["GET", "HEAD"],
     summary="Download lines of sight",
     response_class=FileResponse,
     responses={

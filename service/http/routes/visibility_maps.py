@@ -85,9 +85,9 @@ async def delete_visibility_map(map_id: str, service: ServiceDep) -> Response:
     return JSONResponse(_answer(service, cancelled).model_dump(mode="json"))
 
 
-@router.api_route(
+@router.head("/{map_id}/layers/{layer}", include_in_schema=False)
+@router.get(
     "/{map_id}/layers/{layer}",
-    methods=["GET", "HEAD"],
     summary="Download a layer",
     response_class=FileResponse,
     responses={

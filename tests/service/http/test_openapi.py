@@ -1,0 +1,107 @@
+"""The OpenAPI document is complete, and the service does what it says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, given, settings
+from schemathesis import GenerationMode
+
+from service.http.app import create_app
+from service.http.problems import MEDIA_TYPE
+from service.settings import Settings
+from tests.service.running import Server
+
+METHODS = ("get", "post", "put", "patch", "delete", "head")
+UNIT = re.compile(
+    r"metre|degree|second|hertz|bytes|0\.\.1|no unit|number|how (many|often)|columns|rows|cells|posts|entries|lines|"
+    r"anchors|jobs|processes|radii|port|status",
+    re.IGNORECASE,
+)
+
+
+@pytest.fixture(scope="module")
+def document() -> dict[str, Any]:
+    return create_app(Settings()).openapi()
+
+
+def operations(document: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    for path, item in document["paths"].items():
+        for method, operation in item.items():
+            if method in METHODS:
+                yield path, method, operation
+
+
+def test_every_operation_has_summary_description_and_tag(document: dict[str, Any]) -> None:
+    tags = {tag["name"] for tag in document["tags"]}
+    for path, method, operation in operations(document):
+        assert operation["summary"], (method, path)
+        assert operation["description"], (method, path)
+        assert set(operation["tags"]) <= tags, (method, path)
+
+
+def test_every_operation_tells_what_its_problems_look_like(document: dict[str, Any]) -> None:
+    for path, method, operation in operations(document):
+        errors = {status: answer for status, answer in operation["responses"].items() if int(status) >= 400}
+        assert "500" in errors, (method, path)
+        for status, answer in errors.items():
+            assert list(answer["content"]) == [MEDIA_TYPE], (method, path, status)
+            assert answer["content"][MEDIA_TYPE]["schema"] == {"$ref": "#/components/schemas/Problem"}
+            assert "/problems/" in answer["description"]
+
+
+def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    for name in ("VisibilityMapIn", "LinesOfSightIn", "AnchorIn", "DemOut", "VisibilityMapOut", "Problem", "Health"):
+        assert schemas[name]["examples"], name
+    assert "HTTPValidationError" not in schemas
+
+
+def test_every_number_tells_its_unit_in_name_or_description(document: dict[str, Any]) -> None:
+    without = []
+    for name, schema in document["components"]["schemas"].items():
+        for field, described in schema.get("properties", {}).items():
+            kinds = {described.get("type"), *(option.get("type") for option in described.get("anyOf", []))}
+            if kinds & {"number", "integer"}:
+                named = re.search(r"_(m|s|deg|hz|bytes)$", field)
+                if not named and not UNIT.search(described.get("description", "")):
+                    without.append(f"{name}.{field}")
+    assert without == []
+
+
+def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
+    references = set(re.findall(r"#/components/schemas/(\w+)", str(document)))
+    assert references <= set(document["components"]["schemas"])
+
+
+SCHEMA = schemathesis.openapi.from_dict(create_app(Settings()).openapi())
+OPERATIONS = {operation.label: operation for operation in (found.ok() for found in SCHEMA.get_all_operations())}
+
+
+# A request may fit its schema and yet make no sense: two heights for one point, a file that is no DEM, no such id.
+NOT_HELD = [schemathesis.checks.positive_data_acceptance]
+
+
+# Where the only parameters are words in the path, nothing can be wrong with them.
+CAN_BE_WRONG = [label for label, operation in OPERATIONS.items() if operation.query or operation.body]
+
+
+@pytest.mark.parametrize(
+    ("label", "mode"),
+    [
+        *((label, GenerationMode.POSITIVE) for label in OPERATIONS),
+        *((label, GenerationMode.NEGATIVE) for label in CAN_BE_WRONG),
+    ],
+)
+def test_whatever_is_sent_the_answer_is_as_documented(server: Server, label: str, mode: GenerationMode) -> None:
+    @given(case=OPERATIONS[label].as_strategy(generation_mode=mode))
+    @settings(max_examples=25, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+    def check(case: schemathesis.Case) -> None:
+        case.call_and_validate(base_url=server.url, excluded_checks=NOT_HELD)
+
+    check()
+    assert server.client.get("/health").json()["status"] == "ok"

@@ -1,0 +1,127 @@
+"""The job store: what is written is read again, in the order and the states that it should."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+from pathlib import Path
+
+import pytest
+
+from service.errors import DataFolderError, InUseError, NotFoundError
+from service.jobs.records import DemRecord, Failure, JobKind, JobRecord, JobStatus
+from service.jobs.store import SCHEMA_VERSION, Store
+
+MAPS = JobKind.VISIBILITY_MAP
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    store = Store(tmp_path / "store.sqlite3")
+    store.add_dem(DemRecord("d1", "hill.tif", 1.0, {"rows": 3}))
+    return store
+
+
+def queued(job_id: str, created_at_s: float = 1.0) -> JobRecord:
+    return JobRecord(job_id, MAPS, "d1", {"anchors": 1}, JobStatus.QUEUED, created_at_s)
+
+
+def test_a_dem_is_remembered_as_it_was_first(store: Store, tmp_path: Path) -> None:
+    store.add_dem(DemRecord("d1", "other.tif", 2.0, {"rows": 4}))
+    assert store.dem("d1") == DemRecord("d1", "hill.tif", 1.0, {"rows": 3})
+    store.close()
+    assert Store(tmp_path / "store.sqlite3").dem("d1").name == "hill.tif"
+
+
+def test_what_is_not_there_is_named(store: Store) -> None:
+    for look in (lambda: store.dem("x"), lambda: store.remove_dem("x"), lambda: store.job(MAPS, "x")):
+        with pytest.raises(NotFoundError, match="'x'"):
+            look()
+    store.add_job(queued("j1"))
+    with pytest.raises(NotFoundError):
+        store.job(JobKind.LINES_OF_SIGHT, "j1")
+
+
+def test_a_job_goes_through_its_states(store: Store) -> None:
+    store.add_job(queued("j1"))
+    store.start_job("j1")
+    running = store.job(MAPS, "j1")
+    assert (running.status, running.attempts, running.started_at_s is not None) == (JobStatus.RUNNING, 1, True)
+    store.requeue_job("j1")
+    assert store.job(MAPS, "j1").attempts == 1
+    store.start_job("j1")
+    store.requeue_job("j1", forget_attempt=True)
+    assert store.job(MAPS, "j1").attempts == 1
+    store.finish_job("j1", JobStatus.SUCCEEDED, digest="abc", summary={"share": 0.5})
+    done = store.job(MAPS, "j1")
+    assert (done.status, done.digest, done.summary, done.active) == (JobStatus.SUCCEEDED, "abc", {"share": 0.5}, False)
+
+
+def test_a_failure_comes_back_whole(store: Store) -> None:
+    failure = Failure("service.LimitError", "Too much.", {"limit": 3})
+    store.add_job(queued("j1"))
+    store.finish_job("j1", JobStatus.FAILED, failure=failure)
+    assert store.job(MAPS, "j1").failure == failure
+
+
+def test_a_job_on_a_dem_that_is_gone_is_not_taken(store: Store) -> None:
+    store.remove_dem("d1")
+    with pytest.raises(NotFoundError):
+        store.add_job(queued("j1"))
+    assert store.jobs(MAPS, 10, 0) == ([], 0)
+
+
+def test_a_dem_in_use_stays(store: Store) -> None:
+    store.add_job(queued("j1"))
+    with pytest.raises(InUseError, match="1 job that is not finished"):
+        store.remove_dem("d1")
+    store.finish_job("j1", JobStatus.CANCELLED)
+    store.remove_dem("d1")
+
+
+def test_lists_come_newest_first_and_page_by_page(store: Store) -> None:
+    for number in range(5):
+        store.add_job(queued(f"j{number}", created_at_s=float(number)))
+    page, total = store.jobs(MAPS, 2, 1)
+    assert ([job.id for job in page], total) == (["j3", "j2"], 5)
+    assert [job.id for job in store.active_jobs()] == ["j0", "j1", "j2", "j3", "j4"]
+
+
+def test_a_result_that_is_shared_is_freed_with_its_last_job(store: Store) -> None:
+    for job_id in ("j1", "j2"):
+        store.add_job(queued(job_id))
+        store.finish_job(job_id, JobStatus.SUCCEEDED, digest="abc", summary={})
+    assert store.known() == ({"d1"}, set(), {"abc"})
+    assert store.remove_job("j1") is None
+    assert store.remove_job("j2") == "abc"
+    assert store.remove_job("j2") is None
+
+
+def test_threads_do_not_get_in_each_others_way(store: Store) -> None:
+    def add(start: int) -> None:
+        for number in range(start, start + 20):
+            store.add_job(queued(f"j{number}"))
+
+    threads = [threading.Thread(target=add, args=(start,)) for start in range(0, 100, 20)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert store.jobs(MAPS, 1, 0)[1] == 100
+
+
+def test_a_store_of_a_newer_version_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "store.sqlite3"
+    Store(path).close()
+    connection = sqlite3.connect(path)
+    connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+    connection.close()
+    with pytest.raises(DataFolderError, match="newer Sightline"):
+        Store(path)
+
+
+def test_a_file_that_is_no_store_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "store.sqlite3"
+    path.write_bytes(b"not a database at all" * 100)
+    with pytest.raises(DataFolderError, match="cannot be used as the job store"):
+        Store(path)
