@@ -5,7 +5,7 @@ ned     north, east, down along the axes and from the origin of the grid's frame
 body    the platform; its attitude is the Euler sequence 313. Level and facing north: the same axes as ned.
 gimbal  x along the principal axis, y to its right, z below it.
 camera  x up in the image, y to the right, z along the principal axis.
-The corrections to the printed formulas are told in docs/decisions/0006-camera-form.md.
+The corrections to the printed formulas are told in docs/decisions/0008-camera-form.md.
 """
 
 from __future__ import annotations
