@@ -103,9 +103,15 @@ def _gdal(grid: ElevationGrid, placed: Placed, exact_m: list[npt.NDArray[np.floa
     """GDAL's deviation; None where it has no answer to this question, since it takes unknown ground for a height."""
     if grid.unknown_posts:
         return None
-    dem = gdal_peer.GdalDem(grid.heights_m, grid.cell_east_m, grid.cell_north_m)
+    lift_m = max(0.0, -float(grid.heights_m.min()))
+    dem = gdal_peer.GdalDem(grid.heights_m + np.float32(lift_m), grid.cell_east_m, grid.cell_north_m)
+
+    def answer(_: Anchor, row: int, col: int, above_m: float) -> npt.NDArray[np.float64]:
+        # a receiver cannot stand below the ground, where GDAL's lines may pass
+        return np.maximum(dem.min_visible_altitude(row, col, above_m) - lift_m, grid.heights_m)
+
     try:
-        return _compare(grid, placed, exact_m, lambda _, row, col, above_m: dem.min_visible_altitude(row, col, above_m))
+        return _compare(grid, placed, exact_m, answer)
     finally:
         dem.close()
 

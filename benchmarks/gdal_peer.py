@@ -66,11 +66,8 @@ class GdalDem:
         self._gdal = _load()
         self._cell_m = (cell_east_m, cell_north_m)
         self._shape = heights_m.shape
-        self._ground_m = heights_m
         rows, cols = heights_m.shape
-        # GDAL's minimum heights stop at zero, so ground below it (Gale crater) is lifted
-        self._lift_m = max(0.0, -float(heights_m.min()))
-        held = np.ascontiguousarray(heights_m + np.float32(self._lift_m), np.float32)
+        held = np.ascontiguousarray(heights_m, np.float32)
         driver = self._gdal.GDALGetDriverByName(b"MEM")
         self._dataset = self._gdal.GDALCreate(driver, b"", cols, rows, 1, FLOAT32, None)
         transform = (real * 6)(0.0, cell_east_m, 0.0, 0.0, 0.0, -cell_north_m)
@@ -79,14 +76,15 @@ class GdalDem:
         self._transfer(self._band, WRITE, held, FLOAT32)
 
     def min_visible_altitude(self, row: int, col: int, above_ground_m: float) -> npt.NDArray[np.float64]:
-        """(rows, cols) lowest visible altitude over each post, for an observer over one post."""
+        """(rows, cols) altitude of the lowest line to an observer over one post, as GDAL gives it.
+
+        Over posts that it sees this may pass underground; and it stops at 0 m, so ground below that must be lifted.
+        """
         output = self._viewshed(row, col, above_ground_m, 0.0, MINIMUM_ALTITUDE_OUTPUT)
         altitude_m = np.empty(self._shape)
         self._transfer(self._gdal.GDALGetRasterBand(output, 1), READ, altitude_m, FLOAT64)
         self._gdal.GDALClose(output)
-        # over posts it sees, GDAL gives the line itself, which may pass underground; a receiver cannot
-        lowest_m: npt.NDArray[np.float64] = np.maximum(altitude_m - self._lift_m, self._ground_m)
-        return lowest_m
+        return altitude_m
 
     def run(self, row: int, col: int, above_ground_m: float, *, boolean: bool = False) -> None:
         """Compute and throw away: what is timed."""
