@@ -28,6 +28,7 @@ from visibility import VisibilityError
 from .channel import decode, encode
 from .folder import DataFolder, is_full
 from .records import Failure
+from .rehearsal import rehearse
 from .tasks import TASKS, TaskContext
 
 __all__ = ["main"]
@@ -51,10 +52,11 @@ def main() -> None:
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
 
     settings = Settings.model_validate(orders.get()["settings"])
-    # the kernels' compiler is needed by every task, and nobody waits for it yet
-    from service.warm_up import warm_up
-
-    warm_up()
+    try:
+        rehearse()
+    except OSError as error:
+        # without a place for temporary files the first task is slower, nothing else
+        logger.warning("could not rehearse: %s", error)
     _limit_memory(settings.max_worker_memory_bytes)
     _tell(answers, {"ready": True})
     folder = DataFolder(settings.data_folder)

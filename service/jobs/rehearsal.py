@@ -1,0 +1,27 @@
+"""One small map from start to end, so that a worker's first real task finds everything loaded."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from service.layers import write_layer
+from service.schemas import VisibilityMapParameters
+from service.visibility_map import calculate
+from service.visibility_map_store import load, save
+from service.warm_up import warm_up
+from terrain import ElevationGrid
+
+__all__ = ["rehearse"]
+
+
+def rehearse() -> None:
+    """Load kernels, projections and raster drivers by using each once. Raises OSError when nothing can be written."""
+    warm_up()
+    grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, "EPSG:32611")
+    anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}
+    with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
+        save(calculate(grid, VisibilityMapParameters.model_validate({"anchors": [anchor]})), Path(folder))
+        write_layer(load(Path(folder)), "visible.tif", Path(folder) / "visible.tif")
