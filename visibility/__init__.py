@@ -5,6 +5,8 @@ from .building_sight import visible_with_buildings
 from .buildings import BuildingHeights, Buildings, read_buildings
 from .camera import Camera, camera_for_anchor
 from .curvature import FLAT, Curvature
+from .dop import Dop, dop, dop_at_points
+from .dop_questions import DopKind, DopReason, least_anchors, pack_sets
 from .errors import AnchorError, MeshError, VisibilityError, VisibilityInputError
 from .fresnel import fresnel_radius_m, knife_edge_loss_db
 from .ground_profile import GroundProfile, profile
@@ -29,6 +31,9 @@ __all__ = [
     "Buildings",
     "Camera",
     "Curvature",
+    "Dop",
+    "DopKind",
+    "DopReason",
     "Engine",
     "GroundProfile",
     "LineOfSight",
@@ -42,15 +47,19 @@ __all__ = [
     "anchor_above_ground",
     "camera_for_anchor",
     "check_anchors",
+    "dop",
+    "dop_at_points",
     "fresnel_radius_m",
     "grid_surface_mesh",
     "knife_edge_loss_db",
+    "least_anchors",
     "line_of_sight",
     "lines_of_sight",
     "lowered_m",
     "mesh_blocks",
     "min_visible_altitude",
     "occluded_points",
+    "pack_sets",
     "profile",
     "read_buildings",
     "visible_with_buildings",
