@@ -35,7 +35,7 @@ def over_unknown(heights_m, row, col):
 
 
 def minimum_altitude(heights_m, eye, cells_m=(1.0, 1.0), drop_per_m2=0.0):
-    """(altitude (rows, cols), crosses_unknown (rows, cols)) for an eye (row, col, altitude); cells_m = (north, east)."""
+    """(altitude, crosses_unknown), (rows, cols) each, for an eye (row, col, altitude); cells_m = (north, east)."""
     heights_m = np.asarray(heights_m, float)
     rows, cols = heights_m.shape
     eye_row, eye_col, eye_m = eye
