@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pyproj
 
 from service.layers import write_layer
 from service.schemas import VisibilityMapParameters
@@ -20,7 +21,8 @@ __all__ = ["rehearse"]
 def rehearse() -> None:
     """Load kernels, projections and raster drivers by using each once. Raises OSError when nothing can be written."""
     warm_up()
-    grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, "EPSG:32611")
+    utm = pyproj.CRS.from_epsg(32611)
+    grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
     anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}
     with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
         save(calculate(grid, VisibilityMapParameters.model_validate({"anchors": [anchor]})), Path(folder))

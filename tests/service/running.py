@@ -73,7 +73,9 @@ class Server:
 
 def environment(folder: Path, **settings: Any) -> dict[str, str]:
     given = {"data_folder": folder, "port": 0, "workers": 2, "file_workers": 1, "spare_workers": 1, **settings}
-    return {**os.environ, **{f"SIGHTLINE_{name.upper()}": str(value) for name, value in given.items()}}
+    # one thread per worker: long jobs take long on every machine, and tests leave some of it to others
+    threads = {"NUMBA_NUM_THREADS": "1"}
+    return {**os.environ, **threads, **{f"SIGHTLINE_{name.upper()}": str(value) for name, value in given.items()}}
 
 
 def command() -> list[str]:

@@ -84,7 +84,7 @@ def test_what_needs_too_much_memory_is_refused_with_an_estimate_before_it_starts
         dem = upload_rough_ground(server, tmp_path)
         refused = server.client.post("/visibility-maps", json=short_job(dem, anchors=40))
         assert (refused.status_code, refused.json()["type"]) == (422, "/problems/limit")
-        assert "1,960,000 cells x 40 anchors" in refused.json()["detail"]
+        assert "4,000,000 cells x 40 anchors" in refused.json()["detail"]
         assert "SIGHTLINE_MAX_WORKER_MEMORY_BYTES" in refused.json()["detail"]
         fits = server.client.post("/visibility-maps", json=short_job(dem), headers={"Prefer": "wait=60"})
         assert fits.status_code == 201

@@ -25,6 +25,12 @@ DEM_ID = "0" * 32
 SIDE = 1200
 
 
+@pytest.fixture(autouse=True)
+def one_thread_per_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long tasks take long on every machine."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+
+
 @asynccontextmanager
 async def pool_of(tmp_path: Path, **limits: Any) -> AsyncIterator[tuple[WorkerPool, DataFolder]]:
     folder = DataFolder.open(tmp_path / "data")
