@@ -12,6 +12,7 @@ from .fresnel import fresnel_radius_m, knife_edge_loss_db
 from .ground_profile import GroundProfile, profile
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
 from .occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
+from .position_error import PositionError, position_error
 from .ray_triangle import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
 from .sight_line import LineOfSight, line_of_sight
 from .sight_lines import LinesOfSight, lines_of_sight
@@ -42,6 +43,7 @@ __all__ = [
     "MeshHits",
     "MinimumVisibleAltitude",
     "OccludedPoints",
+    "PositionError",
     "VisibilityError",
     "VisibilityInputError",
     "anchor_above_ground",
@@ -60,6 +62,7 @@ __all__ = [
     "min_visible_altitude",
     "occluded_points",
     "pack_sets",
+    "position_error",
     "profile",
     "read_buildings",
     "visible_with_buildings",

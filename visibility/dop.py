@@ -74,16 +74,8 @@ def dop(
     """
     points_m = positions("receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude")))
     sources = sources_of(anchor_positions_m, distant)
-    shape = (len(points_m), len(sources[0]))
-    seen = np.ones(shape, np.bool_)
-    if visible is not None:
-        if np.shape(visible) not in (shape, shape[1:]):
-            raise VisibilityInputError(
-                f"visible must tell of each of the {shape[1]} anchors whether it is seen, for one receiver or for all "
-                f"{shape[0]}, not shape {np.shape(visible)}."
-            )
-        seen[:] = np.asarray(visible, np.bool_)
-    found = _solve(points_m, sources, pack_sets(seen), None, kind, surface_normal)
+    mask = visible_sets_of(visible, len(points_m), len(sources[0]))
+    found = _solve(points_m, sources, mask, None, kind, surface_normal)
     return found if np.ndim(receiver_m) == 2 else _only(found)
 
 
@@ -106,6 +98,19 @@ def dop_at_points(
     return _solve(
         positions("points_m", points_m), sources_of(anchor_positions_m, distant), mask, unknown, kind, surface_normal
     )
+
+
+def visible_sets_of(visible: npt.ArrayLike | None, points: int, anchors: int) -> npt.NDArray[np.uint64]:
+    """Bit masks (points, words) of ``visible`` as ``dop`` takes it; raises VisibilityInputError."""
+    seen = np.ones((points, anchors), np.bool_)
+    if visible is not None:
+        if np.shape(visible) not in (seen.shape, seen.shape[1:]):
+            raise VisibilityInputError(
+                f"visible must tell of each of the {anchors} anchors whether it is seen, for one receiver or for all "
+                f"{points}, not shape {np.shape(visible)}."
+            )
+        seen[:] = np.asarray(visible, np.bool_)
+    return pack_sets(seen)
 
 
 def checked_sets(
