@@ -53,6 +53,8 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_visibility.AnchorError: ProblemKind("anchor", 422, "An anchor cannot be used"),
     of_visibility.VisibilityInputError: ProblemKind("visibility-input", 422, "The question cannot be answered"),
     of_visibility.MeshError: ProblemKind("mesh", 422, "A building mesh cannot be used"),
+    of_visibility.AlmanacError: ProblemKind("almanac", 422, "The satellites' orbits cannot be used"),
+    of_visibility.AlmanacFileError: ProblemKind("almanac-file", 422, "The almanac file cannot be read"),
     ours.ServiceError: ProblemKind("service", 500, "The service failed"),
     ours.StartError: ProblemKind("start", 503, "The service cannot start"),
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
@@ -115,6 +117,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _not_valid)
     app.add_exception_handler(HTTPException, _of_framework)
     app.add_exception_handler(sqlite3.OperationalError, _store_full)
+    # apart from other faults, because a full disk is answered while the body still comes in
+    app.add_exception_handler(OSError, _fault)
     app.add_exception_handler(Exception, _fault)
 
 
