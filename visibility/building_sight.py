@@ -39,6 +39,7 @@ def visible_with_buildings(
     Raises AnchorError, VisibilityInputError.
     """
     curvature = Curvature.of(grid) if curvature is None else curvature
+    anchors = tuple(anchors)
     answer = min_visible_altitude(grid, anchors, mode, curvature, unknown=unknown)
     visible = answer.visible(above_ground_m=receiver_above_ground_m)
     posts = np.argwhere(np.isfinite(grid.heights_m))
@@ -49,7 +50,7 @@ def visible_with_buildings(
             grid.heights_m[posts[:, 0], posts[:, 1]].astype(np.float64) + receiver_above_ground_m,
         ]
     )
-    for number, anchor in enumerate(answer.anchors):
+    for number, anchor in enumerate(anchors):
         eye_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
         open_posts = np.flatnonzero(visible[number, posts[:, 0], posts[:, 1]] != HIDDEN)
         for start in range(0, len(open_posts), PARCEL):
