@@ -54,6 +54,8 @@ class WorkerProcess:
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             limit=MAX_LINE_BYTES,
+            # Ctrl-C in a terminal is for the service, which decides when its workers end
+            start_new_session=True,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(_import_path())},
         )
         worker = cls(process)

@@ -111,7 +111,7 @@ class VisibilityMapOut(JobOut):
         }
     )
 
-    request: dict[str, Any] = Field(description="What was asked, as POSTed.")
+    request: dict[str, Any] = Field(description="What was asked, defaults filled in.")
     result: VisibilityMapSummary | None = Field(description="What the map says; null until it succeeded.")
     layers: list[LayerLink] = Field(description="What can be downloaded; empty until it succeeded.")
 

@@ -94,7 +94,12 @@ def running(folder: Path, *, max_file_bytes: int | None = None, **settings: Any)
     log = folder.parent / f"{folder.name}.log"
     with log.open("ab") as errors:
         process = subprocess.Popen(
-            command(), env=environment(folder, **settings), stdout=subprocess.PIPE, stderr=errors, preexec_fn=limit
+            command(),
+            env=environment(folder, **settings),
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            preexec_fn=limit,
+            start_new_session=True,
         )
     try:
         assert process.stdout is not None

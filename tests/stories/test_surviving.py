@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -96,6 +98,16 @@ def test_a_job_whose_worker_is_killed_is_tried_again_then_reported_and_the_servi
         assert "worker process ended" in job["problem"]["detail"]
         finished_map(server, dem)
         assert server.until("/health", lambda health: health["workers"]["warm"] == health["workers"]["wanted"])
+
+
+def test_ctrl_c_in_the_terminal_ends_it_without_noise(tmp_path: Path) -> None:
+    with running(tmp_path / "data") as server:
+        workers = server.workers
+        # a terminal sends it to the service and its workers alike
+        os.killpg(server.process.pid, signal.SIGINT)
+        server.process.wait(20)
+        assert gone(workers, within_s=1.0)
+        assert "Traceback" not in server.log.read_text()
 
 
 def test_a_second_service_on_the_same_folder_leaves_with_one_sentence(tmp_path: Path) -> None:
