@@ -13,7 +13,7 @@ from .anchors import ALL_ROUND, Anchor, AntennaLimits
 from .curvature import Curvature
 from .kernels import reach as kernel
 
-__all__ = ["raise_to_reach", "within_reach"]
+__all__ = ["limit_numbers", "raise_to_reach", "within_reach"]
 
 
 def raise_to_reach(
@@ -23,7 +23,7 @@ def raise_to_reach(
     if anchor.limits != ALL_ROUND:
         eye = (*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
         cells_m = (grid.cell_north_m, grid.cell_east_m)
-        kernel.raise_to_reach(altitude_m, eye, cells_m, _numbers(anchor.limits), curvature.drop_per_m2)
+        kernel.raise_to_reach(altitude_m, eye, cells_m, limit_numbers(anchor.limits), curvature.drop_per_m2)
 
 
 def within_reach(
@@ -34,11 +34,11 @@ def within_reach(
     if anchor.limits != ALL_ROUND:
         eye = (*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
         cells_m = (grid.cell_north_m, grid.cell_east_m)
-        kernel.within_reach(receiver_m, eye, cells_m, _numbers(anchor.limits), curvature.drop_per_m2, within)
+        kernel.within_reach(receiver_m, eye, cells_m, limit_numbers(anchor.limits), curvature.drop_per_m2, within)
     return within
 
 
-def _numbers(limits: AntennaLimits) -> tuple[float, ...]:
+def limit_numbers(limits: AntennaLimits) -> tuple[float, ...]:
     """Limits as the kernels take them; an unlimited angle becomes an infinite tangent."""
     azimuth_from_rad, azimuth_width_rad = 0.0, 2.0 * math.pi
     if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:

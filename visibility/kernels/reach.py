@@ -7,7 +7,7 @@ from numba import prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 
-__all__ = ["classify", "raise_to_reach", "within_reach"]
+__all__ = ["classify", "raise_to_reach", "upper_bounds", "within_reach"]
 
 
 @scalar_kernel
@@ -42,6 +42,14 @@ def _lowest(distance, rise, limits):
         if abs(rise) < too_near:
             rise = too_near
     return rise if rise <= _ceiling(distance, limits) else math.inf
+
+
+@scalar_kernel
+def upper_bounds(distance, limits):
+    """(half the height of the air too near an anchor, highest altitude it reaches), both counted from the anchor's."""
+    near = limits[0]
+    too_near = math.sqrt(near * near - distance * distance) if distance < near else 0.0
+    return too_near, _ceiling(distance, limits)
 
 
 @parallel_kernel
