@@ -75,7 +75,7 @@ def dop(
     points_m = positions("receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude")))
     sources = sources_of(anchor_positions_m, distant)
     mask = visible_sets_of(visible, len(points_m), len(sources[0]))
-    found = _solve(points_m, sources, mask, None, kind, surface_normal)
+    found = solve(points_m, sources, mask, None, kind, surface_normal)
     return found if np.ndim(receiver_m) == 2 else _only(found)
 
 
@@ -95,7 +95,7 @@ def dop_at_points(
     unknown: (n,) bool, points whose visible set is not known: NaN. The rest as for ``dop``.
     Raises VisibilityInputError.
     """
-    return _solve(
+    return solve(
         positions("points_m", points_m), sources_of(anchor_positions_m, distant), mask, unknown, kind, surface_normal
     )
 
@@ -135,7 +135,7 @@ def checked_sets(
     return mask, flags, np.bitwise_count(mask).sum(axis=1, dtype=np.int64)
 
 
-def _solve(
+def solve(
     points_m: npt.NDArray[np.float64],
     sources: Sources,
     mask: npt.NDArray[np.uint64],
@@ -143,6 +143,7 @@ def _solve(
     kind: DopKind,
     surface_normal: npt.ArrayLike | None,
 ) -> Dop:
+    """Dilutions at checked points; raises VisibilityInputError where sets or normals do not fit them."""
     points = len(points_m)
     mask, flags, count = checked_sets(mask, unknown, points, len(sources[0]))
     normals = unit_normals(surface_normal, points)

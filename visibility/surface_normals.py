@@ -1,0 +1,63 @@
+"""Which way the ground faces: unit normals of the triangulated surface, and at its posts."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+
+__all__ = ["post_normals", "surface_normals"]
+
+
+def surface_normals(grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(n, 3) upward unit normals, east, north, up, of the triangles over which positions (n,) lie.
+
+    On an edge the triangle south-east of it, or south-west of a diagonal, counts. NaN outside the grid and on a
+    triangle with an unknown post.
+    """
+    east, north = np.atleast_1d(np.asarray(east_m, np.float64)), np.atleast_1d(np.asarray(north_m, np.float64))
+    row = (grid.origin_north_m - north) / grid.cell_north_m
+    col = (east - grid.origin_east_m) / grid.cell_east_m
+    slack = 1e-6
+    inside = (row >= -slack) & (row <= grid.rows - 1 + slack) & (col >= -slack) & (col <= grid.cols - 1 + slack)
+    # a single row or column extends sideways unchanged
+    heights_m = np.pad(grid.heights_m, ((0, int(grid.rows == 1)), (0, int(grid.cols == 1))), mode="edge")
+    top = np.clip(np.where(inside, row, 0.0), 0, heights_m.shape[0] - 2).astype(np.intp)
+    left = np.clip(np.where(inside, col, 0.0), 0, heights_m.shape[1] - 2).astype(np.intp)
+    south_west = row - top >= col - left
+    corner_m, far_m = heights_m[top, left].astype(np.float64), heights_m[top + 1, left + 1].astype(np.float64)
+    third_m = np.where(south_west, heights_m[top + 1, left], heights_m[top, left + 1]).astype(np.float64)
+    rise_east = np.where(south_west, far_m - third_m, third_m - corner_m) / grid.cell_east_m
+    rise_north = np.where(south_west, corner_m - third_m, third_m - far_m) / grid.cell_north_m
+    return _normals(np.where(inside, rise_east, np.nan), np.where(inside, rise_north, np.nan))
+
+
+def post_normals(grid: ElevationGrid, first_row: int, stop_row: int) -> npt.NDArray[np.float64]:
+    """(rows · cols, 3) upward unit normals at the posts of some rows, from the slopes to their neighbours.
+
+    Each slope is the mean of those to both sides, or the one that is known; NaN where none is.
+    """
+    rows = np.arange(first_row - 1, stop_row + 1)
+    heights_m = np.full((len(rows), grid.cols + 2), np.nan)
+    on_grid = (rows >= 0) & (rows < grid.rows)
+    heights_m[on_grid, 1:-1] = grid.heights_m[rows[on_grid]]
+    post_m = heights_m[1:-1, 1:-1]
+    rise_east = np.zeros(post_m.shape)
+    if grid.cols > 1:
+        rise_east = _mean_known(heights_m[1:-1, 2:] - post_m, post_m - heights_m[1:-1, :-2]) / grid.cell_east_m
+    rise_north = np.zeros(post_m.shape)
+    if grid.rows > 1:
+        rise_north = _mean_known(heights_m[:-2, 1:-1] - post_m, post_m - heights_m[2:, 1:-1]) / grid.cell_north_m
+    return _normals(rise_east.ravel(), rise_north.ravel() + 0.0 * post_m.ravel())
+
+
+def _mean_known(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The mean of two, or the only one that is known."""
+    return np.where(np.isnan(one), other, np.where(np.isnan(other), one, (one + other) / 2.0))
+
+
+def _normals(rise_east: npt.NDArray[np.float64], rise_north: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    normals = np.column_stack([-rise_east, -rise_north, np.ones(len(rise_east))])
+    unit: npt.NDArray[np.float64] = normals / np.sqrt((normals**2).sum(axis=1, keepdims=True))
+    return unit
