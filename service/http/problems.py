@@ -79,6 +79,11 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.InternalError: ProblemKind("internal", 500, "Internal error"),
 }
 KIND_BY_ERROR_NAME = {f"{cls.__module__.partition('.')[0]}.{cls.__name__}": kind for cls, kind in PROBLEMS.items()}
+# Sentences of these packages are meant for whoever asked, also those of an error that has no row of its own yet.
+KIND_BY_PACKAGE = {
+    "terrain": PROBLEMS[of_terrain.TerrainError],
+    "visibility": PROBLEMS[of_visibility.VisibilityError],
+}
 INTERNAL = PROBLEMS[ours.InternalError]
 METHOD = ProblemKind("method", 405, "The method is not allowed here")
 # What the framework itself finds wrong.
@@ -101,7 +106,7 @@ class FailedJob(Exception):  # noqa: N818 - a job's outcome on its way to becomi
 
 def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
     """The problem that a failure is; an error that the table does not know shows nothing of itself."""
-    kind = KIND_BY_ERROR_NAME.get(failure.error)
+    kind = KIND_BY_ERROR_NAME.get(failure.error) or KIND_BY_PACKAGE.get(failure.error.partition(".")[0])
     if kind is None:
         logger.error("no row for %s: %s", failure.error, failure.detail)
         return _body(INTERNAL, "An internal error occurred.", instance)

@@ -48,6 +48,11 @@ def test_a_failure_from_a_worker_gives_the_same_problem_as_the_error_itself() ->
     }
 
 
+def test_a_new_error_of_a_domain_is_at_least_that_domains_problem() -> None:
+    problem = problem_of(Failure("visibility.BrandNewError", "Too new."), None)
+    assert (problem["status"], problem["type"], problem["detail"]) == (422, "/problems/visibility", "Too new.")
+
+
 def test_a_failure_without_a_row_shows_nothing_of_itself(caplog: pytest.LogCaptureFixture) -> None:
     problem = problem_of(Failure("service.Unheard", "secret path /etc"), None)
     assert problem["status"] == 500
