@@ -7,7 +7,7 @@ from .camera import Camera, camera_for_anchor
 from .curvature import FLAT, Curvature
 from .dop import Dop, dop, dop_at_points
 from .dop_questions import DopKind, DopReason, least_anchors, pack_sets
-from .errors import AnchorError, MeshError, VisibilityError, VisibilityInputError
+from .errors import AlmanacError, AlmanacFileError, AnchorError, MeshError, VisibilityError, VisibilityInputError
 from .fresnel import fresnel_radius_m, knife_edge_loss_db
 from .ground_profile import GroundProfile, profile
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
@@ -25,6 +25,8 @@ __all__ = [
     "OUTSIDE_VIEW",
     "UNKNOWN",
     "VISIBLE",
+    "AlmanacError",
+    "AlmanacFileError",
     "Anchor",
     "AnchorError",
     "AntennaLimits",

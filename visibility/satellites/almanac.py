@@ -1,0 +1,114 @@
+"""An almanac: the coarse orbit of every satellite of the constellation, good for weeks."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, fields
+
+from ..errors import AlmanacError
+from .gps_time import GpsTime
+
+__all__ = ["REFERENCE_INCLINATION_RAD", "Almanac", "AlmanacEntry", "satellite_id"]
+
+# LNAV and SEM give the inclination as an offset from 0.30 semicircles
+REFERENCE_INCLINATION_RAD = 0.30 * math.pi
+EARTH_RADIUS_M = 6.378137e6
+MOST_SATELLITES = 63
+
+
+@dataclass(frozen=True, slots=True)
+class AlmanacEntry:
+    """One satellite of an almanac (seed 003, table I), in radians, metres and seconds.
+
+    node_longitude_rad: Ω0, longitude of the orbit plane at the start of the week of applicability.
+    inclination_rad: absolute, not the offset that SEM files give.
+    health: 0 = healthy. svn, ura, configuration: None where the file does not tell.
+    Raises AlmanacError.
+    """
+
+    prn: int
+    applicable: GpsTime
+    eccentricity: float
+    inclination_rad: float
+    node_rate_rad_per_s: float
+    sqrt_semi_major_axis_sqrt_m: float
+    node_longitude_rad: float
+    argument_of_perigee_rad: float
+    mean_anomaly_rad: float
+    clock_bias_s: float = 0.0
+    clock_drift_s_per_s: float = 0.0
+    health: int = 0
+    svn: int | None = None
+    ura: int | None = None
+    configuration: int | None = None
+
+    def __post_init__(self) -> None:
+        satellite = satellite_id(self.prn)
+        for name in (field.name for field in fields(self) if field.type == "float"):
+            if not math.isfinite(getattr(self, name)):
+                raise AlmanacError(f"{satellite}: {name} must be a finite number, not {getattr(self, name)}.")
+        if not 0.0 <= self.eccentricity < 1.0:
+            raise AlmanacError(f"{satellite}: the eccentricity must satisfy 0 <= e < 1, not {self.eccentricity:g}.")
+        if not 0.0 <= self.inclination_rad <= math.pi:
+            raise AlmanacError(
+                f"{satellite}: the inclination must lie in 0…180 deg, not {math.degrees(self.inclination_rad):g} deg."
+            )
+        if self.sqrt_semi_major_axis_sqrt_m < 0.0 or self.semi_major_axis_m < EARTH_RADIUS_M:
+            raise AlmanacError(
+                f"{satellite}: a square root of the semi-major axis of {self.sqrt_semi_major_axis_sqrt_m:g} √m puts "
+                "the orbit inside the Earth."
+            )
+
+    @property
+    def id(self) -> str:
+        """The satellite's name, G and its number."""
+        return satellite_id(self.prn)
+
+    @property
+    def healthy(self) -> bool:
+        """Whether the satellite may be used."""
+        return self.health == 0
+
+    @property
+    def semi_major_axis_m(self) -> float:
+        """A, metres."""
+        return self.sqrt_semi_major_axis_sqrt_m**2
+
+
+@dataclass(frozen=True, slots=True)
+class Almanac:
+    """What one almanac file says; source names the file. Raises AlmanacError for no entry or one satellite twice."""
+
+    entries: tuple[AlmanacEntry, ...]
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.entries:
+            raise AlmanacError(f"The almanac {self.source} has no satellite in it.".replace("  ", " "))
+        twice = sorted(prn for prn, count in Counter(entry.prn for entry in self.entries).items() if count > 1)
+        if twice:
+            names = ", ".join(satellite_id(prn) for prn in twice)
+            raise AlmanacError(f"Each satellite must stand once in the almanac {self.source}; repeated: {names}.")
+
+    @property
+    def healthy(self) -> tuple[AlmanacEntry, ...]:
+        """The satellites that may be used, in the file's order. Raises AlmanacError where there is none."""
+        usable = tuple(entry for entry in self.entries if entry.healthy)
+        if not usable:
+            raise AlmanacError(
+                f"All {len(self.entries)} satellites of the almanac {self.source} are unhealthy; none can be used."
+            )
+        return usable
+
+    @property
+    def unhealthy_ids(self) -> tuple[str, ...]:
+        """The satellites that are left out."""
+        return tuple(entry.id for entry in self.entries if not entry.healthy)
+
+
+def satellite_id(prn: int) -> str:
+    """G and two digits, as in RINEX. Raises AlmanacError for a number that no GPS satellite has."""
+    if not 1 <= prn <= MOST_SATELLITES:
+        raise AlmanacError(f"GPS satellites have numbers from 1 to {MOST_SATELLITES}, not {prn}.")
+    return f"G{prn:02d}"

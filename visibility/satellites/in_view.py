@@ -1,0 +1,113 @@
+"""satellites_in_view: which satellites stand in the visibility cone of a place, and where."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+
+from ..errors import VisibilityInputError
+from .almanac import Almanac
+from .almanac_orbits import ALMANAC_USEFUL_S, almanac_positions_ecef_m
+from .broadcast_ephemeris import EPHEMERIS_USEFUL_S, Ephemerides, ephemeris_positions_ecef_m
+from .gps_time import Instants, Moments, instants
+from .grid_places import place_on_grid
+from .sky import ConeAxis, Place, look_angles, off_axis_rad
+
+__all__ = ["DEFAULT_CONE_RAD", "Constellation", "SatellitesInView", "satellite_positions_ecef_m", "satellites_in_view"]
+
+Array = npt.NDArray[np.float64]
+Constellation = Almanac | Ephemerides
+
+DEFAULT_CONE_RAD = math.radians(85.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SatellitesInView:
+    """The answer to ``satellites_in_view``: every usable satellite at every instant, (n_satellites, n_times).
+
+    ids: of the rows, sorted. unhealthy_ids: satellites left out as unhealthy.
+    azimuth_rad: clockwise from true north. elevation_rad: above the ellipsoid's horizontal. range_m: slant.
+    off_axis_rad: θ of eq. 1. in_view: θ < cone_rad. position_ecef_m: (n_satellites, n_times, 3).
+    NaN (and in_view False) where the constellation's file tells no position for that time.
+    """
+
+    ids: tuple[str, ...]
+    unhealthy_ids: tuple[str, ...]
+    times: Instants
+    place: Place
+    cone_rad: float
+    azimuth_rad: Array
+    elevation_rad: Array
+    range_m: Array
+    off_axis_rad: Array
+    in_view: npt.NDArray[np.bool_]
+    position_ecef_m: Array
+
+    def ids_in_view(self, time: int = 0) -> tuple[str, ...]:
+        """The satellites in view at the instant of that index."""
+        return tuple(name for name, seen in zip(self.ids, self.in_view[:, time], strict=True) if seen)
+
+
+def satellites_in_view(
+    constellation: Constellation,
+    times: Moments,
+    place: Place | ElevationGrid,
+    cone_rad: float = DEFAULT_CONE_RAD,
+    *,
+    axis: ConeAxis = "geocentric",
+    leap_seconds: int | None = None,
+    max_age_s: float | None = None,
+) -> SatellitesInView:
+    """Azimuth, elevation, range and ECEF position of each healthy satellite, and whether it is in the cone.
+
+    times: one or many aware datetimes or GpsTime. leap_seconds: GPS − UTC for the datetimes; None = built-in table.
+    place: a grid stands for its middle, on the ground there.
+    cone_rad: θ_lim, the half-angle of the cone of potentially visible satellites (seed 003, eq. 1), in 0…π.
+    axis: the cone's axis, see ``cone_axis_ecef``.
+    max_age_s: how far from its own time the file may be used; None = 28 days for an almanac, 2 h for ephemerides.
+    Bending of the ray by the air (0.16° at 5° elevation) is not applied.
+    Raises AlmanacError, VisibilityInputError, FrameError.
+    """
+    if not 0.0 < cone_rad <= math.pi:
+        raise VisibilityInputError(f"cone_rad must lie in 0…π, not {cone_rad:g}; θ_lim = 85° is 1.4835.")
+    at = place_on_grid(place) if isinstance(place, ElevationGrid) else place
+    when = instants(times, leap_seconds)
+    ids, position_ecef_m = satellite_positions_ecef_m(constellation, when, max_age_s)
+    angles = look_angles(at, position_ecef_m)
+    theta_rad = off_axis_rad(at, position_ecef_m, axis)
+    return SatellitesInView(
+        ids=ids,
+        unhealthy_ids=constellation.unhealthy_ids,
+        times=when,
+        place=at,
+        cone_rad=cone_rad,
+        azimuth_rad=angles.azimuth_rad,
+        elevation_rad=angles.elevation_rad,
+        range_m=angles.range_m,
+        off_axis_rad=theta_rad,
+        in_view=theta_rad < cone_rad,
+        position_ecef_m=position_ecef_m,
+    )
+
+
+def satellite_positions_ecef_m(
+    constellation: Constellation, times: Instants, max_age_s: float | None = None
+) -> tuple[tuple[str, ...], Array]:
+    """Ids, sorted, and (n_satellites, n_times, 3) ECEF of the healthy satellites; NaN where the file tells nothing.
+
+    max_age_s: see ``satellites_in_view``. Raises AlmanacError, VisibilityInputError.
+    """
+    if max_age_s is not None and not max_age_s >= 0.0:
+        raise VisibilityInputError(f"max_age_s must be >= 0 s, not {max_age_s}.")
+    if isinstance(constellation, Almanac):
+        entries = sorted(constellation.healthy, key=lambda entry: entry.prn)
+        useful_s = ALMANAC_USEFUL_S if max_age_s is None else max_age_s
+        return tuple(entry.id for entry in entries), almanac_positions_ecef_m(entries, times, useful_s)
+    ids = constellation.healthy_ids
+    useful_s = EPHEMERIS_USEFUL_S if max_age_s is None else max_age_s
+    return ids, ephemeris_positions_ecef_m(constellation, ids, times, useful_s)
