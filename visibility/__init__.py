@@ -6,13 +6,15 @@ from .buildings import BuildingHeights, Buildings, read_buildings
 from .camera import Camera, camera_for_anchor
 from .curvature import FLAT, Curvature
 from .dop import Dop, dop, dop_at_points
+from .dop_per_set import dop_per_visible_set
 from .dop_questions import DopKind, DopReason, least_anchors, pack_sets
 from .errors import AlmanacError, AlmanacFileError, AnchorError, MeshError, VisibilityError, VisibilityInputError
 from .fresnel import fresnel_radius_m, knife_edge_loss_db
+from .ground_normals import surface_normals
 from .ground_profile import GroundProfile, profile
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
 from .occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
-from .position_error import PositionError, position_error
+from .position_errors import PositionError, position_error
 from .ray_triangle import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
 from .sight_line import LineOfSight, line_of_sight
 from .sight_lines import LinesOfSight, lines_of_sight
@@ -53,6 +55,7 @@ __all__ = [
     "check_anchors",
     "dop",
     "dop_at_points",
+    "dop_per_visible_set",
     "fresnel_radius_m",
     "grid_surface_mesh",
     "knife_edge_loss_db",
@@ -67,5 +70,6 @@ __all__ = [
     "position_error",
     "profile",
     "read_buildings",
+    "surface_normals",
     "visible_with_buildings",
 ]

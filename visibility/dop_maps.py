@@ -16,13 +16,13 @@ from .dop import Dop, solve
 from .dop_per_set import solve_per_set
 from .dop_questions import Dilution, DopKind, DopReason, kind_code
 from .errors import VisibilityInputError
-from .minimum_altitude import MinimumVisibleAltitude
-from .surface_normals import post_normals
-from .visible_sets import sets_of
+from .ground_normals import post_normals
+from .minimum_altitude import UNKNOWN, MinimumVisibleAltitude
+from .sets_in_sight import sets_of
 
-__all__ = ["GO", "NOT_KNOWN", "NO_GO", "DopMap", "dop_map"]
+__all__ = ["GO", "NO_GO", "DopMap", "dop_map"]
 
-GO, NO_GO, NOT_KNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
+GO, NO_GO = np.uint8(0), np.uint8(1)
 
 # How many posts are in work at once: what is kept of each between two kernels stays near the processor.
 POSTS_AT_ONCE = 65_536
@@ -56,12 +56,12 @@ class DopMap:
     def no_go(self, dop_limit: float, anchors: int = 0) -> npt.NDArray[np.uint8]:
         """(rows, cols) uint8: NO_GO 1 where the dilution is dop_limit or more, or fewer than so many anchors are seen.
 
-        GO 0 elsewhere, NOT_KNOWN 255 where the visible set is unknown. Raises VisibilityInputError.
+        GO 0 elsewhere, UNKNOWN 255 where the visible set is unknown. Raises VisibilityInputError.
         """
         if not (math.isfinite(dop_limit) and dop_limit > 0.0):
             raise VisibilityInputError(f"dop_limit must be a number > 0, not {dop_limit}.")
         ground = np.where((self.dop >= np.float32(dop_limit)) | (self.count < anchors), NO_GO, GO)
-        ground[self.unknown] = NOT_KNOWN
+        ground[self.unknown] = UNKNOWN
         return ground
 
 

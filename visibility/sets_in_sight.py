@@ -10,10 +10,10 @@ import numpy.typing as npt
 from .columns_of_air import ColumnTables, column_tables
 from .dop import Dop, solve
 from .dop_questions import DopKind, set_words
+from .ground_normals import surface_normals
 from .kernels.visible_sets import sets_at_points
 from .minimum_altitude import MinimumVisibleAltitude
 from .sight_points import check_points, in_posts
-from .surface_normals import surface_normals
 
 __all__ = ["VisibleSets", "dop_along", "visible_sets"]
 
