@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from ..errors import AlmanacError
 from .gps_time import GpsTime
 
-__all__ = ["REFERENCE_INCLINATION_RAD", "Almanac", "AlmanacEntry", "satellite_id"]
+__all__ = ["REFERENCE_INCLINATION_RAD", "Almanac", "AlmanacEntry", "check_orbit", "satellite_id"]
 
 # LNAV and SEM give the inclination as an offset from 0.30 semicircles
 REFERENCE_INCLINATION_RAD = 0.30 * math.pi
-EARTH_RADIUS_M = 6.378137e6
+# roots of orbit radii from the Earth's surface to a quarter of the way to the Moon
+SQRT_A_RANGE = (2526.0, 10_000.0)
+# no angle, rate or amplitude in its SI unit is anywhere near
+LARGEST = 1e6
 MOST_SATELLITES = 63
 
 
@@ -45,19 +49,12 @@ class AlmanacEntry:
 
     def __post_init__(self) -> None:
         satellite = satellite_id(self.prn)
-        for name in (field.name for field in fields(self) if field.type == "float"):
-            if not math.isfinite(getattr(self, name)):
-                raise AlmanacError(f"{satellite}: {name} must be a finite number, not {getattr(self, name)}.")
-        if not 0.0 <= self.eccentricity < 1.0:
-            raise AlmanacError(f"{satellite}: the eccentricity must satisfy 0 <= e < 1, not {self.eccentricity:g}.")
+        check_orbit(
+            satellite, {field.name: getattr(self, field.name) for field in fields(self) if field.type == "float"}
+        )
         if not 0.0 <= self.inclination_rad <= math.pi:
             raise AlmanacError(
                 f"{satellite}: the inclination must lie in 0…180 deg, not {math.degrees(self.inclination_rad):g} deg."
-            )
-        if self.sqrt_semi_major_axis_sqrt_m < 0.0 or self.semi_major_axis_m < EARTH_RADIUS_M:
-            raise AlmanacError(
-                f"{satellite}: a square root of the semi-major axis of {self.sqrt_semi_major_axis_sqrt_m:g} √m puts "
-                "the orbit inside the Earth."
             )
 
     @property
@@ -105,6 +102,24 @@ class Almanac:
     def unhealthy_ids(self) -> tuple[str, ...]:
         """The satellites that are left out."""
         return tuple(entry.id for entry in self.entries if not entry.healthy)
+
+
+def check_orbit(satellite: str, numbers: Mapping[str, float]) -> None:
+    """Refuse numbers that make no orbit: not finite, huge, or of an ellipse that no satellite can fly.
+
+    numbers: by field name, with eccentricity and sqrt_semi_major_axis_sqrt_m among them. Raises AlmanacError.
+    """
+    for name, number in numbers.items():
+        if not abs(number) <= LARGEST:
+            raise AlmanacError(f"{satellite}: {name} must be a finite number below {LARGEST:g}, not {number:g}.")
+    if not 0.0 <= numbers["eccentricity"] < 1.0:
+        raise AlmanacError(f"{satellite}: the eccentricity must satisfy 0 <= e < 1, not {numbers['eccentricity']:g}.")
+    lowest, highest = SQRT_A_RANGE
+    if not lowest <= numbers["sqrt_semi_major_axis_sqrt_m"] <= highest:
+        raise AlmanacError(
+            f"{satellite}: the square root of the semi-major axis must lie in {lowest:g}…{highest:g} √m, not "
+            f"{numbers['sqrt_semi_major_axis_sqrt_m']:g}."
+        )
 
 
 def satellite_id(prn: int) -> str:

@@ -36,6 +36,6 @@ def parse_almanac(text: str, source: str = "almanac", reference: date | None = N
         raise AlmanacFileError(f"{source} is empty.")
     if HEADING.match(first):
         return parse_yuma(text, source, reference)
-    if first.split()[0].isdigit():
+    if first.split()[0].isdecimal():
         return parse_sem(text, source, reference)
     raise AlmanacFileError(f"{source} is neither a SEM nor a YUMA almanac; it begins with {first!r:.60}.")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import AlmanacError
-from .almanac import satellite_id
+from .almanac import check_orbit, satellite_id
 from .gps_time import GpsTime, Instants
 from .kepler import (
     EARTH_MU_M3_PER_S2,
@@ -56,15 +56,7 @@ class BroadcastEphemeris:
     health: int = 0
 
     def __post_init__(self) -> None:
-        satellite = satellite_id(self.prn)
-        for name in (field.name for field in fields(self) if field.type == "float"):
-            if not math.isfinite(getattr(self, name)):
-                raise AlmanacError(f"{satellite}: {name} must be a finite number, not {getattr(self, name)}.")
-        if not (0.0 <= self.eccentricity < 1.0 and self.sqrt_semi_major_axis_sqrt_m > 0.0):
-            raise AlmanacError(
-                f"{satellite}: eccentricity {self.eccentricity:g} and square root of the semi-major axis "
-                f"{self.sqrt_semi_major_axis_sqrt_m:g} √m make no orbit."
-            )
+        check_orbit(satellite_id(self.prn), {name: getattr(self, name) for name in PARAMETERS})
 
     @property
     def id(self) -> str:

@@ -127,5 +127,5 @@ def _day(clock_time: str, where: str) -> date:
         year += 1900 if year >= 80 else 2000
     try:
         return date(year, month, day)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise AlmanacFileError(f"{where}: its epoch {clock_time.strip()!r} is no date.") from error

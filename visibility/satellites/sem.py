@@ -32,9 +32,9 @@ def parse_sem(text: str, source: str, reference: date | None = None) -> Almanac:
     without reference.
     """
     lines = [line.split() for line in text.splitlines() if line.strip()]
-    if not lines or not lines[0][0].isdigit():
+    if not lines or not lines[0][0].isdecimal():
         raise AlmanacFileError(f"{source} is no SEM almanac: its first line must begin with the number of satellites.")
-    declared = int(lines[0][0])
+    declared = whole(lines[0][0], f"{source}: the number of satellites")
     if len(lines) < 2 or len(lines[1]) != 2:
         raise AlmanacFileError(f"{source}: the second line must hold the week and the time of applicability.")
     week = whole(lines[1][0], f"{source}: the week")

@@ -33,7 +33,7 @@ def read_text(path: str | os.PathLike[str], what: str, most_bytes: int) -> str:
 def real(text: str, where: str) -> float:
     """A finite number, its exponent marked with E or D. Raises AlmanacFileError."""
     try:
-        number = float(text.upper().replace("D", "E"))
+        number = math.nan if "_" in text else float(text.upper().replace("D", "E"))
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

@@ -42,7 +42,7 @@ def parse_yuma(text: str, source: str, reference: date | None = None) -> Almanac
     for line in text.splitlines():
         heading = HEADING.match(line.strip())
         if heading:
-            records.append((f"{source}: the record of PRN {int(heading[1])}", {}))
+            records.append((f"{source}: the record of PRN {heading[1][:9].lstrip('0')}", {}))
         elif line.strip():
             _take(line, source, records)
     if not records:

@@ -1,13 +1,17 @@
 """SEM and YUMA files, read as GPSTk reads them, and refused when damaged."""
 
+import math
 import re
 from datetime import UTC, date, datetime
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.visibility.satellites.constellation import shared_file
 from visibility import AlmanacError, AlmanacFileError
-from visibility.satellites import GpsTime, parse_almanac, read_almanac
+from visibility.satellites import GpsTime, almanac_positions_ecef_m, instants, parse_almanac, read_almanac
 from visibility.satellites.almanac import REFERENCE_INCLINATION_RAD
 
 JANUARY_2007 = date(2007, 1, 22)
@@ -173,7 +177,7 @@ def test_a_yuma_file_says_which_field_it_lacks(line):
         (SEM.replace(" 387 ", " 3x7 "), "the week must be a number, not '3x7'"),
         (SEM.replace("6.7005157470703E-03", "nan"), r"record 1 \(PRN 1\): the eccentricity must be a number"),
         (SEM.replace("6.7005157470703E-03", "1.5"), "eccentricity must satisfy"),
-        (SEM.replace("5.1536845703125E+03", "12.0"), "inside the Earth"),
+        (SEM.replace("5.1536845703125E+03", "12.0"), "semi-major axis must lie in"),
         (SEM.replace("1.4945983886719E-02", "0.9"), "inclination must lie in"),
         (SEM.replace("\n4\n34", "\n1\n34"), "stand once in the almanac .*repeated: G01"),
         (SEM.replace("\n4\n34", "\n99\n34"), "numbers from 1 to 63, not 99"),
@@ -182,7 +186,7 @@ def test_a_yuma_file_says_which_field_it_lacks(line):
         (YUMA + "Weather: fine\n", "a line that no YUMA almanac has: 'Weather: fine'"),
         (YUMA + "week: 377\n", "tells week twice"),
         (YUMA.replace("0.9893061549", "inf"), "Orbital Inclination must be a number"),
-        (YUMA.replace("5153.683594", "-5153.683594"), "inside the Earth"),
+        (YUMA.replace("5153.683594", "-5153.683594"), "semi-major axis must lie in"),
         (YUMA.replace("319488.0000", "-1"), "second of the week"),
         (YUMA.replace("319488.0000", "soon"), "Time of Applicability must be a number, not 'soon'"),
         (YUMA + YUMA, "repeated: G01"),
@@ -191,6 +195,27 @@ def test_a_yuma_file_says_which_field_it_lacks(line):
 def test_each_fault_of_a_file_gets_its_sentence(text, words):
     with pytest.raises(AlmanacError, match=words):
         parse_almanac(text, "an almanac", JANUARY_2007)
+
+
+@given(st.sampled_from([SEM, YUMA]), st.data())
+@settings(max_examples=300, deadline=None)
+def test_damage_of_any_kind_ends_in_one_sentence_or_in_an_orbit(text, data):
+    at = data.draw(st.integers(0, len(text) - 1))
+    damage = data.draw(
+        st.text("0123456789.+-eE²_*:\n \tx", max_size=12) | st.sampled_from(["9" * 5000, "1e300", "nan"])
+    )
+    length = data.draw(st.integers(0, 30))
+    sentence = None
+    try:
+        almanac = parse_almanac(text[:at] + damage + text[at + length :], "damaged", JANUARY_2007)
+    except AlmanacError as error:
+        sentence = str(error)
+    if sentence is None:
+        when = instants(almanac.entries[0].applicable)
+        assert np.isfinite(almanac_positions_ecef_m(almanac.entries, when, math.inf)).all()
+    else:
+        assert sentence
+        assert "\n" not in sentence
 
 
 def test_files_that_cannot_be_read_are_named(tmp_path):
