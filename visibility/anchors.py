@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from terrain import ElevationGrid, height_at
 
+from .distant import DistantAnchor
 from .errors import AnchorError
 
 __all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "anchor_above_ground", "check_anchors"]
@@ -106,7 +107,7 @@ def anchor_above_ground(
     return Anchor(id, east_m, north_m, ground_m + above_ground_m, ranging_sigma_m, pose_sigma_m, limits)
 
 
-def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor]) -> tuple[str, ...]:
+def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]) -> tuple[str, ...]:
     """Refuse anchors that make no question on this grid; return warnings about the others.
 
     Raises AnchorError for none at all, duplicate ids, an anchor below known ground, or one further than 1000 km away.
@@ -117,7 +118,8 @@ def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor]) -> tuple[str, 
     if len(set(ids)) != len(ids):
         twice = sorted({i for i in ids if ids.count(i) > 1})
         raise AnchorError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
-    return tuple(warning for anchor in anchors for warning in _check_one(grid, anchor))
+    near = [anchor for anchor in anchors if isinstance(anchor, Anchor)]
+    return tuple(warning for anchor in near for warning in _check_one(grid, anchor))
 
 
 def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:

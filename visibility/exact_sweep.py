@@ -26,9 +26,8 @@ def sweep(
     heights_m: (rows, cols), at least 2 x 2. drop_per_step2_m: curvature drop in metres per squared row step and per
     squared column step.
     """
-    rows, cols = heights_m.shape
     eyes = snapped(eyes, SNAP_CELLS)
-    work = share_out(eyes, (rows, cols), drop_per_step2_m, kernel.BLOCK_POSTS)
+    work = share_out(eyes, heights_m, drop_per_step2_m, kernel.BLOCK_POSTS)
     turned = np.ascontiguousarray(heights_m.T)
     kernel.sweep(heights_m, turned, out_m, work.tasks, work.reals, work.bins)
     write_own_posts(heights_m, eyes, out_m)

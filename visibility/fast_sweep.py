@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from . import exact_sweep
 from .kernels import sweep as kernel
 from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
 
 SNAP_CELLS = 1e-3  # float32 heights over less make slopes of noise
+HIGHEST_OVERHEAD_M = 100_000.0  # from here on float32 slopes are good to centimetres only
 
 
 def sweep(
@@ -24,10 +27,22 @@ def sweep(
     """Fill out_m (n_eyes, rows, cols) with the altitude that clears the ground between each post and each eye.
 
     heights_m: (rows, cols), at least 2 x 2. drop_per_step2_m: curvature drop in metres per squared row step and per
-    squared column step.
+    squared column step. An eye straight over the map in the height of satellites is answered exactly instead.
     """
-    rows, cols = heights_m.shape
     eyes = snapped(eyes, SNAP_CELLS)
-    work = share_out(eyes, (rows, cols), drop_per_step2_m, kernel.BLOCK_RAYS)
-    kernel.sweep(heights_m, out_m, work.tasks, work.reals, work.bins)
+    start = 0
+    for overhead, run in itertools.groupby(eyes, key=lambda eye: _overhead(eye, heights_m.shape)):
+        some = list(run)
+        part_m = out_m[start : start + len(some)]
+        start += len(some)
+        if overhead:
+            exact_sweep.sweep(heights_m, some, drop_per_step2_m, part_m)
+        else:
+            work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS)
+            kernel.sweep(heights_m, part_m, work.tasks, work.reals, work.bins)
     write_own_posts(heights_m, eyes, out_m)
+
+
+def _overhead(eye: Eye, shape: tuple[int, ...]) -> bool:
+    row, col, altitude_m = eye
+    return altitude_m > HIGHEST_OVERHEAD_M and -1 <= row <= shape[0] and -1 <= col <= shape[1]

@@ -12,11 +12,13 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from terrain import ElevationGrid, height_at
+from terrain import ElevationGrid
 
 from . import exact_sweep, fast_sweep
 from .anchors import Anchor, check_anchors
+from .clear_altitudes import UnknownGround, clear_altitudes
 from .curvature import Curvature
+from .distant import DistantAnchor
 from .errors import VisibilityInputError
 from .kernels.reach import classify
 from .reach import raise_to_reach, within_reach
@@ -24,7 +26,6 @@ from .reach import raise_to_reach, within_reach
 __all__ = ["HIDDEN", "UNKNOWN", "VISIBLE", "MinimumVisibleAltitude", "Mode", "UnknownGround", "min_visible_altitude"]
 
 Mode = Literal["fast", "exact"]
-UnknownGround = Literal["unknown", "open", "blocked"]
 
 HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
 
@@ -46,7 +47,7 @@ class MinimumVisibleAltitude:
     """
 
     grid: ElevationGrid
-    anchors: tuple[Anchor, ...]
+    anchors: tuple[Anchor | DistantAnchor, ...]
     altitude_m: npt.NDArray[np.float32]
     hidden_below_m: npt.NDArray[np.float32]
     mode: Mode
@@ -66,6 +67,8 @@ class MinimumVisibleAltitude:
         seen = np.zeros(self.altitude_m.shape, np.uint8)
         classify(self.altitude_m, self.hidden_below_m, receiver_m, seen)
         for number, anchor in enumerate(self.anchors):
+            if isinstance(anchor, DistantAnchor):
+                continue
             # the lowest altitude says nothing about limits that a receiver can be above
             seen[number][~within_reach(self.grid, anchor, self.curvature, receiver_m)] = HIDDEN
         if above_ground_m is not None:
@@ -93,7 +96,7 @@ class MinimumVisibleAltitude:
 
 def min_visible_altitude(
     grid: ElevationGrid,
-    anchors: Sequence[Anchor],
+    anchors: Sequence[Anchor | DistantAnchor],
     mode: Mode = "fast",
     curvature: Curvature | None = None,
     *,
@@ -118,16 +121,10 @@ def min_visible_altitude(
     warnings = check_anchors(grid, anchors)
     curvature = Curvature.of(grid) if curvature is None else curvature
 
-    heights_m = _at_least_two_lines(grid.heights_m)
-    # not zeroed: the engines write every post, and the pages come faster
-    altitude_m = np.empty((len(anchors), *heights_m.shape), np.float32)
-    _run(grid, heights_m, anchors, mode, curvature, altitude_m, progress)
-    hidden_below_m = altitude_m
-    if grid.unknown_posts:
-        hidden_below_m, altitude_m = _with_unknown(grid, heights_m, anchors, mode, altitude_m, unknown)
-    hidden_below_m = hidden_below_m[:, : grid.rows, : grid.cols]
-    altitude_m = altitude_m[:, : grid.rows, : grid.cols]
+    hidden_below_m, altitude_m = clear_altitudes(grid, anchors, ENGINES[mode], curvature, unknown, progress)
     for number, anchor in enumerate(anchors):
+        if isinstance(anchor, DistantAnchor):
+            continue
         raise_to_reach(grid, anchor, curvature, hidden_below_m[number])
         if altitude_m is not hidden_below_m:
             raise_to_reach(grid, anchor, curvature, altitude_m[number])
@@ -144,63 +141,3 @@ def min_visible_altitude(
         elapsed_s=time.perf_counter() - started_s,
         version=importlib.metadata.version("sightline"),
     )
-
-
-def _at_least_two_lines(heights_m: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """A single row or column of posts extends sideways unchanged: give it the second line that engines need."""
-    rows, cols = heights_m.shape
-    if rows > 1 and cols > 1:
-        return heights_m
-    return np.ascontiguousarray(np.pad(heights_m, ((0, int(rows == 1)), (0, int(cols == 1))), mode="edge"))
-
-
-def _run(
-    grid: ElevationGrid,
-    heights_m: npt.NDArray[np.float32],
-    anchors: tuple[Anchor, ...],
-    mode: Mode,
-    curvature: Curvature,
-    altitude_m: npt.NDArray[np.float32],
-    progress: Callable[[float], None] | None,
-) -> None:
-    c = curvature.drop_per_m2
-    drop_per_step2_m = (c * grid.cell_north_m**2, c * grid.cell_east_m**2)
-    eyes = [(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m) for anchor in anchors]
-    # all at once shares out best; with someone watching, in parcels
-    parcel = len(eyes) if progress is None else 4
-    for start in range(0, len(eyes), parcel):
-        stop = min(start + parcel, len(eyes))
-        ENGINES[mode](heights_m, eyes[start:stop], drop_per_step2_m, altitude_m[start:stop])
-        if progress is not None:
-            progress(stop / len(eyes))
-
-
-def _with_unknown(
-    grid: ElevationGrid,
-    heights_m: npt.NDArray[np.float32],
-    anchors: tuple[Anchor, ...],
-    mode: Mode,
-    hidden_below_m: npt.NDArray[np.float32],
-    unknown: UnknownGround,
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """(hidden_below_m, altitude_m) once lines over unknown ground are told apart.
-
-    An eye at height 0 over flat known ground with unknown posts as bumps: whatever a bump hides is behind unknown.
-    """
-    hidden_below_m[hidden_below_m < -1e20] = -np.inf  # nothing known in the way, and no ground of its own
-    if unknown == "open":
-        return hidden_below_m, hidden_below_m
-    void = np.isnan(heights_m)
-    bumps = void.astype(np.float32)
-    shadow = np.zeros((1, *heights_m.shape), np.float32)
-    altitude_m = hidden_below_m.copy()
-    for number, anchor in enumerate(anchors):
-        eye = (*grid.post_at(anchor.east_m, anchor.north_m), 0.0)
-        ENGINES[mode](bumps, [eye], (0.0, 0.0), shadow)
-        behind = (shadow[0] > 0.0) | void
-        if grid.contains(anchor.east_m, anchor.north_m) and np.isnan(height_at(grid, anchor.east_m, anchor.north_m)):
-            behind[:] = True  # every line starts over unknown ground
-        altitude_m[number][behind] = np.nan if unknown == "unknown" else np.inf
-    if unknown == "blocked":
-        return altitude_m, altitude_m
-    return hidden_below_m, altitude_m

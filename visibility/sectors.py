@@ -46,24 +46,41 @@ def write_own_posts(heights_m: npt.NDArray[np.float32], eyes: Sequence[Eye], out
 
 
 def share_out(
-    eyes: Sequence[Eye], shape: tuple[int, int], drop_per_step2_m: tuple[float, float], block_rays: int
+    eyes: Sequence[Eye],
+    heights_m: npt.NDArray[np.float32],
+    drop_per_step2_m: tuple[float, float],
+    block_rays: int,
 ) -> Work:
-    """Blocks of at most ``block_rays`` bearings for every eye over a grid of a shape, dealt to numba's threads.
+    """Blocks of at most ``block_rays`` bearings for every eye over a grid, dealt to numba's threads.
 
     drop_per_step2_m: curvature drop in metres per squared row step and per squared column step.
     """
+    rows, cols = heights_m.shape
+    ground_m = _some_ground_m(heights_m)
     tasks: list[tuple[int, ...]] = []
     reals: list[tuple[float, ...]] = []
     for number, eye in enumerate(eyes):
-        for task, real in _blocks(number, eye, shape, drop_per_step2_m, block_rays):
+        for task, real in _blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays):
             tasks.append(task)
             reals.append(real)
     table = np.array(tasks, np.int64)
     return Work(table, np.array(reals, np.float64), _deal(table, min(numba.get_num_threads(), len(tasks))))
 
 
+def _some_ground_m(heights_m: npt.NDArray[np.float32]) -> float:
+    """A height that the ground has somewhere; 0 where a coarse look finds only unknown posts."""
+    some = heights_m[::64, ::64]
+    known = some[~np.isnan(some)]
+    return float(known.mean()) if known.size else 0.0
+
+
 def _blocks(
-    number: int, eye: Eye, shape: tuple[int, int], drop_per_step2_m: tuple[float, float], most: int
+    number: int,
+    eye: Eye,
+    shape: tuple[int, int],
+    ground_m: float,
+    drop_per_step2_m: tuple[float, float],
+    most: int,
 ) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
     """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
     for axis in (0, 1):
@@ -80,16 +97,18 @@ def _blocks(
             t_high = min(1.0, max((width - 1 - across_0) / near, (width - 1 - across_0) / far))
             if t_low > t_high:
                 continue
-            # one ray per post on the farthest line, one of them straight along the axis
-            dt = 1.0 / far
-            t_0 = math.floor(t_low / dt) * dt
+            # an eye beyond the map looks over it along a plane that falls to the ground in its middle
+            tilt = 2.0 * (eye[2] - ground_m) / (near + far) if near > 1.0 else 0.0
+            # one ray through each post of the farthest line; where rays hardly spread, one between them too
+            dt = (1.0 if near <= 1.0 else 0.5) / far
+            t_0 = (math.floor(t_low * far + across_0) - across_0) / far
             # a whole number of the coarsest steps
             rays = max(math.ceil((t_high - t_0) / (dt * COARSEST)), 1) * COARSEST + 1
             for first_ray in range(0, rays - 1, most):
                 last = first_ray + most >= rays - 1
                 count = rays - first_ray if last else most + 1
                 task = (number, axis, direction, first, steps, first_ray, count, int(first_ray == 0), int(last))
-                yield task, (along_0, across_0, eye[2], t_0, dt, drop_along, drop_across)
+                yield task, (along_0, across_0, eye[2], t_0, dt, drop_along, drop_across, tilt)
 
 
 def _deal(tasks: npt.NDArray[np.int64], workers: int) -> npt.NDArray[np.int64]:

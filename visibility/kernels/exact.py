@@ -21,14 +21,14 @@ __all__ = ["BLOCK_POSTS", "sweep"]
 BLOCK_POSTS = 256
 GRAZING_TOLERANCE_M = 1e-5
 MARGIN = 1e-9  # bearings: neighbouring blocks overlap by this much
-RADIAL = 1e-12  # an edge that runs towards the eye shows as a point, which its posts already cover
+RADIAL = 1e-12  # of the distance: an edge that runs towards the eye shows as a point, which its posts already cover
 
 
 @scalar_kernel
 def _lowered(ground, post, along, real):
-    """Height of a post over the eye, lowered by curvature."""
+    """Height of a post, lowered by curvature, over the plane through the eye that slopes are counted from."""
     across = post - real[1]
-    return float(ground[post]) - real[5] * along * along - real[6] * across * across - real[2]
+    return float(ground[post]) - real[5] * along * along - real[6] * across * across - (real[2] - real[7] * along)
 
 
 @scalar_kernel
@@ -77,10 +77,10 @@ def _strip_pieces(near, far, along, lean, posts, real, limits, pieces):
         across = post - real[1]
         # the edge is across = offset + lean * w; its bearing offset / w + lean
         offset = across - lean * near_along
-        if abs(offset) < RADIAL:
+        if abs(offset) < RADIAL * (1.0 + far_along):
             continue
         height = _lowered(near, post, near_along, real)
-        rise = (_lowered(far, post + lean, far_along, real) - height) / (far_along - near_along)
+        rise = _lowered(far, post + lean, far_along, real) - height  # over one line, whatever far - near rounds to
         steep = (height - rise * near_along) / offset
         near_bearing = across / near_along if near_along > 0.0 else math.copysign(math.inf, offset)
         far_bearing = (across + lean) / far_along
@@ -111,7 +111,7 @@ def _span(across_0, limits, near_along, far_along, width):
 @scalar_kernel
 def _block(lines, out, task, real, horizon, spare, pieces):
     """Carry one block's horizon over all lines of its sector; out is the answer, turned like lines."""
-    along_0, across_0, altitude, t_0, dt, drop_along, drop_across = real
+    along_0, across_0, altitude, t_0, dt, drop_along, drop_across, tilt = real
     width = lines.shape[1]
     direction = task[2]
     limits = (
@@ -142,11 +142,11 @@ def _block(lines, out, task, real, horizon, spare, pieces):
         k = 0
         for post in range(start, stop):
             across = post - across_0
-            slope, k = height_over(horizon, n, k, across / along)
+            slope, rounding, k = height_over(horizon, n, k, across / along)
             own = float(far[post])
             drop = drop_along * along * along + drop_across * across * across
-            clear = altitude + slope * along + drop
-            out[index, post] = own if clear <= own + GRAZING_TOLERANCE_M else clear
+            clear = (altitude - tilt * along) + slope * along + drop
+            out[index, post] = own if clear <= own + GRAZING_TOLERANCE_M + rounding * along else clear
         first, last = _span(across_0, limits, along, along, width)
         count = _line_pieces(far, along, (first, last), real, limits, pieces)
         if count > 0:
@@ -172,7 +172,7 @@ def sweep(heights, turned, out, tasks, reals, bins):
             if number >= 0:
                 task = tasks[number]
                 row = reals[number]
-                real = (row[0], row[1], row[2], row[3], row[4], row[5], row[6])
+                real = (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
                 if task[1] == 0:
                     _block(heights, out[task[0]], task, real, horizon, spare, pieces)
                 else:

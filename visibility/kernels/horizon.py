@@ -7,13 +7,11 @@ of edges is the upper envelope of their pieces. A horizon of n pieces is three a
 one closes it), p and q (n); p = -inf where nothing has been met.
 """
 
-import math
-
 from terrain.kernel_options import scalar_kernel
 
 __all__ = ["height_over", "merge"]
 
-SAME_BEARING = 1e-12
+SAME_BEARING = 1e-15  # a few roundings of a bearing, which is at most 1
 
 
 @scalar_kernel
@@ -84,16 +82,17 @@ def merge(horizon, n, pieces, count, out):
 
 @scalar_kernel
 def height_over(horizon, n, k, bearing):
-    """(slope of the horizon at a bearing, index of the piece there), searching from piece k on.
+    """(slope of the horizon at a bearing, how far a rounding of the bearing moves it, index of the piece there).
 
-    A bearing that falls on the joint of two pieces takes the higher: the edges of both end there.
+    Searches from piece k on. A bearing that falls on the joint of two pieces takes the higher: the edges of both end
+    there.
     """
     start, p, q = horizon
     while k < n - 1 and start[k + 1] <= bearing:
         k += 1
-    slope = p[k] + q[k] * bearing
-    if k > 0 and bearing - start[k] <= SAME_BEARING:
-        slope = max(slope, p[k - 1] + q[k - 1] * start[k])
-    if k < n - 1 and start[k + 1] - bearing <= SAME_BEARING:
-        slope = max(slope, p[k + 1] + q[k + 1] * start[k + 1])
-    return slope if not math.isnan(slope) else -math.inf, k
+    slope, steep = p[k] + q[k] * bearing, q[k]
+    if k > 0 and bearing - start[k] <= SAME_BEARING and p[k - 1] + q[k - 1] * start[k] > slope:
+        slope, steep = p[k - 1] + q[k - 1] * start[k], q[k - 1]
+    if k < n - 1 and start[k + 1] - bearing <= SAME_BEARING and p[k + 1] + q[k + 1] * start[k + 1] > slope:
+        slope, steep = p[k + 1] + q[k + 1] * start[k + 1], q[k + 1]
+    return slope, abs(steep) * SAME_BEARING, k

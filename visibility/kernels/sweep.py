@@ -15,7 +15,7 @@ from numba import float32, int32, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 
-from .sweep_loops import advance, answer, turn_in, turn_out
+from .sweep_loops import NO_GROUND, NOT_BLOCKED, advance, answer, turn_in, turn_out
 
 __all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "owned_posts", "sweep"]
 
@@ -24,11 +24,10 @@ COARSEST = 16  # near the eye only every 16th ray runs
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
 TILE = 32  # lines turned at once: two cache lines of float32
 TILE_ROOM = BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
-NEVER_BLOCKED = np.float32(-1e30)
 
 # one task = one block of rays in one sector of one eye
 TASK_COLUMNS = ("eye", "axis", "direction", "first", "steps", "first_ray", "rays", "is_first_block", "is_last_block")
-REAL_COLUMNS = ("along_0", "across_0", "altitude_m", "t_0", "dt", "drop_along", "drop_across")
+REAL_COLUMNS = ("along_0", "across_0", "altitude_m", "t_0", "dt", "drop_along", "drop_across", "tilt")
 
 
 @scalar_kernel
@@ -82,6 +81,16 @@ def _load_rays(task, real, stride, rays):
 
 
 @scalar_kernel
+def _first_stride(task, real):
+    """Every how many rays run at first: fewer than every COARSEST-th where the sector is short."""
+    near = max(abs(task[3] - real[0]), 1.0)
+    stride = COARSEST
+    while stride > 1 and near * real[4] * stride > WIDEST_GAP:
+        stride //= 2
+    return stride
+
+
+@scalar_kernel
 def _refine(along, task, real, stride, steepest, rays):
     """Double the rays until they are close enough together at this distance; returns the new stride."""
     while stride > 1 and along * real[4] * stride > WIDEST_GAP:
@@ -89,7 +98,7 @@ def _refine(along, task, real, stride, steepest, rays):
         for q in range(count - 1, 0, -1):
             left, right = steepest[q - 1], steepest[q]
             steepest[2 * q] = right
-            both = left > 0.5 * NEVER_BLOCKED and right > 0.5 * NEVER_BLOCKED
+            both = left > NO_GROUND and right > NO_GROUND
             steepest[2 * q - 1] = float32(0.5) * (left + right) if both else max(left, right)
         steepest[2 * count - 1] = steepest[2 * count - 2]
         stride //= 2
@@ -126,6 +135,8 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     """Answer the owned posts of one line, then let its edges raise the rays; returns (start, stop) of the owned.
 
     lines: (heights of this line, of the one before it, their first post, posts on a whole line); out starts like lines.
+    Slopes are counted from a plane through the eye that falls by ``tilt`` metres per line, so that float32 serves for
+    eyes as far as satellites; ``level`` is its altitude on this line.
     """
     ground, before, ground_start, width = lines
     bend, per_lean, per_across, nothing = rays
@@ -134,17 +145,20 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     count = (task[6] - 1) // stride + 1
     t_first = real[3] + task[5] * real[4]
     spacing = real[4] * stride * along
-    eye = (float32(real[2]), float32(along), float32(1.0 / along))
+    eye = (float32(real[2] - real[7] * along), float32(along), float32(1.0 / along), float32(real[7]))
     owned = owned_posts(task, real, along, width)
     fan = (t_first / (real[4] * stride), 1.0 / spacing, width, lean)
     _answer_line(owned, real, fan, eye, (ground, before, ground_start), out, steepest, nothing)
 
     across = real[1] + t_first * along
     q_from, q_to = 0, count
-    if across < -1e-4:
-        q_from = math.ceil((-1e-4 - across) / spacing)
-    if across + (count - 1) * spacing > width - 1 + 1e-4:
-        q_to = math.floor((width - 1 + 1e-4 - across) / spacing) + 1
+    # rays that leave the map go on for a post; those that come onto it start at the border
+    left = -1.0 if real[1] >= 0.0 else -1e-4
+    right = width if real[1] <= width - 1 else width - 1 + 1e-4
+    if across < left:
+        q_from = math.ceil((left - across) / spacing)
+    if across + (count - 1) * spacing > right:
+        q_to = math.floor((right - across) / spacing) + 1
     if q_to > q_from:
         across += q_from * spacing
         base = min(max(math.floor(across), 0), width - 2)
@@ -181,16 +195,15 @@ def _first_strip(lines, task, real, stride, steepest):
                     if 0.0 < along <= far:
                         share = (along - near) / (far - near)
                         height = lines[before, post] + (lines[first, end] - lines[before, post]) * share
-                        slope = (height - altitude) / along - (real[5] + real[6] * t * t) * along
+                        slope = (height - altitude) / along + real[7] - (real[5] + real[6] * t * t) * along
                         if slope > steepest[q]:
                             steepest[q] = np.float32(slope)
     steepest[count] = steepest[count - 1]
 
 
 @scalar_kernel
-def _sweep_rows(heights, out, task, real, steepest, rays):
+def _sweep_rows(heights, out, task, real, stride, steepest, rays):
     width = heights.shape[1]
-    stride = COARSEST
     before = np.full(width, np.float32(np.nan))
     for i in range(task[4]):
         index = task[3] + task[2] * i
@@ -200,7 +213,7 @@ def _sweep_rows(heights, out, task, real, steepest, rays):
 
 
 @scalar_kernel
-def _sweep_columns(heights, out, task, real, steepest, rays, tile):
+def _sweep_columns(heights, out, task, real, stride, steepest, rays, tile):
     rows = heights.shape[0]
     across_0, t_0, dt = real[1], real[3], real[4]
     t_first = t_0 + task[5] * dt
@@ -210,7 +223,6 @@ def _sweep_columns(heights, out, task, real, steepest, rays, tile):
     ground[TILE] = np.nan  # the line before the tile
     start = np.zeros(TILE, np.int64)
     stop = np.zeros(TILE, np.int64)
-    stride = COARSEST
     i = 0
     while i < steps:
         index = task[3] + direction * i
@@ -259,12 +271,16 @@ def sweep(heights, out, tasks, reals, bins):
             if number >= 0:
                 task = tasks[number]
                 row = reals[number]
-                real = (row[0], row[1], row[2], row[3], row[4], row[5], row[6])
-                steepest[:] = NEVER_BLOCKED
-                _load_rays(task, real, COARSEST, rays)
+                real = (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+                rows, cols = heights.shape
+                row_0, col_0 = (row[0], row[1]) if task[1] == 0 else (row[1], row[0])
+                inside = 0.0 <= row_0 <= rows - 1 and 0.0 <= col_0 <= cols - 1
+                steepest[:] = NOT_BLOCKED if inside else NO_GROUND
+                stride = _first_stride(task, real)
+                _load_rays(task, real, stride, rays)
                 if task[1] == 0:
-                    _first_strip(heights, task, real, COARSEST, steepest)
-                    _sweep_rows(heights, out[task[0]], task, real, steepest, rays)
+                    _first_strip(heights, task, real, stride, steepest)
+                    _sweep_rows(heights, out[task[0]], task, real, stride, steepest, rays)
                 else:
-                    _first_strip(heights.T, task, real, COARSEST, steepest)
-                    _sweep_columns(heights, out[task[0]], task, real, steepest, rays, tile)
+                    _first_strip(heights.T, task, real, stride, steepest)
+                    _sweep_columns(heights, out[task[0]], task, real, stride, steepest, rays, tile)

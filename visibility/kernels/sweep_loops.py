@@ -5,7 +5,11 @@ from numba import float32, int32, uint64
 
 from terrain.kernel_options import inner_loop
 
-__all__ = ["advance", "answer", "turn_in", "turn_out"]
+__all__ = ["NOT_BLOCKED", "NO_GROUND", "advance", "answer", "turn_in", "turn_out"]
+
+NOT_BLOCKED = np.float32(-1e28)  # the slope of a ray that has met no edge yet
+NO_GROUND = np.float32(-1e30)  # and of one that has not even come onto the map
+HALF = np.float32(0.5)
 
 GRAZING_TOLERANCE_M = np.float32(1e-3)  # float32 slopes over kilometres are good to about this
 
@@ -17,20 +21,22 @@ def advance(ground, before, steepest, rays, lateral, eye):
     ground, before: heights on this line of posts and on the one on the eye's side, which starts one post to the right
     where the diagonals lean left. rays: (bend, per_lean, per_across) of each ray, see _load_rays in sweep.py.
     lateral: (across of the first ray, spacing, last post with a right neighbour, lean).
-    eye: (altitude, along, 1 / along).
+    eye: (level on this line, along, 1 / along, tilt), see _line in sweep.py.
     """
     start, step, last, lean = lateral
-    altitude, along, per_along = eye
+    level, along, per_along, tilt = eye
     bend, per_lean, per_across = rays
     one = float32(1.0)
+    zero = float32(0.0)
     for q in range(steepest.shape[0]):
-        across = start + step * float32(q)
+        # a ray less than a post beyond the border runs along it, so that border posts have a ray on either side
+        across = min(max(start + step * float32(q), zero), float32(last + int32(1)))
         post = min(int32(across), last)
         part = across - float32(post)
         left = ground[uint64(post)]
         right = ground[uint64(post) + uint64(1)]
         behind = before[uint64(post)]
-        slope = (left + (right - left) * part - altitude) * per_along - bend[q] * along
+        slope = (left + (right - left) * part - level) * per_along - bend[q] * along
         # going back towards the eye the ray next crosses the diagonal or, leaning more than it, the straight edge;
         # both end at the same post of the line before
         part = one - part if lean > 0 else part
@@ -42,7 +48,7 @@ def advance(ground, before, steepest, rays, lateral, eye):
         second = left if lean > 0 else right
         here = first if diagonal else second
         there = along - reach
-        cross = (here + (behind - here) * reach - altitude) / there - bend[q] * there
+        cross = (here + (behind - here - tilt) * reach - level) / there - bend[q] * there
         best = slope if slope > steepest[q] else steepest[q]
         steepest[q] = cross if cross > best else best
 
@@ -54,10 +60,10 @@ def answer(out, own, aside, before, steepest, fan, eye):
     own: heights of the posts; aside: of their neighbours on this line, before: of the posts on the line before, which
     together hold the one edge that a sight line to a post can still cross after the line before.
     fan: (ray number of the first post, rays per post, across of the first post, drop along, drop per square across,
-    lean); eye: (altitude, along, 1 / along).
+    lean); eye: as for advance.
     """
     q_0, dq, across_0, drop_0, drop_across, lean = fan
-    altitude, along, per_along = eye
+    level, along, per_along, tilt = eye
     one = float32(1.0)
     for i in range(out.shape[0]):
         q = q_0 + float32(i) * dq
@@ -65,17 +71,22 @@ def answer(out, own, aside, before, steepest, fan, eye):
         part = q - float32(ray_left)
         left = steepest[uint64(ray_left)]
         right = steepest[uint64(ray_left) + uint64(1)]
+        # beside the border of the map one of the two may not have come onto it: the nearer one decides
+        nearer = left if part < HALF else right
+        lower = left if left < right else right
+        left = left if lower > NO_GROUND else nearer
+        right = right if lower > NO_GROUND else nearer
         slope = left + (right - left) * part
         across = across_0 + float32(i)
         drop = drop_0 + drop_across * across * across
         bearing = across * per_along * lean
         reach = one / (one - bearing)
         there = along - reach
-        edge = aside[i] + (before[i] - aside[i]) * reach
-        last = (edge - altitude) / there - drop * there * per_along * per_along
+        edge = aside[i] + (before[i] - aside[i] - tilt) * reach
+        last = (edge - level) / there - drop * there * per_along * per_along
         last = last if bearing < float32(0.0) else slope
         slope = last if last > slope else slope
-        clear = altitude + slope * along + drop
+        clear = level + slope * along + drop
         out[i] = clear if not clear <= own[i] + GRAZING_TOLERANCE_M else own[i]
 
 
