@@ -1,9 +1,10 @@
-"""Satellites: almanacs and broadcast ephemerides, where the satellites stand."""
+"""Satellites: almanacs and broadcast ephemerides, where the satellites stand, and how a grid sees them."""
 
 from .almanac import Almanac, AlmanacEntry
 from .almanac_files import parse_almanac, read_almanac
 from .almanac_orbits import almanac_positions_ecef_m
 from .broadcast_ephemeris import BroadcastEphemeris, Ephemerides, ephemeris_positions_ecef_m
+from .eyes import SatelliteEyes, satellite_eyes
 from .gps_time import GpsTime, Instants, full_week, instants, leap_seconds_at
 from .grid_places import place_on_grid
 from .in_view import SatellitesInView, satellite_positions_ecef_m, satellites_in_view
@@ -19,6 +20,7 @@ __all__ = [
     "Instants",
     "LookAngles",
     "Place",
+    "SatelliteEyes",
     "SatellitesInView",
     "almanac_positions_ecef_m",
     "ecef_to_enu_m",
@@ -35,6 +37,7 @@ __all__ = [
     "place_on_grid",
     "read_almanac",
     "read_rinex_navigation",
+    "satellite_eyes",
     "satellite_positions_ecef_m",
     "satellites_in_view",
 ]

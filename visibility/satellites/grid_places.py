@@ -11,6 +11,7 @@ from pyproj.enums import TransformDirection
 
 from terrain import ElevationGrid, FrameError, body_of, height_at, to_grid_frame, to_lon_lat
 
+from ..distant import middle_m
 from .sky import Place, enu_to_ecef_m
 
 __all__ = ["place_on_grid", "true_to_grid"]
@@ -27,7 +28,7 @@ def place_on_grid(grid: ElevationGrid, east_m: float | None = None, north_m: flo
     Raises FrameError for a grid without CRS or of another body.
     """
     _check_earth(grid)
-    middle_east_m, middle_north_m = grid.position_of((grid.rows - 1) / 2.0, (grid.cols - 1) / 2.0)
+    middle_east_m, middle_north_m = middle_m(grid)
     east_m = middle_east_m if east_m is None else east_m
     north_m = middle_north_m if north_m is None else north_m
     lon_deg, lat_deg = to_lon_lat(grid, east_m, north_m)
