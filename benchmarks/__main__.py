@@ -12,12 +12,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from . import accuracy, exactness, first_request, machine, memory, over_http, report, speed
+from . import accuracy, dilution, exactness, first_request, machine, memory, over_http, report, speed
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
     "accuracy": (accuracy.accuracy,),
     "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
+    "dilution": (dilution.dilution_speed, dilution.one_per_set),
     "memory": (memory.memory,),
     "service": (first_request.first_request, over_http.requests),
 }
@@ -30,6 +31,10 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(speed.many_anchors, posts=128, count=4),
         partial(speed.growth, fast_sizes=(128, 256), exact_sizes=(64, 128)),
         partial(speed.many_lines, count=1000),
+    ),
+    "dilution": (
+        partial(dilution.dilution_speed, posts=128, points=2000),
+        partial(dilution.one_per_set, posts=64, across=8),
     ),
     "memory": (partial(memory.memory, posts=512),),
     "service": (first_request.first_request, partial(over_http.requests, posts=128)),
