@@ -1,9 +1,11 @@
 """Who sees whom: anchors, line of sight and minimum visible altitude over a grid."""
 
+from .anchor_tracks import AnchorTrack, MovingAnchor
 from .anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, check_anchors
 from .building_sight import visible_with_buildings
 from .buildings import BuildingHeights, Buildings, read_buildings
 from .camera import Camera, camera_for_anchor
+from .control_volumes import ControlVolume, VoxelBlock, control_volume, volume_blocks, whole_volume
 from .curvature import FLAT, Curvature
 from .distant import DistantAnchor
 from .dop import Dop, dop, dop_at_points
@@ -11,16 +13,24 @@ from .dop_maps import GO, NO_GO, DopMap, dop_map
 from .dop_per_set import dop_per_visible_set
 from .dop_questions import DopKind, DopReason, least_anchors, pack_sets
 from .errors import AlmanacError, AlmanacFileError, AnchorError, MeshError, VisibilityError, VisibilityInputError
+from .flight_limits import FlightLimit
 from .fresnel import fresnel_radius_m, knife_edge_loss_db
 from .ground_normals import surface_normals
 from .ground_profile import GroundProfile, profile
+from .isosurfaces import Isosurface, isosurface
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
+from .morphing_maps import ColumnState, MorphingMap, morphing_map
+from .morphing_times import Availability, MorphingFrame, availability, morphing_frames
+from .no_go import Zone, contour_lines, zones
 from .occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
 from .position_errors import PositionError, position_error
 from .ray_triangle import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
 from .sets_in_sight import VisibleSets, dop_along, visible_sets
 from .sight_line import LineOfSight, line_of_sight
 from .sight_lines import LinesOfSight, lines_of_sight
+from .surface_cache import SurfaceCache
+from .volume_layers import AltitudeLayers, altitude_layers
+from .volume_sections import HorizontalSection, VerticalSection, horizontal_section, vertical_section
 
 __all__ = [
     "ALL_ROUND",
@@ -34,12 +44,17 @@ __all__ = [
     "VISIBLE",
     "AlmanacError",
     "AlmanacFileError",
+    "AltitudeLayers",
     "Anchor",
     "AnchorError",
+    "AnchorTrack",
     "AntennaLimits",
+    "Availability",
     "BuildingHeights",
     "Buildings",
     "Camera",
+    "ColumnState",
+    "ControlVolume",
     "Curvature",
     "DistantAnchor",
     "Dop",
@@ -47,20 +62,34 @@ __all__ = [
     "DopMap",
     "DopReason",
     "Engine",
+    "FlightLimit",
     "GroundProfile",
+    "HorizontalSection",
+    "Isosurface",
     "LineOfSight",
     "LinesOfSight",
     "MeshError",
     "MeshHits",
     "MinimumVisibleAltitude",
+    "MorphingFrame",
+    "MorphingMap",
+    "MovingAnchor",
     "OccludedPoints",
     "PositionError",
+    "SurfaceCache",
+    "VerticalSection",
     "VisibilityError",
     "VisibilityInputError",
     "VisibleSets",
+    "VoxelBlock",
+    "Zone",
+    "altitude_layers",
     "anchor_above_ground",
+    "availability",
     "camera_for_anchor",
     "check_anchors",
+    "contour_lines",
+    "control_volume",
     "dop",
     "dop_along",
     "dop_at_points",
@@ -68,6 +97,8 @@ __all__ = [
     "dop_per_visible_set",
     "fresnel_radius_m",
     "grid_surface_mesh",
+    "horizontal_section",
+    "isosurface",
     "knife_edge_loss_db",
     "least_anchors",
     "line_of_sight",
@@ -75,12 +106,18 @@ __all__ = [
     "lowered_m",
     "mesh_blocks",
     "min_visible_altitude",
+    "morphing_frames",
+    "morphing_map",
     "occluded_points",
     "pack_sets",
     "position_error",
     "profile",
     "read_buildings",
     "surface_normals",
+    "vertical_section",
     "visible_sets",
     "visible_with_buildings",
+    "volume_blocks",
+    "whole_volume",
+    "zones",
 ]

@@ -32,9 +32,9 @@ class Isosurface:
 def isosurface(volume: ControlVolume, limit: FlightLimit, *, max_voxels: int = WHOLE_VOXELS) -> Isosurface:
     """The surface DOP = limit within a control volume, by marching cubes between its voxels.
 
-    Interpolated in 1/DOP, which is 0 where there is no fix or too few anchors are in sight, so each vertex lies on an
-    edge between neighbouring voxels of which one is flyable and one is not. Where the visible set changes the dilution
-    jumps, and the surface runs within one voxel of the jump. No surface is drawn against unknown air.
+    Interpolated in 1/DOP, which is 0 where there is no fix or too few anchors are in sight, so each vertex lies among
+    neighbouring voxels of which some are flyable and some are not. Where the visible set changes the dilution jumps, and
+    the surface runs within one voxel of the jump. No surface is drawn against unknown air.
     Raises VisibilityInputError: fewer than two layers, rows or columns, or more voxels than max_voxels.
     """
     if min(volume.shape) < 2:
@@ -53,7 +53,7 @@ def isosurface(volume: ControlVolume, limit: FlightLimit, *, max_voxels: int = W
     if not (flyable[known].any() and (~flyable[known]).any()):
         return Isosurface(np.empty((0, 3)), np.empty((0, 3), np.int32))
     corners, faces, _, _ = marching_cubes(
-        goodness, level, mask=known, gradient_direction="ascent", allow_degenerate=False
+        goodness, level, mask=known, gradient_direction="descent", allow_degenerate=False
     )
     return Isosurface(_positions_m(volume, corners.astype(np.float64)), np.ascontiguousarray(faces, np.int32))
 
@@ -72,10 +72,12 @@ def _positions_m(volume: ControlVolume, corners: npt.NDArray[np.float64]) -> npt
 def _ground_m(
     grid: ElevationGrid, row: npt.NDArray[np.float64], col: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """Ground between two neighbouring posts of one row or column, on whose edge each corner lies."""
-    low_row, low_col = np.floor(row).astype(int), np.floor(col).astype(int)
-    high_row, high_col = np.ceil(row).astype(int), np.ceil(col).astype(int)
-    share = (row - low_row) + (col - low_col)
-    low_m = grid.heights_m[low_row, low_col].astype(np.float64)
-    ground_m: npt.NDArray[np.float64] = low_m + share * (grid.heights_m[high_row, high_col] - low_m)
+    """Ground between the posts around each corner; posts that have no part in it may be unknown."""
+    ground_m = np.zeros(row.shape)
+    for down in (0, 1):
+        for across in (0, 1):
+            near_row, near_col = np.floor(row).astype(int) + down, np.floor(col).astype(int) + across
+            weight = (1.0 - np.abs(row - near_row)) * (1.0 - np.abs(col - near_col))
+            some = weight > 0.0
+            ground_m[some] += weight[some] * grid.heights_m[near_row[some], near_col[some]]
     return ground_m

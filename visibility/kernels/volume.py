@@ -41,16 +41,19 @@ def volume_layers(surfaces, place, layers, reach, question, out):
         for col in range(seen.shape[2]):
             point = (place[0] + (place[5] + col) * place[2], north)
             known = fill_column(table, surfaces, place[4] + row, place[5] + col, point, reach)
-            ground = float(surfaces[2][place[4] + row, place[5] + col]) if above_ground else 0.0
+            ground = surfaces[2][place[4] + row, place[5] + col] if above_ground else np.float32(0.0)
             value = math.nan
             reusable = False
             for layer in range(altitudes_m.shape[0]):
-                altitude = ground + altitudes_m[layer]
+                # in float32, as receivers of the minimum visible altitude are
+                altitude = float(ground + np.float32(altitudes_m[layer]))
                 set_between(table, altitude, altitude, SURE, True, sure)
-                if known:
+                if math.isnan(altitude):
+                    maybe[:] = np.uint64(0)
+                    for a in range(anchors):
+                        maybe[a >> 6] |= np.uint64(1) << np.uint64(a & 63)
+                elif known:
                     maybe[:] = sure
-                elif math.isnan(altitude):
-                    set_between(table, -math.inf, math.inf, MAYBE, False, maybe)
                 else:
                     set_between(table, altitude, altitude, MAYBE, True, maybe)
                 for word in range(words):

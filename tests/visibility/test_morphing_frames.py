@@ -1,0 +1,162 @@
+"""The morphing map in time: tracks, frames that recompute only what moved, availability."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from tests.reference.column_scan import runs
+from tests.visibility.morphing_cases import low_anchors
+from visibility import Anchor, AnchorError, DistantAnchor, VisibilityInputError, min_visible_altitude
+from visibility.anchor_tracks import AnchorTrack
+from visibility.flight_limits import FlightLimit
+from visibility.morphing_maps import morphing_map
+from visibility.morphing_times import availability, morphing_frames
+from visibility.surface_cache import SurfaceCache
+
+LIMIT = FlightLimit(2.5)
+
+
+def track(times_s=(0.0, 10.0, 30.0), id="T"):
+    return AnchorTrack(id, times_s, [(100.0 + 10.0 * n, -100.0, 500.0 + 5.0 * n) for n in range(len(times_s))])
+
+
+def test_a_track_is_straight_and_even_between_its_times():
+    moving = track()
+    assert moving.at(0.0) == Anchor("T", 100.0, -100.0, 500.0)
+    assert moving.at(5.0) == Anchor("T", 105.0, -100.0, 502.5)
+    assert moving.at(20.0) == Anchor("T", 115.0, -100.0, 507.5)
+    assert moving.at(30.0) == Anchor("T", 120.0, -100.0, 510.0)
+
+
+@pytest.mark.parametrize("time_s", [-0.1, 30.1, float("nan")])
+def test_a_time_outside_a_track_is_refused_before_the_first_frame(time_s):
+    grid, anchors, ceiling_m = low_anchors(5)
+    with pytest.raises(VisibilityInputError) as refused:
+        morphing_frames(grid, [*anchors, track()], [time_s], LIMIT, ceiling_m=ceiling_m)
+    assert "\n" not in str(refused.value)
+    if time_s == time_s:
+        assert str(refused.value).startswith("Anchor track T runs from 0 s to 30 s, so nothing is known of it at")
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: AnchorTrack("T", [], np.empty((0, 3))), r"Anchor track T needs as many positions \(n, 3\) as times"),
+        (lambda: AnchorTrack("T", [0.0, 1.0], [(0.0, 0.0, 9.0)]), "Anchor track T needs as many positions"),
+        (lambda: AnchorTrack("T", [1.0, 1.0], [(0.0, 0.0, 9.0)] * 2), "Anchor track T: times_s must be finite and"),
+        (lambda: AnchorTrack("T", [0.0], [(0.0, np.nan, 9.0)]), "Anchor T: north_m must be a finite number"),
+    ],
+)
+def test_a_track_that_cannot_be_flown_is_refused(make, sentence):
+    with pytest.raises(AnchorError, match=sentence):
+        make()
+
+
+def test_each_frame_is_the_map_of_its_moment():
+    grid, anchors, ceiling_m = low_anchors(6)
+    low = anchors[0]
+    moving = AnchorTrack("T", [0.0, 60.0], [(low.east_m, low.north_m, 700.0), (low.east_m + 90.0, low.north_m, 650.0)])
+    everyone = (*anchors, moving)
+    frames = list(morphing_frames(grid, everyone, [0.0, 30.0, 60.0], LIMIT, ceiling_m=ceiling_m))
+    assert [frame.time_s for frame in frames] == [0.0, 30.0, 60.0]
+    for frame in frames:
+        assert frame.anchors == (*anchors, moving.at(frame.time_s))
+        alone = morphing_map(min_visible_altitude(grid, frame.anchors), LIMIT, ceiling_m=ceiling_m)
+        np.testing.assert_array_equal(frame.map.altitude_m, alone.altitude_m)
+        np.testing.assert_array_equal(frame.map.state, alone.state)
+
+
+def test_one_of_sixteen_anchors_that_moves_recomputes_only_itself(monkeypatch):
+    grid, anchors, ceiling_m = low_anchors(15)
+    moving = AnchorTrack("T", [0.0, 90.0], [(60.0, -60.0, 700.0), (120.0, -60.0, 700.0)])
+    asked = []
+
+    def counting(*args, **options):
+        asked.append(len(args[1]))
+        return min_visible_altitude(*args, **options)
+
+    monkeypatch.setattr("visibility.surface_cache.min_visible_altitude", counting)
+    cache = SurfaceCache(grid)
+    times_s = [0.0, 30.0, 60.0, 90.0]
+    list(morphing_frames(grid, (*anchors, moving), times_s, LIMIT, ceiling_m=ceiling_m, cache=cache))
+    assert asked == [16, 1, 1, 1]
+    assert (cache.computed, cache.reused) == (19, 45)
+
+
+class Riser:
+    """A satellite that is above the horizon from a time on."""
+
+    def at(self, time_s):
+        return DistantAnchor("R", 1.0, 0.9) if time_s >= 10.0 else None
+
+
+def test_a_satellite_joins_when_it_rises():
+    grid, anchors, ceiling_m = low_anchors(4)
+    frames = list(morphing_frames(grid, (*anchors, Riser()), [0.0, 10.0], LIMIT, ceiling_m=ceiling_m))
+    assert [len(frame.anchors) for frame in frames] == [4, 5]
+    before, after = (np.nan_to_num(frame.map.altitude_m, nan=np.inf) for frame in frames)
+    assert (after <= before + 0.02).all()
+    assert (after < before).any()
+
+
+def test_a_cache_forgets_what_is_not_asked_for_any_more():
+    grid, anchors, _ = low_anchors(4)
+    cache = SurfaceCache(grid)
+    for some in (anchors, anchors[:2], anchors):
+        answer = cache.surfaces(some)
+        np.testing.assert_array_equal(answer.altitude_m, min_visible_altitude(grid, some).altitude_m)
+    assert (cache.computed, cache.reused) == (6, 4)
+
+
+def test_availability_tells_first_last_and_the_longest_run():
+    grid, anchors, ceiling_m = low_anchors(6)
+    away_m = (-4000.0, 4000.0, 3000.0)
+    here = [(anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors]
+    # three of the six leave at 20 s, come back at 40 s and stay
+    times_s = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0]
+    moving = [
+        AnchorTrack(f"M{n}", times_s, [place if time_s not in (20.0, 30.0) else away_m for time_s in times_s])
+        for n, place in enumerate(here)
+    ]
+    frames = list(morphing_frames(grid, moving, times_s[:2] + times_s[4:], LIMIT, ceiling_m=ceiling_m))
+    gone = morphing_frames(grid, [*anchors[:3], *moving[3:]], times_s, FlightLimit(1.9), ceiling_m=ceiling_m)
+    kept_there, frames_of_gone = itertools.tee(gone)
+    found = availability(frames_of_gone, above_ground_m=40.0)
+    flyable = np.array([grid.heights_m + 40.0 >= frame.map.safe_above_m for frame in kept_there])
+    times = np.array(times_s)
+    for row, col in itertools.product(range(grid.rows), range(grid.cols)):
+        here_s = times[flyable[:, row, col]]
+        if here_s.size == 0:
+            assert np.isnan(found.first_s[row, col])
+            assert found.share[row, col] == 0.0
+            continue
+        assert found.first_s[row, col] == here_s[0]
+        assert found.last_s[row, col] == here_s[-1]
+        assert found.share[row, col] == pytest.approx(here_s.size / 7)
+        longest_s = max(times[stop - 1] - times[start] for start, stop in runs(flyable[:, row, col]))
+        assert found.longest_to_s[row, col] - found.longest_from_s[row, col] == longest_s
+    always = availability(frames, altitude_m=ceiling_m)
+    np.testing.assert_array_equal(always.share == 1.0, np.isfinite(frames[0].map.altitude_m))
+
+
+def test_availability_needs_one_height_and_frames():
+    for heights in ({}, {"altitude_m": 1.0, "above_ground_m": 1.0}):
+        with pytest.raises(VisibilityInputError, match="Give exactly one of altitude_m and above_ground_m"):
+            availability([], **heights)
+    with pytest.raises(VisibilityInputError, match="Availability needs at least one frame"):
+        availability([], altitude_m=1.0)
+    with pytest.raises(VisibilityInputError, match=r"above ground >= 0 m, not -1\.0"):
+        availability([], above_ground_m=-1.0)
+
+
+def test_times_must_ascend_and_a_cache_must_be_of_the_grid():
+    grid, anchors, ceiling_m = low_anchors(4)
+    for times_s, sentence in (([], "At least one time is needed"), ([1.0, 1.0], "Times must be finite and ascend")):
+        with pytest.raises(VisibilityInputError, match=sentence):
+            morphing_frames(grid, anchors, times_s, LIMIT, ceiling_m=ceiling_m)
+    other = low_anchors(4, size=17)[0]
+    with pytest.raises(VisibilityInputError, match="belongs to another grid"):
+        morphing_frames(grid, anchors, [0.0], LIMIT, ceiling_m=ceiling_m, cache=SurfaceCache(other))
