@@ -22,6 +22,7 @@ def warm_up() -> None:
     height_at(grid, [10.0, 20.0], [-30.0, -40.0])
     _minimum_altitudes(grid)
     _lines(grid)
+    _columns_of_air(grid)
 
 
 def _minimum_altitudes(grid: ElevationGrid) -> None:
@@ -41,3 +42,11 @@ def _lines(grid: ElevationGrid) -> None:
     starts_m, ends_m = [[10.0, -10.0, 60.0]] * 2, [[200.0, -150.0, 5.0], [-50.0, 20.0, 90.0]]
     visibility.lines_of_sight(grid, starts_m, ends_m, wavelength_m=0.1, dem_sigma_m=3.0, excess_path=True)
     visibility.line_of_sight(grid, starts_m[0], ends_m[0])
+
+
+def _columns_of_air(grid: ElevationGrid) -> None:
+    corners = ((10.0, -10.0, 90.0), (250.0, -20.0, 120.0), (20.0, -260.0, 70.0), (240.0, -240.0, 100.0))
+    surfaces = visibility.min_visible_altitude(grid, [visibility.Anchor(f"A{n}", *at) for n, at in enumerate(corners)])
+    visibility.morphing_map(surfaces, visibility.FlightLimit(3.0), ceiling_m=200.0)
+    layers = visibility.altitude_layers(0.0, 40.0, 20.0, above_ground=True)
+    visibility.whole_volume(visibility.control_volume(surfaces, layers))

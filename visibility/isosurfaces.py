@@ -33,8 +33,8 @@ def isosurface(volume: ControlVolume, limit: FlightLimit, *, max_voxels: int = W
     """The surface DOP = limit within a control volume, by marching cubes between its voxels.
 
     Interpolated in 1/DOP, which is 0 where there is no fix or too few anchors are in sight, so each vertex lies among
-    neighbouring voxels of which some are flyable and some are not. Where the visible set changes the dilution jumps, and
-    the surface runs within one voxel of the jump. No surface is drawn against unknown air.
+    neighbouring voxels of which some are flyable and some are not. Where the visible set changes the dilution jumps,
+    and the surface runs within one voxel of the jump. No surface is drawn against unknown air.
     Raises VisibilityInputError: fewer than two layers, rows or columns, or more voxels than max_voxels.
     """
     if min(volume.shape) < 2:
