@@ -80,7 +80,11 @@ def test_reference_oracles_share_no_code_with_the_product() -> None:
 def test_every_library_imported_is_declared_and_every_one_declared_is_imported() -> None:
     imported = {top(name) for package in PACKAGES for module in modules(package) for name in imported_modules(module)}
     third_party = imported - set(PACKAGES) - set(sys.stdlib_module_names)
-    renamed = {"python-multipart": "python_multipart", "pydantic-settings": "pydantic_settings"}
+    renamed = {
+        "python-multipart": "python_multipart",
+        "pydantic-settings": "pydantic_settings",
+        "scikit-image": "skimage",
+    }
     requirements = [requirement.split(";")[0] for requirement in pyproject()["project"]["dependencies"]]
     names = ["".join(c if c.isalnum() or c in "-_" else " " for c in text).split()[0] for text in requirements]
     declared = {renamed.get(name, name) for name in names}
