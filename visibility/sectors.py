@@ -51,7 +51,7 @@ def share_out(
     drop_per_step2_m: tuple[float, float],
     block_rays: int,
 ) -> Work:
-    """Blocks of at most ``block_rays`` bearings for every eye over a grid, dealt to numba's threads.
+    """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to numba's threads.
 
     drop_per_step2_m: curvature drop in metres per squared row step and per squared column step.
     """
@@ -80,7 +80,7 @@ def _blocks(
     shape: tuple[int, int],
     ground_m: float,
     drop_per_step2_m: tuple[float, float],
-    most: int,
+    block_rays: int,
 ) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
     """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
     for axis in (0, 1):
@@ -104,9 +104,12 @@ def _blocks(
             t_0 = (math.floor(t_low * far + across_0) - across_0) / far
             # a whole number of the coarsest steps
             rays = max(math.ceil((t_high - t_0) / (dt * COARSEST)), 1) * COARSEST + 1
-            for first_ray in range(0, rays - 1, most):
-                last = first_ray + most >= rays - 1
-                count = rays - first_ray if last else most + 1
+            # blocks of like size, rather than full ones and a splinter
+            blocks = max(round((rays - 1) / block_rays), 1)
+            each = math.ceil((rays - 1) / (blocks * COARSEST)) * COARSEST
+            for first_ray in range(0, rays - 1, each):
+                last = first_ray + each >= rays - 1
+                count = rays - first_ray if last else each + 1
                 task = (number, axis, direction, first, steps, first_ray, count, int(first_ray == 0), int(last))
                 yield task, (along_0, across_0, eye[2], t_0, dt, drop_along, drop_across, tilt)
 

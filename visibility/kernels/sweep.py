@@ -11,7 +11,7 @@ travels once.
 import math
 
 import numpy as np
-from numba import float32, int32, prange
+from numba import float32, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 
@@ -23,7 +23,7 @@ BLOCK_RAYS = 512
 COARSEST = 16  # near the eye only every 16th ray runs
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
 TILE = 32  # lines turned at once: two cache lines of float32
-TILE_ROOM = BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
+TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
 
 # one task = one block of rays in one sector of one eye
 TASK_COLUMNS = ("eye", "axis", "direction", "first", "steps", "first_ray", "rays", "is_first_block", "is_last_block")
@@ -71,13 +71,12 @@ def owned_posts(task, real, along, width):
 @scalar_kernel
 def _load_rays(task, real, stride, rays):
     """Per-ray numbers: bend (curvature), and how far back a ray meets a diagonal or a straight edge per post across."""
-    bend, per_lean, per_across, _ = rays
     for q in range((task[6] - 1) // stride + 1):
         t = real[3] + (task[5] + q * stride) * real[4]
-        bend[q] = real[5] + real[6] * t * t
+        rays[0, q] = real[5] + real[6] * t * t
         leaning = t * task[2]
-        per_lean[q] = 1.0 / (1.0 - leaning) if leaning < 1.0 else 1e30
-        per_across[q] = 1.0 / leaning if leaning > 0.0 else 0.0
+        rays[1, q] = 1.0 / (1.0 - leaning) if leaning < 1.0 else 1e30
+        rays[2, q] = 1.0 / leaning if leaning > 0.0 else 0.0
 
 
 @scalar_kernel
@@ -107,7 +106,7 @@ def _refine(along, task, real, stride, steepest, rays):
 
 
 @scalar_kernel
-def _answer_line(owned, real, rays_fan, eye, lines, out, steepest, nothing):
+def _answer_line(owned, real, rays_fan, eye, lines, out, steepest):
     """Answer the owned posts of a line; the outermost post of the map has no neighbour aside on one side."""
     q_first, dq, width, lean = rays_fan
     ground, before, ground_start = lines
@@ -116,18 +115,15 @@ def _answer_line(owned, real, rays_fan, eye, lines, out, steepest, nothing):
     inner_stop = min(stop, width - 1) if lean > 0 else stop
     drop_along = float32(real[5] * float(eye[1]) * float(eye[1]))
     for piece in range(3):
-        first, last = inner_start, inner_stop
+        first, last, aside = inner_start, inner_stop, lean
         if piece == 1:
-            first, last = start, inner_start
+            first, last, aside = start, inner_start, 0
         elif piece == 2:
-            first, last = inner_stop, stop
+            first, last, aside = inner_stop, stop, 0
         if last > first:
             q = float32(max((first - real[1]) * dq - q_first, 0.0))
             fan = (q, float32(dq), float32(first - real[1]), drop_along, float32(real[6]), float32(lean))
-            i = first - ground_start
-            n = last - first
-            aside = ground[i + lean : i + lean + n] if piece == 0 else nothing
-            answer(out[i : i + n], ground[i : i + n], aside, before[i : i + n], steepest, fan, eye)
+            answer(out, ground, before, steepest, (first - ground_start, last - first, aside), fan, eye)
 
 
 @scalar_kernel
@@ -139,7 +135,6 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     eyes as far as satellites; ``level`` is its altitude on this line.
     """
     ground, before, ground_start, width = lines
-    bend, per_lean, per_across, nothing = rays
     along = abs(index - real[0])
     lean = task[2]
     count = (task[6] - 1) // stride + 1
@@ -148,7 +143,7 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     eye = (float32(real[2] - real[7] * along), float32(along), float32(1.0 / along), float32(real[7]))
     owned = owned_posts(task, real, along, width)
     fan = (t_first / (real[4] * stride), 1.0 / spacing, width, lean)
-    _answer_line(owned, real, fan, eye, (ground, before, ground_start), out, steepest, nothing)
+    _answer_line(owned, real, fan, eye, (ground, before, ground_start), out, steepest)
 
     across = real[1] + t_first * along
     q_from, q_to = 0, count
@@ -162,11 +157,9 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     if q_to > q_from:
         across += q_from * spacing
         base = min(max(math.floor(across), 0), width - 2)
-        lateral = (float32(across - base), float32(spacing), int32(width - 2 - base), lean)
         here = base - ground_start
-        moving = (bend[q_from:q_to], per_lean[q_from:q_to], per_across[q_from:q_to])
-        ahead = here if lean > 0 else here + 1
-        advance(ground[here:], before[ahead:], steepest[q_from:q_to], moving, lateral, eye)
+        where = (q_from, q_to - q_from, here, here + (0 if lean > 0 else 1), width - 2 - base, lean)
+        advance(ground, before, steepest, rays, where, (float32(across - base), float32(spacing)), eye)
         steepest[count] = steepest[count - 1]
     return owned
 
@@ -261,10 +254,9 @@ def sweep(heights, out, tasks, reals, bins):
     bins: (workers, most) int64, the tasks of each worker, -1 = none.
     """
     for worker in prange(bins.shape[0]):
-        room = BLOCK_RAYS + 2
+        room = 2 * BLOCK_RAYS + 2
         steepest = np.zeros(room, np.float32)
-        nothing = np.full(1, np.float32(np.nan))
-        rays = (np.zeros(room, np.float32), np.zeros(room, np.float32), np.zeros(room, np.float32), nothing)
+        rays = np.zeros((3, room), np.float32)
         tile = (np.zeros((TILE + 1, TILE_ROOM), np.float32), np.zeros((TILE, TILE_ROOM), np.float32))
         for slot in range(bins.shape[1]):
             number = bins[worker, slot]

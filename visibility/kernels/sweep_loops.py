@@ -15,57 +15,66 @@ GRAZING_TOLERANCE_M = np.float32(1e-3)  # float32 slopes over kilometres are goo
 
 
 @inner_loop
-def advance(ground, before, steepest, rays, lateral, eye):
+def advance(ground, before, steepest, rays, where, lateral, eye):
     """Raise each ray's steepest slope by the edge of this line that it crosses and by the last edge before it.
 
-    ground, before: heights on this line of posts and on the one on the eye's side, which starts one post to the right
-    where the diagonals lean left. rays: (bend, per_lean, per_across) of each ray, see _load_rays in sweep.py.
-    lateral: (across of the first ray, spacing, last post with a right neighbour, lean).
+    ground, before: heights on this line of posts and on the one on the eye's side.
+    rays: (3, n) bend, per_lean, per_across of each ray, see _load_rays in sweep.py.
+    where: (first ray, number of rays, first post of ground, of before, last post with a right neighbour, lean).
+    lateral: (across of the first ray, spacing).
     eye: (level on this line, along, 1 / along, tilt), see _line in sweep.py.
     """
-    start, step, last, lean = lateral
+    first_ray, count, here, back, last, lean = where
+    start, step = lateral
     level, along, per_along, tilt = eye
-    bend, per_lean, per_across = rays
     one = float32(1.0)
     zero = float32(0.0)
-    for q in range(steepest.shape[0]):
+    furthest = float32(last + 1)
+    for i in range(count):
+        q = uint64(i + first_ray)
         # a ray less than a post beyond the border runs along it, so that border posts have a ray on either side
-        across = min(max(start + step * float32(q), zero), float32(last + int32(1)))
-        post = min(int32(across), last)
+        across = min(max(start + step * float32(i), zero), furthest)
+        post = min(int32(across), int32(last))
         part = across - float32(post)
-        left = ground[uint64(post)]
-        right = ground[uint64(post) + uint64(1)]
-        behind = before[uint64(post)]
-        slope = (left + (right - left) * part - level) * per_along - bend[q] * along
+        left = ground[uint64(post + here)]
+        right = ground[uint64(post + here + 1)]
+        behind = before[uint64(post + back)]
+        bend = rays[uint64(0), q]
+        slope = (left + (right - left) * part - level) * per_along - bend * along
         # going back towards the eye the ray next crosses the diagonal or, leaning more than it, the straight edge;
         # both end at the same post of the line before
         part = one - part if lean > 0 else part
-        to_diagonal = part * per_lean[q]
-        to_straight = (one - part) * per_across[q]
-        diagonal = to_diagonal <= one
-        reach = to_diagonal if diagonal else to_straight
+        to_diagonal = part * rays[uint64(1), q]
+        to_straight = (one - part) * rays[uint64(2), q]
         first = right if lean > 0 else left
         second = left if lean > 0 else right
-        here = first if diagonal else second
+        diagonal = to_diagonal <= one
+        reach = to_diagonal if diagonal else to_straight
+        at = first if diagonal else second
         there = along - reach
-        cross = (here + (behind - here - tilt) * reach - level) / there - bend[q] * there
+        cross = (at + (behind - at - tilt) * reach - level) / there - bend * there
         best = slope if slope > steepest[q] else steepest[q]
         steepest[q] = cross if cross > best else best
 
 
 @inner_loop
-def answer(out, own, aside, before, steepest, fan, eye):
+def answer(out, ground, before, steepest, where, fan, eye):
     """Altitude over each post of one line that clears what its two neighbouring rays have met, and its last diagonal.
 
-    own: heights of the posts; aside: of their neighbours on this line, before: of the posts on the line before, which
-    together hold the one edge that a sight line to a post can still cross after the line before.
+    out, ground, before: this line's answers and heights, and heights of the line on the eye's side. A post's neighbour
+    aside on this line and the same post on the line before together hold the one edge that a sight line to the post
+    can still cross after the line before.
+    where: (first post, number of posts, offset of the neighbour aside, 0 = there is none).
     fan: (ray number of the first post, rays per post, across of the first post, drop along, drop per square across,
     lean); eye: as for advance.
     """
+    first, count, aside = where
     q_0, dq, across_0, drop_0, drop_across, lean = fan
     level, along, per_along, tilt = eye
     one = float32(1.0)
-    for i in range(out.shape[0]):
+    hidden_by_aside = float32(0.0) if aside != 0 else float32(-2.0)
+    for i in range(count):
+        post = uint64(i + first)
         q = q_0 + float32(i) * dq
         ray_left = int32(q)
         part = q - float32(ray_left)
@@ -79,15 +88,18 @@ def answer(out, own, aside, before, steepest, fan, eye):
         slope = left + (right - left) * part
         across = across_0 + float32(i)
         drop = drop_0 + drop_across * across * across
+        # the edge lies 1 / lag posts back: both its height over the eye and its distance are taken lag times
         bearing = across * per_along * lean
-        reach = one / (one - bearing)
-        there = along - reach
-        edge = aside[i] + (before[i] - aside[i] - tilt) * reach
-        last = (edge - level) / there - drop * there * per_along * per_along
-        last = last if bearing < float32(0.0) else slope
+        lag = one - bearing
+        there = along * lag - one
+        beside = ground[uint64(i + first + aside)]
+        last = ((beside - level) * lag + (before[post] - beside - tilt)) / there
+        last -= drop * per_along * (one - per_along)
+        last = last if bearing < hidden_by_aside else slope
         slope = last if last > slope else slope
+        own = ground[post]
         clear = level + slope * along + drop
-        out[i] = clear if not clear <= own[i] + GRAZING_TOLERANCE_M else own[i]
+        out[post] = clear if not clear <= own + GRAZING_TOLERANCE_M else own
 
 
 @inner_loop
