@@ -53,6 +53,12 @@ class VisibilityMap:
     unknown_count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
     calculation: Calculation
 
+    @property
+    def undecided(self) -> npt.NDArray[np.bool_]:
+        """(rows, cols): known posts where nobody is surely visible, but somebody may be."""
+        undecided: npt.NDArray[np.bool_] = (self.count == 0) & (self.unknown_count > 0)
+        return undecided & ~np.isnan(self.grid.heights_m)
+
     def summary(self) -> dict[str, Any]:
         """What visibility.json says: plain values, ready for JSON, every number with its unit in its name."""
         known = None if self.grid.unknown_posts == 0 else ~np.isnan(self.grid.heights_m)
@@ -73,6 +79,7 @@ class VisibilityMap:
                 for i, anchor in enumerate(self.anchors)
             ],
             "count_histogram": _count_histogram(self.count, known, known_posts, len(self.anchors)),
+            "undecided_posts": int(np.count_nonzero(self.undecided)),
             "posts_with_unknown_anchors": int(np.count_nonzero(self.unknown_count)),
             "warnings": list(self.calculation.warnings),
             "timing": {"calculation_s": self.calculation.elapsed_s},

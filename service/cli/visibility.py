@@ -97,14 +97,17 @@ def anchors_table(summary: dict[str, Any]) -> Table:
 
 
 def count_table(summary: dict[str, Any]) -> Table:
-    """How much of the known ground sees how many anchors; rows without a post are left out when there are many."""
+    """The known posts by the anchors they see, as in the picture's legend; with many anchors, no row without a post."""
     table = Table(title="Anchors in sight", title_justify="left")
-    for column in ("anchors", "posts", "share"):
+    for column in ("anchors", "posts", "share of\nknown posts"):
         table.add_column(column, justify="right")
-    histogram = summary["count_histogram"]
-    for row in histogram:
-        if row["posts"] or len(histogram) <= 9:
-            table.add_row(str(row["visible_anchors"]), f"{row['posts']:,}", share_text(row["share"]))
+    histogram, undecided = summary["count_histogram"], summary["undecided_posts"]
+    known_posts = sum(row["posts"] for row in histogram)
+    rows = [(str(row["visible_anchors"]), row["posts"]) for row in histogram]
+    rows[0] = (rows[0][0], rows[0][1] - undecided)
+    kept = [row for row in rows if row[1] or len(histogram) <= 9]
+    for label, posts in [*kept, ("unknown", undecided)] if undecided else kept:
+        table.add_row(label, f"{posts:,}", share_text(posts / known_posts if known_posts else None))
     return table
 
 

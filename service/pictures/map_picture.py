@@ -107,30 +107,29 @@ def _title(figure: Figure, finished: VisibilityMap, left: float, height_in: floa
 
 
 def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]) -> None:
-    """Classes with their share of the map's posts, in the margin on the right."""
-    posts = np.bincount(finished.count.ravel(), minlength=len(finished.anchors) + 1)
-    nothing_sure = (finished.count == 0) & (finished.unknown_count > 0)
-    no_ground = nothing_sure & np.isnan(finished.grid.heights_m) if finished.grid.unknown_posts else None
-    n_no_ground = 0 if no_ground is None else int(np.count_nonzero(no_ground))
-    n_nothing_sure = int(np.count_nonzero(nothing_sure))
-    posts[0] -= n_nothing_sure
-    rows = [
+    """Classes with their share of the known posts, as the tables have it, in the margin on the right."""
+    heights_m, undecided = finished.grid.heights_m, finished.undecided
+    posts = np.bincount(finished.count[~np.isnan(heights_m)], minlength=len(finished.anchors) + 1)
+    known_posts, n_undecided = int(posts.sum()), int(np.count_nonzero(undecided))
+    posts[0] -= n_undecided
+    rows: list[tuple[str, Patch, int | None]] = [
         (c.label, Patch(fc=c.rgb, ec=INK, lw=0.6), int(posts[c.first : c.last + 1].sum())) for c in reversed(classes)
     ]
-    partly_known = bool(np.any((finished.count > 0) & (finished.unknown_count > 0)))
-    if partly_known or n_nothing_sure > n_no_ground:
-        hatched = Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="/////")
-        rows.append(("unknown", hatched, n_nothing_sure - n_no_ground))
-    if n_no_ground:
-        rows.append(("no ground", Patch(fc=NO_GROUND_COLOUR, ec=INK, lw=0.6), n_no_ground))
-    widest = max(len(label) for label, _, _ in rows)
+    if n_undecided or bool(np.any((finished.count > 0) & (finished.unknown_count > 0))):
+        rows.append(("unknown", Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="/////"), n_undecided))
+    if bool(np.any(np.isnan(heights_m) & (finished.count == 0) & (finished.unknown_count > 0))):
+        # no share: it is no part of the known posts
+        rows.append(("no ground", Patch(fc=NO_GROUND_COLOUR, ec=INK, lw=0.6), None))
+    widest = max(len(label) for label, _, n in rows if n is not None)
     handles: list[Artist] = [handle for _, handle, _ in rows]
-    labels = [f"{label:<{widest}} {100 * n / finished.count.size:5.1f} %" for label, _, n in rows]
+    labels = [
+        label if n is None else f"{label:<{widest}} {100 * n / max(known_posts, 1):5.1f} %" for label, _, n in rows
+    ]
     handles.append(Line2D([], [], marker="^", ms=9, mfc=ANCHOR_COLOUR, mec=INK, mew=1.2, ls="none"))
     legend = axes.legend(
         handles,
         [*labels, "anchor"],
-        title="Anchors in sight,\nshare of the map",
+        title="Anchors in sight,\nshare of known posts",
         loc="upper left",
         bbox_to_anchor=(1.0, 1.0),
         borderaxespad=0.0,

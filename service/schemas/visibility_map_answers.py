@@ -70,6 +70,9 @@ class VisibilityMapSummary(BaseModel):
     dem: dict[str, Any] = Field(description="The DEM that was used; lengths in metres.")
     anchors: list[AnchorSummary]
     count_histogram: list[CountShare]
+    undecided_posts: int = Field(
+        description="Known posts where nobody is surely visible but somebody may be; 0 visible_anchors counts them too."
+    )
     posts_with_unknown_anchors: int = Field(description="Posts where the sight of at least one anchor is unknown.")
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
     timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")

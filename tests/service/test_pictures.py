@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from service.cli.visibility import count_table
 from service.pictures import draw_map
 from service.pictures.classes import NO_GROUND_COLOUR, NONE_COLOUR, UNKNOWN_COLOUR, count_classes, lookup_table
 from service.pictures.relief import Sampling, mean_heights, pick, shaded_relief
 from terrain import ElevationGrid
-from tests.service.small_maps import COLS, HOLE, ROWS, small_map
+from tests.service.small_maps import HOLE, ROWS, small_map
 from visibility import Anchor
 
 
@@ -114,12 +115,21 @@ def test_an_anchor_outside_is_an_arrow_and_inside_a_triangle(figure):
     assert sorted(float(line.get_xdata()[0]) for line in markers) == [400.095, 400.75]
 
 
-def test_legend_has_a_class_per_count_with_shares_that_make_up_the_map(finished, figure):
-    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+def test_legend_has_a_class_per_count_with_shares_that_make_up_the_known_ground(figure):
+    legend = figure.axes[0].get_legend()
+    labels = [text.get_text() for text in legend.get_texts()]
     assert [label.split()[0] for label in labels] == ["3", "2", "1", "0", "unknown", "no", "anchor"]
-    shares = [float(label.split()[-2]) for label in labels[:-1]]
-    assert sum(shares) == pytest.approx(100.0, abs=0.5)
-    assert shares[-1] == pytest.approx(100.0 * 9 / (ROWS * COLS), abs=0.051)
+    assert sum(float(label.split()[1]) for label in labels[:5]) == pytest.approx(100.0, abs=0.3)
+    assert labels[5] == "no ground"
+    assert legend.get_title().get_text().endswith("share of known posts")
+
+
+def test_legend_and_the_table_of_counts_tell_the_same_shares(finished, figure):
+    legend = [text.get_text().split() for text in figure.axes[0].get_legend().get_texts()]
+    table = count_table(finished.summary())
+    labels, shares = list(table.columns[0].cells), list(table.columns[2].cells)
+    assert table.columns[2].header == "share of\nknown posts"
+    assert {label: f"{share} %" for label, share, *_ in legend[:5]} == dict(zip(labels, shares, strict=True))
 
 
 @pytest.mark.parametrize("n_anchors", [1, 2, 4, 7, 8, 12, 64, 1000])
