@@ -46,7 +46,8 @@ def resolve_point(grid: ElevationGrid, point: PointIn, called: str = "Point") ->
         return east_m, north_m, point.altitude_m
     if not grid.contains(east_m, north_m):
         raise VisibilityInputError(
-            f"{called} lies outside the DEM, where no ground is known; give its altitude_m instead of above_ground_m."
+            f"{called} lies outside the DEM, at {east_m:.0f} m east, {north_m:.0f} m north, where no ground is known; "
+            "give its altitude_m instead of above_ground_m, or check whether it was given in metres or degrees."
         )
     ground_m = float(height_at(grid, east_m, north_m))
     if math.isnan(ground_m):

@@ -111,7 +111,7 @@ def calculate(
     calculation = Calculation(
         answer.error_statement,
         answer.curvature.sentence(),
-        (*grid.provenance.warnings, *answer.warnings),
+        (*grid.provenance.warnings, *answer.warnings, *_receiver_warnings(grid, parameters.receiver_altitude_m)),
         answer.elapsed_s,
         answer.version,
     )
@@ -160,6 +160,19 @@ def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
         "unknown_posts": grid.unknown_posts,
         "conversions": list(grid.provenance.conversions),
     }
+
+
+def _receiver_warnings(grid: ElevationGrid, receiver_altitude_m: float | None) -> tuple[str, ...]:
+    if receiver_altitude_m is None:
+        return ()
+    below = int(np.count_nonzero(grid.heights_m > receiver_altitude_m))
+    if below == 0:
+        return ()
+    known_posts = grid.rows * grid.cols - grid.unknown_posts
+    return (
+        f"The receiver's altitude of {receiver_altitude_m:g} m is below the ground at {below:,} of {known_posts:,} "
+        "known posts; no anchor is in sight there.",
+    )
 
 
 def _curvature(parameters: VisibilityMapParameters) -> Curvature | None:

@@ -95,8 +95,9 @@ def anchor_above_ground(
     if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
         raise AnchorError(f"Anchor {id}: above_ground_m must be a number of metres >= 0, not {above_ground_m}.")
     if not grid.contains(east_m, north_m):
+        outside_m = _metres_outside(grid, id, east_m, north_m)
         raise AnchorError(
-            f"Anchor {id} stands outside the DEM, where no ground is known; "
+            f"Anchor {id} stands outside the DEM, {outside_m:.0f} m beyond its border, where no ground is known; "
             "give its altitude_m instead of above_ground_m."
         )
     ground_m = float(height_at(grid, east_m, north_m))
@@ -122,17 +123,22 @@ def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]
     return tuple(warning for anchor in near for warning in _check_one(grid, anchor))
 
 
-def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:
+def _metres_outside(grid: ElevationGrid, id: str, at_east_m: float, at_north_m: float) -> float:
+    """How far beyond the grid's border; raises AnchorError where that is no anchor's place but another CRS."""
     west_m, south_m, east_m, north_m = grid.bounds_m
     outside_m = math.hypot(
-        max(west_m - anchor.east_m, anchor.east_m - east_m, 0.0),
-        max(south_m - anchor.north_m, anchor.north_m - north_m, 0.0),
+        max(west_m - at_east_m, at_east_m - east_m, 0.0), max(south_m - at_north_m, at_north_m - north_m, 0.0)
     )
     if outside_m > FURTHEST_USEFUL_M:
         raise AnchorError(
-            f"Anchor {anchor.id} is {outside_m / 1000.0:.0f} km outside the DEM (limit "
-            f"{FURTHEST_USEFUL_M / 1000.0:.0f} km); are its coordinates in the DEM's CRS?"
+            f"Anchor {id} is {outside_m / 1000.0:.0f} km outside the DEM (limit {FURTHEST_USEFUL_M / 1000.0:.0f} km); "
+            "are its coordinates metres in the DEM's CRS, or degrees that were not said to be, or swapped?"
         )
+    return outside_m
+
+
+def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:
+    outside_m = _metres_outside(grid, anchor.id, anchor.east_m, anchor.north_m)
     if not grid.contains(anchor.east_m, anchor.north_m):
         return [
             f"Anchor {anchor.id} is {outside_m:.0f} m outside the DEM; ground between it and the DEM is not known "

@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from pydantic import ValidationError
+
 from service.errors import RequestError
-from service.schemas import AnchorIn
+from service.schemas import AnchorIn, sentence_of
 
 __all__ = ["anchor_from_text", "position_fields"]
 
@@ -15,12 +17,15 @@ FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (al
 
 
 def anchor_from_text(text: str, *, lonlat: bool) -> AnchorIn:
-    """The anchor that an --anchor option describes. Raises RequestError, pydantic.ValidationError."""
+    """The anchor that an --anchor option describes. Raises RequestError."""
     name, comma, position = text.partition(",")
     if not comma:
         raise RequestError(f"--anchor {text!r} is not of the form {FORM}.")
     fields = position_fields(position, lonlat=lonlat, complaint=f"--anchor {text!r} is not of the form {FORM}.")
-    return AnchorIn.model_validate({"id": name.strip(), **fields})
+    try:
+        return AnchorIn.model_validate({"id": name.strip(), **fields})
+    except ValidationError as error:
+        raise RequestError(f"--anchor {text!r}: {sentence_of(error)}") from error
 
 
 def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, Any]:
@@ -33,6 +38,10 @@ def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, Any
         first, second, metres = float(parts[0]), float(parts[1]), float(height["metres"])
     except ValueError as error:
         raise RequestError(complaint) from error
+    if lonlat and abs(first) <= 90.0 < abs(second) <= 360.0:
+        raise RequestError(
+            f"{second:g} degrees is no latitude; --lonlat takes the longitude first: {second:g},{first:g}."
+        )
     pair = ("lon_deg", "lat_deg") if lonlat else ("east_m", "north_m")
     kind = "above_ground_m" if height["above"].lower() == "agl" else "altitude_m"
     return {pair[0]: first, pair[1]: second, kind: metres}

@@ -94,6 +94,15 @@ def test_a_receiver_altitude_is_compared_directly():
     np.testing.assert_array_equal((finished.visible == 1)[known], (finished.altitude_m <= 85.0)[known])
 
 
+@pytest.mark.parametrize(("altitude_m", "below"), [(20.0, True), (1000.0, False)])
+def test_a_receiver_altitude_under_the_ground_is_warned_of(altitude_m, below):
+    finished = small_map(receiver_altitude_m=altitude_m)
+    underground = finished.grid.heights_m > altitude_m
+    assert not np.any(finished.visible[:, underground] == 1)
+    sentence = f"below the ground at {np.count_nonzero(underground):,} of {ROWS * COLS - 9:,} known posts"
+    assert any(sentence in warning for warning in finished.calculation.warnings) == below
+
+
 def test_progress_grows_to_one():
     anchors = [{"id": f"A{i}", "east_m": 400_100.0, "north_m": 3_799_900.0, "altitude_m": 90.0 + i} for i in range(9)]
     shares = []
