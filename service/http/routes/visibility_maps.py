@@ -37,7 +37,7 @@ KIND = JobKind.VISIBILITY_MAP
     responses={
         201: {"description": "Calculated within the wait.", "headers": LOCATION},
         202: {"description": "Taken in; follow Location.", "headers": LOCATION, "model": VisibilityMapOut},
-        **problem_responses(400, 404, 413, 422, 503, 507),
+        **problem_responses(400, 404, 413, 415, 422, 503, 507),
     },
 )
 async def ask_for_visibility_map(
