@@ -5,33 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid, height_at
-from visibility import FLAT, UNKNOWN, VISIBLE, Anchor, Curvature, min_visible_altitude
+from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
 
+from .map_facts import Calculation, curvature_of, dem_summary, share_of
 from .positions import resolve_anchor
-from .schemas.visibility_maps import CurvatureIn, VisibilityMapParameters
+from .schemas.visibility_maps import VisibilityMapParameters
 
-__all__ = ["Calculation", "VisibilityMap", "calculate", "crs_label", "dem_name", "dem_summary"]
+__all__ = ["VisibilityMap", "calculate"]
 
 # What is left for counting once the sight lines are done.
 SHARE_OF_SIGHT_LINES = 0.95
-
-
-@dataclass(frozen=True, slots=True)
-class Calculation:
-    """How a map came about: what every answer has to carry."""
-
-    error_statement: str
-    curvature: str
-    warnings: tuple[str, ...]
-    elapsed_s: float
-    version: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +90,7 @@ def calculate(
         grid,
         anchors,
         parameters.mode,
-        _curvature(parameters),
+        curvature_of(parameters),
         unknown=parameters.unknown,
         progress=None if progress is None else lambda share: progress(SHARE_OF_SIGHT_LINES * share),
     )
@@ -130,38 +119,6 @@ def calculate(
     return finished
 
 
-def crs_label(grid: ElevationGrid) -> str:
-    """How people call the grid's CRS: its code, its name where it has none, or that it is local."""
-    if grid.crs is None:
-        return "local frame"
-    authority = grid.crs.to_authority()
-    return ":".join(authority) if authority else str(grid.crs.name)
-
-
-def dem_name(grid: ElevationGrid) -> str:
-    """What to call the DEM in titles: the name of its file without folders, or a word for one made in memory."""
-    return PurePath(grid.provenance.source).name or "unnamed grid"
-
-
-def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
-    """Which ground this is: name, digest, size, place and what was converted, ready for JSON."""
-    west_m, south_m, east_m, north_m = grid.bounds_m
-    return {
-        "name": dem_name(grid),
-        "sha256": grid.digest,
-        "rows": grid.rows,
-        "cols": grid.cols,
-        "cell_east_m": grid.cell_east_m,
-        "cell_north_m": grid.cell_north_m,
-        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
-        "crs": None if grid.crs is None else grid.crs.to_string(),
-        "crs_name": crs_label(grid),
-        "vertical_datum": grid.vertical_datum,
-        "unknown_posts": grid.unknown_posts,
-        "conversions": list(grid.provenance.conversions),
-    }
-
-
 def _receiver_warnings(grid: ElevationGrid, receiver_altitude_m: float | None) -> tuple[str, ...]:
     if receiver_altitude_m is None:
         return ()
@@ -173,12 +130,6 @@ def _receiver_warnings(grid: ElevationGrid, receiver_altitude_m: float | None) -
         f"The receiver's altitude of {receiver_altitude_m:g} m is below the ground at {below:,} of {known_posts:,} "
         "known posts; no anchor is in sight there.",
     )
-
-
-def _curvature(parameters: VisibilityMapParameters) -> Curvature | None:
-    if isinstance(parameters.curvature, CurvatureIn):
-        return Curvature(parameters.curvature.radius_m, parameters.curvature.refraction_k)
-    return FLAT if parameters.curvature == "flat" else None
 
 
 def _count(visible: npt.NDArray[np.uint8], value: np.uint8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
@@ -205,9 +156,9 @@ def _anchor_summary(
         "north_m": anchor.north_m,
         "altitude_m": anchor.altitude_m,
         "above_ground_m": None if math.isnan(ground_m) else anchor.altitude_m - ground_m,
-        "visible_share": _share(seen, known_posts),
-        "hidden_share": _share(known_posts - seen - unknown, known_posts),
-        "unknown_share": _share(unknown, known_posts),
+        "visible_share": share_of(seen, known_posts),
+        "hidden_share": share_of(known_posts - seen - unknown, known_posts),
+        "unknown_share": share_of(unknown, known_posts),
     }
 
 
@@ -216,11 +167,6 @@ def _count_histogram(
 ) -> list[dict[str, Any]]:
     posts = np.bincount((count if known is None else count[known]).ravel(), minlength=n_anchors + 1)
     return [
-        {"visible_anchors": number, "posts": int(posts[number]), "share": _share(int(posts[number]), known_posts)}
+        {"visible_anchors": number, "posts": int(posts[number]), "share": share_of(int(posts[number]), known_posts)}
         for number in range(n_anchors + 1)
     ]
-
-
-def _share(posts: int, known_posts: int) -> float | None:
-    """Part of the known posts; None where nothing is known."""
-    return posts / known_posts if known_posts else None

@@ -14,8 +14,9 @@ import pyproj
 from terrain import ElevationGrid, Provenance
 from visibility import Anchor
 
+from .map_facts import Calculation
 from .schemas.visibility_maps import VisibilityMapParameters
-from .visibility_map import Calculation, VisibilityMap
+from .visibility_map import VisibilityMap
 
 __all__ = ["load", "save"]
 

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from service.visibility_map import VisibilityMap, crs_label, dem_name
+from service.map_facts import crs_label, dem_name
+from service.visibility_map import VisibilityMap
 
 from .classes import NO_GROUND_COLOUR, UNKNOWN_COLOUR, CountClass, count_classes, lookup_table
 from .furniture import ANCHOR_COLOUR, INK, draw_anchors, draw_scale_and_north

@@ -3,6 +3,7 @@
 from .anchors import AnchorIn
 from .points import PointIn
 from .sentences import sentence_of
-from .visibility_maps import CurvatureIn, VisibilityMapParameters
+from .sight import CurvatureIn
+from .visibility_maps import VisibilityMapParameters
 
 __all__ = ["AnchorIn", "CurvatureIn", "PointIn", "VisibilityMapParameters", "sentence_of"]

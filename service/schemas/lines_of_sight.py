@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from .jobs import JobOut
 from .pages import Page
 from .points import Metres, PointIn, StrictModel
-from .visibility_maps import CurvatureChoice
+from .sight import CurvatureChoice
 
 __all__ = [
     "LineOut",

@@ -2,40 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Self
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from .anchors import AnchorIn
-from .points import Metres, NotNegativeMetres, StrictModel
+from .points import Metres, NotNegativeMetres
+from .sight import SightParameters
 
-__all__ = ["CurvatureIn", "VisibilityMapParameters"]
+__all__ = ["VisibilityMapParameters"]
 
 DEFAULT_RECEIVER_ABOVE_GROUND_M = 1.5
 
 
-class CurvatureIn(StrictModel):
-    """Curvature given by numbers: ground at distance d is lowered by d²/(2·refraction_k·radius_m)."""
-
-    radius_m: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)] = Field(
-        description="Mean radius of the body, metres."
-    )
-    refraction_k: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)] = Field(
-        1.0, description="Effective-radius factor k, no unit: 4/3 for radio on Earth, 1 without air."
-    )
-
-
-def _word_or_numbers(value: Any) -> str:
-    return "word" if isinstance(value, str) else "numbers"
-
-
-CurvatureChoice = Annotated[
-    Annotated[Literal["auto", "flat"], Tag("word")] | Annotated[CurvatureIn, Tag("numbers")],
-    Discriminator(_word_or_numbers),
-]
-
-
-class VisibilityMapParameters(StrictModel):
+class VisibilityMapParameters(SightParameters):
     """Anchors, receiver height and how to calculate."""
 
     model_config = ConfigDict(
@@ -62,15 +42,6 @@ class VisibilityMapParameters(StrictModel):
     receiver_altitude_m: Metres | None = Field(
         None, description="One altitude of the receiver over all posts, metres in the DEM's vertical datum."
     )
-    mode: Literal["fast", "exact"] = Field(
-        "fast", description="fast: the column sweep, with its stated error; exact: every edge that the line crosses."
-    )
-    unknown: Literal["unknown", "open", "blocked"] = Field(
-        "unknown", description="What a sight line over unknown ground is, unless known ground blocks it already."
-    )
-    curvature: CurvatureChoice = Field(
-        "auto", description="auto: what the DEM's CRS implies (flat without a CRS); flat: none; or numbers."
-    )
 
     @model_validator(mode="before")
     @classmethod
@@ -80,12 +51,8 @@ class VisibilityMapParameters(StrictModel):
         return given
 
     @model_validator(mode="after")
-    def _one_receiver_height_and_unique_ids(self) -> Self:
+    def _one_receiver_height(self) -> Self:
         if (self.receiver_above_ground_m is None) == (self.receiver_altitude_m is None):
             given = "neither was" if self.receiver_altitude_m is None else "both were"
             raise ValueError(f"Give exactly one of receiver_above_ground_m and receiver_altitude_m; {given} given.")
-        ids = [anchor.id for anchor in self.anchors]
-        twice = sorted({i for i in ids if ids.count(i) > 1})
-        if twice:
-            raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
         return self

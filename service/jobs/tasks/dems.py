@@ -11,7 +11,7 @@ import numpy as np
 from dem_samples import sample_path
 from service.jobs.dem_files import save_grid
 from service.jobs.folder import make_durable
-from service.visibility_map import dem_summary
+from service.map_facts import dem_summary
 from terrain import ElevationGrid, read_dem
 
 from .context import TaskContext

@@ -17,7 +17,7 @@ from service.jobs.folder import digest_of, make_durable
 from service.point_arrays import points_in_grid
 from service.schemas import sentence_of
 from service.schemas.lines_of_sight import LinesOfSightIn
-from service.schemas.visibility_maps import CurvatureIn
+from service.schemas.sight import CurvatureIn
 from terrain import ElevationGrid
 from visibility import FLAT, HIDDEN, UNKNOWN, VISIBLE, Curvature, LinesOfSight, lines_of_sight
 from visibility.sight_points import check_points

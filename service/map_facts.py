@@ -1,0 +1,69 @@
+"""What maps of every kind say about themselves: the ground, the calculation, shares of the known posts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+from terrain import ElevationGrid
+from visibility import FLAT, Curvature
+
+from .schemas.sight import CurvatureIn, SightParameters
+
+__all__ = ["Calculation", "crs_label", "curvature_of", "dem_name", "dem_summary", "share_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Calculation:
+    """How a map came about: what every answer has to carry."""
+
+    error_statement: str
+    curvature: str
+    warnings: tuple[str, ...]
+    elapsed_s: float
+    version: str
+
+
+def crs_label(grid: ElevationGrid) -> str:
+    """How people call the grid's CRS: its code, its name where it has none, or that it is local."""
+    if grid.crs is None:
+        return "local frame"
+    authority = grid.crs.to_authority()
+    return ":".join(authority) if authority else str(grid.crs.name)
+
+
+def dem_name(grid: ElevationGrid) -> str:
+    """What to call the DEM in titles: the name of its file without folders, or a word for one made in memory."""
+    return PurePath(grid.provenance.source).name or "unnamed grid"
+
+
+def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+    """Which ground this is: name, digest, size, place and what was converted, ready for JSON."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    return {
+        "name": dem_name(grid),
+        "sha256": grid.digest,
+        "rows": grid.rows,
+        "cols": grid.cols,
+        "cell_east_m": grid.cell_east_m,
+        "cell_north_m": grid.cell_north_m,
+        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
+        "crs": None if grid.crs is None else grid.crs.to_string(),
+        "crs_name": crs_label(grid),
+        "vertical_datum": grid.vertical_datum,
+        "unknown_posts": grid.unknown_posts,
+        "conversions": list(grid.provenance.conversions),
+    }
+
+
+def curvature_of(parameters: SightParameters) -> Curvature | None:
+    """The curvature asked for; None leaves it to the grid's CRS."""
+    if isinstance(parameters.curvature, CurvatureIn):
+        return Curvature(parameters.curvature.radius_m, parameters.curvature.refraction_k)
+    return FLAT if parameters.curvature == "flat" else None
+
+
+def share_of(posts: int, known_posts: int) -> float | None:
+    """Part of the known posts; None where nothing is known."""
+    return posts / known_posts if known_posts else None
