@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tokenize
 import zipfile
@@ -22,6 +23,9 @@ __all__ = ["read_npy", "read_npz", "write_npz"]
 
 LAYOUT = "sightline-dem-1"
 NPZ_NUMBERS = ("cell_east_m", "cell_north_m", "origin_east_m", "origin_north_m")
+NPZ_TEXTS = ("layout", "crs_wkt", "vertical_datum", "provenance")
+# a CRS as WKT has a few thousand characters; what unpacks to more is no description of a grid
+MAX_DETAIL_BYTES = 4_000_000
 
 # everything that zipfile, zlib and numpy's header parser raise over damaged bytes
 DAMAGE = (
@@ -58,12 +62,13 @@ def read_npz(file: Path, *, max_cells: int) -> RawDem:
     try:
         with zipfile.ZipFile(file) as archive, archive.open("heights_m.npy") as member:
             _check_header(file.name, member, max_cells, archive.getinfo("heights_m.npy").compress_size)
+            for detail in archive.infolist():
+                if detail.filename.removesuffix(".npy") in {*NPZ_NUMBERS, *NPZ_TEXTS}:
+                    _check_detail(file.name, archive, detail)
         with np.load(file, allow_pickle=False) as arrays:
             values = arrays["heights_m"]
             numbers = {key: float(arrays[key]) for key in NPZ_NUMBERS if key in arrays}
-            texts = {
-                key: str(arrays[key]) for key in ("layout", "crs_wkt", "vertical_datum", "provenance") if key in arrays
-            }
+            texts = {key: str(arrays[key]) for key in NPZ_TEXTS if key in arrays}
         conversions, warnings = _notes(texts)
     except DAMAGE as error:
         raise DemFormatError(f"{file.name} is a damaged .npz file, or holds something other than numbers.") from error
@@ -109,6 +114,14 @@ def _notes(texts: dict[str, str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         return (), ()
     notes = json.loads(texts["provenance"])
     return tuple(map(str, notes["conversions"])), tuple(map(str, notes["warnings"]))
+
+
+def _check_detail(name: str, archive: zipfile.ZipFile, detail: zipfile.ZipInfo) -> None:
+    """Refuse a number or text that is, or says that it is, far more than one: a small file must not fill the memory."""
+    with archive.open(detail) as member:
+        shape, kind = _header(member)
+    if max(detail.file_size, kind.itemsize * math.prod(shape)) > MAX_DETAIL_BYTES:
+        raise DemFormatError(f"{name} holds far too much as {detail.filename!r}, where one number or text belongs.")
 
 
 def _check_header(name: str, stream: IO[bytes], max_cells: int, packed_bytes: int) -> None:

@@ -41,13 +41,26 @@ def local_file(path: str | os.PathLike[str]) -> Path:
         raise DemReadError("The path of a DEM must be text, not bytes.")
     if "://" in text or text.lower().startswith("/vsi") or "\0" in text:
         raise DemFormatError(f"{text[:80]!r} is not a file on this machine; download the DEM and give its path.")
-    file = Path(text).expanduser()
-    if file.is_dir():
+    if not text:
+        raise DemReadError("The path of the DEM is empty; give the path of a file.")
+    try:
+        file = Path(text).expanduser()
+        is_folder, is_file = file.is_dir(), file.is_file()
+        file.name.encode()  # GDAL takes names as UTF-8 only
+    except (OSError, RuntimeError, UnicodeEncodeError) as error:
+        raise DemReadError(f"{text[:80]!r} cannot be the name of a DEM file: {_reason(error)}.") from error
+    if is_folder:
         raise DemReadError(f"{file.name or text} is a folder; give the DEM file in it.")
-    if not file.is_file():
+    if not is_file:
         raise DemReadError(f"There is no DEM file {text[:200]!r}.")
     # absolute, so that no file name can be read as a GDAL prefix such as GTIFF_DIR:
     return file.resolve()
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, UnicodeEncodeError):
+        return "it is not UTF-8"
+    return str(getattr(error, "strerror", None) or error).rstrip(".").lower()
 
 
 def sniff_format(file: Path) -> str:

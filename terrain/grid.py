@@ -17,6 +17,9 @@ from .errors import ElevationGridError
 
 __all__ = ["ElevationGrid", "Provenance"]
 
+# posts closer than this lie on one another in UTM coordinates; no planet has room for two that are further apart
+SMALLEST_CELL_M, LARGEST_CELL_M = 1e-6, 1e8
+
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
@@ -68,6 +71,11 @@ class ElevationGrid:
             value = float(getattr(self, name))
             if not (math.isfinite(value) and value > 0.0):
                 raise ElevationGridError(f"{name} must be a positive number of metres, not {value}.")
+            if not SMALLEST_CELL_M <= value <= LARGEST_CELL_M:
+                raise ElevationGridError(
+                    f"{name} must lie between {SMALLEST_CELL_M:g} and {LARGEST_CELL_M:g} m, not be {value:g} m; "
+                    "is it in another unit?"
+                )
             object.__setattr__(self, name, value)
         for name in ("origin_east_m", "origin_north_m"):
             value = float(getattr(self, name))

@@ -59,6 +59,11 @@ def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cell
     if dataset.driver == "AAIGrid" and rows * cols * 2 > file_bytes + 1:
         raise DemFormatError(f"{name} is cut short: {rows} × {cols} heights do not fit into {file_bytes:,} bytes.")
     _check_bands(name, dataset, kind, notes)
+    scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
+    if not (math.isfinite(scale) and math.isfinite(offset)) or scale == 0.0:
+        raise DemUnsupportedError(
+            f"{name} says that its heights are its values × {scale:g} + {offset:g}, which makes no heights of them."
+        )
     x0, y0, step_x, step_y = _geometry(name, dataset, cell_m, notes)
     crs, datum, crs_unit = _crs(file, dataset, notes)
     tags = dataset.tags()
@@ -82,8 +87,8 @@ def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cell
     return RawDem(
         values, declared_void, x0, y0, step_x, step_y, crs,
         driver=dataset.driver,
-        scale=float(dataset.scales[0]),
-        offset=float(dataset.offsets[0]),
+        scale=scale,
+        offset=offset,
         height_unit=height_unit_of(dataset.units[0]) or height_unit_of(crs_unit),
         vertical_datum=datum,
         conversions=tuple(notes.conversions),

@@ -66,3 +66,8 @@ def test_other_shapes_are_refused(tmp_path: Path, shape: tuple[int, ...]) -> Non
     np.save(tmp_path / "dem.npy", np.zeros(shape))
     with pytest.raises(DemUnsupportedError, match="must hold a \\(rows, cols\\) array of real heights"):
         read_dem(tmp_path / "dem.npy", cell_m=1.0)
+
+
+def test_half_precision_heights_are_read(tmp_path: Path) -> None:
+    np.savez(tmp_path / "dem.npz", heights_m=hill().astype("f2"), cell_east_m=2.0, cell_north_m=3.0)
+    np.testing.assert_array_equal(read_dem(tmp_path / "dem.npz").heights_m, hill().astype("f2").astype("f4"))

@@ -240,3 +240,40 @@ def test_files_beside_the_dem_are_not_looked_at(tmp_path: Path) -> None:
     before = sorted(tmp_path.iterdir())
     read_dem(path, cell_m=1.0)
     assert sorted(tmp_path.iterdir()) == before, "and nothing is written there"
+
+
+@pytest.mark.parametrize("detail", ["cell_east_m", "crs_wkt", "provenance"])
+@pytest.mark.parametrize("says", [(50_000_000,), (10**13,)], ids=["and is", "and lies"])
+def test_an_npz_whose_numbers_or_texts_unpack_to_a_mass_is_not_unpacked(
+    tmp_path: Path, detail: str, says: tuple[int, ...]
+) -> None:
+    np.savez(tmp_path / "dem.npz", heights_m=hill(), cell_north_m=10.0)
+    with (
+        zipfile.ZipFile(tmp_path / "dem.npz", "a", zipfile.ZIP_DEFLATED) as archive,
+        archive.open(f"{detail}.npy", "w") as member,
+    ):
+        np.lib.format.write_array_header_1_0(member, {"descr": "|u1", "fortran_order": False, "shape": says})
+        member.write(bytes(min(says[0], 50_000_000)) if says[0] < 10**9 else b"0")
+    refused(tmp_path / "dem.npz", DemFormatError, f"far too much as '{detail}.npy', where one number or text belongs")
+
+
+@pytest.mark.parametrize(
+    ("scale", "offset"), [(float("nan"), 0.0), (float("inf"), 0.0), (0.0, 5.0), (1.0, float("nan"))]
+)
+def test_a_scale_that_makes_no_heights_is_named(tmp_path: Path, scale: float, offset: float) -> None:
+    path = write_tif(tmp_path / "scaled.tif", hill(), scales=(scale,), offsets=(offset,))
+    refused(path, DemUnsupportedError, "which makes no heights of them")
+
+
+@pytest.mark.parametrize("cell", [1e-300, 5e-324, 1e-9])
+def test_cells_too_small_to_be_told_apart_are_refused(tmp_path: Path, cell: float) -> None:
+    path = write_tif(tmp_path / "tiny.tif", hill(), transform=rasterio.Affine(cell, 0, 500_000, 0, -cell, 5_000_000))
+    refused(path, DemReadError, "cell_east_m must lie between 1e-06 and 1e.08 m")
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [("x" * 5000, "file name too long"), ("", "The path of the DEM is empty"), ("\udcff.tif", "it is not UTF-8")],
+)
+def test_names_that_no_file_can_have_are_told_in_a_sentence(path: str, words: str) -> None:
+    refused(path, DemReadError, words)
