@@ -105,7 +105,8 @@ def _with_unknown(
 
     An eye at height 0 over flat known ground with unknown posts as bumps: whatever a bump hides is behind unknown.
     """
-    hidden_below_m[hidden_below_m < -1e20] = -np.inf  # nothing known in the way, and no ground of its own
+    # nothing known in the way, and no ground of its own; straight below the eye NaN says the same
+    hidden_below_m[~(hidden_below_m >= -1e20)] = -np.inf
     if unknown == "open":
         return hidden_below_m, hidden_below_m
     void = np.isnan(heights_m)

@@ -12,7 +12,7 @@ from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
 
-SNAP_CELLS = 1e-9
+SNAP_CELLS = 1e-6  # as terrain.height_at: an eye on the ground and the ground beneath it move together
 
 
 def sweep(

@@ -51,7 +51,7 @@ def share_out(
     drop_per_step2_m: tuple[float, float],
     block_rays: int,
 ) -> Work:
-    """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to numba's threads.
+    """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to threads.
 
     drop_per_step2_m: curvature drop in metres per squared row step and per squared column step.
     """
@@ -104,6 +104,9 @@ def _blocks(
             t_0 = (math.floor(t_low * far + across_0) - across_0) / far
             # a whole number of the coarsest steps
             rays = max(math.ceil((t_high - t_0) / (dt * COARSEST)), 1) * COARSEST + 1
+            if t_high == 0.0:
+                # an eye on the last border: the last ray runs along it, and those to spare beyond the other end
+                t_0 = -(rays - 1) * dt
             # blocks of like size, rather than full ones and a splinter
             blocks = max(round((rays - 1) / block_rays), 1)
             each = math.ceil((rays - 1) / (blocks * COARSEST)) * COARSEST

@@ -5,8 +5,8 @@ import pytest
 
 from terrain.synthetic import fractal
 from tests.reference.minimum_altitude import minimum_altitude
-from tests.visibility.grounds import clearing_eye, hills, real_dem, rough, window
-from visibility import FLAT, Curvature, min_visible_altitude
+from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
+from visibility import FLAT, Curvature, anchor_above_ground, min_visible_altitude
 from visibility.ray_triangle import grid_surface_mesh, mesh_blocks
 
 ONE_MILLIMETRE = 1e-3
@@ -117,3 +117,13 @@ def test_the_cost_per_post_grows_no_faster_than_a_logarithm_because_horizons_sta
         n = merge(horizon, n, pieces, len(post), spare)
         horizon, spare = spare, horizon
         assert n <= 4 * along + 4
+
+
+@pytest.mark.parametrize("beside_cells", [2e-9, 1e-8, 3e-7])
+def test_an_anchor_on_the_ground_a_hair_beside_a_post_sees_what_the_post_sees(beside_cells):
+    grid = rough(5, 60, 41, (0.1, 0.1))
+    on_post = eye(grid, 22, 35, float(grid.heights_m[22, 35]))
+    east_m, north_m = grid.position_of(22 + beside_cells, 35 - beside_cells)
+    beside = anchor_above_ground(grid, "A", east_m, north_m, 0.0)
+    expected, got = (min_visible_altitude(grid, [anchor], mode="exact").altitude_m for anchor in (on_post, beside))
+    np.testing.assert_allclose(got, expected, rtol=0, atol=ONE_MILLIMETRE)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
 from visibility import FLAT, Curvature, fast_sweep, min_visible_altitude
@@ -82,3 +83,17 @@ def test_progress_ends_at_one_and_never_falls():
     assert shares[-1] == 1.0
     assert shares == sorted(shares)
     assert len(shares) >= 3
+
+
+@pytest.mark.parametrize("shape", [(2, 40), (40, 2), (120, 90)])
+@pytest.mark.parametrize("falls", ["outward", "inward"])
+@pytest.mark.parametrize("side", ["north", "south", "west", "east"])
+def test_an_anchor_on_any_border_of_a_plane_sees_all_of_it(side, falls, shape):
+    row, col = np.mgrid[0 : shape[0], 0 : shape[1]]
+    outward = {"north": -row, "south": row, "west": -col, "east": col}[side]
+    grid = ElevationGrid(outward * (-10.0 if falls == "outward" else 10.0), 30.0, 30.0)
+    at = {"north": (0, 7), "south": (shape[0] - 1, 7), "west": (7, 0), "east": (7, shape[1] - 1)}[side]
+    at = tuple(min(index, size - 1) for index, size in zip(at, shape, strict=True))
+    standing = eye(grid, *at, float(grid.heights_m[at]) + 0.001)
+    margin_m = min_visible_altitude(grid, [standing], curvature=FLAT).altitude_m[0] - grid.heights_m
+    assert margin_m.max() <= 0.05

@@ -83,3 +83,13 @@ def test_a_misspelt_choice_is_refused_with_the_choices():
         min_visible_altitude(grid, [eye(grid, 1, 1, 99.0)], unknown="ignore")
     with pytest.raises(VisibilityInputError, match="fast, exact"):
         min_visible_altitude(grid, [eye(grid, 1, 1, 99.0)], mode="quick")
+
+
+@pytest.mark.parametrize("mode", ["fast", "exact"])
+def test_a_void_post_straight_below_the_anchor_is_open_like_its_neighbours_when_asked(mode):
+    heights_m = np.zeros((9, 9))
+    heights_m[4, 4] = np.nan
+    grid = ElevationGrid(heights_m, 10.0, 10.0)
+    answer = min_visible_altitude(grid, [eye(grid, 4, 4, 100.0)], mode, unknown="open")
+    assert (answer.visible(altitude_m=50.0) == VISIBLE).all()
+    assert not np.isnan(answer.altitude_m).any()
