@@ -17,13 +17,13 @@ setup: $(WARM)
 
 $(INSTALLED): pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Sightline needs Python 3.11 or newer with venv on PATH, or PYTHON=/path/to/python." >&2; exit 2; }
-	@echo "Setting up $(VENV) with $(PYTHON); the first time takes a minute or two ..."
+	@echo "Setting up $(VENV) with $(PYTHON); the first time takes a minute or more ..."
 	@"$(PYTHON)" -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test,bench]'
 	@touch $@
 
 $(WARM): $(INSTALLED) $(KERNELS)
-	@echo "Compiling the kernels into their cache ..."
+	@echo "Compiling the kernels into their cache, which takes a minute or more ..."
 	@$(BIN)/sightline warm-up
 	@touch $@
 
