@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 from numba.core import dispatcher as numba_dispatcher
 
@@ -27,6 +28,12 @@ PACKAGES = ("terrain", "visibility", "detection", "navigation", "planning")
 # The default layer aborts the process when two threads call parallel kernels at once; OpenMP and TBB do not.
 numba.config.THREADING_LAYER = "threadsafe"
 numba.config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
+
+# LLVM splits AVX-512 vectors in halves for fear of slow clocks on old processors; gathers lose half their speed by it.
+if not numba.config.CPU_FEATURES and not numba.config.CPU_NAME:
+    _features = llvm.get_host_cpu_features()
+    if _features.get("avx512f"):
+        numba.config.CPU_FEATURES = f"{_features.flatten()},-prefer-256-bit"
 
 # NaN means "unknown" here, so the flags that let the compiler assume there are none ("nnan", "ninf") stay out.
 FASTMATH = frozenset({"nsz", "arcp", "contract", "afn"})
