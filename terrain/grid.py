@@ -73,8 +73,7 @@ class ElevationGrid:
                 raise ElevationGridError(f"{name} must be a positive number of metres, not {value}.")
             if not SMALLEST_CELL_M <= value <= LARGEST_CELL_M:
                 raise ElevationGridError(
-                    f"{name} must lie between {SMALLEST_CELL_M:g} and {LARGEST_CELL_M:g} m, not be {value:g} m; "
-                    "is it in another unit?"
+                    f"{name} must lie between {SMALLEST_CELL_M:g} and {LARGEST_CELL_M:g} m, not be {value:g} m."
                 )
             object.__setattr__(self, name, value)
         for name in ("origin_east_m", "origin_north_m"):
