@@ -1,0 +1,91 @@
+"""The paper's case says what its page says: good and bad geometry, and a flight that loses satellites."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.paper import write_case
+from benchmarks.paper_case import (
+    ALMANAC_FILE,
+    BAD,
+    DEM_FILE,
+    GOOD,
+    LIMIT,
+    Scene,
+    mountain_almanac,
+    open_sky_pdop,
+    read_mountains,
+    scene,
+    sections,
+)
+from benchmarks.paper_flight import ABOVE_GROUND_M, TAKE_OFF, fly, valley_path
+
+pytestmark = pytest.mark.skipif(
+    not (DEM_FILE.is_file() and ALMANAC_FILE.is_file()), reason="the real DEM and almanac are not beside the checkout"
+)
+
+
+@pytest.fixture(scope="module")
+def scenes() -> tuple[Scene, Scene]:
+    whole, almanac = read_mountains(), mountain_almanac()
+    return scene(whole, almanac, GOOD), scene(whole, almanac, BAD)
+
+
+def test_twelve_satellites_stand_well_at_one_time_and_badly_at_the_other(scenes: tuple[Scene, Scene]) -> None:
+    good, bad = scenes
+    assert len(good.surfaces.anchors) == len(bad.surfaces.anchors) == 12
+    assert open_sky_pdop(good) == pytest.approx(1.21, abs=0.005)
+    assert open_sky_pdop(bad) == pytest.approx(2.28, abs=0.005)
+
+
+def test_bad_geometry_closes_the_air_near_most_of_the_ground(scenes: tuple[Scene, Scene]) -> None:
+    good, bad = (shown.morphing.above_ground_m for shown in scenes)
+    assert np.mean(good > 0.0) == pytest.approx(0.29, abs=0.01)
+    assert np.mean(bad > 0.0) == pytest.approx(0.91, abs=0.01)
+    assert np.nanmax(good) == pytest.approx(315.0, abs=5.0)
+    assert np.nanmax(bad) == pytest.approx(662.0, abs=5.0)
+
+
+def test_the_morphing_map_lies_between_the_layers_of_the_section_where_the_limit_is_passed(
+    scenes: tuple[Scene, Scene],
+) -> None:
+    good, _ = scenes
+    cut, _ = sections(good)
+    grid = good.grid
+    row = np.rint((grid.origin_north_m - cut.north_m) / grid.cell_north_m).astype(int)
+    col = np.rint((cut.east_m - grid.origin_east_m) / grid.cell_east_m).astype(int)
+    floor_m = good.morphing.altitude_m[row, col]
+    above, below = cut.altitude_m > floor_m + 0.05, (cut.altitude_m < floor_m - 0.05) & ~cut.below_ground
+    assert (cut.dop[above] < LIMIT.dop_limit).all()
+    single = good.morphing.no_flight_intervals[row, col] == 1
+    assert (cut.dop[:, single][below[:, single]] >= LIMIT.dop_limit).all()
+    assert below[:, single].sum() > 100
+
+
+def test_a_flight_up_the_valley_keeps_its_height_and_loses_satellites() -> None:
+    flown = fly(read_mountains(), mountain_almanac(), TAKE_OFF)
+    assert (flown.points_m[:, 2] - flown.ground_m >= ABOVE_GROUND_M - 1e-6).all()
+    assert (flown.visible <= flown.total).all()
+    assert (flown.visible.min(), flown.total.max()) == (8, 12)
+    assert (flown.pdop >= flown.pdop_total - 1e-9).all(), "fewer satellites never fix better"
+    assert np.mean(flown.pdop >= LIMIT.dop_limit) == pytest.approx(0.47, abs=0.02)
+
+
+def test_the_way_stays_on_the_floor_of_the_valley(scenes: tuple[Scene, Scene]) -> None:
+    grid = scenes[0].grid
+    points_m = valley_path(grid)
+    step_m = np.hypot(*np.diff(points_m[:, :2], axis=0).T)
+    assert step_m.max() <= 2.001, "20 m/s at 10 Hz"
+    assert points_m[:, 2].max() < np.median(grid.heights_m), "the floor, not the slopes"
+
+
+def test_the_pictures_of_the_page_are_those_that_the_command_writes_and_small(tmp_path: Path) -> None:
+    paths, sentences = write_case(DEM_FILE, ALMANAC_FILE, tmp_path)
+    page = (Path(__file__).parents[2] / "docs" / "paper-case.md").read_text(encoding="utf-8")
+    for path in paths:
+        assert f"images/paper/{path.name}" in page
+        assert path.stat().st_size < 200_000
+    assert len(sentences) == 3
