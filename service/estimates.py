@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from terrain import ElevationGrid
-
 from .errors import LimitError
 from .settings import GIB, Settings
 
-__all__ = ["Estimate", "estimate_visibility_map", "refuse_beyond_limits"]
+__all__ = ["Estimate", "estimate_map", "refuse_beyond_limits"]
 
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
@@ -36,9 +34,8 @@ class Estimate:
         )
 
 
-def estimate_visibility_map(grid: ElevationGrid, anchors: int, mode: Literal["fast", "exact"]) -> Estimate:
-    """What a visibility map of so many anchors takes."""
-    cells = grid.heights_m.size
+def estimate_map(cells: int, anchors: int, mode: Literal["fast", "exact"]) -> Estimate:
+    """What a map of so many cells and anchors takes, satellites among them: nearly all of it is their sight lines."""
     return Estimate(
         cells,
         anchors,

@@ -15,7 +15,12 @@ from .problems import FailedJob, problem_of
 
 __all__ = ["after_waiting", "finished", "path_of", "state_of"]
 
-PATHS = {JobKind.VISIBILITY_MAP: "/visibility-maps", JobKind.LINES_OF_SIGHT: "/lines-of-sight"}
+PATHS = {
+    JobKind.VISIBILITY_MAP: "/visibility-maps",
+    JobKind.DOP_MAP: "/dop-maps",
+    JobKind.MORPHING_MAP: "/morphing-maps",
+    JobKind.LINES_OF_SIGHT: "/lines-of-sight",
+}
 RETRY_AFTER_S = 1
 
 

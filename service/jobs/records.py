@@ -14,6 +14,8 @@ class JobKind(StrEnum):
     """What a job calculates."""
 
     VISIBILITY_MAP = "visibility-map"
+    DOP_MAP = "dop-map"
+    MORPHING_MAP = "morphing-map"
     LINES_OF_SIGHT = "lines-of-sight"
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pyproj
 
 from service.layers import write_layer
+from service.map_store import load, save
 from service.schemas import VisibilityMapParameters
 from service.visibility_map import calculate
-from service.visibility_map_store import load, save
 from service.warm_up import warm_up
 from terrain import ElevationGrid
 

@@ -1,5 +1,6 @@
-"""What a finished visibility map can be downloaded as: one registry of layers for the command line and for HTTP."""
+"""What finished maps can be downloaded as: one registry of layers for the command line and for HTTP."""
 
-from .registry import LAYERS, Layer, write_layer
+from .layer import Layer
+from .registry import LAYERS, write_layer
 
 __all__ = ["LAYERS", "Layer", "write_layer"]

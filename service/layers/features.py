@@ -9,7 +9,10 @@ from typing import Any
 from service.visibility_map import VisibilityMap
 from terrain import to_lon_lat
 
-__all__ = ["write_anchors"]
+__all__ = ["LOCAL_METRES", "write_anchors"]
+
+# what a FeatureCollection without a CRS says
+LOCAL_METRES = {"coordinates_are": "metres east and north in the DEM's local frame, which has no CRS"}
 
 # Told by the geometry and by the altitude that came of it.
 POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "above_ground_m", "altitude_m"}
@@ -40,7 +43,7 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
         )
     collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
     if grid.crs is None:
-        collection["coordinates_are"] = "metres east and north in the DEM's local frame, which has no CRS"
+        collection |= LOCAL_METRES
     path.write_text(json.dumps(collection, allow_nan=False, indent=1), encoding="utf-8")
 
 

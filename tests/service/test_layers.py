@@ -8,12 +8,14 @@ import pytest
 import rasterio
 from PIL import Image
 
-from service.layers import LAYERS, write_layer
+from service.layers import LAYERS as LAYERS_OF
+from service.layers import write_layer
 from service.schemas import AnchorIn
 from terrain import ElevationGrid, to_grid_frame
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, COLS, HOLE, NORTH_M, ROWS, WEST_M, small_map
 from visibility import HIDDEN, VISIBLE
 
+LAYERS = LAYERS_OF["visibility-map"]
 MILLIMETRE = 1e-3
 MARS = "+proj=eqc +lat_ts=0 +lon_0=0 +R=3396190 +units=m +no_defs"
 

@@ -14,7 +14,7 @@ from service.http.files import file_answer
 from service.http.jobs import after_waiting, finished, path_of, state_of
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind, JobRecord
-from service.layers import LAYERS
+from service.layers import LAYERS as LAYERS_OF
 from service.schemas.pages import Limit, Offset
 from service.schemas.visibility_map_answers import (
     LayerLink,
@@ -28,6 +28,7 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/visibility-maps", tags=["Visibility maps"])
 KIND = JobKind.VISIBILITY_MAP
+LAYERS = LAYERS_OF[KIND]
 
 
 @router.post(
@@ -47,7 +48,7 @@ async def ask_for_visibility_map(
     _refuse_too_many(len(asked.anchors), service)
     parameters = asked.model_dump(mode="json", exclude={"dem_id"}, exclude_none=True)
     await service.supervisor.in_store(service.store.dem, asked.dem_id)
-    await service.supervisor.ask("check-visibility-map", {"dem_id": asked.dem_id, "parameters": parameters})
+    await service.supervisor.ask("check-map", {"product": KIND, "dem_id": asked.dem_id, "parameters": parameters})
     job = await service.supervisor.submit(KIND, asked.dem_id, {"parameters": parameters})
     return _answer(service, await after_waiting(request, response, service, job, wait_s))
 

@@ -1,0 +1,108 @@
+"""The DOP map: how good positioning is at one antenna height over a whole grid, and where it is not good enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+from visibility import GO, NO_GO, Anchor, DistantAnchor, DopReason, dop_map
+
+from .map_facts import Calculation, dem_summary, share_of
+from .ranging_sources import sight_lines, source_summary
+from .schemas.positioning import DopMapParameters
+
+__all__ = ["FinishedDopMap", "calculate_dop_map"]
+
+SHARE_OF_SIGHT_LINES = 0.8
+QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedDopMap:
+    """A finished DOP map; arrays (rows, cols).
+
+    dop: float32, +inf = no fix, NaN = unknown. reasons: uint8, DopReason. count: uint16, anchors surely in sight.
+    no_go: uint8, 1 where positioning is not good enough, 0 where it is, 255 where that is unknown.
+    """
+
+    grid: ElevationGrid
+    anchors: tuple[Anchor | DistantAnchor, ...]
+    parameters: DopMapParameters
+    calculation: Calculation
+    dop: npt.NDArray[np.float32]
+    reasons: npt.NDArray[np.uint8]
+    count: npt.NDArray[np.uint16]
+    no_go: npt.NDArray[np.uint8]
+
+    def summary(self) -> dict[str, Any]:
+        """What dop.json says: plain values, ready for JSON, every number with its unit in its name."""
+        known = ~np.isnan(self.grid.heights_m)
+        known_posts = int(np.count_nonzero(known))
+        no_go, reasons = self.no_go[known], self.reasons[known]
+        go_posts, no_go_posts = int(np.count_nonzero(no_go == GO)), int(np.count_nonzero(no_go == NO_GO))
+        parameters = self.parameters
+        return {
+            "version": self.calculation.version,
+            "mode": parameters.mode,
+            "error_statement": self.calculation.error_statement,
+            "curvature": self.calculation.curvature,
+            "unknown": parameters.unknown,
+            "receiver_above_ground_m": parameters.receiver_above_ground_m,
+            "on_surface": parameters.on_surface,
+            "kind": parameters.kind,
+            "measure": parameters.measure,
+            "dop_limit": parameters.dop_limit,
+            "dem": dem_summary(self.grid),
+            **source_summary(self.grid, self.anchors),
+            "share_within_limit": share_of(go_posts, known_posts),
+            "share_no_go": share_of(no_go_posts, known_posts),
+            "share_unknown": share_of(known_posts - go_posts - no_go_posts, known_posts),
+            "dop_quantiles": _quantiles(self.dop[known]),
+            "posts_by_reason": {reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
+            "warnings": list(self.calculation.warnings),
+            "timing": {"calculation_s": self.calculation.elapsed_s},
+            "parameters": parameters.model_dump(mode="json", exclude_none=True),
+        }
+
+
+def calculate_dop_map(
+    grid: ElevationGrid, parameters: DopMapParameters, progress: Callable[[float], None] | None = None
+) -> FinishedDopMap:
+    """The map that the parameters ask for on this grid; progress is called with the finished share 0..1.
+
+    Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
+    """
+    lines, warnings = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+    found = dop_map(
+        lines,
+        parameters.receiver_above_ground_m,
+        parameters.kind,
+        dilution=parameters.measure,
+        on_surface=parameters.on_surface,
+    )
+    if progress is not None:
+        progress(1.0)
+    calculation = Calculation(
+        lines.error_statement,
+        lines.curvature.sentence(),
+        (*grid.provenance.warnings, *lines.warnings, *warnings),
+        lines.elapsed_s + found.elapsed_s,
+        found.version,
+    )
+    no_go = found.no_go(parameters.dop_limit, parameters.min_anchors or 0)
+    return FinishedDopMap(grid, lines.anchors, parameters, calculation, found.dop, found.reasons, found.count, no_go)
+
+
+def _quantiles(dop: npt.NDArray[np.float32]) -> dict[str, float | None]:
+    """Over the posts of which the dilution is known; None where no number is: no fix is worse than any number."""
+    decided = dop[~np.isnan(dop)]
+    if decided.size == 0:
+        return dict.fromkeys(QUANTILES)
+    # of a method that takes a post's own value, since nothing lies between a number and no fix
+    values = np.quantile(decided, list(QUANTILES.values()), method="inverted_cdf")
+    return {name: float(value) if np.isfinite(value) else None for name, value in zip(QUANTILES, values, strict=True)}

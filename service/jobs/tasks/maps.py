@@ -1,0 +1,65 @@
+"""Maps of every kind in a worker: check what is asked, calculate it, draw its layers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from service.errors import LimitError
+from service.estimates import estimate_map, refuse_beyond_limits
+from service.jobs.folder import digest_of, make_durable
+from service.layers import write_layer
+from service.map_store import load, save
+from service.products import PRODUCTS, Product
+
+from .context import Task, TaskContext
+
+__all__ = ["check_map", "draw_layer", "map_task"]
+
+
+def check_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Refuse what cannot be calculated or is beyond the limits, before anything is allocated for it.
+
+    Raises LimitError, AnchorError, FrameError, AlmanacError, VisibilityInputError.
+    """
+    product = PRODUCTS[arguments["product"]]
+    parameters = product.parameters.model_validate(arguments["parameters"])
+    grid = context.grid(arguments["dem_id"])
+    _refuse(grid.heights_m.size, len(parameters.anchors), parameters.mode, context)
+    sources = product.check(grid, parameters)
+    _refuse(grid.heights_m.size, sources, parameters.mode, context)
+    return {}
+
+
+def map_task(product: Product) -> Task:
+    """The task that calculates maps of one kind: it leaves the map in the work folder, and tells digest and summary."""
+
+    def calculate_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        parameters = product.parameters.model_validate(arguments["parameters"])
+        finished = product.calculate(context.grid(arguments["dem_id"]), parameters, context.progress)
+        save(finished, context.work)
+        make_durable(context.work)
+        return {"digest": digest_of(context.work), "summary": finished.summary()}
+
+    return calculate_map
+
+
+def draw_layer(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Write one layer of a finished map into the work folder."""
+    finished = load(context.folder.result(arguments["digest"]))
+    context.work.mkdir(parents=True)
+    write_layer(finished, arguments["layer"], context.work / arguments["layer"])
+    make_durable(context.work)
+    return {}
+
+
+def _refuse(cells: int, sources: int, mode: Literal["fast", "exact"], context: TaskContext) -> None:
+    if sources > context.settings.max_anchors:
+        raise LimitError(
+            f"{sources} anchors and satellites are more than the limit of {context.settings.max_anchors} in one "
+            "request",
+            limit_name="max_anchors",
+            limit=context.settings.max_anchors,
+            given=sources,
+        )
+    refuse_beyond_limits(estimate_map(cells, sources, mode), context.settings)

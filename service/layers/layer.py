@@ -1,0 +1,35 @@
+"""One file that a map can be downloaded as."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+__all__ = ["COG", "GEOJSON", "PNG", "Layer", "later"]
+
+Writer = Callable[[Any, Path], None]
+COG = "image/tiff; application=geotiff; profile=cloud-optimized"
+PNG = "image/png"
+GEOJSON = "application/geo+json"
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path."""
+
+    name: str
+    media_type: str
+    description: str
+    write: Writer
+
+
+def later(module: str, function: str) -> Writer:
+    """A writer imported when it is called: --help must not wait for what is heavy (GDAL, matplotlib)."""
+
+    def write(finished: Any, path: Path) -> None:
+        getattr(importlib.import_module(module), function)(finished, path)
+
+    return write

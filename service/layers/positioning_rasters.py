@@ -1,0 +1,88 @@
+"""Cloud-optimised GeoTIFFs of DOP maps and of morphing maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from service.dop_map import FinishedDopMap
+from service.morphing_map import FinishedMorphingMap
+from visibility import UNKNOWN, ColumnState, DopReason
+
+from .cog import BYTES, FLOATS, common_tags, write_cog
+
+__all__ = [
+    "write_above_ground",
+    "write_altitude",
+    "write_count_of_dop",
+    "write_dop",
+    "write_flags",
+    "write_no_go",
+]
+
+
+def write_dop(finished: FinishedDopMap, path: Path) -> None:
+    """float32: the dilution; NaN unknown (nodata), +inf no fix."""
+    tags = {**_dop_tags(finished), "units": "1", "infinity": "no fix"}
+    write_cog(path, finished.grid, [finished.dop], [finished.parameters.measure], float("nan"), tags, FLOATS)
+
+
+def write_count_of_dop(finished: FinishedDopMap, path: Path) -> None:
+    """Anchors surely in sight; the largest value (nodata) where the visible set is unknown."""
+    small = len(finished.anchors) < 255
+    dtype = np.uint8 if small else np.uint16
+    nodata = int(np.iinfo(dtype).max)
+    count = np.where(finished.reasons == DopReason.UNKNOWN, nodata, finished.count).astype(dtype)
+    tags = {**_dop_tags(finished), "units": "anchors"}
+    write_cog(path, finished.grid, [count], ["visible anchors"], nodata, tags, BYTES)
+
+
+def write_no_go(finished: FinishedDopMap, path: Path) -> None:
+    """uint8: 1 no-go, 0 go, 255 unknown (nodata)."""
+    tags = {**_dop_tags(finished), "units": "class: 1 no-go, 0 go, 255 unknown"}
+    write_cog(path, finished.grid, [finished.no_go], ["no-go"], int(UNKNOWN), tags, BYTES)
+
+
+def write_altitude(finished: FinishedMorphingMap, path: Path) -> None:
+    """float32 metres: altitude above which all is flyable up to the ceiling; NaN (nodata) where there is none."""
+    tags = {**_morphing_tags(finished), "units": "metre"}
+    write_cog(path, finished.grid, [finished.altitude_m], ["flyable above"], float("nan"), tags, FLOATS)
+
+
+def write_above_ground(finished: FinishedMorphingMap, path: Path) -> None:
+    """float32 metres: the same as a height above the ground."""
+    tags = {**_morphing_tags(finished), "units": "metre"}
+    bands = [finished.above_ground_m]
+    write_cog(path, finished.grid, bands, ["flyable above, over ground"], float("nan"), tags, FLOATS)
+
+
+def write_flags(finished: FinishedMorphingMap, path: Path) -> None:
+    """uint8: state of each column of air, and how many stretches of no-flight air it has."""
+    states = ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
+    tags = {**_morphing_tags(finished), "units": f"class: {states}"}
+    bands = (finished.state, finished.no_flight_intervals)
+    # every value says something, also those of unknown air
+    write_cog(path, finished.grid, bands, ["state", "no-flight intervals"], None, tags, BYTES)
+
+
+def _dop_tags(finished: FinishedDopMap) -> dict[str, str]:
+    parameters = finished.parameters
+    return {
+        **common_tags(finished, "sightline DOP map"),
+        "receiver": f"{parameters.receiver_above_ground_m:g} m above ground",
+        "kind": parameters.kind,
+        "measure": parameters.measure + (" along the surface" if parameters.on_surface else ""),
+        "dop_limit": f"{parameters.dop_limit:g}",
+    }
+
+
+def _morphing_tags(finished: FinishedMorphingMap) -> dict[str, str]:
+    parameters = finished.parameters
+    return {
+        **common_tags(finished, "sightline morphing map"),
+        "ceiling": finished.ceiling_words(),
+        "kind": parameters.kind,
+        "measure": parameters.measure,
+        "dop_limit": f"{parameters.dop_limit:g}",
+    }

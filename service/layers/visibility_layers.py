@@ -1,0 +1,50 @@
+"""The layers of a visibility map."""
+
+from __future__ import annotations
+
+from .layer import COG, GEOJSON, PNG, Layer, later
+
+__all__ = ["VISIBILITY_LAYERS"]
+
+RASTERS = "service.layers.geotiff"
+
+VISIBILITY_LAYERS = (
+    Layer(
+        "visible.tif",
+        COG,
+        "One uint8 band per anchor: 1 visible, 0 hidden, 255 (nodata) unknown, at the receiver height asked for.",
+        later(RASTERS, "write_visible"),
+    ),
+    Layer(
+        "min_visible_altitude.tif",
+        COG,
+        "One float32 band per anchor: lowest altitude in metres from which it is in sight; NaN (nodata) unknown, "
+        "+inf at no altitude.",
+        later(RASTERS, "write_min_visible_altitude"),
+    ),
+    Layer(
+        "count.tif",
+        COG,
+        "Band 1: how many anchors are surely visible, nodata where the sight of every anchor is unknown. "
+        "Band 2: how many are unknown.",
+        later(RASTERS, "write_count"),
+    ),
+    Layer(
+        "map.png",
+        PNG,
+        "A picture of the count over shaded relief, with anchors and legend.",
+        later("service.pictures", "write_map_picture"),
+    ),
+    Layer(
+        "arrays.npz",
+        "application/x-npz",
+        "All arrays for numpy: heights_m, visible, min_visible_altitude_m, count, unknown_count, positions.",
+        later("service.layers.arrays", "write_arrays"),
+    ),
+    Layer(
+        "anchors.geojson",
+        GEOJSON,
+        "The anchors as points, with what part of the map sees each.",
+        later("service.layers.features", "write_anchors"),
+    ),
+)

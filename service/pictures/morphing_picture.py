@@ -1,0 +1,77 @@
+"""The morphing map as a picture: from which height above ground positioning is good enough up to the ceiling."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+from service.map_facts import dem_name
+from service.morphing_map import FinishedMorphingMap
+from visibility import ColumnState
+
+from .class_map import UNDECIDED, MapClass, class_legend, class_pixels
+from .classes import NONE_COLOUR
+from .dop_picture import sources_words
+from .sheet import ground_figure, save_png
+
+__all__ = ["draw_morphing_map", "write_morphing_picture"]
+
+# Low is good: it leaves the most air to fly in.
+COLOURS = ("#e9f3d5", "#b5dcc3", "#72b9c6", "#3f86b5", "#2c4f8e", "#27306b")
+CLOSED_COLOUR, OUTSIDE_COLOUR = "#e3a45b", "#8b8378"
+ROUND = (1.0, 2.0, 5.0)
+
+
+def write_morphing_picture(finished: FinishedMorphingMap, path: Path) -> None:
+    """Draw the map into a PNG."""
+    save_png(draw_morphing_map(finished), path)
+
+
+def draw_morphing_map(finished: FinishedMorphingMap) -> Figure:
+    """The map as a figure with one Axes in kilometres of the grid's frame."""
+    parameters, grid = finished.parameters, finished.grid
+    classes, numbers = _classes(finished)
+    few = "" if parameters.min_anchors is None else f", at least {parameters.min_anchors} anchors"
+    figure, axes = ground_figure(
+        grid,
+        class_pixels(grid, numbers, classes),
+        finished.anchors,
+        f"Flyable from this height above ground: {dem_name(grid)}",
+        f"{parameters.measure.upper()} of {parameters.kind} < {parameters.dop_limit:g}{few}, up to "
+        f"{finished.ceiling_words()}; {sources_words(finished.anchors)}",
+    )
+    class_legend(axes, grid, numbers, classes, "Height above ground, m")
+    return figure
+
+
+def _classes(finished: FinishedMorphingMap) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
+    above_m = finished.above_ground_m
+    edges = _edges(above_m[np.isfinite(above_m) & (above_m > 0.0)])
+    labels = ["from ground", *(f"{low:g}–{high:g}" for low, high in pairwise(edges))]
+    labels.append(f"> {edges[-1]:g}")
+    classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
+    first_state = len(classes)
+    classes += [
+        MapClass("not at ceiling", CLOSED_COLOUR),
+        MapClass("nowhere", NONE_COLOUR),
+        MapClass("above ceiling", OUTSIDE_COLOUR),
+    ]
+    numbers = (1 + np.digitize(above_m, np.array(edges[1:], np.float32))).astype(np.uint8)
+    state = finished.state
+    numbers[state == ColumnState.EVERYWHERE] = 0
+    for number, kind in enumerate((ColumnState.CLOSED_AT_CEILING, ColumnState.NOWHERE, ColumnState.OUTSIDE)):
+        numbers[state == kind] = first_state + number
+    numbers[state == ColumnState.UNKNOWN] = UNDECIDED
+    return classes, numbers
+
+
+def _edges(above_m: npt.NDArray[np.float32]) -> list[float]:
+    """0 and four round heights, the last near the 90th percentile."""
+    top_m = float(np.quantile(above_m, 0.9)) if above_m.size else 100.0
+    power = 10.0 ** np.floor(np.log10(max(top_m / 4.0, 1e-2)))
+    step_m = next((m * power for m in ROUND if m * power >= top_m / 4.0), 10.0 * power)
+    return [number * float(step_m) for number in range(len(COLOURS) - 1)]

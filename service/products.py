@@ -1,0 +1,111 @@
+"""The kinds of maps: what each is asked for, how it is checked and calculated, and what it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Protocol
+
+from terrain import ElevationGrid
+from visibility import Anchor, DistantAnchor, check_anchors
+
+from .dop_map import FinishedDopMap, calculate_dop_map
+from .map_facts import Calculation
+from .morphing_map import FinishedMorphingMap, calculate_morphing_map
+from .positions import resolve_anchor
+from .ranging_sources import check_sources, ranging_sources
+from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters
+from .schemas.sight import SightParameters
+from .schemas.visibility_maps import VisibilityMapParameters
+from .visibility_map import VisibilityMap, calculate
+
+__all__ = ["DOP_MAP", "MORPHING_MAP", "PRODUCTS", "VISIBILITY_MAP", "FinishedMap", "Product", "product_of"]
+
+
+class FinishedMap(Protocol):
+    """What all finished maps have in common; their arrays are attributes of their own."""
+
+    @property
+    def grid(self) -> ElevationGrid:
+        """The ground it lies on."""
+        ...
+
+    @property
+    def anchors(self) -> tuple[Anchor | DistantAnchor, ...]:
+        """In the grid's frame."""
+        ...
+
+    @property
+    def parameters(self) -> SightParameters:
+        """What was asked."""
+        ...
+
+    @property
+    def calculation(self) -> Calculation:
+        """How it came about."""
+        ...
+
+    def summary(self) -> dict[str, Any]:
+        """What the map says in numbers, ready for JSON."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """One kind of map.
+
+    name: as jobs are called. check: refuses what cannot be calculated, before anything big is allocated, and tells
+    how many anchors and satellites there are. finished: the type of its maps, made from grid, anchors, parameters,
+    calculation and, by name, the arrays.
+    """
+
+    name: str
+    parameters: type[SightParameters]
+    check: Callable[[ElevationGrid, Any], int]
+    calculate: Callable[[ElevationGrid, Any, Callable[[float], None] | None], FinishedMap]
+    finished: Callable[..., FinishedMap]
+    arrays: tuple[str, ...]
+
+
+def _check_visibility_map(grid: ElevationGrid, parameters: VisibilityMapParameters) -> int:
+    check_anchors(grid, [resolve_anchor(grid, anchor) for anchor in parameters.anchors])
+    return len(parameters.anchors)
+
+
+def _check_positioning(grid: ElevationGrid, parameters: PositioningParameters) -> int:
+    sources, _ = ranging_sources(grid, parameters)
+    check_sources(grid, sources, parameters)
+    return len(sources)
+
+
+VISIBILITY_MAP = Product(
+    "visibility-map",
+    VisibilityMapParameters,
+    _check_visibility_map,
+    calculate,
+    VisibilityMap,
+    ("visible", "altitude_m", "count", "unknown_count"),
+)
+DOP_MAP = Product(
+    "dop-map",
+    DopMapParameters,
+    _check_positioning,
+    calculate_dop_map,
+    FinishedDopMap,
+    ("dop", "reasons", "count", "no_go"),
+)
+MORPHING_MAP = Product(
+    "morphing-map",
+    MorphingMapParameters,
+    _check_positioning,
+    calculate_morphing_map,
+    FinishedMorphingMap,
+    ("altitude_m", "safe_above_m", "state", "no_flight_intervals"),
+)
+PRODUCTS: Mapping[str, Product] = MappingProxyType({p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP)})
+
+
+def product_of(finished: FinishedMap) -> Product:
+    """Which kind a map is of."""
+    return next(product for product in PRODUCTS.values() if product.finished is type(finished))
