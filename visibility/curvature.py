@@ -12,6 +12,8 @@ from .errors import VisibilityInputError
 __all__ = ["FLAT", "Curvature"]
 
 RADIO_REFRACTION_K = 4.0 / 3.0
+# no body that anybody stands on is smaller, and drops over less leave the range of float32
+SMALLEST_EFFECTIVE_RADIUS_M = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,11 @@ class Curvature:
         if not self.radius_m > 0.0 or not (self.refraction_k > 0.0 and math.isfinite(self.refraction_k)):
             raise VisibilityInputError(
                 f"Curvature needs a positive radius and factor, not {self.radius_m} m and {self.refraction_k}."
+            )
+        if self.radius_m * self.refraction_k < SMALLEST_EFFECTIVE_RADIUS_M:
+            raise VisibilityInputError(
+                f"Curvature needs radius times factor >= {SMALLEST_EFFECTIVE_RADIUS_M:g} m, not "
+                f"{self.radius_m:g} m × {self.refraction_k:g}."
             )
 
     @property

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
+
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -12,6 +15,7 @@ __all__ = ["BodyLimit", "too_large"]
 
 # A client still sends while it is refused. Closing on it then shows it a broken connection instead of our answer.
 HEARD_OUT_BYTES = 16 * 1024 * 1024
+HEARD_OUT_S = 10.0
 
 
 class BodyLimit:
@@ -61,8 +65,10 @@ class _Body:
         if self._asks_first and not self._received_bytes:
             return
         heard_bytes = self._received_bytes
-        while self._awaited and self._received_bytes - heard_bytes < HEARD_OUT_BYTES:
-            await self._next()
+        with contextlib.suppress(TimeoutError):  # who has stopped sending will read no answer later than now either
+            async with asyncio.timeout(HEARD_OUT_S):
+                while self._awaited and self._received_bytes - heard_bytes < HEARD_OUT_BYTES:
+                    await self._next()
 
     async def _next(self) -> Message:
         message = await self._receive()

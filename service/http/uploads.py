@@ -26,6 +26,11 @@ __all__ = ["Upload", "clean_name", "receive"]
 
 BLOCK_BYTES = 1024 * 1024
 MAX_NAME_LENGTH = 100
+# file systems count bytes, 255 at most, and a letter can have four
+MAX_NAME_BYTES = 200
+MAX_BOUNDARY_BYTES = 200  # RFC 2046 allows 70, the parser 256
+# a client that sends nothing for so long has gone, and others want its place
+STALL_S = 60.0
 SUFFIX_OF_TYPE = {"image/tiff": ".tif", "application/x-npz": ".npz", "application/x-npy": ".npy"}
 
 
@@ -58,7 +63,7 @@ async def _received(request: Request, place: Path, max_bytes: int, limit_name: s
     form = _Form(options.get(b"boundary", b"")) if media_type == b"multipart/form-data" else None
     with (place / "file").open("wb") as file:
         sink = _Sink(file)
-        async for chunk in request.stream():
+        async for chunk in _unless_stalled(request.stream()):
             sink.take(chunk if form is None else form.parse(chunk))
             if sink.size_bytes > max_bytes:
                 raise too_large(max_bytes, limit_name)
@@ -68,7 +73,9 @@ async def _received(request: Request, place: Path, max_bytes: int, limit_name: s
     if form is not None:
         form.check_complete()
         file_name = file_name or form.file_name
-    name = clean_name(file_name or _name_in_header(request) or f"upload{SUFFIX_OF_TYPE.get(media_type.decode(), '')}")
+    name = clean_name(
+        file_name or _name_in_header(request) or f"upload{SUFFIX_OF_TYPE.get(media_type.decode('latin-1'), '')}"
+    )
     if not sink.size_bytes:
         raise RequestError(f"{name} is empty.")
     # the suffix and, for .hgt, the name itself tell how to read it
@@ -76,12 +83,28 @@ async def _received(request: Request, place: Path, max_bytes: int, limit_name: s
     return Upload(path, name, sink.size_bytes, sink.sha256.hexdigest())
 
 
+async def _unless_stalled(chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    """The chunks as they come. Raises RequestError when the next one is too long in coming."""
+    while True:
+        try:
+            async with asyncio.timeout(STALL_S):
+                chunk = await anext(chunks, None)
+        except TimeoutError as error:
+            raise RequestError(f"Nothing more of the body came for {STALL_S:g} s; send it again.") from error
+        if chunk is None:
+            return
+        yield chunk
+
+
 def clean_name(name: str) -> str:
     """A file name without folders, control or quoting characters, never empty and never hidden."""
     last = re.split(r"[/\\]", name)[-1]
     plain = re.sub(r"[^\w.() +-]", "_", last).lstrip(". ")
     stem, dot, suffix = plain.rpartition(".")
-    return f"{stem[: MAX_NAME_LENGTH - len(suffix) - 1]}{dot}{suffix}"[:MAX_NAME_LENGTH] or "upload"
+    stem = stem[: max(MAX_NAME_LENGTH - len(suffix) - 1, 0)]
+    while stem and len(f"{stem}{dot}{suffix}".encode()) > MAX_NAME_BYTES:
+        stem = stem[:-1]
+    return f"{stem}{dot}{suffix}"[:MAX_NAME_LENGTH].encode()[:MAX_NAME_BYTES].decode(errors="ignore") or "upload"
 
 
 def _name_in_header(request: Request) -> str | None:
@@ -119,6 +142,8 @@ class _Form:
     def __init__(self, boundary: bytes) -> None:
         if not boundary:
             raise RequestError("The multipart form has no boundary.")
+        if len(boundary) > MAX_BOUNDARY_BYTES:
+            raise RequestError(f"The boundary of the multipart form is longer than {MAX_BOUNDARY_BYTES} bytes.")
         self.file_name: str | None = None
         self._data = bytearray()
         self._header_name = bytearray()

@@ -110,6 +110,12 @@ def test_impossible_curvature_is_refused(numbers):
         Curvature(*numbers)
 
 
+@pytest.mark.parametrize("numbers", [(1e-320, 1e-320), (1e-10, 1.0), (6e6, 1e-300)])
+def test_curvature_beyond_any_number_is_refused(numbers):
+    with pytest.raises(VisibilityInputError, match="radius times factor >= 1 m"):
+        Curvature(*numbers)
+
+
 def test_the_answer_says_how_it_was_made():
     result = min_visible_altitude(GRID, [Anchor("A", 0, 0, 200)], mode="exact")
     assert (result.mode, result.unknown, result.curvature) == ("exact", "unknown", FLAT)
