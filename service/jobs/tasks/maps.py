@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from service.errors import LimitError
+from service.errors import LimitError, NotFoundError
 from service.estimates import estimate_map, refuse_beyond_limits
 from service.jobs.folder import digest_of, make_durable
 from service.layers import write_layer
@@ -45,8 +45,11 @@ def map_task(product: Product) -> Task:
 
 
 def draw_layer(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Write one layer of a finished map into the work folder."""
-    finished = load(context.folder.result(arguments["digest"]))
+    """Write one layer of a finished map into the work folder; raises NotFoundError when the map was just deleted."""
+    try:
+        finished = load(context.folder.result(arguments["digest"]))
+    except FileNotFoundError as error:
+        raise NotFoundError("result", arguments["digest"]) from error
     context.work.mkdir(parents=True)
     write_layer(finished, arguments["layer"], context.work / arguments["layer"])
     make_durable(context.work)
