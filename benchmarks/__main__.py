@@ -12,13 +12,20 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from . import accuracy, dilution, exactness, first_request, machine, memory, over_http, report, speed
+from . import accuracy, dilution, exactness, first_request, machine, memory, over_http, report, speed, volumes
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
     "accuracy": (accuracy.accuracy,),
     "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
     "dilution": (dilution.dilution_speed, dilution.one_per_set),
+    "volumes": (
+        volumes.paper_case_speed,
+        volumes.morphing_speed,
+        volumes.one_moves,
+        volumes.volume_growth,
+        volumes.volume_memory,
+    ),
     "memory": (memory.memory,),
     "service": (first_request.first_request, over_http.requests),
 }
@@ -35,6 +42,13 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "dilution": (
         partial(dilution.dilution_speed, posts=128, points=2000),
         partial(dilution.one_per_set, posts=64, across=8),
+    ),
+    "volumes": (
+        volumes.paper_case_speed,
+        partial(volumes.morphing_speed, posts=96),
+        partial(volumes.one_moves, posts=128),
+        partial(volumes.volume_growth, sizes=(32, 48, 64, 96), layer_counts=(10, 20, 40, 80)),
+        partial(volumes.volume_memory, cases=((64, 10), (64, 40))),
     ),
     "memory": (partial(memory.memory, posts=512),),
     "service": (first_request.first_request, partial(over_http.requests, posts=128)),

@@ -17,7 +17,7 @@ from visibility.minimum_altitude import Mode
 from .report import Row, Table
 from .terrains import CELL_M, fractal_m, spread_anchors
 
-__all__ = ["memory"]
+__all__ = ["memory", "peak_bytes"]
 
 ROOT = Path(__file__).parents[1]
 NOTE = """\
@@ -57,10 +57,10 @@ def _probe(heights: Path, mode: Mode, count: int) -> int:
     held = psutil.Process().memory_info().rss
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # the peak counts anew from here
     min_visible_altitude(grid, anchors, mode, FLAT)
-    return _peak() - int(held) + grid.heights_m.nbytes
+    return peak_bytes() - int(held) + grid.heights_m.nbytes
 
 
-def _peak() -> int:
+def peak_bytes() -> int:
     """Highest resident memory since the count began, bytes (VmHWM; getrusage does not follow clear_refs)."""
     for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
         if line.startswith("VmHWM:"):
