@@ -3,13 +3,30 @@
 from __future__ import annotations
 
 import sys
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from .failures import INTERRUPTED, exit_code_of, interrupted
+from .options import (
+    AnchorFiles,
+    AnchorTexts,
+    AsJson,
+    Crs,
+    CurvatureOption,
+    CurvatureWord,
+    DemPath,
+    LonLat,
+    Mode,
+    ModeOption,
+    Nodata,
+    OutFolder,
+    ReceiverHeight,
+    UnknownGround,
+    UnknownOption,
+)
+from .positioning_options import dop, morph
 
 __all__ = ["app", "main"]
 
@@ -21,40 +38,6 @@ app = typer.Typer(
     help="Which ranging anchors does a rover see, where, and from what height? Exit codes: 0 done, 2 bad input, "
     "1 fault.",
 )
-
-
-class Mode(StrEnum):
-    """How sight lines are calculated."""
-
-    FAST = "fast"
-    EXACT = "exact"
-
-
-class UnknownGround(StrEnum):
-    """What a sight line over unknown ground is."""
-
-    UNKNOWN = "unknown"
-    OPEN = "open"
-    BLOCKED = "blocked"
-
-
-class CurvatureWord(StrEnum):
-    """Whether the ground curves."""
-
-    AUTO = "auto"
-    FLAT = "flat"
-
-
-DemPath = Annotated[str, typer.Argument(metavar="DEM", help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")]
-Nodata = Annotated[float | None, typer.Option("--nodata", metavar="NUMBER", help="Value that marks unknown posts.")]
-Crs = Annotated[
-    str | None, typer.Option("--crs", metavar="CRS", help="CRS of a DEM whose file names none, such as EPSG:32611.")
-]
-UnknownOption = Annotated[
-    UnknownGround, typer.Option(help="What a line over unknown ground is, unless known ground blocks it.")
-]
-CurvatureOption = Annotated[CurvatureWord, typer.Option(help="auto: as the DEM's CRS implies; flat: none.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output and nothing else.")]
 
 
 def _version(asked: bool) -> None:
@@ -84,37 +67,19 @@ def info(dem: DemPath, nodata: Nodata = None, crs: Crs = None, as_json: AsJson =
 @app.command()
 def visibility(
     dem: DemPath,
-    anchor: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--anchor",
-            metavar="ID,EAST,NORTH,HEIGHT",
-            help="An anchor; metres in the DEM's CRS, HEIGHT 80agl (above ground) or 612msl (altitude). Repeatable.",
-        ),
-    ] = None,
-    lonlat: Annotated[bool, typer.Option("--lonlat", help="The pairs of --anchor are longitude,latitude.")] = False,
-    anchors: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--anchors",
-            metavar="FILE",
-            help="Anchors with range, azimuth and elevation limits in a .json, .geojson or .csv file. Repeatable.",
-        ),
-    ] = None,
-    receiver_height: Annotated[
-        float | None, typer.Option("--receiver-height", metavar="M", help="Above ground, metres. (default 1.5)")
-    ] = None,
+    anchor: AnchorTexts = None,
+    lonlat: LonLat = False,
+    anchors: AnchorFiles = None,
+    receiver_height: ReceiverHeight = None,
     receiver_altitude: Annotated[
         float | None, typer.Option("--receiver-altitude", metavar="M", help="One altitude everywhere instead, metres.")
     ] = None,
-    mode: Annotated[Mode, typer.Option(help="Column sweep, or every edge that a line crosses.")] = Mode.FAST,
+    mode: ModeOption = Mode.FAST,
     unknown: UnknownOption = UnknownGround.UNKNOWN,
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the files; without it only the summary.")
-    ] = None,
+    out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
     """Calculate which anchors are in sight over a whole DEM.
@@ -140,6 +105,10 @@ def visibility(
         out=out,
         as_json=as_json,
     )
+
+
+app.command()(dop)
+app.command()(morph)
 
 
 @app.command()
@@ -202,7 +171,7 @@ def demo(
 @app.command("warm-up")
 def warm_up() -> None:
     """Compile every kernel into the cache, so that nothing waits for a compiler later."""
-    from service.warm_up import warm_up as compile_kernels
+    from service.warm_up import warm_up_on_all_cores as compile_kernels
 
     compile_kernels()
 

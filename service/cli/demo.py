@@ -14,9 +14,10 @@ from service.errors import ServiceError
 from service.replacing import replacing
 from service.warm_up import warm_up
 
+from .maps import output_folder
 from .output import print_json, print_tables, print_warnings, progress_bar
 from .own_service import running_service
-from .visibility import SUMMARY, anchors_table, count_table, output_folder
+from .visibility import SUMMARY, anchors_table, count_table
 
 __all__ = ["run_demo"]
 

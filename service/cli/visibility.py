@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +9,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import write_layer
-from service.replacing import replacing
 from service.schemas import AnchorIn, VisibilityMapParameters
-from service.visibility_map import VisibilityMap, calculate
-from terrain import read_dem
+from service.visibility_map import calculate
 
-from .anchor_files import anchors_from_file
-from .anchor_texts import anchor_from_text
-from .output import print_json, print_tables, print_warnings, progress_bar, share_text
+from .maps import MapFiles, anchors_of, make_map
+from .output import share_text
 
-__all__ = ["anchors_table", "count_table", "make_visibility_map", "output_folder"]
+__all__ = ["anchors_table", "count_table", "make_visibility_map"]
 
 SUMMARY = "visibility.json"
 LAYER_FILES = ("visible.tif", "min_visible_altitude.tif", "count.tif", "map.png")
@@ -39,31 +34,18 @@ def make_visibility_map(
     as_json: bool,
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
-    anchors = [anchor_from_text(text, lonlat=lonlat) for text in anchor_texts]
-    anchors += [anchor for path in anchor_files for anchor in anchors_from_file(path)]
-    parameters = _parameters(anchors, asked)
-    grid = read_dem(dem, nodata=nodata, crs=crs)
-    folder = None if out is None else output_folder(out)
-    with progress_bar("Sight lines") as progress:
-        finished = calculate(grid, parameters, progress)
-    summary = finished.summary()
-    files = [] if folder is None else _write_files(finished, summary, folder)
-    if as_json:
-        print_json({**summary, "files": [str(path) for path in files]})
-        return
-    print_tables(anchors_table(summary), count_table(summary))
-    print_warnings(summary["warnings"])
-    for path in files:
-        print(path)
-
-
-def output_folder(out: Path) -> Path:
-    """The folder, made if need be. Raises RequestError where it cannot be one."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RequestError(f"The output folder {str(out)!r} cannot be made: {error.strerror}.") from error
-    return out
+    parameters = _parameters(anchors_of(anchor_texts, anchor_files, lonlat=lonlat), asked)
+    make_map(
+        dem,
+        parameters,
+        calculate,
+        MapFiles(SUMMARY, LAYER_FILES),
+        lambda summary: (anchors_table(summary), count_table(summary)),
+        nodata=nodata,
+        crs=crs,
+        out=out,
+        as_json=as_json,
+    )
 
 
 def anchors_table(summary: dict[str, Any]) -> Table:
@@ -118,12 +100,3 @@ def _parameters(anchors: list[AnchorIn], asked: dict[str, Any]) -> VisibilityMap
         raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
     given = {name: value for name, value in asked.items() if value is not None}
     return VisibilityMapParameters.model_validate({"anchors": anchors, **given})
-
-
-def _write_files(finished: VisibilityMap, summary: dict[str, Any], folder: Path) -> list[Path]:
-    """Every file whole or not at all; the summary comes last, so where it is new all is new."""
-    for name in LAYER_FILES:
-        write_layer(finished, name, folder / name)
-    with replacing(folder / SUMMARY) as unfinished:
-        unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
-    return [folder / name for name in (SUMMARY, *LAYER_FILES)]

@@ -79,13 +79,15 @@ def _classes(finished: FinishedDopMap) -> tuple[list[MapClass], npt.NDArray[np.u
 
 
 def _limit_line(axes: Axes, finished: FinishedDopMap) -> None:
-    """The line of the limit between drawn posts, interpolated in 1/DOP, which is 0 where there is no fix."""
+    """The line of the limit between drawn posts, interpolated in 1/DOP, which is 0 where no fix is good enough."""
     grid = finished.grid
     step = Sampling.of(grid.shape).step
     rows, cols = np.arange(step // 2, grid.rows, step), np.arange(step // 2, grid.cols, step)
     if min(len(rows), len(cols)) < 2:
         return
-    goodness = np.ma.masked_invalid(1.0 / finished.dop[np.ix_(rows, cols)])
+    drawn = np.ix_(rows, cols)
+    enough = finished.count[drawn] >= (finished.parameters.min_anchors or 0)
+    goodness = np.ma.masked_invalid(np.where(enough, 1.0, 0.0) / finished.dop[drawn])
     level = 1.0 / finished.parameters.dop_limit
     if not (goodness.count() and goodness.min() < level < goodness.max()):
         return

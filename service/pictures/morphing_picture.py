@@ -23,7 +23,7 @@ __all__ = ["draw_morphing_map", "write_morphing_picture"]
 # Low is good: it leaves the most air to fly in.
 COLOURS = ("#e9f3d5", "#b5dcc3", "#72b9c6", "#3f86b5", "#2c4f8e", "#27306b")
 CLOSED_COLOUR, OUTSIDE_COLOUR = "#e3a45b", "#8b8378"
-ROUND = (1.0, 2.0, 5.0)
+ROUND = (1.0, 2.0, 5.0, 10.0)
 
 
 def write_morphing_picture(finished: FinishedMorphingMap, path: Path) -> None:
@@ -51,16 +51,16 @@ def draw_morphing_map(finished: FinishedMorphingMap) -> Figure:
 def _classes(finished: FinishedMorphingMap) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
     above_m = finished.above_ground_m
     edges = _edges(above_m[np.isfinite(above_m) & (above_m > 0.0)])
-    labels = ["from ground", *(f"{low:g}–{high:g}" for low, high in pairwise(edges))]
-    labels.append(f"> {edges[-1]:g}")
+    between = (f"{low:g}–{high:g}" for low, high in pairwise(edges))
+    labels = ["ground up", f"< {edges[0]:g}", *between, f"> {edges[-1]:g}"]
     classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
     first_state = len(classes)
     classes += [
-        MapClass("not at ceiling", CLOSED_COLOUR),
+        MapClass("not at top", CLOSED_COLOUR),
         MapClass("nowhere", NONE_COLOUR),
-        MapClass("above ceiling", OUTSIDE_COLOUR),
+        MapClass("no air", OUTSIDE_COLOUR),
     ]
-    numbers = (1 + np.digitize(above_m, np.array(edges[1:], np.float32))).astype(np.uint8)
+    numbers = (1 + np.digitize(above_m, np.array(edges, np.float32))).astype(np.uint8)
     state = finished.state
     numbers[state == ColumnState.EVERYWHERE] = 0
     for number, kind in enumerate((ColumnState.CLOSED_AT_CEILING, ColumnState.NOWHERE, ColumnState.OUTSIDE)):
@@ -70,8 +70,11 @@ def _classes(finished: FinishedMorphingMap) -> tuple[list[MapClass], npt.NDArray
 
 
 def _edges(above_m: npt.NDArray[np.float32]) -> list[float]:
-    """0 and four round heights, the last near the 90th percentile."""
-    top_m = float(np.quantile(above_m, 0.9)) if above_m.size else 100.0
-    power = 10.0 ** np.floor(np.log10(max(top_m / 4.0, 1e-2)))
-    step_m = next((m * power for m in ROUND if m * power >= top_m / 4.0), 10.0 * power)
-    return [number * float(step_m) for number in range(len(COLOURS) - 1)]
+    """Four round heights, evenly spaced, that part the heights from the 2nd to the 95th percentile."""
+    low_m, high_m = np.quantile(above_m, (0.02, 0.95)).tolist() if above_m.size else (0.0, 100.0)
+    steps = len(COLOURS) - 2
+    least_m = max((high_m - low_m) / steps, 0.1)
+    power = 10.0 ** np.floor(np.log10(least_m))
+    step_m = float(next(m * power for m in ROUND if m * power >= least_m * (1.0 - 1e-9)))
+    first_m = np.floor(low_m / step_m) * step_m
+    return [float(first_m + number * step_m) for number in range(1, steps + 1)]

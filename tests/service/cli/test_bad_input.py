@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+import service.cli.maps
 import service.cli.visibility
 from tests.service.small_maps import NORTH_M, WEST_M
 
@@ -143,7 +144,7 @@ def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, t
     def fill_up(finished, name, path):
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr(service.cli.visibility, "write_layer", fill_up)
+    monkeypatch.setattr(service.cli.maps, "write_layer", fill_up)
     ended = sightline("visibility", dem_file, "--anchor", GOOD, "--out", tmp_path)
     assert ended.code == 1
     assert "No space left on device" in ended.stderr

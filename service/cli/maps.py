@@ -1,0 +1,86 @@
+"""From a DEM and what is asked to files: the way that every map command goes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from rich.table import Table
+
+from service.errors import RequestError
+from service.layers import write_layer
+from service.products import FinishedMap
+from service.replacing import replacing
+from service.schemas import AnchorIn
+from terrain import ElevationGrid, read_dem
+
+from .anchor_files import anchors_from_file
+from .anchor_texts import anchor_from_text
+from .output import print_json, print_tables, print_warnings, progress_bar
+
+__all__ = ["MapFiles", "anchors_of", "make_map", "output_folder"]
+
+Asked = TypeVar("Asked")
+
+
+@dataclass(frozen=True, slots=True)
+class MapFiles:
+    """What a command writes: the name of the summary, and layers by name."""
+
+    summary: str
+    layers: tuple[str, ...]
+
+
+def anchors_of(texts: list[str], files: list[Path], *, lonlat: bool) -> list[AnchorIn]:
+    """The anchors of all --anchor and --anchors options. Raises RequestError."""
+    anchors = [anchor_from_text(text, lonlat=lonlat) for text in texts]
+    return anchors + [anchor for path in files for anchor in anchors_from_file(path)]
+
+
+def make_map(
+    dem: str,
+    parameters: Asked,
+    calculate: Callable[[ElevationGrid, Asked, Callable[[float], None] | None], FinishedMap],
+    files: MapFiles,
+    tables: Callable[[dict[str, Any]], tuple[Table, ...]],
+    *,
+    nodata: float | None,
+    crs: str | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
+    grid = read_dem(dem, nodata=nodata, crs=crs)
+    folder = None if out is None else output_folder(out)
+    with progress_bar("Sight lines") as progress:
+        finished = calculate(grid, parameters, progress)
+    summary = finished.summary()
+    written = [] if folder is None else _write_files(finished, summary, files, folder)
+    if as_json:
+        print_json({**summary, "files": [str(path) for path in written]})
+        return
+    print_tables(*tables(summary))
+    print_warnings(summary["warnings"])
+    for path in written:
+        print(path)
+
+
+def output_folder(out: Path) -> Path:
+    """The folder, made if need be. Raises RequestError where it cannot be one."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RequestError(f"The output folder {str(out)!r} cannot be made: {error.strerror}.") from error
+    return out
+
+
+def _write_files(finished: FinishedMap, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
+    """Every file whole or not at all; the summary comes last, so where it is new all is new."""
+    for name in files.layers:
+        write_layer(finished, name, folder / name)
+    with replacing(folder / files.summary) as unfinished:
+        unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
+    return [folder / name for name in (files.summary, *files.layers)]
