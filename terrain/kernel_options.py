@@ -21,7 +21,15 @@ import llvmlite.binding as llvm
 import numba
 from numba.core import dispatcher as numba_dispatcher
 
-__all__ = ["FASTMATH", "cache_folder", "inner_loop", "noalias_active", "parallel_kernel", "scalar_kernel"]
+__all__ = [
+    "FASTMATH",
+    "cache_folder",
+    "inner_loop",
+    "noalias_active",
+    "parallel_kernel",
+    "scalar_kernel",
+    "summing_loop",
+]
 
 PACKAGES = ("terrain", "visibility", "detection", "navigation", "planning")
 
@@ -86,6 +94,11 @@ def inner_loop(function: Callable[..., Any]) -> Any:
     if noalias_active():
         compiled._compiler.__class__ = _NoAliasCompiler
     return compiled
+
+
+def summing_loop(function: Callable[..., Any]) -> Any:
+    """Compile an inner loop that sums in whatever order is fastest; rounding differs by machine, NaN stays NaN."""
+    return _compile(function, fastmath={*FASTMATH, "reassoc"})
 
 
 def noalias_active() -> bool:

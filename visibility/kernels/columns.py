@@ -1,9 +1,10 @@
 """The column of air over a post: between which altitudes each anchor is in sight there.
 
-A column is a table (anchors, 7). Anchor a is in sight at altitude z where z ≥ table[a, SURE], z ≤ table[a, TOP] and z
-is not between GAP_FROM and GAP_TO (too near the anchor). From MAYBE to SURE it is not known. AWAY is the horizontal
-distance to the anchor and LEVEL its altitude; a distant one, whose direction is the same everywhere, has AWAY 0 and
-LEVEL +inf. Visible sets are bits in uint64 words, bit a % 64 of word a // 64 for anchor a.
+A column is a table (9, anchors). Anchor a is in sight at altitude z where z ≥ table[SURE, a], z ≤ table[TOP, a] and z
+is not between GAP_FROM and GAP_TO (too near the anchor). From MAYBE to SURE it is not known. EAST and NORTH lead from
+the column to the anchor, AWAY is their length and LEVEL the anchor's altitude; a distant one, whose direction is the
+same everywhere, has AWAY 0 and LEVEL +inf. Visible sets are bits in uint64 words, bit a % 64 of word a // 64 for
+anchor a.
 """
 
 import math
@@ -14,10 +15,11 @@ from terrain.kernel_options import scalar_kernel
 
 from .reach import upper_bounds
 
-__all__ = ["COLUMN_WIDTH", "count_of", "fill_column", "next_split", "same_set", "set_between", "steepness"]
+__all__ = ["COLUMN_ROWS", "count_of", "fill_column", "next_split", "same_set", "set_between", "steepness"]
 
-SURE, MAYBE, GAP_FROM, GAP_TO, TOP, AWAY, LEVEL = 0, 1, 2, 3, 4, 5, 6
-COLUMN_WIDTH = 7
+# one row of the table each; the set in sight changes at the altitudes in those before AWAY
+SURE, MAYBE, GAP_FROM, GAP_TO, TOP, AWAY, LEVEL, EAST, NORTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
+COLUMN_ROWS = 9
 
 
 @scalar_kernel
@@ -32,24 +34,25 @@ def fill_column(table, surfaces, row, col, position, reach):
     known = True
     for a in range(anchors.shape[0]):
         sure = float(altitude_m[a, row, col])
-        table[a, MAYBE] = sure
+        table[MAYBE, a] = sure
         if math.isnan(sure):
             known = False
             sure = math.inf
             maybe = float(hidden_below_m[a, row, col])
-            table[a, MAYBE] = -math.inf if math.isnan(maybe) else maybe
-        table[a, SURE] = sure
-        table[a, GAP_FROM], table[a, GAP_TO], table[a, TOP] = math.inf, math.inf, math.inf
-        table[a, AWAY], table[a, LEVEL] = 0.0, math.inf
+            table[MAYBE, a] = -math.inf if math.isnan(maybe) else maybe
+        table[SURE, a] = sure
+        table[GAP_FROM, a], table[GAP_TO, a], table[TOP, a] = math.inf, math.inf, math.inf
+        table[AWAY, a], table[LEVEL, a], table[EAST, a], table[NORTH, a] = 0.0, math.inf, 0.0, 0.0
         if not distant[a]:
-            away = math.hypot(anchors[a, 0] - position[0], anchors[a, 1] - position[1])
-            table[a, AWAY], table[a, LEVEL] = away, anchors[a, 2]
+            east, north = anchors[a, 0] - position[0], anchors[a, 1] - position[1]
+            away = math.sqrt(east * east + north * north)
+            table[AWAY, a], table[LEVEL, a], table[EAST, a], table[NORTH, a] = away, anchors[a, 2], east, north
             if limited[a]:
                 level = anchors[a, 2] + drop_per_m2 * away * away
                 too_near, top = upper_bounds(away, limits[a])
-                table[a, TOP] = level + top
+                table[TOP, a] = level + top
                 if too_near > 0.0:
-                    table[a, GAP_FROM], table[a, GAP_TO] = level - too_near, level + too_near
+                    table[GAP_FROM, a], table[GAP_TO, a] = level - too_near, level + too_near
     return known
 
 
@@ -61,13 +64,13 @@ def set_between(table, low, high, start, throughout, words):
     """
     for word in range(words.shape[0]):
         words[word] = np.uint64(0)
-    for a in range(table.shape[0]):
+    for a in range(table.shape[1]):
         if throughout:
-            clear_of_gap = table[a, GAP_TO] <= low or table[a, GAP_FROM] >= high
-            seen = table[a, start] <= low and table[a, TOP] >= high and clear_of_gap
+            clear_of_gap = table[GAP_TO, a] <= low or table[GAP_FROM, a] >= high
+            seen = table[start, a] <= low and table[TOP, a] >= high and clear_of_gap
         else:
-            in_gap = table[a, GAP_FROM] <= low and table[a, GAP_TO] >= high
-            seen = table[a, start] < high and table[a, TOP] > low and not in_gap
+            in_gap = table[GAP_FROM, a] <= low and table[GAP_TO, a] >= high
+            seen = table[start, a] < high and table[TOP, a] > low and not in_gap
         if seen:
             words[a >> 6] |= np.uint64(1) << np.uint64(a & 63)
 
@@ -97,14 +100,15 @@ def count_of(words):
 def next_split(table, low, high):
     """Where to cut a stretch of air: at the change of the visible set nearest its middle, else in its middle."""
     middle = 0.5 * (low + high)
-    best, best_off = middle, math.inf
-    for a in range(table.shape[0]):
-        for edge in range(AWAY):
-            altitude = table[a, edge]
-            off = abs(altitude - middle)
-            if low < altitude < high and off < best_off:
-                best, best_off = altitude, off
-    return best
+    above, below = high, low
+    for edge in range(AWAY):
+        for a in range(table.shape[1]):
+            altitude = table[edge, a]
+            above = altitude if middle <= altitude < above else above
+            below = altitude if below < altitude < middle else below
+    if above == high and below == low:
+        return middle
+    return below if above == high or (below > low and middle - below < above - middle) else above
 
 
 @scalar_kernel
@@ -115,10 +119,10 @@ def steepness(table, words, low, high):
     and horizontal distance h they are h/r² and at most 2·h/r³.
     """
     first, second = 0.0, 0.0
-    for a in range(table.shape[0]):
+    for a in range(table.shape[1]):
         if (words[a >> 6] >> np.uint64(a & 63)) & np.uint64(1) == 0:
             continue
-        away, level = table[a, AWAY], table[a, LEVEL]
+        away, level = table[AWAY, a], table[LEVEL, a]
         beside = max(low - level, level - high, 0.0)
         square = away * away + beside * beside
         if square == 0.0:

@@ -16,8 +16,22 @@ from numba import prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 
+from .column_findings import (
+    ABOVE,
+    CLOSED_AT_CEILING,
+    EVERYWHERE,
+    FLYABLE,
+    NOT_FLYABLE,
+    NOTHING_FOUND,
+    NOWHERE,
+    OUTSIDE,
+    UNDECIDED,
+    UNKNOWN,
+    conclude,
+    note,
+)
 from .columns import (
-    COLUMN_WIDTH,
+    COLUMN_ROWS,
     MAYBE,
     SURE,
     count_of,
@@ -28,6 +42,9 @@ from .columns import (
     steepness,
 )
 from .dilution import PDOP, dilutions, never_a_fix
+from .distant_columns import solve_distant
+from .dop import RANGING
+from .pdop_columns import solve_pdop
 
 __all__ = [
     "ABOVE",
@@ -41,12 +58,8 @@ __all__ = [
     "morphing_columns",
 ]
 
-NOT_FLYABLE, FLYABLE, UNKNOWN, UNDECIDED = 0, 1, 255, 2
-
-# what a column is like; UNKNOWN too
-NOWHERE, EVERYWHERE, ABOVE, CLOSED_AT_CEILING, OUTSIDE = 0, 1, 2, 3, 4
-
 ROOT_TOLERANCE_M = 1e-4
+GREATEST_LIMIT = 1e4  # on PDOP, up to which the digits of a determinant suffice
 MOST_STEPS = 100  # far more than the halving of weights ever needs
 
 
@@ -161,23 +174,6 @@ def _only_crossing(table, words, low, high, point, question):
 
 
 @scalar_kernel
-def _note(found, high, code):
-    """Take down the next stretch of a column, going down from the ceiling; high is its upper end.
-
-    found: (number of stretches, whether any is flyable, any unknown, upper end of the first that is not flyable for
-    certain, its code, separate no-flight intervals, state of the current run).
-    """
-    stretches, flyable, unknown, safe, first_code, intervals, run = found
-    if code == FLYABLE:
-        return stretches + 1, True, unknown, safe, first_code, intervals, 0
-    if first_code == FLYABLE:
-        safe, first_code = high, code
-    if code == UNKNOWN:
-        return stretches + 1, flyable, True, safe, first_code, intervals, max(run, 1)
-    return stretches + 1, flyable, unknown, safe, first_code, intervals + (1 if run < 2 else 0), 2
-
-
-@scalar_kernel
 def _solve(table, sets, stack, air, point, question, known):
     """(altitude, altitude above which all is flyable for certain, state, no-flight intervals) of one column.
 
@@ -185,7 +181,7 @@ def _solve(table, sets, stack, air, point, question, known):
     """
     ground, ceiling = air
     measure, resolution = question[2], question[5]
-    found = (0, False, False, ground, FLYABLE, 0, 0)
+    found = NOTHING_FOUND
     stack[0, 0], stack[0, 1] = ground, ceiling
     size = 1
     while size > 0:
@@ -199,7 +195,7 @@ def _solve(table, sets, stack, air, point, question, known):
                 root = _only_crossing(table, sets[0], low, high, point, question)
                 if not math.isnan(root):
                     above = _judge_at(table, sets, 0.5 * (root + high), point, question)
-                    found = _note(found, high, above)
+                    found = note(found, high, above)
                     low, high = low, root
                     code = NOT_FLYABLE if above == FLYABLE else FLYABLE
         if code == UNDECIDED:
@@ -208,17 +204,8 @@ def _solve(table, sets, stack, air, point, question, known):
             stack[size + 1, 0], stack[size + 1, 1] = cut, high
             size += 2
         else:
-            found = _note(found, high, code)
-    _, flyable, unknown, safe, first_code, intervals, _ = found
-    if first_code == FLYABLE:
-        return ground, ground, EVERYWHERE, intervals
-    if safe >= ceiling:
-        if first_code == UNKNOWN:
-            return math.nan, math.inf, UNKNOWN, intervals
-        return math.nan, math.inf, CLOSED_AT_CEILING if flyable or unknown else NOWHERE, intervals
-    if first_code == UNKNOWN:
-        return math.nan, safe, UNKNOWN, intervals
-    return safe, safe, ABOVE, intervals
+            found = note(found, high, code)
+    return conclude(found, ground, ceiling)
 
 
 @parallel_kernel
@@ -233,10 +220,13 @@ def morphing_columns(surfaces, place, ceiling, reach, question, out):
     anchors = surfaces[0].shape[0]
     # numba takes no tuple of tuples of arrays into a parallel loop
     sources, kind, measure, limit, needed, resolution = question
+    all_distant = sources[1].all()
+    quadratic = kind == RANGING and measure == PDOP and not sources[1].any() and limit <= GREATEST_LIMIT
     for row in prange(out_state.shape[0]):
-        table = np.empty((anchors, COLUMN_WIDTH))
+        table = np.empty((COLUMN_ROWS, anchors))
         sets = np.empty((4, (anchors + 63) // 64), np.uint64)
-        stack = np.empty((5 * anchors + 64, 2))
+        stack = np.empty((20 * anchors + 256, 3))
+        marks, order = np.empty(10), np.empty(anchors, np.int64)
         asked = (sources, kind, measure, limit, needed, resolution)
         north = place[1] - (place[4] + row) * place[3]
         for col in range(out_state.shape[1]):
@@ -252,7 +242,14 @@ def morphing_columns(surfaces, place, ceiling, reach, question, out):
                 continue
             point = (place[0] + (place[5] + col) * place[2], north)
             known = fill_column(table, surfaces, place[4] + row, place[5] + col, point, reach)
-            altitude, safe, state, intervals = _solve(table, sets, stack, (ground, top), point, asked, known)
+            air = (ground, top)
+            if all_distant:
+                altitude, safe, state, intervals = solve_distant(table, (order, sets[0]), air, asked, known)
+            elif quadratic:
+                wanted = (limit, needed, resolution)
+                altitude, safe, state, intervals = solve_pdop(table, (marks, stack), air, wanted, known)
+            else:
+                altitude, safe, state, intervals = _solve(table, sets, stack, air, point, asked, known)
             out_altitude[row, col], out_safe[row, col] = altitude, safe
             out_state[row, col] = state
             out_intervals[row, col] = min(intervals, 255)

@@ -7,7 +7,7 @@ from numba import prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 
-from .columns import COLUMN_WIDTH, MAYBE, SURE, count_of, fill_column, same_set, set_between
+from .columns import COLUMN_ROWS, MAYBE, SURE, count_of, fill_column, same_set, set_between
 from .dilution import dilutions
 
 __all__ = ["volume_layers"]
@@ -35,7 +35,7 @@ def volume_layers(surfaces, place, layers, reach, question, out):
     altitudes_m, above_ground = layers
     anchors, words = surfaces[0].shape[0], seen.shape[3]
     for row in prange(seen.shape[1]):
-        table = np.empty((anchors, COLUMN_WIDTH))
+        table = np.empty((COLUMN_ROWS, anchors))
         sure, maybe, last = np.empty(words, np.uint64), np.empty(words, np.uint64), np.empty(words, np.uint64)
         north = place[1] - (place[4] + row) * place[3]
         for col in range(seen.shape[2]):
