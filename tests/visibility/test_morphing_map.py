@@ -150,6 +150,25 @@ def test_unknown_ground_is_a_third_answer_between_open_and_blocked():
     assert (maps["open"].safe_above_m[undecided] <= third.safe_above_m[undecided] + 0.05).all()
 
 
+def test_satellites_over_unknown_ground_are_a_third_answer_too():
+    heights_m = hills(17).heights_m.copy()
+    heights_m[6:9, 5:11] = np.nan
+    holed = ElevationGrid(heights_m, 30.0, 30.0)
+    limit, ceiling_m = FlightLimit(4.0, "pdop", "pseudorange"), float(np.nanmax(heights_m)) + 150.0
+    third, opened, blocked = (
+        morphing_map(min_visible_altitude(holed, satellites(7, seed=4), unknown=unknown), limit, ceiling_m=ceiling_m)
+        for unknown in ("unknown", "open", "blocked")
+    )
+    known = ~np.isnan(heights_m)
+    undecided = known & (third.state == ColumnState.UNKNOWN)
+    decided = known & np.isin(third.state, (ColumnState.ABOVE, ColumnState.EVERYWHERE))
+    assert undecided.any()
+    assert decided.any()
+    np.testing.assert_allclose(third.safe_above_m[known], blocked.safe_above_m[known], atol=0.02)
+    np.testing.assert_allclose(third.altitude_m[decided], opened.altitude_m[decided], atol=0.02)
+    assert (opened.safe_above_m[undecided] < third.safe_above_m[undecided]).all()
+
+
 def test_posts_above_the_ceiling_are_outside_with_a_warning():
     grid, anchors, _ = low_anchors(6)
     ceiling_m = float(np.median(grid.heights_m))

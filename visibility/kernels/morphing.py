@@ -7,6 +7,8 @@ position's parts, the clock or everything, has |d(ln D)/dz| ≤ b·P. (D² = tr(
 last at most P·D.) A set that more anchors join only gets better, so a stretch over which the set changes is flyable
 where the anchors seen throughout suffice, and not where all that are seen at some altitude of it do not. Nothing
 thicker than the resolution is missed, however a dilution peaks.
+
+Two kinds of columns have faster solvers: PDOP of ranges from anchors (pdop_columns), distant anchors (distant_columns).
 """
 
 import math
