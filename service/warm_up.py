@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+
 import numpy as np
 
 import visibility
 from terrain import ElevationGrid, height_at
 
-__all__ = ["warm_up"]
+__all__ = ["warm_up", "warm_up_on_all_cores"]
 
 
 def warm_up() -> None:
@@ -15,17 +19,26 @@ def warm_up() -> None:
 
     The types of the arguments are those of real requests, since numba compiles per type.
     """
+    for number in range(len(PARTS)):
+        _warm_up_part(number)
+
+
+def warm_up_on_all_cores() -> None:
+    """The same with a process per core, for set-up, where everything has yet to be compiled."""
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=multiprocessing.get_context("spawn")) as pool:
+        list(pool.map(_warm_up_part, range(len(PARTS))))
+    warm_up()  # what two processes wrote into the cache at once, one of them may have to write again
+
+
+def _warm_up_part(number: int) -> None:
     heights_m = np.zeros((12, 10), np.float32)
     heights_m[5, 5] = 40.0
     heights_m[2, 7] = np.nan
-    grid = ElevationGrid(heights_m, 30.0, 25.0)
-    height_at(grid, [10.0, 20.0], [-30.0, -40.0])
-    _minimum_altitudes(grid)
-    _lines(grid)
-    _columns_of_air(grid)
+    PARTS[number](ElevationGrid(heights_m, 30.0, 25.0))
 
 
 def _minimum_altitudes(grid: ElevationGrid) -> None:
+    height_at(grid, [10.0, 20.0], [-30.0, -40.0])
     anchors = (
         visibility.Anchor("inside", 101.0, -77.0, 60.0),
         visibility.Anchor("outside", -400.0, 90.0, 300.0, limits=visibility.AntennaLimits(max_range_m=5_000.0)),
@@ -50,3 +63,7 @@ def _columns_of_air(grid: ElevationGrid) -> None:
     visibility.morphing_map(surfaces, visibility.FlightLimit(3.0), ceiling_m=200.0)
     layers = visibility.altitude_layers(0.0, 40.0, 20.0, above_ground=True)
     visibility.whole_volume(visibility.control_volume(surfaces, layers))
+
+
+# the longest first, so that all cores end together
+PARTS = (_columns_of_air, _lines, _minimum_altitudes)
