@@ -17,9 +17,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding as llvm
 import numba
 from numba.core import dispatcher as numba_dispatcher
+from numba.core.codegen import get_host_cpu_features
 
 __all__ = [
     "FASTMATH",
@@ -39,9 +39,9 @@ numba.config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
 
 # LLVM splits AVX-512 vectors in halves for fear of slow clocks on old processors; gathers lose half their speed by it.
 if not numba.config.CPU_FEATURES and not numba.config.CPU_NAME:
-    _features = llvm.get_host_cpu_features()
-    if _features.get("avx512f"):
-        numba.config.CPU_FEATURES = f"{_features.flatten()},-prefer-256-bit"
+    _features = get_host_cpu_features()
+    if "+avx512f" in _features.split(","):
+        numba.config.CPU_FEATURES = f"{_features},-prefer-256-bit"
 
 # NaN means "unknown" here, so the flags that let the compiler assume there are none ("nnan", "ninf") stay out.
 FASTMATH = frozenset({"nsz", "arcp", "contract", "afn"})

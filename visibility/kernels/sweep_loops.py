@@ -29,12 +29,12 @@ def advance(ground, before, steepest, rays, where, lateral, eye):
     level, along, per_along, tilt = eye
     one = float32(1.0)
     zero = float32(0.0)
-    furthest = float32(last + 1)
     for i in range(count):
         q = uint64(i + first_ray)
-        # a ray less than a post beyond the border runs along it, so that border posts have a ray on either side
-        across = min(max(start + step * float32(i), zero), furthest)
-        post = min(int32(across), int32(last))
+        # a ray less than a post beyond the border sees the ground go on as it ends, so that border posts have a ray on
+        # either side
+        across = start + step * float32(i)
+        post = min(max(int32(across), int32(0)), int32(last))
         part = across - float32(post)
         left = ground[uint64(post + here)]
         right = ground[uint64(post + here + 1)]
@@ -49,7 +49,7 @@ def advance(ground, before, steepest, rays, where, lateral, eye):
         first = right if lean > 0 else left
         second = left if lean > 0 else right
         diagonal = to_diagonal <= one
-        reach = to_diagonal if diagonal else to_straight
+        reach = min(max(to_diagonal if diagonal else to_straight, zero), one)
         at = first if diagonal else second
         there = along - reach
         cross = (at + (behind - at - tilt) * reach - level) / there - bend * there
