@@ -13,7 +13,7 @@ from terrain import ElevationGrid
 from visibility import GO, NO_GO, Anchor, DistantAnchor, DopReason, dop_map
 
 from .map_facts import Calculation, dem_summary, share_of
-from .ranging_sources import sight_lines, source_summary
+from .ranging_sources import asked_without_orbits, sight_lines, source_summary
 from .schemas.positioning import DopMapParameters
 
 __all__ = ["FinishedDopMap", "calculate_dop_map"]
@@ -66,7 +66,7 @@ class FinishedDopMap:
             "posts_by_reason": {reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
             "warnings": list(self.calculation.warnings),
             "timing": {"calculation_s": self.calculation.elapsed_s},
-            "parameters": parameters.model_dump(mode="json", exclude_none=True),
+            "parameters": asked_without_orbits(parameters),
         }
 
 

@@ -13,7 +13,7 @@ from terrain import ElevationGrid
 from visibility import Anchor, ColumnState, DistantAnchor, MorphingMap, morphing_map
 
 from .map_facts import Calculation, dem_summary, share_of
-from .ranging_sources import limit_of, sight_lines, source_summary
+from .ranging_sources import asked_without_orbits, limit_of, sight_lines, source_summary
 from .schemas.positioning import MorphingMapParameters
 
 __all__ = ["FinishedMorphingMap", "calculate_morphing_map"]
@@ -80,7 +80,7 @@ class FinishedMorphingMap:
             },
             "warnings": list(self.calculation.warnings),
             "timing": {"calculation_s": self.calculation.elapsed_s},
-            "parameters": parameters.model_dump(mode="json", exclude_none=True),
+            "parameters": asked_without_orbits(parameters),
         }
 
 
@@ -92,9 +92,7 @@ def calculate_morphing_map(
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
     lines, warnings = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
-    above_ground = parameters.ceiling_above_ground_m is not None
-    ceiling_m = parameters.ceiling_above_ground_m if above_ground else parameters.ceiling_altitude_m
-    assert ceiling_m is not None
+    ceiling_m, above_ground = parameters.ceiling()
     found: MorphingMap = morphing_map(
         lines, limit_of(parameters), ceiling_m=ceiling_m, ceiling_above_ground=above_ground
     )

@@ -19,13 +19,14 @@ from visibility import (
 )
 from visibility.columns_of_air import sources_of_anchors
 from visibility.flight_limits import check_geometry
+from visibility.morphing_maps import check_ceiling
 from visibility.satellites import Place, parse_almanac, satellite_eyes
 
 from .map_facts import curvature_of
 from .positions import resolve_anchor
-from .schemas.positioning import DopMapParameters, PositioningParameters, SatellitesIn
+from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters, SatellitesIn
 
-__all__ = ["check_sources", "limit_of", "ranging_sources", "sight_lines", "source_summary"]
+__all__ = ["asked_without_orbits", "check_sources", "limit_of", "ranging_sources", "sight_lines", "source_summary"]
 
 Source = Anchor | DistantAnchor
 
@@ -48,7 +49,7 @@ def limit_of(parameters: PositioningParameters) -> FlightLimit:
 
 
 def check_sources(grid: ElevationGrid, sources: tuple[Source, ...], parameters: PositioningParameters) -> None:
-    """Refuse what no map can be made from: anchors that cannot be used, too few of them, all on one line.
+    """Refuse what no map can be made from: anchors that cannot be used, too few of them, all on one line, no air.
 
     Raises AnchorError, VisibilityInputError.
     """
@@ -63,6 +64,8 @@ def check_sources(grid: ElevationGrid, sources: tuple[Source, ...], parameters: 
             )
         return
     check_geometry(limit_of(parameters), sources_of_anchors(sources))
+    if isinstance(parameters, MorphingMapParameters):
+        check_ceiling(grid, *parameters.ceiling())
 
 
 def sight_lines(
@@ -113,6 +116,11 @@ def source_summary(grid: ElevationGrid, sources: tuple[Source, ...]) -> dict[str
             }
         )
     return {"anchors": anchors, "satellites": satellites}
+
+
+def asked_without_orbits(parameters: PositioningParameters) -> dict[str, Any]:
+    """What was asked, ready for JSON, without the long text of the almanac."""
+    return parameters.model_dump(mode="json", exclude_none=True, exclude={"satellites": {"almanac"}})
 
 
 def _satellites(grid: ElevationGrid, asked: SatellitesIn) -> tuple[tuple[DistantAnchor, ...], list[str]]:

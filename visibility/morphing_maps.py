@@ -18,7 +18,7 @@ from .flight_limits import FlightLimit, check_geometry
 from .kernels import morphing as kernel
 from .minimum_altitude import MinimumVisibleAltitude
 
-__all__ = ["RESOLUTION_M", "ColumnState", "MorphingMap", "morphing_map"]
+__all__ = ["RESOLUTION_M", "ColumnState", "MorphingMap", "check_ceiling", "morphing_map"]
 
 # no-flight air thinner than this may go unnoticed, and bounds of the thicker are off by half of it
 RESOLUTION_M = 0.02
@@ -93,7 +93,7 @@ def morphing_map(
     """
     started_s = time.perf_counter()
     grid = surfaces.grid
-    _check_ceiling(grid, ceiling_m, ceiling_above_ground)
+    check_ceiling(grid, ceiling_m, ceiling_above_ground)
     tables = column_tables(surfaces)
     check_geometry(limit, tables.sources)
     question = (tables.sources, *limit.codes, float(limit.dop_limit), limit.needed_anchors, RESOLUTION_M)
@@ -121,7 +121,8 @@ def morphing_map(
     )
 
 
-def _check_ceiling(grid: ElevationGrid, ceiling_m: float, above_ground: bool) -> None:
+def check_ceiling(grid: ElevationGrid, ceiling_m: float, above_ground: bool) -> None:
+    """Refuse a ceiling that leaves no air over any known ground; raises VisibilityInputError."""
     if not math.isfinite(ceiling_m):
         raise VisibilityInputError(f"ceiling_m must be a finite number of metres, not {ceiling_m}.")
     if above_ground:

@@ -16,7 +16,7 @@ from . import problems
 from .body_limit import BodyLimit
 from .context import Service
 from .openapi import TAGS, describe
-from .routes import dems, health, lines_of_sight, problem_list, visibility_maps
+from .routes import dems, dop_maps, health, lines_of_sight, morphing_maps, problem_list, visibility_maps
 
 __all__ = ["create_app"]
 
@@ -55,8 +55,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
     )
-    for router in (dems.router, visibility_maps.router, lines_of_sight.router, health.router, problem_list.router):
-        app.include_router(router)
+    for part in (dems, visibility_maps, dop_maps, morphing_maps, lines_of_sight, health, problem_list):
+        app.include_router(part.router)
     problems.install(app)
     app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight"))
     describe(app)

@@ -14,6 +14,8 @@ __all__ = ["TAGS", "describe"]
 TAGS = [
     {"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."},
     {"name": "Visibility maps", "description": "Which anchors are seen from where, over a whole DEM."},
+    {"name": "DOP maps", "description": "How good positioning is for a rover, and where it is not good enough."},
+    {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
     {"name": "Lines of sight", "description": "Clearance between pairs of points."},
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},

@@ -88,3 +88,10 @@ class MorphingMapParameters(PositioningParameters):
             given = "neither was" if self.ceiling_altitude_m is None else "both were"
             raise ValueError(f"Give exactly one of ceiling_altitude_m and ceiling_above_ground_m; {given} given.")
         return self
+
+    def ceiling(self) -> tuple[float, bool]:
+        """(metres, whether they count from the ground)."""
+        if self.ceiling_above_ground_m is not None:
+            return self.ceiling_above_ground_m, True
+        assert self.ceiling_altitude_m is not None, "the validator has seen to it"
+        return self.ceiling_altitude_m, False

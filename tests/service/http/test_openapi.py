@@ -56,7 +56,19 @@ def test_every_operation_tells_what_its_problems_look_like(document: dict[str, A
 
 def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> None:
     schemas = document["components"]["schemas"]
-    for name in ("VisibilityMapIn", "LinesOfSightIn", "AnchorIn", "DemOut", "VisibilityMapOut", "Problem", "Health"):
+    for name in (
+        "VisibilityMapIn",
+        "DopMapIn",
+        "DopMapOut",
+        "MorphingMapIn",
+        "MorphingMapOut",
+        "LinesOfSightIn",
+        "AnchorIn",
+        "DemOut",
+        "VisibilityMapOut",
+        "Problem",
+        "Health",
+    ):
         assert schemas[name]["examples"], name
     assert "HTTPValidationError" not in schemas
 

@@ -1,0 +1,137 @@
+"""DOP maps and morphing maps as the service tells about them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from .map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
+from .pages import Page
+from .positioning import DopMapParameters, MorphingMapParameters
+
+__all__ = [
+    "DopMapIn",
+    "DopMapList",
+    "DopMapOut",
+    "MorphingMapIn",
+    "MorphingMapList",
+    "MorphingMapOut",
+]
+
+ANCHORS: list[Any] = [
+    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
+    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
+    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
+]
+COMMON: dict[str, Any] = {"dem_id": DEM_ID, "anchors": ANCHORS, "kind": "ranging", "measure": "pdop"}
+DOP_REQUEST = {**COMMON, "dop_limit": 2.5, "receiver_above_ground_m": 1.5, "on_surface": True}
+MORPHING_REQUEST = {**COMMON, "dop_limit": 5.0, "ceiling_altitude_m": 2500.0}
+
+
+class DopMapIn(DopMapParameters):
+    """A DEM, anchors or satellites, and how good positioning must be for a rover on the ground."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [DOP_REQUEST]})
+
+    dem_id: DemId
+
+
+class MorphingMapIn(MorphingMapParameters):
+    """A DEM, anchors or satellites, and how good positioning must be up to which ceiling."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [MORPHING_REQUEST]})
+
+    dem_id: DemId
+
+
+class PlacedAnchor(BaseModel):
+    """An anchor in the DEM's frame."""
+
+    id: str = Field(description="Name of the anchor.")
+    east_m: float = Field(description="East in the DEM's metric CRS, metres.")
+    north_m: float = Field(description="North in the DEM's metric CRS, metres.")
+    altitude_m: float = Field(description="Height in the DEM's vertical datum, metres.")
+    above_ground_m: float | None = Field(description="Height above known ground, metres.")
+
+
+class PlacedSatellite(BaseModel):
+    """A satellite as the middle of the DEM sees it."""
+
+    id: str = Field(description="Name of the satellite.")
+    grid_azimuth_deg: float = Field(description="Clockwise from grid north, degrees.")
+    elevation_deg: float = Field(description="Above the horizontal, degrees.")
+    range_m: float = Field(description="Distance, metres.")
+
+
+class PositioningSummary(MapSummary):
+    """What maps of positioning have in common."""
+
+    kind: str = Field(description="What is measured: ranging, pseudorange or tdoa.")
+    measure: str = Field(description="Which dilution of precision.")
+    dop_limit: float = Field(description="From this dilution on positioning is not good enough, no unit.")
+    anchors: list[PlacedAnchor]
+    satellites: list[PlacedSatellite]
+
+
+class DopMapSummary(PositioningSummary):
+    """What a DOP map says in numbers, and how far to trust it."""
+
+    receiver_above_ground_m: float = Field(description="Height of the antenna above ground, metres.")
+    on_surface: bool = Field(description="Whether only motion along the surface is unknown.")
+    share_within_limit: float | None = Field(description="Part of the known posts within the limit, 0..1.")
+    share_no_go: float | None = Field(description="Part of the known posts beyond it or with too few anchors, 0..1.")
+    share_unknown: float | None = Field(description="Part of the known posts where that is unknown, 0..1.")
+    dop_quantiles: dict[str, float | None] = Field(
+        description="p05, p50 and p95 of the dilution over the posts where it is known, no unit; null is no fix."
+    )
+    posts_by_reason: dict[str, int] = Field(
+        description="Known posts with a fix (ok), too_few anchors, a singular geometry, or unknown sight."
+    )
+
+
+class StateShare(BaseModel):
+    """How many columns of air are in a state."""
+
+    state: str = Field(description="nowhere, everywhere, above, closed_at_ceiling, outside or unknown.")
+    posts: int = Field(description="Posts with such air.")
+    share: float | None = Field(description="The same as part of all posts, 0..1.")
+
+
+class MorphingMapSummary(PositioningSummary):
+    """What a morphing map says in numbers, and how far to trust it."""
+
+    ceiling: dict[str, float | None] = Field(description="Top of the air: altitude_m or above_ground_m, metres.")
+    states: list[StateShare]
+    posts_with_several_intervals: int = Field(description="Posts with no-flight air in more than one piece.")
+    above_ground_m: dict[str, float | None] = Field(
+        description="p05, p50 and p95 of the height above ground from which one may fly, metres; null where nobody may."
+    )
+
+
+class DopMapOut(MapOut):
+    """A DOP map: how its calculation stands, and its result when it has one."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [running_example("/dop-maps", DOP_REQUEST)]})
+
+    result: DopMapSummary | None = Field(description="What the map says; null until it succeeded.")
+
+
+class MorphingMapOut(MapOut):
+    """A morphing map: how its calculation stands, and its result when it has one."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [running_example("/morphing-maps", MORPHING_REQUEST)]})
+
+    result: MorphingMapSummary | None = Field(description="What the map says; null until it succeeded.")
+
+
+class DopMapList(Page):
+    """One page of DOP maps, newest first."""
+
+    dop_maps: list[DopMapOut]
+
+
+class MorphingMapList(Page):
+    """One page of morphing maps, newest first."""
+
+    morphing_maps: list[MorphingMapOut]

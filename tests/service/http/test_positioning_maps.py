@@ -1,0 +1,204 @@
+"""DOP maps and morphing maps over HTTP: a resource each, layers to download, and problems in one sentence."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import rasterio
+from PIL import Image
+
+from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_M, assert_problem
+from tests.service.running import Server
+from tests.service.skies import REFERENCE_DATE, TIME, almanac
+from visibility import GO, NO_GO, UNKNOWN
+
+PLACES = {"A": (0.3, 0.3), "B": (0.7, 0.35), "C": (0.5, 0.75), "D": (0.45, 0.5)}
+ANCHORS = [
+    {
+        "id": name,
+        "east_m": WEST_M + x * (EAST_M - WEST_M),
+        "north_m": SOUTH_M + y * (NORTH_M - SOUTH_M),
+        "above_ground_m": 400.0,
+    }
+    for name, (x, y) in PLACES.items()
+]
+ONE_LINE = [
+    {"id": f"L{n}", "east_m": WEST_M + 9000.0 + 1000.0 * n, "north_m": NORTH_M - 9000.0, "altitude_m": 2500.0}
+    for n in range(4)
+]
+SKY = {"almanac": almanac(), "time": TIME, "reference_date": REFERENCE_DATE}
+CEILING = {"ceiling_above_ground_m": 500.0}
+PATHS = {"/dop-maps": {}, "/morphing-maps": CEILING}
+
+
+def made(server: Server, path: str, **request: Any) -> dict[str, Any]:
+    answer = server.client.post(path, json=request, headers={"Prefer": "wait=60"}, timeout=120.0)
+    assert answer.status_code == 201, answer.text
+    return dict(answer.json())
+
+
+def bands(server: Server, map_: dict[str, Any], name: str) -> Any:
+    content = server.client.get(f"{map_['links']['self']}/layers/{name}").raise_for_status().content
+    with rasterio.MemoryFile(content) as file, file.open() as dataset:
+        return dataset.read()
+
+
+@pytest.fixture(scope="module")
+def dop(server: Server, jacksboro: dict[str, Any]) -> dict[str, Any]:
+    return made(server, "/dop-maps", dem_id=jacksboro["id"], anchors=ANCHORS, dop_limit=3.0, on_surface=True)
+
+
+@pytest.fixture(scope="module")
+def morphing(server: Server, jacksboro: dict[str, Any]) -> dict[str, Any]:
+    return made(server, "/morphing-maps", dem_id=jacksboro["id"], anchors=ANCHORS, dop_limit=6.0, **CEILING)
+
+
+def test_a_dop_map_says_what_its_layers_hold(server: Server, dop: dict[str, Any]) -> None:
+    result = dop["result"]
+    no_go = bands(server, dop, "no_go.tif")[0]
+    known = result["dem"]["rows"] * result["dem"]["cols"] - result["dem"]["unknown_posts"]
+    assert result["share_within_limit"] == pytest.approx(np.count_nonzero(no_go == GO) / known)
+    assert result["share_no_go"] == pytest.approx(np.count_nonzero(no_go == NO_GO) / known)
+    values = bands(server, dop, "dop.tif")[0]
+    assert np.array_equal(np.isnan(values), no_go == UNKNOWN)
+    assert (values[no_go == GO] < 3.0).all()
+    assert (values[no_go == NO_GO] >= 3.0).all()
+
+
+def test_every_layer_of_a_positioning_map_can_be_downloaded(
+    server: Server, dop: dict[str, Any], morphing: dict[str, Any]
+) -> None:
+    for map_ in (dop, morphing):
+        assert map_["layers"]
+        for layer in map_["layers"]:
+            answer = server.client.get(layer["href"])
+            assert answer.status_code == 200, layer["name"]
+            assert answer.headers["Content-Type"] == layer["media_type"]
+            again = server.client.get(layer["href"], headers={"If-None-Match": answer.headers["ETag"]})
+            assert again.status_code == 304
+
+
+def test_a_morphing_map_lies_between_ground_and_ceiling(server: Server, morphing: dict[str, Any]) -> None:
+    above_m = bands(server, morphing, "above_ground.tif")[0]
+    state, intervals = bands(server, morphing, "flags.tif")
+    flyable = np.isfinite(above_m)
+    assert flyable.any()
+    assert np.array_equal(flyable, (state == 1) | (state == 2))
+    assert ((above_m[flyable] >= 0.0) & (above_m[flyable] <= 500.0)).all()
+    assert (intervals[state == 1] == 0).all()
+    shares = {row["state"]: row["posts"] for row in morphing["result"]["states"]}
+    assert shares["above"] == np.count_nonzero(state == 2)
+
+
+def test_the_pictures_are_pictures(server: Server, dop: dict[str, Any], morphing: dict[str, Any]) -> None:
+    for map_ in (dop, morphing):
+        content = server.client.get(f"{map_['links']['self']}/layers/map.png").content
+        with Image.open(io.BytesIO(content)) as picture:
+            assert len(set(picture.convert("RGB").resize((200, 150)).get_flattened_data())) > 50
+
+
+def test_satellites_come_with_the_request_and_orbits_stay_out_of_the_result(
+    server: Server, jacksboro: dict[str, Any]
+) -> None:
+    map_ = made(server, "/dop-maps", dem_id=jacksboro["id"], satellites=SKY, kind="pseudorange")
+    assert len(map_["result"]["satellites"]) >= 4
+    assert map_["request"]["satellites"]["almanac"] == SKY["almanac"]
+    assert "almanac" not in map_["result"]["parameters"]["satellites"]
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_positioning_map_is_listed_followed_and_deleted(server: Server, jacksboro: dict[str, Any], path: str) -> None:
+    map_ = made(server, path, dem_id=jacksboro["id"], anchors=ANCHORS[:3], **PATHS[path])
+    link = map_["links"]["self"]
+    assert link.startswith(f"{path}/")
+    listed = server.client.get(path).json()[path[1:].replace("-", "_")]
+    assert map_["id"] in {entry["id"] for entry in listed}
+    assert server.client.get(link).json()["result"] == map_["result"]
+    # a map of one kind is none of another
+    assert server.client.get(f"/visibility-maps/{map_['id']}").status_code == 404
+    assert server.client.get(f"{link}/layers/visible.tif").status_code == 404
+    assert server.client.delete(link).status_code == 204
+    assert server.client.get(link).status_code == 404
+
+
+BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
+    "nothing to range to": ("/dop-maps", {}, "validation", "Give anchors or satellites"),
+    "too few anchors": ("/dop-maps", {"anchors": ANCHORS[:2]}, "visibility-input", "at least 3 anchors; 2 are given"),
+    "one anchor along the surface": (
+        "/dop-maps",
+        {"anchors": ANCHORS[:1], "on_surface": True},
+        "visibility-input",
+        "at least 2 anchors; 1 is given",
+    ),
+    "anchors on one line": ("/dop-maps", {"anchors": ONE_LINE}, "visibility-input", "stand on one line"),
+    "a limit of 0": ("/dop-maps", {"anchors": ANCHORS, "dop_limit": 0}, "validation", "dop_limit"),
+    "a limit below 0": ("/morphing-maps", {"anchors": ANCHORS, "dop_limit": -1, **CEILING}, "validation", "dop_limit"),
+    "no ceiling": ("/morphing-maps", {"anchors": ANCHORS}, "validation", "exactly one of ceiling_altitude_m"),
+    "two ceilings": (
+        "/morphing-maps",
+        {"anchors": ANCHORS, "ceiling_altitude_m": 900.0, **CEILING},
+        "validation",
+        "both were given",
+    ),
+    "a ceiling below the ground": (
+        "/morphing-maps",
+        {"anchors": ANCHORS, "ceiling_altitude_m": -900.0},
+        "visibility-input",
+        "is below the ground, which begins at",
+    ),
+    "an almanac of another week": (
+        "/dop-maps",
+        {"satellites": {**SKY, "time": "2026-11-22T00:00:00Z"}},
+        "almanac",
+        "days before",
+    ),
+    "an almanac without reference": (
+        "/dop-maps",
+        {"satellites": {"almanac": SKY["almanac"], "time": TIME}},
+        "almanac",
+        "modulo 1024",
+    ),
+    "a truncated almanac": (
+        "/morphing-maps",
+        {"satellites": {**SKY, "almanac": almanac()[:1500]}, **CEILING},
+        "almanac-file",
+        "almanac",
+    ),
+    "unhealthy satellites only": (
+        "/dop-maps",
+        {"satellites": {**SKY, "almanac": almanac(6, unhealthy=6)}},
+        "almanac",
+        "All 6 satellites",
+    ),
+    "a time without offset": (
+        "/dop-maps",
+        {"satellites": {**SKY, "time": "2007-01-27T06:00:00"}},
+        "validation",
+        "satellites.time",
+    ),
+    "an almanac without end": (
+        "/dop-maps",
+        {"satellites": {**SKY, "almanac": "x" * 200_001}},
+        "validation",
+        "satellites.almanac",
+    ),
+    "1000 anchors": ("/dop-maps", {"anchors": [{**ANCHORS[0], "id": f"A{i}"} for i in range(1000)]}, "limit", "64"),
+    "an anchor called as a satellite": (
+        "/dop-maps",
+        {"anchors": [{**ANCHORS[0], "id": f"G{n:02d}"} for n in range(1, 25)], "satellites": SKY},
+        "anchor",
+        "unique",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_a_positioning_map_is_refused_before_a_job_exists(server: Server, jacksboro: dict[str, Any], what: str) -> None:
+    path, request, kind, word = BAD[what]
+    before = server.client.get(path).json()["total"]
+    answer = server.client.post(path, json={"dem_id": jacksboro["id"], **request})
+    assert_problem(answer, 422, kind, word)
+    assert server.client.get(path).json()["total"] == before
