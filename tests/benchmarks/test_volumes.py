@@ -20,6 +20,6 @@ def test_growth_and_memory_measure_volumes_of_the_sizes_asked_for() -> None:
 
 
 def test_the_morphing_map_is_timed_for_both_kinds_of_ranges() -> None:
-    table = volumes.morphing_speed(posts=24, count=8)
+    table = volumes.morphing_speed(posts=64, count=8)
     assert len(table.rows) == 2
-    assert all(row.met for row in table.rows)
+    assert [row.met for row in table.rows] == [True, None]
