@@ -12,8 +12,8 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility import GO, NO_GO, Anchor, DistantAnchor, DopReason, dop_map
 
-from .map_facts import Calculation, dem_summary, share_of
-from .ranging_sources import asked_without_orbits, sight_lines, source_summary
+from .map_facts import Calculation, share_of
+from .ranging_sources import common_summary, sight_lines
 from .schemas.positioning import DopMapParameters
 
 __all__ = ["FinishedDopMap", "calculate_dop_map"]
@@ -47,26 +47,14 @@ class FinishedDopMap:
         go_posts, no_go_posts = int(np.count_nonzero(no_go == GO)), int(np.count_nonzero(no_go == NO_GO))
         parameters = self.parameters
         return {
-            "version": self.calculation.version,
-            "mode": parameters.mode,
-            "error_statement": self.calculation.error_statement,
-            "curvature": self.calculation.curvature,
-            "unknown": parameters.unknown,
+            **common_summary(self.grid, self.anchors, self.parameters, self.calculation),
             "receiver_above_ground_m": parameters.receiver_above_ground_m,
             "on_surface": parameters.on_surface,
-            "kind": parameters.kind,
-            "measure": parameters.measure,
-            "dop_limit": parameters.dop_limit,
-            "dem": dem_summary(self.grid),
-            **source_summary(self.grid, self.anchors),
             "share_within_limit": share_of(go_posts, known_posts),
             "share_no_go": share_of(no_go_posts, known_posts),
             "share_unknown": share_of(known_posts - go_posts - no_go_posts, known_posts),
             "dop_quantiles": _quantiles(self.dop[known]),
             "posts_by_reason": {reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
-            "warnings": list(self.calculation.warnings),
-            "timing": {"calculation_s": self.calculation.elapsed_s},
-            "parameters": asked_without_orbits(parameters),
         }
 
 

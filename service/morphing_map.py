@@ -12,8 +12,8 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility import Anchor, ColumnState, DistantAnchor, MorphingMap, morphing_map
 
-from .map_facts import Calculation, dem_summary, share_of
-from .ranging_sources import asked_without_orbits, limit_of, sight_lines, source_summary
+from .map_facts import Calculation, share_of
+from .ranging_sources import common_summary, limit_of, sight_lines
 from .schemas.positioning import MorphingMapParameters
 
 __all__ = ["FinishedMorphingMap", "calculate_morphing_map"]
@@ -51,20 +51,11 @@ class FinishedMorphingMap:
         above_m = self.above_ground_m[np.isfinite(self.altitude_m)]
         parameters = self.parameters
         return {
-            "version": self.calculation.version,
-            "mode": parameters.mode,
-            "error_statement": self.calculation.error_statement,
-            "curvature": self.calculation.curvature,
-            "unknown": parameters.unknown,
+            **common_summary(self.grid, self.anchors, self.parameters, self.calculation),
             "ceiling": {
                 "altitude_m": parameters.ceiling_altitude_m,
                 "above_ground_m": parameters.ceiling_above_ground_m,
             },
-            "kind": parameters.kind,
-            "measure": parameters.measure,
-            "dop_limit": parameters.dop_limit,
-            "dem": dem_summary(self.grid),
-            **source_summary(self.grid, self.anchors),
             "states": [
                 {
                     "state": state.name.lower(),
@@ -78,9 +69,6 @@ class FinishedMorphingMap:
                 name: float(np.quantile(above_m, share)) if above_m.size else None
                 for name, share in (("p05", 0.05), ("p50", 0.5), ("p95", 0.95))
             },
-            "warnings": list(self.calculation.warnings),
-            "timing": {"calculation_s": self.calculation.elapsed_s},
-            "parameters": asked_without_orbits(parameters),
         }
 
 

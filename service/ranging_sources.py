@@ -22,11 +22,11 @@ from visibility.flight_limits import check_geometry
 from visibility.morphing_maps import check_ceiling
 from visibility.satellites import Place, parse_almanac, satellite_eyes
 
-from .map_facts import curvature_of
+from .map_facts import Calculation, curvature_of, dem_summary
 from .positions import resolve_anchor
 from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters, SatellitesIn
 
-__all__ = ["asked_without_orbits", "check_sources", "limit_of", "ranging_sources", "sight_lines", "source_summary"]
+__all__ = ["check_sources", "common_summary", "limit_of", "ranging_sources", "sight_lines", "source_summary"]
 
 Source = Anchor | DistantAnchor
 
@@ -118,9 +118,25 @@ def source_summary(grid: ElevationGrid, sources: tuple[Source, ...]) -> dict[str
     return {"anchors": anchors, "satellites": satellites}
 
 
-def asked_without_orbits(parameters: PositioningParameters) -> dict[str, Any]:
-    """What was asked, ready for JSON, without the long text of the almanac."""
-    return parameters.model_dump(mode="json", exclude_none=True, exclude={"satellites": {"almanac"}})
+def common_summary(
+    grid: ElevationGrid, sources: tuple[Source, ...], parameters: PositioningParameters, calculation: Calculation
+) -> dict[str, Any]:
+    """What maps of positioning have in common, ready for JSON; of what was asked, all but the almanac's long text."""
+    return {
+        "version": calculation.version,
+        "mode": parameters.mode,
+        "error_statement": calculation.error_statement,
+        "curvature": calculation.curvature,
+        "unknown": parameters.unknown,
+        "kind": parameters.kind,
+        "measure": parameters.measure,
+        "dop_limit": parameters.dop_limit,
+        "dem": dem_summary(grid),
+        **source_summary(grid, sources),
+        "warnings": list(calculation.warnings),
+        "timing": {"calculation_s": calculation.elapsed_s},
+        "parameters": parameters.model_dump(mode="json", exclude_none=True, exclude={"satellites": {"almanac"}}),
+    }
 
 
 def _satellites(grid: ElevationGrid, asked: SatellitesIn) -> tuple[tuple[DistantAnchor, ...], list[str]]:
