@@ -1,4 +1,4 @@
-"""The flight of seed 003, figure 10: along the floor of a valley, while the satellites go on."""
+"""The flight of De Vivo et al., figure 10: along the floor of a valley, while the satellites go on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drawings of the paper's case, counterparts of seed 003's figures 6 to 10."""
+"""Drawings of the paper's case, counterparts of De Vivo's figures 6 to 10."""
 
 from __future__ import annotations
 

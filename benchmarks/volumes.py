@@ -56,8 +56,8 @@ FLAT_TOP_M = RELIEF_M + 1000.0
 STEADY = 1.5  # how many times the cheapest a voxel may cost
 
 PAPER_NOTE = """\
-Seed 003, IV-A, which gives 500 points/s with its surfaces: 12 satellites, a DEM of 10 × 13 km at 30 m, layers of 12 m
-from the lowest ground to 2500 m, PDOP of every voxel, and the morphing map for PDOP < 2.5. Ground: {ground}."""
+De Vivo et al., IV-A, which gives 500 points/s with its surfaces: 12 satellites, a DEM of 10 × 13 km at 30 m, layers
+of 12 m from the lowest ground to 2500 m, PDOP of every voxel, and the morphing map for PDOP < 2.5. Ground: {ground}."""
 GROWTH_NOTE = "16 drones over the rough fractal, two-way ranges, PDOP of every voxel, in blocks."
 MEMORY_NOTE = """\
 Highest resident memory of a fresh process while it goes through a volume in blocks, less what it held before with its

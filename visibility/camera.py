@@ -1,4 +1,4 @@
-"""An anchor's antenna as a pinhole camera: seed 003 II-B, equations 2 to 9.
+"""An anchor's antenna as a pinhole camera: De Vivo et al. II-B, equations 2 to 9.
 
 Frames, each reached from the one before by a homogeneous transform:
 ned     north, east, down along the axes and from the origin of the grid's frame (the paper's inertial frame).

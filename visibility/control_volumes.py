@@ -1,4 +1,4 @@
-"""The control volume Ω: who is in sight in every voxel, and how good positioning is there (seed 003, II-C)."""
+"""The control volume Ω: who is in sight in every voxel, and how good positioning is there (De Vivo et al., II-C)."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ WHOLE_VOXELS = 200_000_000
 class ControlVolume:
     """A box of voxels over posts (first_row to last_row, first_col to last_col, both included) and altitude layers.
 
-    one_dop_per_set: the shortcut of seed 003 (II-C): dilutions are those in the middle of the volume, so that they
-        depend on the visible set only.
+    one_dop_per_set: the shortcut of De Vivo et al. (II-C): dilutions are those in the middle of the volume, so that
+        they depend on the visible set only.
     middle_m: (east, north, altitude) that this middle is; None = of this volume. Parts of a volume keep the whole's.
     """
 

@@ -58,7 +58,7 @@ def dop(
     surface_normal: npt.ArrayLike | None = None,
     distant: npt.ArrayLike | None = None,
 ) -> Dop:
-    """Dilution of precision of ranges from k anchors to a receiver, or to n receivers (seed 003, eqs. 16-18).
+    """Dilution of precision of ranges from k anchors to a receiver, or to n receivers (De Vivo et al., eqs. 16-18).
 
     anchor_positions_m: (k, 3) east, north, altitude, metres. receiver_m: (3,) or (n, 3), same frame. An anchor exactly
         at the receiver gives no direction and is left out.

@@ -76,10 +76,11 @@ def dop_map(
 ) -> DopMap:
     """Dilution of precision of a rover's antenna over every post of the grid.
 
-    above_ground_m: height of the antenna, metres, >= 0. dilution: which one; seed 003's (eq. 16) is "pdop".
+    above_ground_m: height of the antenna, metres, >= 0. dilution: which one; De Vivo's (eq. 16) is "pdop".
     on_surface: the rover is on the ground and only its motion along it is unknown, by the slope at each post.
     per_visible_set: calculate one dilution for each distinct visible set, in the middle of the posts that have it, as
-        seed 003 (II-C) does for volumes of about 1 km; see docs/dop.md for its error. Not together with on_surface.
+        De Vivo et al. (II-C) do for volumes of about 1 km; see docs/dop.md for its error. Not together with
+        on_surface.
     Raises VisibilityInputError.
     """
     started_s = time.perf_counter()

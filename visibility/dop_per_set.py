@@ -1,4 +1,4 @@
-"""One dilution of precision per visible set, the shortcut of seed 003, II-C."""
+"""One dilution of precision per visible set, the shortcut of De Vivo et al., II-C."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ SAME_LINE = 1e-6  # of the spread along it
 class FlightLimit:
     """A place is no-flight zone where the dilution is ``dop_limit`` or more, or too few anchors are in sight (eq. 15).
 
-    dilution: which one; seed 003's (eq. 16) is "pdop". kind: what the ranges are, as for ``dop``.
+    dilution: which one; De Vivo's (eq. 16) is "pdop". kind: what the ranges are, as for ``dop``.
     anchors: how many must be in sight; None = as few as give a fix.
     Raises VisibilityInputError.
     """

@@ -1,4 +1,4 @@
-"""The surface on which a dilution equals its limit (seed 003, eq. 19), as triangles."""
+"""The surface on which a dilution equals its limit (De Vivo et al., eq. 19), as triangles."""
 
 from __future__ import annotations
 

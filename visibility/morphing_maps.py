@@ -1,4 +1,4 @@
-"""The Digital Morphing Map: over every post, the altitude above which positioning is good enough (seed 003, eq. 19)."""
+"""The Digital Morphing Map: the altitude above which positioning is good enough (De Vivo et al., eq. 19)."""
 
 from __future__ import annotations
 

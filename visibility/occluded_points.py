@@ -1,4 +1,4 @@
-"""Which points a camera's image columns see: seed 003 II-B, equations 10 and 11."""
+"""Which points a camera's image columns see: De Vivo et al. II-B, equations 10 and 11."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cuts through a control volume, as arrays ready to draw (the counterparts of seed 003's figures 6 and 7)."""
+"""Cuts through a control volume, as arrays ready to draw (the counterparts of De Vivo's figures 6 and 7)."""
 
 from __future__ import annotations
 

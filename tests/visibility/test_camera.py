@@ -1,4 +1,4 @@
-"""Seed 003's camera form, equations 10 and 11: image columns see what a running horizon sees."""
+"""De Vivo's camera form, equations 10 and 11: image columns see what a running horizon sees."""
 
 import math
 from pathlib import Path

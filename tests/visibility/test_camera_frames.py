@@ -1,4 +1,4 @@
-"""Seed 003's camera form, equations 2 to 9: rotations, transforms, and what is where in the image."""
+"""De Vivo's camera form, equations 2 to 9: rotations, transforms, and what is where in the image."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Ray-triangle intersection after Möller and Trumbore (seed 003, eqs. 12-14)."""
+"""Ray-triangle intersection after Möller and Trumbore (De Vivo et al., eqs. 12-14)."""
 
 import math
 

@@ -23,7 +23,7 @@ MOST_SATELLITES = 63
 
 @dataclass(frozen=True, slots=True)
 class AlmanacEntry:
-    """One satellite of an almanac (seed 003, table I), in radians, metres and seconds.
+    """One satellite of an almanac (De Vivo et al., table I), in radians, metres and seconds.
 
     node_longitude_rad: Ω0, longitude of the orbit plane at the start of the week of applicability.
     inclination_rad: absolute, not the offset that SEM files give.

@@ -1,4 +1,4 @@
-"""Where an almanac says that its satellites are: seed 003, table II (IS-GPS-200, 20.3.3.5.2.1)."""
+"""Where an almanac says that its satellites are: De Vivo et al., table II (IS-GPS-200, 20.3.3.5.2.1)."""
 
 from __future__ import annotations
 

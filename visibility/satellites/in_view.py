@@ -67,7 +67,7 @@ def satellites_in_view(
 
     times: one or many aware datetimes or GpsTime. leap_seconds: GPS − UTC for the datetimes; None = built-in table.
     place: a grid stands for its middle, on the ground there.
-    cone_rad: θ_lim, the half-angle of the cone of potentially visible satellites (seed 003, eq. 1), in 0…π.
+    cone_rad: θ_lim, the half-angle of the cone of potentially visible satellites (De Vivo et al., eq. 1), in 0…π.
     axis: the cone's axis, see ``cone_axis_ecef``.
     max_age_s: how far from its own time the file may be used; None = 28 days for an almanac, 2 h for ephemerides.
     Bending of the ray by the air (0.16° at 5° elevation) is not applied.

@@ -40,7 +40,7 @@ def eccentric_anomaly_rad(mean_anomaly_rad: npt.ArrayLike, eccentricity: npt.Arr
 
 
 def true_anomaly_rad(anomaly_rad: Array, eccentricity: npt.ArrayLike) -> Array:
-    """ν of an eccentric anomaly, in −π…π (seed 003, table II)."""
+    """ν of an eccentric anomaly, in −π…π (De Vivo et al., table II)."""
     e = np.asarray(eccentricity, np.float64)
     angle: Array = np.arctan2(np.sqrt(1.0 - e * e) * np.sin(anomaly_rad), np.cos(anomaly_rad) - e)
     return angle

@@ -1,4 +1,4 @@
-"""SEM almanac files: eight lines per satellite, angles in semicircles (seed 003, table I)."""
+"""SEM almanac files: eight lines per satellite, angles in semicircles (De Vivo et al., table I)."""
 
 from __future__ import annotations
 

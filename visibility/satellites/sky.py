@@ -122,7 +122,7 @@ def look_angles(place: Place, position_ecef_m: npt.ArrayLike) -> LookAngles:
 def cone_axis_ecef(place: Place, axis: ConeAxis) -> Array:
     """(3,) unit vector n of the visibility cone in ECEF.
 
-    axis: "geocentric" is seed 003's n = P/‖P‖; "vertical" the normal of the ellipsoid, up to 0.19° from it; three
+    axis: "geocentric" is De Vivo's n = P/‖P‖; "vertical" the normal of the ellipsoid, up to 0.19° from it; three
         numbers are the antenna's pointing direction as east, north, up.
     Raises VisibilityInputError.
     """
@@ -142,7 +142,7 @@ def cone_axis_ecef(place: Place, axis: ConeAxis) -> Array:
 
 
 def off_axis_rad(place: Place, position_ecef_m: npt.ArrayLike, axis: ConeAxis = "geocentric") -> Array:
-    """θ of seed 003's eq. 1, (...): the angle at a place between the cone's axis and (..., 3) ECEF positions."""
+    """θ of De Vivo's eq. 1, (...): the angle at a place between the cone's axis and (..., 3) ECEF positions."""
     line_ecef_m = np.asarray(position_ecef_m, np.float64) - place_ecef_m(place)
     n = cone_axis_ecef(place, axis)
     # as eq. 1's arccos, but exact along the axis too
