@@ -1,4 +1,4 @@
-"""The case of De Vivo et al., IV-A, on ground and satellites at hand: 10 km × 13 km of mountains, 12 satellites, PDOP < 2.5.
+"""The case of De Vivo et al., IV-A, on ground and satellites at hand: 10 km × 13 km of mountains, PDOP below 2.5.
 
 Big Tujunga canyon in the San Gabriel Mountains stands in for Mount Mitchell, a YUMA almanac of December 2007 for the
 paper's. At both instants 12 satellites are in the cone of 85°; at the second they stand badly.
