@@ -61,6 +61,8 @@ def _columns_of_air(grid: ElevationGrid) -> None:
     corners = ((10.0, -10.0, 90.0), (250.0, -20.0, 120.0), (20.0, -260.0, 70.0), (240.0, -240.0, 100.0))
     surfaces = visibility.min_visible_altitude(grid, [visibility.Anchor(f"A{n}", *at) for n, at in enumerate(corners)])
     visibility.morphing_map(surfaces, visibility.FlightLimit(3.0), ceiling_m=200.0)
+    for on_surface in (False, True):
+        visibility.dop_map(surfaces, 1.5, on_surface=on_surface)
     layers = visibility.altitude_layers(0.0, 40.0, 20.0, above_ground=True)
     visibility.whole_volume(visibility.control_volume(surfaces, layers))
 
