@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .failures import INTERRUPTED, exit_code_of, interrupted
+from .failures import INTERRUPTED, exit_code_of, interrupted, unheard
 from .options import (
     AnchorFiles,
     AnchorTexts,
@@ -180,6 +180,9 @@ def main() -> None:
     """Run the command line and leave with its exit code."""
     try:
         code = app(prog_name="sightline", standalone_mode=False)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        sys.exit(unheard())
     except Exception as error:
         ended = exit_code_of(error)
         if ended is None:

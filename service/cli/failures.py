@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 import typer
 
-__all__ = ["BAD_INPUT", "FAULT", "INTERRUPTED", "exit_code_of", "interrupted"]
+__all__ = ["BAD_INPUT", "FAULT", "INTERRUPTED", "exit_code_of", "interrupted", "unheard"]
 
 FAULT, BAD_INPUT, INTERRUPTED = 1, 2, 130
 # typer does not export the base of its usage errors, and where they live has changed between its versions
@@ -27,6 +28,13 @@ def interrupted() -> int:
     return _say("Interrupted.", INTERRUPTED)
 
 
+def unheard() -> int:
+    """Leave without a word when whoever read our output has gone, as ``head`` does; the exit code."""
+    # what is still buffered would otherwise fail once more when Python ends
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return FAULT
+
+
 def _domain_exit_code(error: Exception) -> int | None:
     # imported here because an error of theirs cannot come before they were imported, and --help stays quick
     from pydantic import ValidationError
@@ -42,6 +50,8 @@ def _domain_exit_code(error: Exception) -> int | None:
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)
+    if isinstance(error, IsADirectoryError):
+        return _say(f"{error.filename} is a folder where a file is needed; move it away or name another.", BAD_INPUT)
     if isinstance(error, OSError):
         return _say(f"{error.filename or 'A file'} could not be used: {error.strerror or error}.", FAULT)
     if isinstance(error, MemoryError):

@@ -2,6 +2,9 @@
 
 import errno
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -138,6 +141,27 @@ def test_an_output_folder_that_is_a_file_is_refused(sightline, dem_file, tmp_pat
     assert ended.code == 2
     assert "output folder" in ended.stderr
     assert (tmp_path / "out").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["visible.tif", "map.png", "visibility.json"])
+def test_a_folder_where_a_file_is_to_be_written_is_refused(sightline, dem_file, tmp_path, name):
+    (tmp_path / name).mkdir()
+    ended = sightline("visibility", dem_file, "--anchor", GOOD, "--out", tmp_path)
+    assert ended.code == 2
+    assert ended.stderr == f"{tmp_path / name} is a folder where a file is needed; move it away or name another.\n"
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_output_that_nobody_reads_ends_without_a_traceback(dem_file, words):
+    unread, output = os.pipe()
+    os.close(unread)
+    command = [sys.executable, "-m", "service.cli", "info", str(dem_file), *words]
+    try:
+        ended = subprocess.run(command, stdout=output, stderr=subprocess.PIPE, check=False, timeout=60)
+    finally:
+        os.close(output)
+    assert (ended.returncode, ended.stderr) == (1, b"")
 
 
 def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, tmp_path, monkeypatch):
