@@ -2,9 +2,10 @@
 
 ServiceError
 ├── StartError                 the service cannot start as it was told to
-│   ├── DataFolderError        the data folder cannot be used
+│   ├── DataFolderError        the data folder cannot be used, at the start or later
 │   │   └── DataFolderInUseError   another process works on it
 │   └── AddressError           it cannot listen at that address
+├── StoreLockedError           another program holds the job store's database
 ├── NotFoundError              no such resource; carries its kind and id
 ├── NotReadyError              the job has no result (yet)
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
@@ -12,6 +13,7 @@ ServiceError
 │   ├── NotJsonError           a body that is not JSON
 │   ├── NotValidError          a body whose fields are not as they should be
 │   ├── MediaTypeError         a body of a type that is not understood
+│   ├── RangeError             a Range header that the file cannot meet
 │   └── LimitError             a request beyond a limit; carries limit_name, limit and given
 │       ├── BodyTooLargeError
 │       └── BusyError          too many at once; the same request will do later; carries retry_after_s
@@ -44,10 +46,12 @@ __all__ = [
     "NotJsonError",
     "NotReadyError",
     "NotValidError",
+    "RangeError",
     "RequestError",
     "ServiceError",
     "StartError",
     "StorageFullError",
+    "StoreLockedError",
     "TimeLimitError",
 ]
 
@@ -70,6 +74,10 @@ class DataFolderInUseError(DataFolderError):
 
 class AddressError(StartError):
     """The service cannot listen at the address it was given."""
+
+
+class StoreLockedError(ServiceError):
+    """Another program holds the job store's database, and did not let go of it in time."""
 
 
 class NotFoundError(ServiceError):
@@ -103,6 +111,10 @@ class NotValidError(RequestError):
 
 class MediaTypeError(RequestError):
     """The body has a type that is not understood."""
+
+
+class RangeError(RequestError):
+    """The Range header asks for bytes that the file does not have, or is not understood."""
 
 
 class LimitError(RequestError):

@@ -15,6 +15,7 @@ from service.settings import Settings
 from . import problems
 from .body_limit import BodyLimit
 from .context import Service
+from .head import allow_head
 from .openapi import TAGS, describe
 from .routes import dems, dop_maps, health, lines_of_sight, morphing_maps, problem_list, visibility_maps
 
@@ -56,6 +57,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     for part in (dems, visibility_maps, dop_maps, morphing_maps, lines_of_sight, health, problem_list):
+        allow_head(part.router)
         app.include_router(part.router)
     problems.install(app)
     app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight"))

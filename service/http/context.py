@@ -11,6 +11,7 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from service.errors import DataFolderError
 from service.jobs.drawings import Drawings
 from service.jobs.folder import DataFolder
 from service.jobs.pool import WorkerPool
@@ -54,9 +55,10 @@ class Service:
         """Keep ``store_writable`` true to life, so that /health need not touch the disk."""
         while True:
             try:
+                await asyncio.to_thread(self.folder.check_usable)
                 await self.supervisor.in_store(self.store.check_writable)
                 self.store_writable = True
-            except (sqlite3.OperationalError, OSError) as error:
+            except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
                 logger.error("the job store cannot be written: %s", error)
                 self.store_writable = False
             await asyncio.sleep(STORE_CHECK_EVERY_S)

@@ -15,8 +15,8 @@ LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"typ
 
 
 def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI responses for these statuses, each a problem, with the kinds that it may be."""
-    return {status: _response(status) for status in (*statuses, 500)}
+    """OpenAPI responses for these statuses and for what may happen everywhere, each a problem of some kinds."""
+    return {status: _response(status) for status in sorted({*statuses, 500, 503})}
 
 
 def _response(status: int) -> dict[str, Any]:

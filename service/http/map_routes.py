@@ -114,7 +114,6 @@ def add_shared_routes(router: APIRouter, resource: MapResource) -> None:
             return Response(status_code=204)
         return JSONResponse(_answer(resource, service, cancelled).model_dump(mode="json"))
 
-    @router.head("/{map_id}/layers/{layer}", include_in_schema=False)
     @router.get(
         "/{map_id}/layers/{layer}",
         name=f"download_{one}_layer",
@@ -131,7 +130,7 @@ def add_shared_routes(router: APIRouter, resource: MapResource) -> None:
                 "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
             },
             304: {"description": "You have it already (If-None-Match)."},
-            **problem_responses(404, 409, 422, 503, 507),
+            **problem_responses(404, 409, 416, 422, 503, 507),
         },
     )
     async def download_layer(map_id: str, layer: str, request: Request, service: ServiceDep) -> Response:

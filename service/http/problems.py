@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 import sqlite3
@@ -20,6 +21,7 @@ from service import errors as ours
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
+from service.jobs.store import error_of_store
 from service.schemas.sentences import place_of, sentence_of_detail
 from terrain import errors as of_terrain
 from visibility import errors as of_visibility
@@ -60,6 +62,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
     ours.DataFolderInUseError: ProblemKind("data-folder-in-use", 503, "The data folder is in use"),
     ours.AddressError: ProblemKind("address", 503, "The address cannot be used"),
+    ours.StoreLockedError: ProblemKind("store-locked", 503, "The job store is locked"),
     ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
     ours.NotReadyError: ProblemKind("not-ready", 409, "There is no result"),
     ours.InUseError: ProblemKind("in-use", 409, "The resource is in use"),
@@ -67,6 +70,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.NotJsonError: ProblemKind("not-json", 400, "The body is not JSON"),
     ours.NotValidError: ProblemKind("validation", 422, "The request does not validate"),
     ours.MediaTypeError: ProblemKind("media-type", 415, "The body has an unknown type"),
+    ours.RangeError: ProblemKind("range", 416, "The file does not have that range"),
     ours.LimitError: ProblemKind("limit", 422, "The request is beyond a limit"),
     ours.BodyTooLargeError: ProblemKind("body-too-large", 413, "The body is too large"),
     ours.BusyError: ProblemKind("busy", 503, "The service is busy"),
@@ -121,7 +125,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(FailedJob, _failed_job)
     app.add_exception_handler(RequestValidationError, _not_valid)
     app.add_exception_handler(HTTPException, _of_framework)
-    app.add_exception_handler(sqlite3.OperationalError, _store_full)
+    app.add_exception_handler(sqlite3.DatabaseError, _of_store)
     # apart from other faults, because a full disk is answered while the body still comes in
     app.add_exception_handler(OSError, _fault)
     app.add_exception_handler(Exception, _fault)
@@ -164,7 +168,7 @@ def _is_json(request: Request) -> bool:
 async def _of_framework(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     if isinstance(error.__cause__, ours.ServiceError):
-        return await _domain_error(request, error.__cause__)
+        return _respond(problem_of(Failure.of(error.__cause__), request.url.path), error.headers)
     sentences = {
         400: "The body could not be read as JSON.",
         404: f"There is nothing at {request.url.path[:200]}.",
@@ -175,18 +179,39 @@ async def _of_framework(request: Request, error: Exception) -> Response:
     return _respond(_body(kind, sentences.get(status, str(error.detail)), request.url.path), error.headers)
 
 
-async def _store_full(request: Request, error: Exception) -> Response:
-    logger.error("the job store cannot be written: %s", error)
-    full = ours.StorageFullError("The job store cannot be written; make room on the disk and try again.")
-    return await _domain_error(request, full)
+async def _of_store(request: Request, error: Exception) -> Response:
+    assert isinstance(error, sqlite3.DatabaseError)
+    told = error_of_store(error)
+    if told is None:
+        return await _fault(request, error)
+    logger.error("the job store cannot be used: %s", error)
+    return await _domain_error(request, told)
 
 
 async def _fault(request: Request, error: Exception) -> Response:
-    if isinstance(error, OSError) and is_full(error):
-        return await _store_full(request, error)
+    if isinstance(error, OSError):
+        if is_full(error):
+            logger.error("the data folder cannot be written: %s", error)
+            full = ours.StorageFullError("The data folder cannot be written; make room on the disk and try again.")
+            return await _domain_error(request, full)
+        unusable = await asyncio.to_thread(_why_unusable, request)
+        if unusable is not None:
+            logger.error("%s (%s)", unusable, error)
+            return await _domain_error(request, unusable)
     reference = uuid.uuid4().hex[:12]
     logger.error("%s: %s %s failed", reference, request.method, request.url.path, exc_info=error)
     return await _domain_error(request, ours.InternalError(reference))
+
+
+def _why_unusable(request: Request) -> ours.DataFolderError | None:
+    """What is wrong with the data folder, when it is that."""
+    service = getattr(request.app.state, "service", None)
+    if service is not None:
+        try:
+            service.folder.check_usable()
+        except ours.DataFolderError as error:
+            return error
+    return None
 
 
 def _body(

@@ -31,6 +31,7 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 # numpy's own words for the same, without the system's number
 NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
 BLOCK_BYTES = 1024 * 1024
+SUBFOLDERS = ("incoming", "work", "inputs", "dems", "results")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +65,25 @@ class DataFolder:
             lock.close()
             raise DataFolderError(f"The data folder {root} cannot be used: {error.strerror}.") from error
         return folder
+
+    def check_usable(self) -> None:
+        """Raises DataFolderError when the folder has been removed, replaced or made unwritable since it was opened."""
+        probe = self.incoming / f"probe-{uuid.uuid4().hex}"
+        try:
+            found = (self.root / "lock").stat()
+            for name in SUBFOLDERS:
+                (self.root / name).stat()
+            probe.touch()
+            probe.unlink()
+        except OSError as error:
+            raise DataFolderError(
+                f"The data folder {self.root} cannot be used any more ({error.strerror}); put it back or make it "
+                "writable, then restart the service."
+            ) from error
+        if self._lock is not None and not os.path.samestat(found, os.fstat(self._lock.fileno())):
+            raise DataFolderError(
+                f"The data folder {self.root} is not the one that the service started with; restart the service."
+            )
 
     def close(self) -> None:
         """Let another process use the folder."""
@@ -122,7 +142,7 @@ class DataFolder:
     def _tidy(self) -> None:
         for name in ("incoming", "work"):
             shutil.rmtree(self.root / name, ignore_errors=True)
-        for name in ("incoming", "work", "inputs", "dems", "results"):
+        for name in SUBFOLDERS:
             (self.root / name).mkdir(exist_ok=True)
 
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
-from service.errors import DataFolderError, InUseError, NotFoundError
+from service.errors import DataFolderError, InUseError, NotFoundError, ServiceError, StorageFullError, StoreLockedError
 
 from .records import ACTIVE, DemRecord, Failure, JobKind, JobRecord, JobStatus
 
-__all__ = ["Store"]
+__all__ = ["Store", "error_of_store"]
 
 SCHEMA_VERSION = 1
 SCHEMA = """
@@ -31,18 +32,30 @@ CREATE INDEX jobs_by_kind ON jobs (kind, created_at_s);
 CREATE INDEX jobs_by_status ON jobs (status);
 CREATE INDEX jobs_by_digest ON jobs (digest);
 """
+LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
+UNUSABLE = frozenset(
+    {
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_CORRUPT,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_NOTADB,
+        sqlite3.SQLITE_PERM,
+        sqlite3.SQLITE_READONLY,
+    }
+)
 IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
 
 
 class Store:
     """DEMs and jobs. Every method is one transaction and safe to call from any thread.
 
-    Raises DataFolderError when the file is not a store or of a newer version; sqlite3.OperationalError passes
-    through when the disk is full.
+    Raises DataFolderError when the file is not a store, of a newer version, or was removed since. sqlite3.DatabaseError
+    passes through when the disk is full, or another program holds the file: ``error_of_store`` tells which.
     """
 
     def __init__(self, path: Path) -> None:
         self._lock = threading.Lock()
+        self._path = path
         try:
             self._connection = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
             self._connection.row_factory = sqlite3.Row
@@ -51,6 +64,7 @@ class Store:
             # an accepted job must outlive a power cut, not only a crash
             self._connection.execute("PRAGMA synchronous = FULL")
             self._prepare(path)
+            self._file = path.stat()
         except sqlite3.DatabaseError as error:
             raise DataFolderError(f"{path} cannot be used as the job store: {error}.") from error
 
@@ -83,13 +97,13 @@ class Store:
 
     def dem_or_none(self, dem_id: str) -> DemRecord | None:
         """The DEM, when there is one of that id."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             row = connection.execute("SELECT * FROM dems WHERE id = ?", (dem_id,)).fetchone()
         return None if row is None else _dem(row)
 
     def dems(self, limit: int, offset: int) -> tuple[list[DemRecord], int]:
         """One page, newest first, and how many there are in all."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             total = connection.execute("SELECT count(*) FROM dems").fetchone()[0]
             rows = connection.execute(
                 "SELECT * FROM dems ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?", (limit, offset)
@@ -124,7 +138,7 @@ class Store:
 
     def job(self, kind: JobKind, job_id: str) -> JobRecord:
         """Raises NotFoundError."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             row = connection.execute("SELECT * FROM jobs WHERE id = ? AND kind = ?", (job_id, kind)).fetchone()
         if row is None:
             raise NotFoundError(kind, job_id)
@@ -132,7 +146,7 @@ class Store:
 
     def jobs(self, kind: JobKind, limit: int, offset: int) -> tuple[list[JobRecord], int]:
         """One page, newest first, and how many there are in all."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             total = connection.execute("SELECT count(*) FROM jobs WHERE kind = ?", (kind,)).fetchone()[0]
             rows = connection.execute(
                 "SELECT * FROM jobs WHERE kind = ? ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?",
@@ -191,29 +205,34 @@ class Store:
 
     def active_jobs(self) -> list[JobRecord]:
         """Jobs that wait or run, oldest first."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             rows = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE} ORDER BY created_at_s, id").fetchall()
         return [_job(row) for row in rows]
 
     def finished_results(self) -> list[tuple[str, str]]:
         """(job id, digest) of every job that succeeded."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             rows = connection.execute("SELECT id, digest FROM jobs WHERE digest IS NOT NULL").fetchall()
         return [(row["id"], row["digest"]) for row in rows]
 
     def known(self) -> tuple[set[str], set[str], set[str]]:
         """Ids of all DEMs, ids of the jobs that wait or run, digests of all results."""
-        with self._transaction() as connection:
+        with self._reading() as connection:
             return (
                 {row[0] for row in connection.execute("SELECT id FROM dems")},
                 {row[0] for row in connection.execute(f"SELECT id FROM jobs WHERE {IS_ACTIVE}")},
                 {row[0] for row in connection.execute("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL")},
             )
 
+    def _reading(self) -> AbstractContextManager[sqlite3.Connection]:
+        """A transaction that only reads; another program that writes does not hold it up."""
+        return self._transaction("BEGIN")
+
     @contextmanager
-    def _transaction(self) -> Iterator[sqlite3.Connection]:
+    def _transaction(self, begin: str = "BEGIN IMMEDIATE") -> Iterator[sqlite3.Connection]:
         with self._lock:
-            self._connection.execute("BEGIN IMMEDIATE")
+            self._check_in_place()
+            self._connection.execute(begin)
             try:
                 yield self._connection
                 self._connection.execute("COMMIT")
@@ -221,6 +240,18 @@ class Store:
                 # SQLite has rolled back by itself when the disk was full
                 if self._connection.in_transaction:
                     self._connection.execute("ROLLBACK")
+
+    def _check_in_place(self) -> None:
+        # of a file that was deleted SQLite reads and writes what is left, and all seems well but incomplete
+        try:
+            in_place = os.path.samestat(self._path.stat(), self._file)
+        except OSError:
+            in_place = False
+        if not in_place:
+            raise DataFolderError(
+                f"The job store {self._path} is gone, or is not the one that the service started with; put the data "
+                "folder back, or restart the service."
+            )
 
     def _prepare(self, path: Path) -> None:
         version = self._connection.execute("PRAGMA user_version").fetchone()[0]
@@ -230,6 +261,25 @@ class Store:
             )
         if version == 0:
             self._connection.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+
+
+def error_of_store(error: sqlite3.DatabaseError) -> ServiceError | None:
+    """What an error of the database means for whoever asked; None when it is a fault of ours."""
+    # the low byte is the kind of error, the others its details
+    code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
+    if code in LOCKED:
+        return StoreLockedError(
+            "The database of the job store is locked by another program (sightline.sqlite3 in the data folder); "
+            "close that program and try again."
+        )
+    if code == sqlite3.SQLITE_FULL:
+        return StorageFullError("The job store cannot be written; make room on the disk and try again.")
+    if code in UNUSABLE:
+        return DataFolderError(
+            f"The job store in the data folder cannot be used ({error}); put the data folder in order, then restart "
+            "the service."
+        )
+    return None
 
 
 def _json(value: Mapping[str, Any]) -> str:

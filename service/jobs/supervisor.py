@@ -12,7 +12,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from service.errors import BusyError, InternalError, JobCancelledError, JobInterruptedError, ServiceError
+from service.errors import (
+    BusyError,
+    DataFolderError,
+    InternalError,
+    JobCancelledError,
+    JobInterruptedError,
+    ServiceError,
+)
 from service.settings import Settings
 
 from .folder import DataFolder, move_into_place
@@ -95,14 +102,16 @@ class Supervisor:
     async def submit(
         self, kind: JobKind, dem_id: str, request: Mapping[str, Any], inputs: Path | None = None
     ) -> JobRecord:
-        """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone)."""
+        """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone),
+        DataFolderError.
+        """
         self._refuse_when_busy(len(self._running) + self._admitting - self._settings.workers, "jobs")
         job = JobRecord(uuid.uuid4().hex, kind, dem_id, request, JobStatus.QUEUED, time.time())
         self._admitting += 1
         try:
             if inputs is not None:
                 await self.in_store(move_into_place, inputs, self._folder.inputs(job.id))
-            await self.in_store(self._store.add_job, job)
+            await self.in_store(self._admit, job)
             self._begin(job)
         finally:
             self._admitting -= 1
@@ -187,11 +196,11 @@ class Supervisor:
         await self._surely(self._end, job.id, status, failure)
 
     async def _surely(self, work: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> None:
-        """Write to the store, again and again while the disk is full: no outcome is lost for want of space."""
+        """Write to the store, again and again while the disk is full or away: no outcome is lost for want of space."""
         while True:
             try:
                 await self.in_store(work, *args, **kwargs)
-            except (sqlite3.OperationalError, OSError) as error:
+            except (sqlite3.OperationalError, OSError, DataFolderError) as error:
                 if self._stopping:
                     raise
                 logger.error("the job store cannot be written (%s); next try in %g s", error, STORE_RETRY_S)
@@ -200,6 +209,11 @@ class Supervisor:
                 return
 
     # -- what follows runs in the store thread
+
+    def _admit(self, job: JobRecord) -> None:
+        # an open database is written without an error even where its file was deleted
+        self._folder.check_usable()
+        self._store.add_job(job)
 
     def _keep(self, job_id: str, token: str, result: Mapping[str, Any]) -> None:
         work = self._folder.work(token)

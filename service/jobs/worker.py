@@ -20,7 +20,7 @@ import uuid
 from collections.abc import Mapping
 from typing import Any, BinaryIO
 
-from service.errors import InternalError, MemoryLimitError, ServiceError, StorageFullError
+from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
 from service.settings import GIB, Settings
 from terrain import TerrainError
 from visibility import VisibilityError
@@ -81,7 +81,7 @@ def _done(order: Mapping[str, Any], settings: Settings, folder: DataFolder, answ
             )
         )
     except OSError as error:
-        failure = _of_storage(error) if is_full(error) else _of_fault(order)
+        failure = _of_storage(error) if is_full(error) else _of_folder(folder, order)
     except Exception:  # noqa: BLE001 - the process that answers must hear of every fault, and the log keeps it
         failure = _of_fault(order)
     shutil.rmtree(work, ignore_errors=True)
@@ -96,6 +96,16 @@ def _of_storage(error: OSError) -> Failure:
             "that are not needed, or make room on the disk, and try again."
         )
     )
+
+
+def _of_folder(folder: DataFolder, order: Mapping[str, Any]) -> Failure:
+    """Of a file that could not be used, because of the data folder as a whole or by a fault of ours."""
+    try:
+        folder.check_usable()
+    except DataFolderError as error:
+        logger.error("%s", error)
+        return Failure.of(error)
+    return _of_fault(order)
 
 
 def _of_fault(order: Mapping[str, Any]) -> Failure:

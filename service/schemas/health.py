@@ -46,7 +46,7 @@ class Health(BaseModel):
     uptime_s: float = Field(description="Seconds since it started.")
     workers: WorkerCounts
     jobs: JobCounts
-    store_writable: bool = Field(description="Whether the job store could be written when last tried.")
+    store_writable: bool = Field(description="Whether data folder and job store could be written when last tried.")
 
 
 class Ready(BaseModel):

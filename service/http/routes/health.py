@@ -25,7 +25,8 @@ async def start_page() -> RedirectResponse:
 
 @router.get("/health", summary="Is it alive?", responses=problem_responses())
 async def health(request: Request, service: ServiceDep) -> Health:
-    """Always 200 while the process answers; `degraded` when workers are missing or the job store cannot be written."""
+    """Always 200 while the process answers; `degraded` when workers are missing or the data folder cannot be
+    written."""
     pool, supervisor = service.pool, service.supervisor
     well = service.store_writable and pool.warm > 0
     return Health(

@@ -118,7 +118,6 @@ async def delete_lines_of_sight(lines_id: str, service: ServiceDep) -> Response:
     return JSONResponse(_state(service, cancelled).model_dump(mode="json"))
 
 
-@router.head("/{lines_id}/files/{name}", include_in_schema=False)
 @router.get(
     "/{lines_id}/files/{name}",
     summary="Download lines of sight",
@@ -131,7 +130,7 @@ async def delete_lines_of_sight(lines_id: str, service: ServiceDep) -> Response:
             },
         },
         304: {"description": "You have it already (If-None-Match)."},
-        **problem_responses(404, 409),
+        **problem_responses(404, 409, 416),
     },
 )
 async def download_lines(lines_id: str, name: str, request: Request, service: ServiceDep) -> Response:

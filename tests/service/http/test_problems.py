@@ -77,6 +77,13 @@ def answer_to(error: Exception) -> httpx.Response:
     return asyncio.run(ask())
 
 
+def of_sqlite(code: int) -> sqlite3.OperationalError:
+    """As the database itself raises it."""
+    error = sqlite3.OperationalError("secret")
+    error.sqlite_errorcode = code
+    return error
+
+
 @pytest.mark.parametrize(
     ("error", "status", "kind"),
     [
@@ -86,7 +93,12 @@ def answer_to(error: Exception) -> httpx.Response:
         (of_service.BusyError("Full", limit_name="max_queued_jobs", limit=1), 503, "busy"),
         (TaskFailed(Failure("visibility.AnchorError", "Too low.")), 422, "anchor"),
         (FailedJob(Failure("service.StorageFullError", "Full."), "/visibility-maps/1"), 507, "storage-full"),
-        (sqlite3.OperationalError("database or disk is full"), 507, "storage-full"),
+        (of_sqlite(sqlite3.SQLITE_FULL), 507, "storage-full"),
+        (of_sqlite(sqlite3.SQLITE_BUSY), 503, "store-locked"),
+        (of_sqlite(sqlite3.SQLITE_BUSY_SNAPSHOT), 503, "store-locked"),
+        (of_sqlite(sqlite3.SQLITE_IOERR_WRITE), 503, "data-folder"),
+        (of_sqlite(sqlite3.SQLITE_READONLY_DBMOVED), 503, "data-folder"),
+        (of_sqlite(sqlite3.SQLITE_ERROR), 500, "internal"),
         (OSError(28, "No space left on device"), 507, "storage-full"),
         (ZeroDivisionError("secret"), 500, "internal"),
     ],
