@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from .jobs import JobOut
+from .older_results import OrOlder
 from .pages import Page
 from .points import Metres, PointIn, StrictModel
 from .sight import CurvatureChoice
@@ -152,7 +153,7 @@ class LinesOfSightState(JobOut):
     """How a calculation of lines of sight stands."""
 
     request: dict[str, Any] = Field(description="The options that were asked for, and the number of pairs.")
-    result: LinesOfSightSummary | None = Field(description="The lines in numbers; null until it succeeded.")
+    result: OrOlder[LinesOfSightSummary] = Field(description="The lines in numbers; null until it succeeded.")
     files: list[str] = Field(description="Paths of lines.json and lines.npz (arrays for numpy); empty until then.")
 
 

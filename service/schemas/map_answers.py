@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from .jobs import JobOut
+from .older_results import OrOlder
 
 __all__ = ["DEM_ID", "DemId", "LayerLink", "MapOut", "MapSummary", "running_example"]
 
@@ -45,7 +46,7 @@ class MapOut(JobOut):
     """A map: how its calculation stands, and its result when it has one."""
 
     request: dict[str, Any] = Field(description="What was asked, defaults filled in.")
-    result: MapSummary | None = Field(description="What the map says; null until it succeeded.")
+    result: OrOlder[MapSummary] = Field(description="What the map says; null until it succeeded.")
     layers: list[LayerLink] = Field(description="What can be downloaded; empty until it succeeded.")
 
 

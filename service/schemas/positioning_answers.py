@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from .map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
+from .older_results import OrOlder
 from .pages import Page
 from .positioning import DopMapParameters, MorphingMapParameters
 
@@ -114,7 +115,7 @@ class DopMapOut(MapOut):
 
     model_config = ConfigDict(json_schema_extra={"examples": [running_example("/dop-maps", DOP_REQUEST)]})
 
-    result: DopMapSummary | None = Field(description="What the map says; null until it succeeded.")
+    result: OrOlder[DopMapSummary] = Field(description="What the map says; null until it succeeded.")
 
 
 class MorphingMapOut(MapOut):
@@ -122,7 +123,7 @@ class MorphingMapOut(MapOut):
 
     model_config = ConfigDict(json_schema_extra={"examples": [running_example("/morphing-maps", MORPHING_REQUEST)]})
 
-    result: MorphingMapSummary | None = Field(description="What the map says; null until it succeeded.")
+    result: OrOlder[MorphingMapSummary] = Field(description="What the map says; null until it succeeded.")
 
 
 class DopMapList(Page):

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from .map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
+from .older_results import OrOlder
 from .pages import Page
 from .visibility_maps import VisibilityMapParameters
 
@@ -69,7 +70,7 @@ class VisibilityMapOut(MapOut):
 
     model_config = ConfigDict(json_schema_extra={"examples": [running_example("/visibility-maps", REQUEST)]})
 
-    result: VisibilityMapSummary | None = Field(description="What the map says; null until it succeeded.")
+    result: OrOlder[VisibilityMapSummary] = Field(description="What the map says; null until it succeeded.")
 
 
 class VisibilityMapList(Page):

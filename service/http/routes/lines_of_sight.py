@@ -24,7 +24,6 @@ from service.schemas.lines_of_sight import (
     LinesOfSightList,
     LinesOfSightOut,
     LinesOfSightState,
-    LinesOfSightSummary,
 )
 from service.schemas.pages import Limit, Offset
 
@@ -145,11 +144,13 @@ async def download_lines(lines_id: str, name: str, request: Request, service: Se
 
 def _state(service: Service, job: JobRecord) -> LinesOfSightState:
     told: dict[str, Any] = state_of(service, job)
-    return LinesOfSightState(
-        **told,
-        request={"dem_id": job.dem_id, "pairs": job.request["pairs"], **job.request["options"]},
-        result=None if job.summary is None else LinesOfSightSummary.model_validate(job.summary),
-        files=[] if job.summary is None else [f"{path_of(job)}/files/{name}" for name in FILES],
+    return LinesOfSightState.model_validate(
+        {
+            **told,
+            "request": {"dem_id": job.dem_id, "pairs": job.request["pairs"], **job.request["options"]},
+            "result": job.summary,
+            "files": [] if job.summary is None else [f"{path_of(job)}/files/{name}" for name in FILES],
+        }
     )
 
 
