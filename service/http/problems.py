@@ -21,7 +21,7 @@ from service import errors as ours
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
-from service.jobs.store import error_of_store
+from service.jobs.store_errors import error_of_store
 from service.schemas.sentences import place_of, sentence_of_detail
 from terrain import errors as of_terrain
 from visibility import errors as of_visibility

@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from enum import Enum
 from typing import Any
 
-from service.errors import TimeLimitError
+from service.errors import JobInterruptedError, TimeLimitError
 from service.settings import Settings
 
 from .folder import DataFolder
@@ -21,6 +21,8 @@ logger = logging.getLogger("sightline.pool")
 
 FIRST_PAUSE_S = 0.2
 LONGEST_PAUSE_S = 30.0
+# Compiling every kernel on a slow machine takes some minutes; longer than this it hangs, or never starts.
+START_MAY_TAKE_S = 900.0
 
 
 class Lane(Enum):
@@ -91,7 +93,7 @@ class WorkerPool:
         """Do a task in a lane, first come, first served; cancelling it kills the process that is at it.
 
         token: names the work folder; whoever gives one takes the folder over when all went well.
-        Raises TaskFailed, WorkerDied, TimeLimitError.
+        Raises TaskFailed, WorkerDied, TimeLimitError, and JobInterruptedError when no process gets warm.
         """
         self._waiting[lane] += 1
         try:
@@ -135,10 +137,16 @@ class WorkerPool:
         return result
 
     async def _take_idle(self) -> WorkerProcess:
-        async with self._someone_idle:
-            await self._someone_idle.wait_for(lambda: self._idle)
-            # the one that worked last has its DEM still at hand
-            return self._idle.pop()
+        try:
+            async with asyncio.timeout(START_MAY_TAKE_S), self._someone_idle:
+                await self._someone_idle.wait_for(lambda: self._idle)
+                # the one that worked last has its DEM still at hand
+                return self._idle.pop()
+        except TimeoutError as error:
+            raise JobInterruptedError(
+                f"No worker process could be started within {START_MAY_TAKE_S:g} s; the service's log tells why. POST "
+                "it again when that is mended."
+            ) from error
 
     async def _give_back(self, worker: WorkerProcess) -> None:
         async with self._someone_idle:
@@ -154,9 +162,10 @@ class WorkerPool:
             await self._first_warm.wait()
         while True:
             try:
-                worker = await WorkerProcess.start(self._settings)
+                async with asyncio.timeout(START_MAY_TAKE_S):
+                    worker = await WorkerProcess.start(self._settings)
             except (WorkerDied, OSError) as error:
-                logger.error("a worker process could not be started (%s); next try in %.1f s", error, pause_s)
+                logger.error("a worker process could not be started (%r); next try in %.1f s", error, pause_s)
                 await asyncio.sleep(pause_s)
                 pause_s = min(2.0 * pause_s, LONGEST_PAUSE_S)
                 continue

@@ -12,11 +12,11 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
-from service.errors import DataFolderError, InUseError, NotFoundError, ServiceError, StorageFullError, StoreLockedError
+from service.errors import DataFolderError, InUseError, NotFoundError
 
 from .records import ACTIVE, DemRecord, Failure, JobKind, JobRecord, JobStatus
 
-__all__ = ["Store", "error_of_store"]
+__all__ = ["Store"]
 
 SCHEMA_VERSION = 1
 SCHEMA = """
@@ -32,17 +32,6 @@ CREATE INDEX jobs_by_kind ON jobs (kind, created_at_s);
 CREATE INDEX jobs_by_status ON jobs (status);
 CREATE INDEX jobs_by_digest ON jobs (digest);
 """
-LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
-UNUSABLE = frozenset(
-    {
-        sqlite3.SQLITE_CANTOPEN,
-        sqlite3.SQLITE_CORRUPT,
-        sqlite3.SQLITE_IOERR,
-        sqlite3.SQLITE_NOTADB,
-        sqlite3.SQLITE_PERM,
-        sqlite3.SQLITE_READONLY,
-    }
-)
 IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
 
 
@@ -50,7 +39,7 @@ class Store:
     """DEMs and jobs. Every method is one transaction and safe to call from any thread.
 
     Raises DataFolderError when the file is not a store, of a newer version, or was removed since. sqlite3.DatabaseError
-    passes through when the disk is full, or another program holds the file: ``error_of_store`` tells which.
+    passes through when the disk is full, or another program holds the file: ``store_errors`` tells which.
     """
 
     def __init__(self, path: Path) -> None:
@@ -261,25 +250,6 @@ class Store:
             )
         if version == 0:
             self._connection.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
-
-
-def error_of_store(error: sqlite3.DatabaseError) -> ServiceError | None:
-    """What an error of the database means for whoever asked; None when it is a fault of ours."""
-    # the low byte is the kind of error, the others its details
-    code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
-    if code in LOCKED:
-        return StoreLockedError(
-            "The database of the job store is locked by another program (sightline.sqlite3 in the data folder); "
-            "close that program and try again."
-        )
-    if code == sqlite3.SQLITE_FULL:
-        return StorageFullError("The job store cannot be written; make room on the disk and try again.")
-    if code in UNUSABLE:
-        return DataFolderError(
-            f"The job store in the data folder cannot be used ({error}); put the data folder in order, then restart "
-            "the service."
-        )
-    return None
 
 
 def _json(value: Mapping[str, Any]) -> str:

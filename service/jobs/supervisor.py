@@ -176,6 +176,8 @@ class Supervisor:
                     await self._surely(self._store.requeue_job, job.id)
         except TaskFailed as failed:
             await self._over(job, JobStatus.FAILED, failed.failure)
+        except JobInterruptedError as error:
+            await self._over(job, JobStatus.INTERRUPTED, error)
         except ServiceError as error:
             await self._over(job, JobStatus.FAILED, error)
         except asyncio.CancelledError:
