@@ -100,6 +100,23 @@ def test_a_job_whose_worker_is_killed_is_tried_again_then_reported_and_the_servi
         assert server.until("/health", lambda health: health["workers"]["warm"] == health["workers"]["wanted"])
 
 
+def test_killing_workers_also_while_they_start_leaves_no_job_behind(tmp_path: Path) -> None:
+    with running(tmp_path / "data", workers=1) as server:
+        dem = upload_rough_ground(server, tmp_path)
+        long = server.client.post("/visibility-maps", json=long_job(dem)).headers["Location"]
+        server.until(long, lambda job: job["status"] == "running")
+        short = server.client.post("/visibility-maps", json={**long_job(dem), "mode": "fast"}).headers["Location"]
+        for _ in range(3):
+            for worker in server.workers:
+                worker.kill()
+            server.until("/health", lambda health: health["workers"]["warm"] == 0, 10.0)
+        server.until(long, lambda job: job["status"] == "running" and job["attempts"] == 2)
+        for worker in server.workers:
+            worker.kill()
+        assert server.until_over(long)["status"] == "interrupted"
+        assert server.until_over(short)["status"] == "succeeded"
+
+
 def test_ctrl_c_in_the_terminal_ends_it_without_noise(tmp_path: Path) -> None:
     with running(tmp_path / "data") as server:
         workers = server.workers
