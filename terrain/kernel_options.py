@@ -6,7 +6,8 @@ private hook of numba; ``noalias_active`` says whether this numba still has that
 same and the fast sweep takes about twice as long.
 
 Compiled kernels are kept on disk. numba notices when a kernel's own file changes, but not when a kernel that was
-compiled into it does; so the folder they are kept in carries the digest of every kernel's source.
+compiled into it does; so the folder they are kept in carries the digest of every kernel's source that can be in them:
+those of their own package and of the packages to its left.
 """
 
 from __future__ import annotations
@@ -31,7 +32,15 @@ __all__ = [
     "summing_loop",
 ]
 
-PACKAGES = ("terrain", "visibility", "detection", "navigation", "planning")
+# whose kernels may be compiled into those of a package
+KERNELS_WITHIN = {
+    "terrain": ("terrain",),
+    "visibility": ("terrain", "visibility"),
+    "detection": ("terrain", "detection"),
+    "navigation": ("terrain", "detection", "navigation"),
+    "planning": ("terrain", "visibility", "detection", "navigation", "planning"),
+}
+EVERY_PACKAGE = KERNELS_WITHIN["planning"]
 
 # The default layer aborts the process when two threads call parallel kernels at once; OpenMP and TBB do not.
 numba.config.THREADING_LAYER = "threadsafe"
@@ -59,19 +68,22 @@ if _FunctionCompiler is not None:
 
 
 @functools.cache
-def cache_folder(base: str) -> str:
-    """Folder for compiled kernels under ``base`` (beside this file when empty), named after all kernels' sources."""
+def cache_folder(base: str, package: str) -> str:
+    """Folder for a package's compiled kernels under ``base`` (beside this file when empty), named after the sources.
+
+    A kernel outside the five packages (of a test, say) may hold any of theirs.
+    """
     home = Path(__file__).resolve().parent.parent
     sha = hashlib.sha256(Path(__file__).read_bytes())
-    for package in PACKAGES:
-        for source in sorted((*home.glob(f"{package}/kernels.py"), *home.glob(f"{package}/kernels/*.py"))):
+    for within in KERNELS_WITHIN.get(package, EVERY_PACKAGE):
+        for source in sorted((*home.glob(f"{within}/kernels.py"), *home.glob(f"{within}/kernels/*.py"))):
             sha.update(source.read_bytes())
     return str((Path(base) if base else Path(__file__).parent / "__pycache__") / f"kernels-{sha.hexdigest()[:16]}")
 
 
 def _compile(function: Callable[..., Any], **options: Any) -> Any:
     base = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = cache_folder(base)
+    numba.config.CACHE_DIR = cache_folder(base, function.__module__.partition(".")[0])
     try:
         return numba.njit(cache=True, error_model="numpy", **options)(function)
     finally:

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from terrain.kernel_options import FASTMATH, cache_folder, inner_loop, noalias_active, scalar_kernel
+from terrain.kernel_options import FASTMATH, KERNELS_WITHIN, cache_folder, inner_loop, noalias_active, scalar_kernel
 from terrain.synthetic import fractal
 from visibility import Anchor, min_visible_altitude
 
@@ -51,16 +51,25 @@ def test_inner_loops_still_know_nan():
     assert count_nan(np.array([1.0, np.nan, np.inf, np.nan])) == 2
 
 
-def test_kernels_are_kept_under_the_digest_of_all_kernel_sources(tmp_path):
-    folder = cache_folder(str(tmp_path))
+def test_kernels_are_kept_under_the_digest_of_all_kernel_sources_that_can_be_in_them(tmp_path):
+    folder = cache_folder(str(tmp_path), "visibility")
     assert folder.startswith(str(tmp_path))
-    assert folder == cache_folder(str(tmp_path))
+    assert folder == cache_folder(str(tmp_path), "visibility")
+    assert folder != cache_folder(str(tmp_path), "terrain")
 
     @scalar_kernel
     def one(value):
         return value + 1
 
     assert "kernels-" in str(one._cache.cache_path)
+
+
+def test_every_package_with_kernels_has_its_sources_in_the_digest():
+    from tests.house.repository import PACKAGES, modules
+
+    with_kernels = {name for name in PACKAGES if any("kernels" in str(path) for path in modules(name))}
+    assert with_kernels - {"service"} <= set(KERNELS_WITHIN)
+    assert all(package in within for package, within in KERNELS_WITHIN.items())
 
 
 @pytest.mark.timeout(120)
