@@ -1,3 +1,59 @@
 """The runtime range-based detector: notices occlusion from the ranges themselves, without a map."""
 
-__all__: list[str] = []
+from .detector import Detector, detect_epoch
+from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
+from .errors import DetectionError, DetectionInputError
+from .geometric import GeometricDetection, detect_2d, detect_3d
+from .settings import DetectorSettings
+from .state import AnchorState, DetectorState, Health
+from .tolerances import false_positive_rate, k_for_false_positive_rate, sigma_geometric_m, sigma_odometry_m
+from .verdicts import (
+    AnchorVerdict,
+    Classification,
+    EpochResult,
+    OdometryCondition,
+    PlanningStatus,
+    PositionFix,
+    RejectedRange,
+    Rejection,
+    Say,
+    SearchReport,
+    Sight,
+    Witness,
+    WitnessSay,
+)
+
+__all__ = [
+    "AnchorState",
+    "AnchorVerdict",
+    "Classification",
+    "DetectionError",
+    "DetectionInputError",
+    "Detector",
+    "DetectorSettings",
+    "DetectorState",
+    "EpochResult",
+    "GeometricDetection",
+    "Health",
+    "OdometryCondition",
+    "OdometryIncrement",
+    "PlanningStatus",
+    "PositionFix",
+    "RangeEpoch",
+    "RangeMeasurement",
+    "RangingAnchor",
+    "RejectedRange",
+    "Rejection",
+    "Say",
+    "SearchReport",
+    "Sight",
+    "Witness",
+    "WitnessSay",
+    "detect_2d",
+    "detect_3d",
+    "detect_epoch",
+    "false_positive_rate",
+    "k_for_false_positive_rate",
+    "sigma_geometric_m",
+    "sigma_odometry_m",
+]

@@ -1,0 +1,79 @@
+"""What of an epoch can be used: everything a sensor may deliver wrongly is named, set aside and counted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container
+from dataclasses import dataclass
+
+from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
+from .settings import DetectorSettings
+from .verdicts import RejectedRange, Rejection
+
+__all__ = ["Intake", "epoch_rejection", "take_in"]
+
+
+@dataclass(frozen=True, slots=True)
+class Intake:
+    """The usable part of an epoch, and what was set aside with its reason."""
+
+    ranges: tuple[RangeMeasurement, ...]
+    odometry: OdometryIncrement | None
+    rejected: tuple[RejectedRange, ...]
+
+
+def epoch_rejection(
+    epoch: RangeEpoch, last_time_s: float | None, last_sequence: int | None, window_start_s: float | None
+) -> Rejection | None:
+    """Why an epoch cannot be used as a whole after those before it, or None."""
+    if not math.isfinite(epoch.time_s):
+        return Rejection.BAD_TIME
+    if last_time_s is None:
+        return None
+    same_sequence = epoch.sequence is not None and epoch.sequence == last_sequence
+    if epoch.time_s == last_time_s or same_sequence:
+        return Rejection.DUPLICATE
+    if epoch.time_s > last_time_s:
+        return None
+    return Rejection.LATE if window_start_s is not None and epoch.time_s < window_start_s else Rejection.OUT_OF_ORDER
+
+
+def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings) -> Intake:
+    """Sort an epoch's ranges and odometry into usable and rejected. Of an anchor that comes twice, neither is used."""
+    ids = [measured.anchor_id for measured in epoch.ranges]
+    twice = {anchor_id for anchor_id in ids if ids.count(anchor_id) > 1} if len(set(ids)) < len(ids) else set()
+    ranges, rejected = [], []
+    for measured in epoch.ranges:
+        reason = _range_rejection(measured, known, twice, settings)
+        if reason is None:
+            ranges.append(measured)
+        else:
+            rejected.append(RejectedRange(measured.anchor_id, reason))
+    odometry = epoch.odometry
+    if odometry is not None and not _usable(odometry):
+        odometry = None
+        rejected.append(RejectedRange("", Rejection.BAD_ODOMETRY))
+    return Intake(tuple(ranges), odometry, tuple(rejected))
+
+
+def _range_rejection(
+    measured: RangeMeasurement, known: Container[str], twice: set[str], settings: DetectorSettings
+) -> Rejection | None:
+    checks = (
+        (measured.anchor_id not in known, Rejection.UNKNOWN_ANCHOR),
+        (measured.anchor_id in twice, Rejection.ANCHOR_TWICE),
+        (not math.isfinite(measured.range_m), Rejection.NOT_FINITE),
+        (measured.range_m <= 0.0, Rejection.NOT_POSITIVE),
+        (measured.range_m > settings.max_range_m, Rejection.TOO_LONG),
+        (measured.sigma_m is not None and not 0.0 < measured.sigma_m < math.inf, Rejection.BAD_SIGMA),
+        (measured.p_sight is not None and not 0.0 <= measured.p_sight <= 1.0, Rejection.BAD_PRIOR),
+        (measured.time_s is not None and not math.isfinite(measured.time_s), Rejection.BAD_TIME),
+    )
+    return next((reason for wrong, reason in checks if wrong), None)
+
+
+def _usable(odometry: OdometryIncrement) -> bool:
+    numbers = [*(odometry.wheel_m or ()), *(odometry.accelerometer_m or ())]
+    if odometry.heading_rad is not None:
+        numbers.append(odometry.heading_rad)
+    return 0.0 < odometry.duration_s < math.inf and all(map(math.isfinite, numbers))

@@ -1,0 +1,48 @@
+"""What a detector remembers, to be read: counts, the last word on each anchor, and how healthy its witnesses are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .verdicts import EpochResult, Rejection, Sight
+
+__all__ = ["AnchorState", "DetectorState", "Health"]
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorState:
+    """The last word on one anchor. time_s: of its last range, None before the first. occluded_share: of its ranges."""
+
+    anchor_id: str
+    sight: Sight
+    probability: float
+    time_s: float | None
+    range_m: float
+    ranges: int
+    occluded_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """How the witnesses have done so far (seed 000, fusion step 5).
+
+    geometry_false_positives, odometry_false_positives: share of ranges that the witness alone flagged and the verdict
+        cleared. odometry_failures: share of odometry increments that were not reliable. warnings: sentences.
+    """
+
+    geometry_false_positives: float
+    odometry_false_positives: float
+    odometry_failures: float
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorState:
+    """A snapshot of a detector. epochs: accepted. rejections: how many ranges and epochs were not used, by reason."""
+
+    time_s: float | None
+    epochs: int
+    rejections: dict[Rejection, int]
+    anchors: tuple[AnchorState, ...]
+    health: Health
+    last: EpochResult | None

@@ -1,0 +1,191 @@
+"""What the detector answers: per anchor which witness said what, per epoch which ranges a position may lean on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "AnchorVerdict",
+    "Classification",
+    "EpochResult",
+    "OdometryCondition",
+    "PlanningStatus",
+    "PositionFix",
+    "RejectedRange",
+    "Rejection",
+    "Say",
+    "SearchReport",
+    "Sight",
+    "Witness",
+    "WitnessSay",
+]
+
+
+class Classification(StrEnum):
+    """How many anchors of an epoch are occluded; undetermined = redundancy does not suffice to tell."""
+
+    NONE = "none"
+    SINGLE = "single"
+    MULTIPLE = "multiple"
+    UNDETERMINED = "undetermined"
+
+
+class Sight(StrEnum):
+    """What is known about an anchor's line of sight; unknown is a third answer."""
+
+    CLEAR = "clear"
+    OCCLUDED = "occluded"
+    UNKNOWN = "unknown"
+
+
+class Witness(StrEnum):
+    """Who speaks about an anchor."""
+
+    GEOMETRY = "geometry"  # do the ranges of this epoch meet in one point
+    ODOMETRY = "odometry"  # has the range changed by more than the rover moved
+    MOTION = "motion"  # does the range fit where the rover's track leads
+    PREDICTION = "prediction"  # does the map expect the anchor in sight
+
+
+class Say(StrEnum):
+    """What a witness says about an anchor."""
+
+    CLEAR = "clear"
+    OCCLUDED = "occluded"
+    SILENT = "silent"
+
+
+class Rejection(StrEnum):
+    """Why a range or an epoch was not used. The session goes on and counts it."""
+
+    NOT_FINITE = "not finite"
+    NOT_POSITIVE = "not positive"
+    TOO_LONG = "longer than any range can be"
+    UNKNOWN_ANCHOR = "unknown anchor"
+    ANCHOR_TWICE = "anchor twice in one epoch"
+    BAD_SIGMA = "sigma not a positive number"
+    BAD_PRIOR = "probability of sight outside 0 to 1"
+    BAD_TIME = "time not finite"
+    BAD_ODOMETRY = "odometry not finite or without duration"
+    DUPLICATE = "duplicate epoch"
+    OUT_OF_ORDER = "older than the epoch before it"
+    LATE = "older than the window"
+
+
+class OdometryCondition(StrEnum):
+    """What the cross-check of wheels against accelerometer and the speed check found (seed 000, odometry step 3)."""
+
+    MISSING = "missing"
+    RELIABLE = "reliable"
+    STUCK = "stuck"  # wheels turn, nothing accelerates
+    SLIPPED = "slipped"  # the rover moves, its wheels do not
+    DIFFERENT = "different"  # both move, by different lengths
+    TOO_FAST = "too fast"
+
+
+class PlanningStatus(StrEnum):
+    """What a path planner may make of this epoch."""
+
+    CHECKED = "checked"  # a position that redundant ranges confirm
+    DEGRADED = "degraded"  # a position from the ranges that are left, still confirmed
+    UNCHECKED = "unchecked"  # a position that nothing confirms
+    NO_POSITION = "no position"
+
+
+@dataclass(frozen=True, slots=True)
+class WitnessSay:
+    """What one witness said about one anchor.
+
+    evidence: the statistic it judged by, in sigmas where 1 sigma is known; NaN where it has none. weight: its share in
+    the verdict. reason: one sentence.
+    """
+
+    witness: Witness
+    says: Say
+    evidence: float
+    weight: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorVerdict:
+    """The verdict on one anchor in one epoch.
+
+    probability: that it is occluded, 0 to 1. confidence: in ``sight``, 0 to 1. score: what ranks ranges from clear to
+    occluded on one scale over a whole session (sigmas of excess, larger = more surely occluded).
+    excess_m: measured minus expected range; NaN where nothing is expected.
+    """
+
+    anchor_id: str
+    sight: Sight
+    probability: float
+    confidence: float
+    score: float
+    range_m: float
+    excess_m: float
+    says: tuple[WitnessSay, ...]
+    reason: str
+
+    @property
+    def occluded(self) -> bool:
+        """The binary flag: unknown is not flagged."""
+        return self.sight is Sight.OCCLUDED
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PositionFix:
+    """A position with its covariance, metres and m²: (3,) and (3, 3) east, north, up, or (2,) and (2, 2) in 2D.
+
+    mirror_m: the other solution where the anchors lie in one plane (or on one line in 2D) and no hint settles which is
+    the rover's; None = only one. checked: whether more ranges than unknowns confirm it.
+    """
+
+    position_m: npt.NDArray[np.float64]
+    covariance_m2: npt.NDArray[np.float64]
+    checked: bool
+    mirror_m: npt.NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SearchReport:
+    """How the subsets of anchors were searched: how many were tried, and whether all that could matter were."""
+
+    tried: int
+    complete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RejectedRange:
+    """A range, or odometry (anchor_id ""), that was not used, and why."""
+
+    anchor_id: str
+    reason: Rejection
+
+
+@dataclass(frozen=True, slots=True)
+class EpochResult:
+    """The answer to one epoch.
+
+    rejection: why the epoch as a whole was not used; None = it was. Then there are no verdicts.
+    verdicts: one per range used, in the epoch's order. excluded, included: their ids, for the multilateration.
+    position: of this epoch; None where the ranges left allow none. needed: what would settle what stays open, or "".
+    summary: one sentence.
+    """
+
+    time_s: float
+    rejection: Rejection | None
+    classification: Classification
+    verdicts: tuple[AnchorVerdict, ...]
+    excluded: tuple[str, ...]
+    included: tuple[str, ...]
+    position: PositionFix | None
+    planning: PlanningStatus
+    odometry: OdometryCondition
+    search: SearchReport
+    rejected: tuple[RejectedRange, ...]
+    needed: str
+    summary: str
