@@ -8,8 +8,9 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
+import navigation
 import visibility
-from terrain import ElevationGrid, height_at
+from terrain import ElevationGrid, height_at, nearest_surface
 
 __all__ = ["warm_up", "warm_up_on_all_cores"]
 
@@ -67,5 +68,23 @@ def _columns_of_air(grid: ElevationGrid) -> None:
     visibility.whole_volume(visibility.control_volume(surfaces, layers))
 
 
+def _navigation(grid: ElevationGrid) -> None:
+    nearest_surface(grid, [[10.0, -10.0, 60.0]])
+    points_m, anchors_m = [[10.0, -10.0, 60.0], [20.0, -20.0, 60.0]], [[100.0, -200.0, 90.0]]
+    motion = navigation.MotionNoise()
+    for clock_m in (None, (0.0, 0.0)):
+        state = navigation.predict(navigation.initial_state(0.0, points_m[0], clock_m=clock_m), 1.0, motion)
+        navigation.update_ranges(state, anchors_m, [200.0], 1.0)
+        navigation.predict_bubble(
+            points_m,
+            [0.0, 1.0],
+            anchors_m,
+            [[True], [True]],
+            1.0,
+            clock=clock_m is not None,
+            ground_slope=[[0.0, 0.0]] * 2,
+        )
+
+
 # the longest first, so that all cores end together
-PARTS = (_columns_of_air, _lines, _minimum_altitudes)
+PARTS = (_columns_of_air, _lines, _minimum_altitudes, _navigation)

@@ -15,6 +15,7 @@ from .frames import Body, body_of, to_grid_frame, to_lon_lat
 from .grid import ElevationGrid, Provenance
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
+from .nearest_surface import NearestSurface, nearest_surface
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
@@ -29,6 +30,7 @@ __all__ = [
     "ElevationGrid",
     "ElevationGridError",
     "FrameError",
+    "NearestSurface",
     "Provenance",
     "SampleError",
     "TerrainError",
@@ -39,6 +41,7 @@ __all__ = [
     "grid_mesh",
     "height_at",
     "horizon_distance_m",
+    "nearest_surface",
     "plane",
     "read_dem",
     "ridge",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .kernel_options import scalar_kernel
+from terrain.kernel_options import scalar_kernel
 
 __all__ = ["resample_surface", "settled", "surface_height", "surface_heights"]
 

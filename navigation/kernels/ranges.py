@@ -1,0 +1,72 @@
+"""The extended Kalman filter of ranges at constant velocity (De Vivo et al., eqs. 28-35).
+
+The state is east, east rate, north, north rate, up, up rate, and with a clock its offset and drift in metres: 6 or 8
+numbers. Noise of the motion is psd (4,): east, north, up, clock.
+"""
+
+import math
+
+from terrain.kernel_options import scalar_kernel
+
+from .covariance import grow, joseph
+
+__all__ = ["GATED", "LEFT_OUT", "USED", "advance", "range_row", "update_ranges"]
+
+# What became of a measurement.
+LEFT_OUT, USED, GATED = 0, 1, 2
+
+
+@scalar_kernel
+def advance(mean, covariance, step_s, psd):
+    """State and covariance after step_s, in place (eqs. 28, 30, 31)."""
+    for i in range(0, mean.shape[0], 2):
+        mean[i] += step_s * mean[i + 1]
+    grow(covariance, step_s, psd)
+
+
+@scalar_kernel
+def range_row(mean, anchor_m, row):
+    """Fill row (n,), the Jacobian of the range to anchor_m (3,), and return the range (eqs. 18, 33-35).
+
+    An anchor at the very place has no direction: its row says nothing of the position.
+    """
+    east, north, up = mean[0] - anchor_m[0], mean[2] - anchor_m[1], mean[4] - anchor_m[2]
+    range_m = math.sqrt(east * east + north * north + up * up)
+    row[:] = 0.0
+    if range_m > 0.0:
+        row[0], row[2], row[4] = east / range_m, north / range_m, up / range_m
+    if mean.shape[0] == 8:
+        row[6] = 1.0
+        range_m += mean[6]
+    return range_m
+
+
+@scalar_kernel
+def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, found):
+    """Correct state and covariance in place by ranges of one instant; fill found (k, 3).
+
+    anchors_m: (k, 3); measured_m: (k,), NaN = not measured; variances_m2: (k,), inf = left out. gate: squared number
+    of sigmas beyond which a single innovation is not believed, inf = none. found: innovation, its variance, and
+    LEFT_OUT, USED or GATED. Every range is linearised at the state before the first one, so their order does not
+    matter but for the gate.
+    """
+    n = mean.shape[0]
+    before, row, gain = mean.copy(), mean.copy(), mean.copy()
+    for a in range(anchors_m.shape[0]):
+        found[a, 0], found[a, 1], found[a, 2] = math.nan, math.nan, LEFT_OUT
+        if math.isnan(measured_m[a]) or not variances_m2[a] < math.inf:
+            continue
+        innovation_m = measured_m[a] - range_row(before, anchors_m[a], row)
+        expected_m2 = variances_m2[a]
+        for i in range(n):
+            innovation_m -= row[i] * (mean[i] - before[i])
+            for j in range(n):
+                expected_m2 += row[i] * covariance[i, j] * row[j]
+        found[a, 0], found[a, 1] = innovation_m, expected_m2
+        if innovation_m * innovation_m > gate * expected_m2:
+            found[a, 2] = GATED
+            continue
+        joseph(covariance, row, variances_m2[a], gain)
+        for i in range(n):
+            mean[i] += gain[i] * innovation_m
+        found[a, 2] = USED
