@@ -70,11 +70,14 @@ def _columns_of_air(grid: ElevationGrid) -> None:
 
 def _navigation(grid: ElevationGrid) -> None:
     nearest_surface(grid, [[10.0, -10.0, 60.0]])
+    navigation.bubble_confidence(np.eye(3), 1.0)
+    navigation.radius_of_confidence(np.eye(3), 0.9)
     points_m, anchors_m = [[10.0, -10.0, 60.0], [20.0, -20.0, 60.0]], [[100.0, -200.0, 90.0]]
     motion = navigation.MotionNoise()
     for clock_m in (None, (0.0, 0.0)):
         state = navigation.predict(navigation.initial_state(0.0, points_m[0], clock_m=clock_m), 1.0, motion)
         navigation.update_ranges(state, anchors_m, [200.0], 1.0)
+        navigation.filter_ranges(state, motion, [2.0], [0], [200.0], 1.0, anchors_m)
         navigation.predict_bubble(
             points_m,
             [0.0, 1.0],

@@ -16,6 +16,9 @@ ROUNDING = 1e-9
 LARGEST_M = 1e6
 LARGEST_M_PER_S = 1e4
 
+# One range makes a variance smaller by no more than this: what rounding leaves of a larger step could be negative.
+MOST_AT_ONCE = 1e-12
+
 
 @scalar_kernel
 def covariance_fault(covariance):
@@ -96,12 +99,14 @@ def joseph(covariance, row, variance_m2, gain):
     Joseph form, (I − K·H)·P·(I − K·H)ᵀ + K·R·Kᵀ: symmetric and positive whatever the rounding of the gain.
     """
     n = covariance.shape[0]
-    innovation_m2 = variance_m2
+    expected_m2 = 0.0
     for i in range(n):
         gain[i] = 0.0
         for j in range(n):
             gain[i] += covariance[i, j] * row[j]
-        innovation_m2 += row[i] * gain[i]
+        expected_m2 += row[i] * gain[i]
+    variance_m2 = max(variance_m2, MOST_AT_ONCE * expected_m2)
+    innovation_m2 = expected_m2 + variance_m2
     for i in range(n):
         gain[i] /= innovation_m2
     # A = (I − K·H)·P, row by row; then A·(I − K·H)ᵀ + K·R·Kᵀ

@@ -144,7 +144,7 @@ def test_a_long_outage_inflates_and_ranges_bring_it_back(gap_s, clock):
     assert np.trace(lost.position_covariance_m2) > 100.0 * np.trace(state.position_covariance_m2)
     found = FilterState(lost.time_s, state.mean, lost.covariance)  # a mean that ranges can be linearised at
     update = update_ranges(found, ANCHORS_M, true_ranges_m((3.0, -4.0, 20.0), clock_m=30.0 * clock), 0.25)
-    assert np.trace(update.state.position_covariance_m2) < 10.0
+    assert np.trace(update.state.position_covariance_m2) < 20.0
 
 
 def test_times_that_go_backwards_are_refused():
