@@ -1,3 +1,5 @@
-"""Occlusion-aware path planning and anchor placement."""
+"""What to do about it: where to put anchors (``planning.placement``)."""
 
-__all__: list[str] = []
+from .errors import ClusterError, NoCandidateError, PlacementError, PlanningError
+
+__all__ = ["ClusterError", "NoCandidateError", "PlacementError", "PlanningError"]

@@ -50,6 +50,7 @@ def save(finished: FinishedMap, folder: Path) -> None:
         "distant_anchors": [asdict(a) for a in finished.anchors if isinstance(a, DistantAnchor)],
         "parameters": finished.parameters.model_dump(mode="json"),
         "calculation": asdict(finished.calculation),
+        "plain": {name: getattr(finished, name) for name in product.plain},
     }
     (folder / f"{product.name}.json").write_text(json.dumps(description, allow_nan=False), encoding="utf-8")
 
@@ -83,6 +84,7 @@ def load(folder: Path) -> FinishedMap:
         parameters=parameters,
         calculation=Calculation(**_with_tuples(description["calculation"])),
         **{name: _mapped(folder, name) for name in product.arrays},
+        **description.get("plain", {}),
     )
 
 

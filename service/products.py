@@ -13,14 +13,16 @@ from visibility import Anchor, DistantAnchor, check_anchors
 from .dop_map import FinishedDopMap, calculate_dop_map
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
+from .placement import FinishedPlacement, calculate_placement, check_placement_request
 from .positions import resolve_anchor
 from .ranging_sources import check_sources, ranging_sources
+from .schemas.placements import PlacementParameters
 from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters
 from .schemas.sight import SightParameters
 from .schemas.visibility_maps import VisibilityMapParameters
 from .visibility_map import VisibilityMap, calculate
 
-__all__ = ["DOP_MAP", "MORPHING_MAP", "PRODUCTS", "VISIBILITY_MAP", "FinishedMap", "Product", "product_of"]
+__all__ = ["DOP_MAP", "MORPHING_MAP", "PLACEMENT", "PRODUCTS", "VISIBILITY_MAP", "FinishedMap", "Product", "product_of"]
 
 
 class FinishedMap(Protocol):
@@ -57,7 +59,7 @@ class Product:
 
     name: as jobs are called. check: refuses what cannot be calculated, before anything big is allocated, and tells
     how many anchors and satellites there are. finished: the type of its maps, made from grid, anchors, parameters,
-    calculation and, by name, the arrays.
+    calculation and, by name, the arrays and what is plain: values that are JSON as they are.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Product:
     calculate: Callable[[ElevationGrid, Any, Callable[[float], None] | None], FinishedMap]
     finished: Callable[..., FinishedMap]
     arrays: tuple[str, ...]
+    plain: tuple[str, ...] = ()
 
 
 def _check_visibility_map(grid: ElevationGrid, parameters: VisibilityMapParameters) -> int:
@@ -103,7 +106,18 @@ MORPHING_MAP = Product(
     FinishedMorphingMap,
     ("altitude_m", "safe_above_m", "state", "no_flight_intervals"),
 )
-PRODUCTS: Mapping[str, Product] = MappingProxyType({p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP)})
+PLACEMENT = Product(
+    "placement",
+    PlacementParameters,
+    check_placement_request,
+    calculate_placement,
+    FinishedPlacement,
+    ("count_before", "count_after", "dop_before", "dop_after", "is_target"),
+    ("answer",),
+)
+PRODUCTS: Mapping[str, Product] = MappingProxyType(
+    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT)}
+)
 
 
 def product_of(finished: FinishedMap) -> Product:

@@ -10,6 +10,7 @@ import numpy as np
 
 import navigation
 import visibility
+from planning import placement
 from terrain import ElevationGrid, height_at, nearest_surface
 
 __all__ = ["warm_up", "warm_up_on_all_cores"]
@@ -89,5 +90,20 @@ def _navigation(grid: ElevationGrid) -> None:
         )
 
 
+def _placements(grid: ElevationGrid) -> None:
+    candidates = placement.candidate_grid(grid, 60.0, above_ground_m=[30.0])
+    area, fixed = placement.area_targets(grid), visibility.Anchor("F", 101.0, -77.0, 60.0)
+    weights = np.linspace(1.0, 2.0, grid.heights_m.size).reshape(grid.shape)
+    weighted = placement.area_targets(grid, weight=weights)
+    path = placement.path_targets(grid, [(40.0, -40.0), (200.0, -200.0)])
+    for goal, targets in (
+        (placement.Goal(), weighted),
+        (placement.Goal("dop", spare=1), path),
+        (placement.Goal("mean_error"), area),
+    ):
+        placed = placement.place_anchors(grid, candidates, targets, 4, goal, fixed=[fixed])
+        placement.check_placement(grid, placed)
+
+
 # the longest first, so that all cores end together
-PARTS = (_columns_of_air, _lines, _minimum_altitudes, _navigation)
+PARTS = (_columns_of_air, _placements, _lines, _minimum_altitudes, _navigation)

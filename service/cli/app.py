@@ -26,6 +26,7 @@ from .options import (
     UnknownGround,
     UnknownOption,
 )
+from .place_options import place
 from .positioning_options import dop, morph
 
 __all__ = ["app", "main"]
@@ -109,6 +110,7 @@ def visibility(
 
 app.command()(dop)
 app.command()(morph)
+app.command()(place)
 
 
 @app.command()

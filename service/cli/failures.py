@@ -39,6 +39,7 @@ def _domain_exit_code(error: Exception) -> int | None:
     # imported here because an error of theirs cannot come before they were imported, and --help stays quick
     from pydantic import ValidationError
 
+    from planning import PlanningError
     from service.errors import RequestError, ServiceError, StartError
     from service.schemas import sentence_of
     from terrain import TerrainError
@@ -46,7 +47,7 @@ def _domain_exit_code(error: Exception) -> int | None:
 
     if isinstance(error, ValidationError):
         return _say(sentence_of(error), BAD_INPUT)
-    if isinstance(error, TerrainError | VisibilityError | RequestError | StartError):
+    if isinstance(error, TerrainError | VisibilityError | PlanningError | RequestError | StartError):
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)

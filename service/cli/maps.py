@@ -51,11 +51,12 @@ def make_map(
     crs: str | None,
     out: Path | None,
     as_json: bool,
+    what: str = "Sight lines",
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
     grid = read_dem(dem, nodata=nodata, crs=crs)
     folder = None if out is None else output_folder(out)
-    with progress_bar("Sight lines") as progress:
+    with progress_bar(what) as progress:
         finished = calculate(grid, parameters, progress)
     summary = finished.summary()
     written = [] if folder is None else _write_files(finished, summary, files, folder)

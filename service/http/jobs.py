@@ -19,6 +19,7 @@ PATHS = {
     JobKind.VISIBILITY_MAP: "/visibility-maps",
     JobKind.DOP_MAP: "/dop-maps",
     JobKind.MORPHING_MAP: "/morphing-maps",
+    JobKind.PLACEMENT: "/placements",
     JobKind.LINES_OF_SIGHT: "/lines-of-sight",
 }
 RETRY_AFTER_S = 1

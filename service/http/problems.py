@@ -17,6 +17,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from planning import errors as of_planning
 from service import errors as ours
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
@@ -57,6 +58,10 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_visibility.MeshError: ProblemKind("mesh", 422, "A building mesh cannot be used"),
     of_visibility.AlmanacError: ProblemKind("almanac", 422, "The satellites' orbits cannot be used"),
     of_visibility.AlmanacFileError: ProblemKind("almanac-file", 422, "The almanac file cannot be read"),
+    of_planning.PlanningError: ProblemKind("planning", 422, "The plan cannot be made"),
+    of_planning.PlacementError: ProblemKind("placement", 422, "The anchors cannot be placed"),
+    of_planning.NoCandidateError: ProblemKind("no-candidate", 422, "No place is left for an anchor"),
+    of_planning.ClusterError: ProblemKind("cluster", 503, "The cluster cannot be used"),
     ours.ServiceError: ProblemKind("service", 500, "The service failed"),
     ours.StartError: ProblemKind("start", 503, "The service cannot start"),
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
@@ -87,6 +92,7 @@ KIND_BY_ERROR_NAME = {f"{cls.__module__.partition('.')[0]}.{cls.__name__}": kind
 KIND_BY_PACKAGE = {
     "terrain": PROBLEMS[of_terrain.TerrainError],
     "visibility": PROBLEMS[of_visibility.VisibilityError],
+    "planning": PROBLEMS[of_planning.PlanningError],
 }
 INTERNAL = PROBLEMS[ours.InternalError]
 METHOD = ProblemKind("method", 405, "The method is not allowed here")
@@ -119,7 +125,7 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
 
 def install(app: FastAPI) -> None:
     """Answer every error of the app with a problem."""
-    for base in (of_terrain.TerrainError, of_visibility.VisibilityError, ours.ServiceError):
+    for base in (of_terrain.TerrainError, of_visibility.VisibilityError, of_planning.PlanningError, ours.ServiceError):
         app.add_exception_handler(base, _domain_error)
     app.add_exception_handler(TaskFailed, _task_failed)
     app.add_exception_handler(FailedJob, _failed_job)

@@ -16,6 +16,7 @@ class JobKind(StrEnum):
     VISIBILITY_MAP = "visibility-map"
     DOP_MAP = "dop-map"
     MORPHING_MAP = "morphing-map"
+    PLACEMENT = "placement"
     LINES_OF_SIGHT = "lines-of-sight"
 
 

@@ -20,6 +20,7 @@ import uuid
 from collections.abc import Mapping
 from typing import Any, BinaryIO
 
+from planning import PlanningError
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
 from service.settings import GIB, Settings
 from terrain import TerrainError
@@ -71,7 +72,7 @@ def _done(order: Mapping[str, Any], settings: Settings, folder: DataFolder, answ
     context = TaskContext(settings, folder, work, _Progress(answers))
     try:
         return {"result": dict(task(context, order["arguments"]))}
-    except (TerrainError, VisibilityError, ServiceError) as error:
+    except (TerrainError, VisibilityError, PlanningError, ServiceError) as error:
         failure = Failure.of(error)
     except MemoryError:
         failure = Failure.of(

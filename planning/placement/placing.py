@@ -1,0 +1,264 @@
+"""Where to put anchors: the whole way from candidates and targets to a placement."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.errors import PlacementError
+from terrain import ElevationGrid
+from visibility import Anchor, AntennaLimits, check_anchors
+
+from .candidates import Candidates
+from .fewest import fewest
+from .goals import Goal
+from .judges import CountJudge, Problem, judge_of, shown_value
+from .rules import Feasible, PlacementRules, feasible_candidates
+from .searching import Found, SearchOptions, search
+from .sight import SightOptions, sight_table
+from .targets import Targets
+from .together import Together
+
+__all__ = ["Placement", "place_anchors"]
+
+Floats = npt.NDArray[np.float64]
+SHARE_OF_SIGHT = 0.7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """The answer to ``place_anchors``.
+
+    anchors: the chosen places, in the order in which each adds most. candidate: their numbers among the candidates.
+    value: what the goal asks for: a share 0..1, or metres. bound: what no choice can better; gap: how far apart the
+        two are, in the same unit. proved: no choice is better. before: the value with the fixed anchors alone.
+    marginal: (k,) what each anchor added to the value when it came; error goals: how many metres less.
+    needed: no fewer anchors reach the share that was asked for; None where a number was asked for.
+    greedy_value: what greedy alone reached. feasible: candidates that kept the rules, and what took the others.
+    stopped: the search was stopped; the answer is the best so far.
+    """
+
+    anchors: tuple[Anchor, ...]
+    candidate: npt.NDArray[np.intp]
+    fixed: tuple[Anchor, ...]
+    goal: Goal
+    rules: PlacementRules
+    targets: Targets
+    feasible: Feasible
+    value: float
+    before: float
+    bound: float
+    marginal: Floats
+    needed: int | None
+    greedy_value: float
+    method: str
+    proved: bool
+    stopped: bool
+    statement: str
+    warnings: tuple[str, ...]
+    sight: SightOptions
+    timing_s: dict[str, float]
+    version: str
+
+    @property
+    def gap(self) -> float:
+        """Distance from the bound, in the value's unit, >= 0."""
+        return abs(self.bound - self.value)
+
+
+def place_anchors(
+    grid: ElevationGrid,
+    candidates: Candidates,
+    targets: Targets,
+    count: int | None = None,
+    goal: Goal | None = None,
+    rules: PlacementRules | None = None,
+    *,
+    reach: float | None = None,
+    fixed: Sequence[Anchor] = (),
+    sight: SightOptions | None = None,
+    options: SearchOptions | None = None,
+    progress: Callable[[float], None] | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> Placement:
+    """The best places for ``count`` anchors among the candidates, beside those that are fixed.
+
+    reach: in place of count, a share 0..1: the fewest anchors that reach it.
+    progress: called with the finished share 0..1. stop: asked again and again; once it says True the best placement so
+    far comes back, marked as stopped. Raises PlacementError, NoCandidateError, AnchorError.
+    """
+    goal, rules, options = goal or Goal(), rules or PlacementRules(), options or SearchOptions()
+    _check_number(count, reach, goal)
+    begin_s = time.perf_counter()
+    ready = prepare(grid, candidates, targets, goal, rules, fixed, sight, progress, stop)
+    sight_s = time.perf_counter() - begin_s
+    told = None if progress is None else lambda share: progress(SHARE_OF_SIGHT + (1.0 - SHARE_OF_SIGHT) * share)
+    if count is not None:
+        _check_enough(count, ready)
+        found, needed = search(ready.problem, count, ready.together, options, told, stop), None
+    else:
+        found, needed = fewest(ready.problem, _given(reach), ready.together, options, told, stop)
+    if not found.chosen and found.stopped:
+        raise PlacementError("The search was stopped before it had placed any anchor.")
+    timing_s = {"sight_s": sight_s, "search_s": time.perf_counter() - begin_s - sight_s}
+    return answer(ready, found, count or len(found.chosen), needed, timing_s)
+
+
+def _check_number(count: int | None, reach: float | None, goal: Goal) -> None:
+    if (count is None) == (reach is None):
+        raise PlacementError("Give exactly one of count and reach.")
+    if count is not None and count < 1:
+        raise PlacementError(f"At least one anchor has to be placed, not {count}.")
+    if reach is not None and not (goal.is_share and 0.0 < reach <= 1.0):
+        raise PlacementError(f"reach must be a share > 0 and <= 1 of a goal that is a share, not {reach}.")
+
+
+def _check_enough(count: int, ready: Ready) -> None:
+    left = len(ready.problem.anchor)
+    if count > left:
+        raise PlacementError(
+            f"{count} anchors cannot be placed on {left:,} candidate{'' if left == 1 else 's'}: "
+            f"{ready.feasible.sentence()}"
+        )
+
+
+def _given(reach: float | None) -> float:
+    assert reach is not None, "it has been checked"
+    return reach
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ready:
+    """Everything that a search needs."""
+
+    problem: Problem
+    together: Together
+    feasible: Feasible
+    fixed: tuple[Anchor, ...]
+    rules: PlacementRules
+    sight: SightOptions
+    warnings: tuple[str, ...]
+
+
+def prepare(
+    grid: ElevationGrid,
+    candidates: Candidates,
+    targets: Targets,
+    goal: Goal,
+    rules: PlacementRules,
+    fixed: Sequence[Anchor],
+    sight: SightOptions | None,
+    progress: Callable[[float], None] | None,
+    stop: Callable[[], bool] | None,
+) -> Ready:
+    """Rules applied and sight worked out. Raises NoCandidateError, AnchorError."""
+    warnings = check_anchors(grid, fixed) if fixed else ()
+    seeing = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
+    feasible = feasible_candidates(grid, candidates, rules, targets)
+    fixed_m = positions_of(fixed)
+    fixed_sight, _ = sight_table(grid, targets, fixed_m, seeing)
+    table, done = sight_table(
+        grid,
+        targets,
+        feasible.candidates.position_m,
+        seeing,
+        None if progress is None else lambda share: progress(SHARE_OF_SIGHT * share),
+        stop,
+    )
+    position_m = feasible.candidates.position_m[:done]
+    weight = np.full((done, 1), 1.0 if goal.is_share else goal.ranging_sigma_m**-2)
+    problem = Problem(targets, goal, np.hstack([position_m, weight]), table, anchor_rows(fixed, goal), fixed_sight)
+    together = Together(grid, position_m, fixed_m, rules.min_separation_m, rules.link)
+    return Ready(problem, together, feasible, tuple(fixed), rules, seeing, tuple(warnings))
+
+
+def positions_of(anchors: Sequence[Anchor]) -> Floats:
+    """(n, 3) east, north, altitude, metres."""
+    return np.array([(a.east_m, a.north_m, a.altitude_m) for a in anchors], np.float64).reshape(-1, 3)
+
+
+def anchor_rows(anchors: Sequence[Anchor], goal: Goal) -> Floats:
+    """(n, 4) anchors as judges take them; weights are 1 for dilutions and 1/variance for errors in metres."""
+    variance_m2 = np.array([a.ranging_sigma_m**2 + a.pose_sigma_m**2 for a in anchors]).reshape(-1, 1)
+    weight = np.ones((len(anchors), 1)) if goal.is_share else 1.0 / np.maximum(variance_m2, 1e-12)
+    return np.hstack([positions_of(anchors), weight])
+
+
+def answer(ready: Ready, found: Found, count: int, needed: int | None, timing_s: dict[str, float]) -> Placement:
+    """A placement out of what a search found."""
+    problem, goal = ready.problem, ready.problem.goal
+    order, marginal = _by_gain(problem, found.chosen)
+    sign = 1.0 if goal.is_share else -1.0
+    warnings = list(ready.warnings)
+    if len(order) < count:
+        warnings.append(
+            f"Only {len(order)} of {count} anchors could be placed: the rules between anchors (separation, link) "
+            "leave no place for more."
+        )
+    limits = AntennaLimits(max_range_m=ready.rules.max_range_m)
+    anchors = tuple(
+        Anchor(f"P{number}", east_m, north_m, altitude_m, ranging_sigma_m=goal.ranging_sigma_m, limits=limits)
+        for number, (east_m, north_m, altitude_m) in enumerate(problem.anchor[order, :3].tolist(), 1)
+    )
+    return Placement(
+        anchors=anchors,
+        candidate=ready.feasible.number[np.array(order, np.intp)],
+        fixed=ready.fixed,
+        goal=goal,
+        rules=ready.rules,
+        targets=problem.targets,
+        feasible=ready.feasible,
+        value=shown_value(problem, order),
+        before=shown_value(problem, []),
+        bound=sign * found.bound,
+        marginal=marginal,
+        needed=needed,
+        greedy_value=shown_value(problem, found.greedy),
+        method=found.method,
+        proved=found.proved,
+        stopped=found.stopped,
+        statement=_statement(goal, ready.together),
+        warnings=tuple(warnings),
+        sight=ready.sight,
+        timing_s=timing_s,
+        version=importlib.metadata.version("sightline"),
+    )
+
+
+def _by_gain(problem: Problem, chosen: list[int]) -> tuple[list[int], Floats]:
+    """(the set in the order in which each adds most, what each added to the value)."""
+    judge = judge_of(problem)
+    guide = CountJudge(problem, problem.goal.needed_with_spare, partial=True)
+    order: list[int] = []
+    left = list(chosen)
+    values = [judge.value([])]
+    while left:
+        which = np.array(left, np.intp)
+        added = judge.with_each(order, which)
+        # while nothing counts yet, what brings targets nearer to counting goes first
+        best = int(np.lexsort((-guide.with_each(order, which), -np.round(added, 12)))[0])
+        order.append(left.pop(best))
+        values.append(judge.value(order))
+    return order, np.diff(values)
+
+
+def _statement(goal: Goal, together: Together) -> str:
+    """What is proved about greedy for this goal."""
+    if goal.submodular and together.free:
+        return (
+            "The goal is submodular: greedy alone reaches at least 1 − 1/e = 63 % of the best, and what is returned is "
+            "no worse than greedy."
+        )
+    why = (
+        "rules between anchors (separation or relays) exclude sets"
+        if goal.submodular
+        else "a target counts only once several anchors see it"
+        if goal.objective == "coverage"
+        else "a dilution of precision depends on anchors together, not on each"
+    )
+    return f"The goal is not submodular: {why}; greedy has no guarantee here, and the bound is what is proved."

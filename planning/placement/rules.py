@@ -1,0 +1,150 @@
+"""Where anchors may be put: what each rule takes away, and which may stand together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from planning.errors import NoCandidateError, PlacementError
+from terrain import ElevationGrid
+
+from .candidates import Candidates
+from .links import Link, base_hops
+from .targets import Targets
+
+__all__ = ["Feasible", "PlacementRules", "feasible_candidates"]
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementRules:
+    """What a place for an anchor must keep to; lengths in metres, shapes in the grid's frame.
+
+    no_fly: polygons that no anchor may be over. stand_off: shapes, each with the distance to keep from it.
+    min_above_ground_m, max_above_ground_m, max_altitude_m: floor and ceilings.
+    max_range_m: longest slant range that is measured; a place with no target in reach is no candidate.
+    min_separation_m: between any two anchors, in space. link: what the radio link to a base needs.
+    Raises PlacementError.
+    """
+
+    no_fly: tuple[shapely.Geometry, ...] = ()
+    stand_off: tuple[tuple[shapely.Geometry, float], ...] = ()
+    min_above_ground_m: float = 0.0
+    max_above_ground_m: float = math.inf
+    max_altitude_m: float = math.inf
+    max_range_m: float = math.inf
+    min_separation_m: float = 0.0
+    link: Link | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("min_above_ground_m", "min_separation_m"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise PlacementError(f"{name} must be a number of metres >= 0, not {getattr(self, name)}.")
+        for name in ("max_above_ground_m", "max_range_m"):
+            if not getattr(self, name) > 0.0:
+                raise PlacementError(f"{name} must be > 0 m, not {getattr(self, name)}.")
+        if math.isnan(self.max_altitude_m):
+            raise PlacementError("max_altitude_m must be a number.")
+        if self.min_above_ground_m > self.max_above_ground_m:
+            raise PlacementError(
+                f"The rules contradict each other: min_above_ground_m {self.min_above_ground_m:g} is above "
+                f"max_above_ground_m {self.max_above_ground_m:g}."
+            )
+        for _, distance_m in self.stand_off:
+            if not (math.isfinite(distance_m) and distance_m >= 0.0):
+                raise PlacementError(f"A stand-off distance must be >= 0 m, not {distance_m}.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feasible:
+    """Candidates that keep every rule. number: their numbers among those given. removed: how many each rule took."""
+
+    candidates: Candidates
+    number: npt.NDArray[np.intp]
+    removed: dict[str, int]
+
+    def sentence(self) -> str:
+        """How many are left, and what took the others."""
+        return _sentence(len(self.candidates), self.removed)
+
+
+def feasible_candidates(
+    grid: ElevationGrid, candidates: Candidates, rules: PlacementRules, targets: Targets
+) -> Feasible:
+    """The candidates that keep every rule, one rule after the other; what a rule took, the next does not count.
+
+    Raises NoCandidateError when none is left.
+    """
+    number = np.arange(len(candidates))
+    removed: dict[str, int] = {}
+    for name, keeps in _rules(grid, rules, targets):
+        kept = keeps(candidates.take(number))
+        if not kept.all():
+            removed[name] = int(np.count_nonzero(~kept))
+            number = number[kept]
+        if len(number) == 0:
+            raise NoCandidateError(_sentence(0, removed), removed)
+    return Feasible(candidates.take(number), number, removed)
+
+
+def _rules(
+    grid: ElevationGrid, rules: PlacementRules, targets: Targets
+) -> list[tuple[str, Callable[[Candidates], Mask]]]:
+    """Cheap rules first, each as (its name, which candidates keep it)."""
+    found: list[tuple[str, Callable[[Candidates], Mask]]] = [
+        ("no known ground below", lambda some: np.isfinite(some.position_m[:, 2])),
+        ("below the ground", lambda some: ~(some.above_ground_m < 0.0)),
+    ]
+    if rules.min_above_ground_m > 0.0:
+        found.append(("too low above ground", lambda some: some.above_ground_m >= rules.min_above_ground_m - 1e-6))
+    if math.isfinite(rules.max_above_ground_m):
+        found.append(("too high above ground", lambda some: some.above_ground_m <= rules.max_above_ground_m + 1e-6))
+    if math.isfinite(rules.max_altitude_m):
+        found.append(("above the ceiling", lambda some: some.position_m[:, 2] <= rules.max_altitude_m + 1e-6))
+    if rules.no_fly:
+        zone = shapely.union_all(rules.no_fly)
+        found.append(("in a no-fly zone", lambda some: ~_inside(zone, some)))
+    for shape, distance_m in rules.stand_off:
+        found.append(("within a stand-off distance", _keeps_off(shape, distance_m)))
+    if math.isfinite(rules.max_range_m):
+        found.append(("no target within range", lambda some: _reaches(some, targets, rules.max_range_m)))
+    if rules.link is not None:
+        link = rules.link
+        found.append(("no link to a base", lambda some: base_hops(grid, link, some.position_m) <= link.relays + 1))
+    return found
+
+
+def _inside(zone: shapely.Geometry, some: Candidates) -> Mask:
+    shapely.prepare(zone)
+    inside: Mask = shapely.intersects_xy(zone, some.position_m[:, 0], some.position_m[:, 1])
+    return inside
+
+
+def _keeps_off(shape: shapely.Geometry, distance_m: float) -> Callable[[Candidates], Mask]:
+    def keeps(some: Candidates) -> Mask:
+        away_m = shapely.distance(shape, shapely.points(some.position_m[:, :2]))
+        kept: Mask = away_m >= distance_m
+        return kept
+
+    return keeps
+
+
+def _reaches(some: Candidates, targets: Targets, max_range_m: float) -> Mask:
+    from scipy.spatial import KDTree
+
+    nearest_m, _ = KDTree(targets.point_m).query(some.position_m, distance_upper_bound=max_range_m * (1.0 + 1e-9))
+    reached: Mask = np.isfinite(nearest_m)
+    return reached
+
+
+def _sentence(left: int, removed: dict[str, int]) -> str:
+    taken = ", ".join(f"{name}: {count:,}" for name, count in removed.items())
+    if left == 0:
+        return f"No place is left for an anchor; removed: {taken}."
+    return f"{left:,} candidates" + (f"; removed: {taken}." if taken else "; no rule removed any.")

@@ -1,0 +1,110 @@
+"""Placed anchors as files for other programs: GeoJSON, CSV, QGroundControl plans, beacon parameters."""
+
+from __future__ import annotations
+
+import csv
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from service.placement import FinishedPlacement
+from terrain import height_at, to_lon_lat
+
+from .features import LOCAL_METRES
+from .qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
+
+__all__ = ["plan_texts", "write_beacons", "write_csv", "write_geojson", "write_plans"]
+
+CLEAR_OF_GROUND_M = 10.0
+# a zip's entries carry a time; one for all makes files of equal placements equal
+ZIP_TIME = (2020, 1, 1, 0, 0, 0)
+
+
+def write_geojson(finished: FinishedPlacement, path: Path) -> None:
+    """A FeatureCollection in longitude and latitude; without a CRS in the DEM's local metres, and says so."""
+    grid = finished.grid
+    features = []
+    for placed in finished.answer["placed"]:
+        position = (placed["east_m"], placed["north_m"])
+        properties = {key: value for key, value in placed.items() if key not in ("east_m", "north_m", "above_ground_m")}
+        features.append(
+            {
+                "type": "Feature",
+                "id": placed["id"],
+                "geometry": {
+                    "type": "Point",
+                    "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
+                },
+                "properties": properties,
+            }
+        )
+    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
+    if grid.crs is None:
+        collection |= LOCAL_METRES
+    path.write_text(json.dumps(collection, allow_nan=False, indent=1), encoding="utf-8")
+
+
+def write_csv(finished: FinishedPlacement, path: Path) -> None:
+    """id, east_m, north_m, altitude_m, ranging_sigma_m, and max_range_m where there is one."""
+    goal, rules = finished.parameters.goal, finished.parameters.rules
+    limit = {} if rules.max_range_m is None else {"max_range_m": rules.max_range_m}
+    with path.open("w", encoding="utf-8", newline="") as file:
+        names = ["id", "east_m", "north_m", "altitude_m", "ranging_sigma_m", *limit]
+        table = csv.DictWriter(file, names, extrasaction="ignore", lineterminator="\n")
+        table.writeheader()
+        for placed in finished.answer["placed"]:
+            table.writerow({**placed, "ranging_sigma_m": goal.ranging_sigma_m, **limit})
+
+
+def plan_texts(finished: FinishedPlacement) -> dict[str, str]:
+    """The text of each drone's .plan by its file name. Raises FrameError for a DEM without CRS."""
+    return {
+        f"{placed['id']}.plan": _plan(finished, placed)
+        for placed in finished.answer["placed"]
+        if placed["what"] != "mast"
+    }
+
+
+def write_plans(finished: FinishedPlacement, path: Path) -> None:
+    """All of them in a zip. Raises FrameError for a DEM without CRS."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in plan_texts(finished).items():
+            archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), text)
+
+
+def write_beacons(finished: FinishedPlacement, path: Path) -> None:
+    """ArduPilot's BCN_* parameters: the origin is the first anchor's place on the ground. Raises FrameError."""
+    grid, placed = finished.grid, finished.answer["placed"]
+    first = placed[0]
+    origin_altitude_m = first["altitude_m"] - (first["above_ground_m"] or 0.0)
+    lon_deg, lat_deg = to_lon_lat(grid, first["east_m"], first["north_m"])
+    lines = [
+        "# Origin of the beacons; offsets are metres north, east, down of it along the DEM's grid.",
+        f"BCN_LATITUDE,{lat_deg:.7f}",
+        f"BCN_LONGITUDE,{lon_deg:.7f}",
+        f"BCN_ALT,{origin_altitude_m:.2f}",
+        "BCN_ORIENT_YAW,0",
+    ]
+    for number, one in enumerate(placed):
+        north_m, east_m = one["north_m"] - first["north_m"], one["east_m"] - first["east_m"]
+        lines.append(
+            f"# beacon {number}, {one['id']}: {north_m:.2f}, {east_m:.2f}, {origin_altitude_m - one['altitude_m']:.2f}"
+        )
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _plan(finished: FinishedPlacement, placed: dict[str, Any]) -> str:
+    """Take off straight up from the ground below, or from the base where there is one, fly there, and hold."""
+    grid = finished.grid
+    lon_deg, lat_deg = to_lon_lat(grid, placed["east_m"], placed["north_m"])
+    ground_m = float(height_at(grid, placed["east_m"], placed["north_m"]))
+    altitude_m = placed["altitude_m"]
+    home_m = ground_m if ground_m == ground_m else altitude_m  # over unknown ground home is where it hovers
+    home = PlanItem(TAKE_OFF, lon_deg, lat_deg, home_m)
+    items = [
+        PlanItem(TAKE_OFF, lon_deg, lat_deg, max(altitude_m, home_m + CLEAR_OF_GROUND_M)),
+        PlanItem(WAYPOINT, lon_deg, lat_deg, altitude_m),
+        PlanItem(LOITER, lon_deg, lat_deg, altitude_m),
+    ]
+    return plan_text(items, home)

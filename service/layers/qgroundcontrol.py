@@ -1,0 +1,73 @@
+"""Missions as QGroundControl reads them: a .plan file of items, for drones that hold a place and rovers that drive."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["COPTER", "LOITER", "ROVER", "TAKE_OFF", "WAYPOINT", "PlanItem", "plan_text"]
+
+# MAV_CMD
+WAYPOINT, LOITER, TAKE_OFF = 16, 17, 22
+# MAV_TYPE
+COPTER, ROVER = 2, 10
+GENERIC_FIRMWARE = 0  # MAV_AUTOPILOT
+ABSOLUTE = 0  # MAV_FRAME_GLOBAL: altitudes count from mean sea level
+ABSOLUTE_MODE = 2  # how QGroundControl shows them
+
+
+@dataclass(frozen=True, slots=True)
+class PlanItem:
+    """One command: where, WGS 84 degrees, at which altitude above mean sea level in metres, and how long it holds."""
+
+    command: int
+    lon_deg: float
+    lat_deg: float
+    altitude_m: float
+    hold_s: float = 0.0
+
+
+def plan_text(
+    items: Sequence[PlanItem],
+    home: PlanItem,
+    *,
+    vehicle: int = COPTER,
+    cruise_m_per_s: float = 15.0,
+    hover_m_per_s: float = 5.0,
+) -> str:
+    """The text of a .plan file (format of QGroundControl's "Plan" version 1) of these items, from home."""
+    document = {
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "QGroundControl",
+        "geoFence": {"circles": [], "polygons": [], "version": 2},
+        "rallyPoints": {"points": [], "version": 2},
+        "mission": {
+            "version": 2,
+            "firmwareType": GENERIC_FIRMWARE,
+            "vehicleType": vehicle,
+            "globalPlanAltitudeMode": ABSOLUTE_MODE,
+            "cruiseSpeed": cruise_m_per_s,
+            "hoverSpeed": hover_m_per_s,
+            "plannedHomePosition": [home.lat_deg, home.lon_deg, home.altitude_m],
+            "items": [_item(number, item) for number, item in enumerate(items, 1)],
+        },
+    }
+    return json.dumps(document, allow_nan=False, indent=1)
+
+
+def _item(number: int, item: PlanItem) -> dict[str, Any]:
+    # params 1 to 4 belong to the command; param 4 of None keeps the heading
+    return {
+        "type": "SimpleItem",
+        "autoContinue": True,
+        "command": item.command,
+        "doJumpId": number,
+        "frame": ABSOLUTE,
+        "Altitude": item.altitude_m,
+        "AltitudeMode": ABSOLUTE_MODE,
+        "AMSLAltAboveTerrain": None,
+        "params": [item.hold_s, 0, 0, None, item.lat_deg, item.lon_deg, item.altitude_m],
+    }
