@@ -32,7 +32,7 @@ class Together:
         self._clear_of_fixed: Mask = np.asarray(self._far_from(fixed_m).all(axis=1))
         self._direct: Mask = np.ones(len(position_m), np.bool_)
         if link is not None and link.relays:
-            self._direct = linked_pairs(grid, link, position_m, np.array(link.bases_m, np.float64)).any(axis=1)
+            self._direct = np.asarray(linked_pairs(grid, link, position_m, np.array(link.bases_m)).any(axis=1))
 
     @classmethod
     def anything_goes(cls, candidates: int) -> Together:
