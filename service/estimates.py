@@ -8,11 +8,13 @@ from typing import Literal
 from .errors import LimitError
 from .settings import GIB, Settings
 
-__all__ = ["Estimate", "estimate_map", "refuse_beyond_limits"]
+__all__ = ["Estimate", "estimate_map", "refuse_beyond_limits", "refuse_map", "refuse_placement"]
 
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
 BYTES_PER_CELL = 24
+# places, normals, weights and what each target has in sight
+BYTES_PER_TARGET = 320
 # altitude, hidden-below and visible: float32, float32, uint8
 BYTES_PER_CELL_AND_ANCHOR = 9
 
@@ -42,6 +44,46 @@ def estimate_map(cells: int, anchors: int, mode: Literal["fast", "exact"]) -> Es
         cells * BYTES_PER_CELL + cells * anchors * BYTES_PER_CELL_AND_ANCHOR,
         cells * anchors * SECONDS_PER_CELL_AND_ANCHOR[mode],
     )
+
+
+def refuse_map(cells: int, sources: int, mode: Literal["fast", "exact"], settings: Settings) -> None:
+    """Raises LimitError for a map of too many anchors and satellites, or one that would take too much."""
+    if sources > settings.max_anchors:
+        raise LimitError(
+            f"{sources} anchors and satellites are more than the limit of {settings.max_anchors} in one request",
+            limit_name="max_anchors",
+            limit=settings.max_anchors,
+            given=sources,
+        )
+    refuse_beyond_limits(estimate_map(cells, sources, mode), settings)
+
+
+def refuse_placement(cells: int, candidates: int, mode: Literal["fast", "exact"], settings: Settings) -> None:
+    """Raises LimitError for a placement among too many candidates, or one that would take too much.
+
+    Surfaces are held for a few candidates at a time; what grows with both is one bit of sight for each pair.
+    """
+    if candidates > settings.max_candidates:
+        raise LimitError(
+            f"{candidates:,} candidates are more than the limit of {settings.max_candidates:,} in one request",
+            limit_name="max_candidates",
+            limit=settings.max_candidates,
+            given=candidates,
+        )
+    memory_bytes = cells * (BYTES_PER_TARGET + candidates // 4)
+    seconds = cells * candidates * SECONDS_PER_CELL_AND_ANCHOR[mode]
+    for name, asked, limit, words in (
+        ("max_worker_memory_bytes", memory_bytes, settings.max_worker_memory_bytes, "bytes of memory"),
+        ("max_job_s", seconds, settings.max_job_s, "s"),
+    ):
+        if asked > limit:
+            raise LimitError(
+                f"{candidates:,} candidates over {cells:,} cells would take about {asked:,.3g} {words}, more than the "
+                f"limit of {limit:,.3g} {words}; ask for fewer candidates, or a smaller DEM",
+                limit_name=name,
+                limit=limit,
+                given=asked,
+            )
 
 
 def refuse_beyond_limits(estimate: Estimate, settings: Settings) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.placement import Placement, check_placement, feasible_candidates, hover_sensitivity, place_anchors
+from planning.placement.placing import require_enough
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
@@ -86,7 +87,9 @@ def check_placement_request(grid: ElevationGrid, parameters: PlacementParameters
         check_anchors(grid, question.fixed)
     # links take sight lines: that is for the calculation itself
     rules = replace(question.rules, link=None)
-    return len(feasible_candidates(grid, question.candidates, rules, question.targets).candidates)
+    feasible = feasible_candidates(grid, question.candidates, rules, question.targets)
+    require_enough(parameters.count or 1, feasible)
+    return len(feasible.candidates)
 
 
 def calculate_placement(

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, check_anchors
 
 from .dop_map import FinishedDopMap, calculate_dop_map
+from .estimates import refuse_map, refuse_placement
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
@@ -20,6 +21,7 @@ from .schemas.placements import PlacementParameters
 from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters
 from .schemas.sight import SightParameters
 from .schemas.visibility_maps import VisibilityMapParameters
+from .settings import Settings
 from .visibility_map import VisibilityMap, calculate
 
 __all__ = ["DOP_MAP", "MORPHING_MAP", "PLACEMENT", "PRODUCTS", "VISIBILITY_MAP", "FinishedMap", "Product", "product_of"]
@@ -58,7 +60,8 @@ class Product:
     """One kind of map.
 
     name: as jobs are called. check: refuses what cannot be calculated, before anything big is allocated, and tells
-    how many anchors and satellites there are. finished: the type of its maps, made from grid, anchors, parameters,
+    how many anchors and satellites (or candidates) there are. refuse: whether so many of them over so many cells are
+    beyond the limits. finished: the type of its maps, made from grid, anchors, parameters,
     calculation and, by name, the arrays and what is plain: values that are JSON as they are.
     """
 
@@ -68,6 +71,7 @@ class Product:
     calculate: Callable[[ElevationGrid, Any, Callable[[float], None] | None], FinishedMap]
     finished: Callable[..., FinishedMap]
     arrays: tuple[str, ...]
+    refuse: Callable[[int, int, Literal["fast", "exact"], Settings], None] = refuse_map
     plain: tuple[str, ...] = ()
 
 
@@ -113,6 +117,7 @@ PLACEMENT = Product(
     calculate_placement,
     FinishedPlacement,
     ("count_before", "count_after", "dop_before", "dop_after", "is_target"),
+    refuse_placement,
     ("answer",),
 )
 PRODUCTS: Mapping[str, Product] = MappingProxyType(

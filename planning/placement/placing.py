@@ -20,11 +20,11 @@ from .goals import Goal
 from .judges import CountJudge, Problem, judge_of, shown_value
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import Found, SearchOptions, search
-from .sight import SightOptions, sight_table
+from .sight import SightOptions, SightTable, sight_table
 from .targets import Targets
 from .together import Together
 
-__all__ = ["Placement", "place_anchors"]
+__all__ = ["Placement", "anchor_rows", "place_anchors", "positions_of", "prepare", "require_enough"]
 
 Floats = npt.NDArray[np.float64]
 SHARE_OF_SIGHT = 0.7
@@ -99,12 +99,11 @@ def place_anchors(
     sight_s = time.perf_counter() - begin_s
     told = None if progress is None else lambda share: progress(SHARE_OF_SIGHT + (1.0 - SHARE_OF_SIGHT) * share)
     if count is not None:
-        _check_enough(count, ready)
+        if not (stop is not None and stop()):
+            require_enough(count, ready.feasible)
         found, needed = search(ready.problem, count, ready.together, options, told, stop), None
     else:
         found, needed = fewest(ready.problem, _given(reach), ready.together, options, told, stop)
-    if not found.chosen and found.stopped:
-        raise PlacementError("The search was stopped before it had placed any anchor.")
     timing_s = {"sight_s": sight_s, "search_s": time.perf_counter() - begin_s - sight_s}
     return answer(ready, found, count or len(found.chosen), needed, timing_s)
 
@@ -118,12 +117,12 @@ def _check_number(count: int | None, reach: float | None, goal: Goal) -> None:
         raise PlacementError(f"reach must be a share > 0 and <= 1 of a goal that is a share, not {reach}.")
 
 
-def _check_enough(count: int, ready: Ready) -> None:
-    left = len(ready.problem.anchor)
+def require_enough(count: int, feasible: Feasible) -> None:
+    """Raises PlacementError where there are fewer candidates than anchors to place."""
+    left = len(feasible.candidates)
     if count > left:
         raise PlacementError(
-            f"{count} anchors cannot be placed on {left:,} candidate{'' if left == 1 else 's'}: "
-            f"{ready.feasible.sentence()}"
+            f"{count} anchors cannot be placed on {left:,} candidate{'' if left == 1 else 's'}: {feasible.sentence()}"
         )
 
 
@@ -170,8 +169,11 @@ def prepare(
         None if progress is None else lambda share: progress(SHARE_OF_SIGHT * share),
         stop,
     )
-    position_m = feasible.candidates.position_m[:done]
-    weight = np.full((done, 1), 1.0 if goal.is_share else goal.ranging_sigma_m**-2)
+    if not done.all():
+        feasible = Feasible(feasible.candidates.take(done), feasible.number[done], feasible.removed)
+        table = SightTable(table.bits[done], table.targets)
+    position_m = feasible.candidates.position_m
+    weight = np.full((len(position_m), 1), 1.0 if goal.is_share else goal.ranging_sigma_m**-2)
     problem = Problem(targets, goal, np.hstack([position_m, weight]), table, anchor_rows(fixed, goal), fixed_sight)
     together = Together(grid, position_m, fixed_m, rules.min_separation_m, rules.link)
     return Ready(problem, together, feasible, tuple(fixed), rules, seeing, tuple(warnings))

@@ -65,7 +65,8 @@ def search(
 ) -> Found:
     """The best set of ``count`` candidates that was found; fewer where the rules between them allow no more."""
     judge = judge_of(problem)
-    first = greedy(_guides(problem)[0], len(problem.anchor), count, together, stop)
+    # also when the search is to stop at once: something has to come of it
+    first = greedy(_guides(problem)[0], len(problem.anchor), count, together)
     if not (stop is not None and stop()):
         first = fill_up(judge, first, count, together)
     first_value = judge.value(first)

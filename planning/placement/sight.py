@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from visibility import VISIBLE, Anchor, AntennaLimits, Curvature, lines_of_sight
 
 from .targets import Targets
 
-__all__ = ["Parcel", "SightOptions", "SightTable", "parcel_bits", "parcels", "sampled_table"]
+__all__ = ["Parcel", "SightOptions", "SightTable", "enter", "parcel_bits", "parcels", "sampled_table", "sight_table"]
 
 Bits = npt.NDArray[np.uint64]
 Floats = npt.NDArray[np.float64]
@@ -24,6 +25,7 @@ Floats = npt.NDArray[np.float64]
 ANCHORS_AT_ONCE = 16
 BYTES_AT_ONCE = 400_000_000
 BYTES_PER_POST = 9
+MOST_OF_GRID = 0.7  # a window larger than this saves nothing
 LINES_PER_POST = 1 / 250  # a sight line costs about as much as a sweep over 250 posts
 
 
@@ -55,28 +57,96 @@ class SightTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parcel:
-    """A piece of the work: anchors (n, 3) and their rows in the whole table."""
+    """A piece of the work, whole in itself: it can be done anywhere.
+
+    rows: of its anchors in the whole table. position_m: (n, 3). grid: as much ground as the anchors reach over.
+    targets: those in reach; which: their numbers among all, None = all of them.
+    """
 
     rows: npt.NDArray[np.intp]
     position_m: Floats
+    grid: ElevationGrid
+    targets: Targets
+    which: npt.NDArray[np.intp] | None
+    options: SightOptions
 
 
-def parcels(grid: ElevationGrid, position_m: Floats) -> Iterator[Parcel]:
-    """Anchors in parcels small enough for memory; the same ones wherever they are worked out."""
+def parcels(
+    grid: ElevationGrid, targets: Targets, position_m: Floats, options: SightOptions
+) -> list[Callable[[], Parcel]]:
+    """The work in parcels that are small enough for memory, each made when it is called for.
+
+    Neighbours share a parcel, so that with a range limit each needs only a window of the ground; the parcels come in an
+    order that soon touches all of the ground, for when the work is stopped early.
+    """
     fit = max(int(BYTES_AT_ONCE / (BYTES_PER_POST * grid.heights_m.size)), 1)
     size = min(ANCHORS_AT_ONCE, fit)
-    for start in range(0, len(position_m), size):
-        rows = np.arange(start, min(start + size, len(position_m)))
-        yield Parcel(rows, position_m[rows])
+    order = _near_each_other(position_m, size)
+    pieces = [order[start : start + size] for start in range(0, len(order), size)]
+    shuffled = np.random.default_rng(20_260_502).permutation(len(pieces))
+    return [partial(_parcel, grid, targets, position_m, options, pieces[number]) for number in shuffled]
 
 
-def parcel_bits(grid: ElevationGrid, targets: Targets, options: SightOptions, parcel: Parcel) -> Bits:
-    """(n, words) sight of the anchors of a parcel. Raises AnchorError.
+def _near_each_other(position_m: Floats, size: int) -> npt.NDArray[np.intp]:
+    """Anchors strip by strip, to and fro, so that any ``size`` in a row are neighbours."""
+    if len(position_m) == 0:
+        return np.zeros(0, np.intp)
+    low_m, high_m = position_m[:, :2].min(axis=0), position_m[:, :2].max(axis=0)
+    width_m = math.sqrt(max(float(np.prod(high_m - low_m)), 1.0) * size / len(position_m))
+    strip = ((position_m[:, 1] - low_m[1]) / width_m).astype(np.intp)
+    along_m = np.where(strip % 2 == 0, position_m[:, 0], -position_m[:, 0])
+    return np.lexsort((position_m[:, 2], along_m, strip))
+
+
+def _parcel(
+    grid: ElevationGrid, targets: Targets, position_m: Floats, options: SightOptions, rows: npt.NDArray[np.intp]
+) -> Parcel:
+    place_m = position_m[rows]
+    window = _window(grid, place_m, options.max_range_m)
+    if window is None:
+        return Parcel(rows, place_m, grid, targets, None, options)
+    top, bottom, left, right = window
+    east_m, north_m = grid.position_of(top, left)
+    heights_m = grid.heights_m[top:bottom, left:right]
+    part = replace(grid, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m)
+    row = (grid.origin_north_m - targets.point_m[:, 1]) / grid.cell_north_m
+    col = (targets.point_m[:, 0] - grid.origin_east_m) / grid.cell_east_m
+    which = np.flatnonzero((row >= top) & (row <= bottom - 1) & (col >= left) & (col <= right - 1))
+    inside = sampled_targets(targets, which)
+    if inside.post is not None:
+        whole_row, whole_col = np.divmod(inside.post, grid.cols)
+        inside = replace(inside, post=(whole_row - top) * part.cols + whole_col - left)
+    return Parcel(rows, place_m, part, inside, which, options)
+
+
+def _window(grid: ElevationGrid, place_m: Floats, reach_m: float) -> tuple[int, int, int, int] | None:
+    """(top, bottom, left, right) of the posts within reach, ends excluded; None where that is most of the grid."""
+    if not math.isfinite(reach_m):
+        return None
+    row, col = (
+        (grid.origin_north_m - place_m[:, 1]) / grid.cell_north_m,
+        (place_m[:, 0] - grid.origin_east_m) / grid.cell_east_m,
+    )
+    rows, cols = reach_m / grid.cell_north_m + 1.0, reach_m / grid.cell_east_m + 1.0
+    top = int(np.clip(math.floor(row.min() - rows), 0, max(grid.rows - 2, 0)))
+    left = int(np.clip(math.floor(col.min() - cols), 0, max(grid.cols - 2, 0)))
+    bottom = int(np.clip(math.ceil(row.max() + rows) + 1, min(top + 2, grid.rows), grid.rows))
+    right = int(np.clip(math.ceil(col.max() + cols) + 1, min(left + 2, grid.cols), grid.cols))
+    if (bottom - top) * (right - left) > MOST_OF_GRID * grid.heights_m.size:
+        return None
+    return top, bottom, left, right
+
+
+def parcel_bits(parcel: Parcel) -> Bits:
+    """(n, words) sight of a parcel's anchors and targets. Raises AnchorError.
 
     A few points are asked line by line, which is exact; many by the surfaces of minimum visible altitude.
     """
+    grid, targets, options = parcel.grid, parcel.targets, parcel.options
+    if len(targets) == 0:
+        return np.zeros((len(parcel.rows), 1), np.uint64)
     if targets.post is None and (options.mode == "exact" or len(targets) < grid.heights_m.size * LINES_PER_POST):
-        return pack(_lines(grid, targets, options, parcel))
+        return pack(_lines(parcel))
     limits = AntennaLimits(max_range_m=options.max_range_m)
     anchors = [
         Anchor(f"{row}", east_m, north_m, altitude_m, limits=limits)
@@ -91,8 +161,9 @@ def parcel_bits(grid: ElevationGrid, targets: Targets, options: SightOptions, pa
     return pack(seen == 1)
 
 
-def _lines(grid: ElevationGrid, targets: Targets, options: SightOptions, parcel: Parcel) -> npt.NDArray[np.bool_]:
+def _lines(parcel: Parcel) -> npt.NDArray[np.bool_]:
     """(n, m) bool: sight of each target from each anchor, along exact lines."""
+    grid, targets, options = parcel.grid, parcel.targets, parcel.options
     seen = np.zeros((len(parcel.rows), len(targets)), np.bool_)
     for number, place_m in enumerate(parcel.position_m):
         near = np.flatnonzero(((targets.point_m - place_m) ** 2).sum(axis=1) <= options.max_range_m**2)
@@ -121,18 +192,30 @@ def sight_table(
     options: SightOptions,
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
-) -> tuple[SightTable, int]:
-    """(table of all anchors (n, 3), how many rows were worked out before ``stop`` said so)."""
-    bits = np.zeros((len(position_m), max((len(targets) + 63) // 64, 1)), np.uint64)
-    done = 0
-    for parcel in parcels(grid, position_m):
-        if stop is not None and stop():
+) -> tuple[SightTable, npt.NDArray[np.bool_]]:
+    """(table of all anchors (n, 3), (n,) whether each was worked out before ``stop`` said so). Raises AnchorError."""
+    table = SightTable(np.zeros((len(position_m), max((len(targets) + 63) // 64, 1)), np.uint64), len(targets))
+    done = np.zeros(len(position_m), np.bool_)
+    for make in parcels(grid, targets, position_m, options):
+        if stop is not None and stop() and done.any():
             break
-        bits[parcel.rows] = parcel_bits(grid, targets, options, parcel)
-        done += len(parcel.rows)
+        parcel = make()
+        enter(table, parcel, parcel_bits(parcel))
+        done[parcel.rows] = True
         if progress is not None:
-            progress(done / len(position_m))
-    return SightTable(bits[:done], len(targets)), done
+            progress(float(done.mean()))
+    return table, done
+
+
+def enter(table: SightTable, parcel: Parcel, bits: Bits) -> None:
+    """Write what came of a parcel into the table, in place."""
+    if parcel.which is None:
+        table.bits[parcel.rows] = bits
+        return
+    for row, part in zip(parcel.rows, bits, strict=True):
+        seen = np.zeros((1, table.targets), np.bool_)
+        seen[0, parcel.which] = SightTable(part[None, :], len(parcel.which)).visible()[0]
+        table.bits[row] = pack(seen)[0]
 
 
 def sampled_table(table: SightTable, which: npt.NDArray[np.intp]) -> SightTable:

@@ -17,7 +17,7 @@ from .body_limit import BodyLimit
 from .context import Service
 from .head import allow_head
 from .openapi import TAGS, describe
-from .routes import dems, dop_maps, health, lines_of_sight, morphing_maps, problem_list, visibility_maps
+from .routes import dems, dop_maps, health, lines_of_sight, morphing_maps, placements, problem_list, visibility_maps
 
 __all__ = ["create_app"]
 
@@ -56,7 +56,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
     )
-    for part in (dems, visibility_maps, dop_maps, morphing_maps, lines_of_sight, health, problem_list):
+    for part in (dems, visibility_maps, dop_maps, morphing_maps, placements, lines_of_sight, health, problem_list):
         allow_head(part.router)
         app.include_router(part.router)
     problems.install(app)

@@ -16,6 +16,7 @@ TAGS = [
     {"name": "Visibility maps", "description": "Which anchors are seen from where, over a whole DEM."},
     {"name": "DOP maps", "description": "How good positioning is for a rover, and where it is not good enough."},
     {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
+    {"name": "Placements", "description": "Where to put anchors."},
     {"name": "Lines of sight", "description": "Clearance between pairs of points."},
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
-from service.errors import LimitError, NotFoundError
-from service.estimates import estimate_map, refuse_beyond_limits
+from service.errors import NotFoundError
+from service.estimates import refuse_map
 from service.jobs.folder import digest_of, make_durable
 from service.layers import write_layer
 from service.map_store import load, save
@@ -20,14 +20,14 @@ __all__ = ["check_map", "draw_layer", "map_task"]
 def check_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
     """Refuse what cannot be calculated or is beyond the limits, before anything is allocated for it.
 
-    Raises LimitError, AnchorError, FrameError, AlmanacError, VisibilityInputError.
+    Raises LimitError, AnchorError, FrameError, AlmanacError, VisibilityInputError, PlacementError.
     """
     product = PRODUCTS[arguments["product"]]
     parameters = product.parameters.model_validate(arguments["parameters"])
     grid = context.grid(arguments["dem_id"])
-    _refuse(grid.heights_m.size, len(parameters.anchors), parameters.mode, context)
-    sources = product.check(grid, parameters)
-    _refuse(grid.heights_m.size, sources, parameters.mode, context)
+    cells, mode = grid.heights_m.size, parameters.mode
+    refuse_map(cells, len(parameters.anchors), mode, context.settings)
+    product.refuse(cells, product.check(grid, parameters), mode, context.settings)
     return {}
 
 
@@ -54,15 +54,3 @@ def draw_layer(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[st
     write_layer(finished, arguments["layer"], context.work / arguments["layer"])
     make_durable(context.work)
     return {}
-
-
-def _refuse(cells: int, sources: int, mode: Literal["fast", "exact"], context: TaskContext) -> None:
-    if sources > context.settings.max_anchors:
-        raise LimitError(
-            f"{sources} anchors and satellites are more than the limit of {context.settings.max_anchors} in one "
-            "request",
-            limit_name="max_anchors",
-            limit=context.settings.max_anchors,
-            given=sources,
-        )
-    refuse_beyond_limits(estimate_map(cells, sources, mode), context.settings)
