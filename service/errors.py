@@ -7,6 +7,7 @@ ServiceError
 │   └── AddressError           it cannot listen at that address
 ├── StoreLockedError           another program holds the job store's database
 ├── NotFoundError              no such resource; carries its kind and id
+├── GoneError                  it was there, and is over
 ├── NotReadyError              the job has no result (yet)
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
 ├── RequestError               a request that makes no sense
@@ -16,6 +17,7 @@ ServiceError
 │   ├── RangeError             a Range header that the file cannot meet
 │   └── LimitError             a request beyond a limit; carries limit_name, limit and given
 │       ├── BodyTooLargeError
+│       ├── TooManyError       too many of these by the same client; one has to end first
 │       └── BusyError          too many at once; the same request will do later; carries retry_after_s
 └── JobError                   a job that could not be finished
     ├── TimeLimitError
@@ -34,6 +36,7 @@ __all__ = [
     "BusyError",
     "DataFolderError",
     "DataFolderInUseError",
+    "GoneError",
     "InUseError",
     "InternalError",
     "JobCancelledError",
@@ -53,6 +56,7 @@ __all__ = [
     "StorageFullError",
     "StoreLockedError",
     "TimeLimitError",
+    "TooManyError",
 ]
 
 
@@ -81,12 +85,16 @@ class StoreLockedError(ServiceError):
 
 
 class NotFoundError(ServiceError):
-    """There is no such resource; carries ``kind`` and ``id``."""
+    """There is no such resource; carries ``kind`` and ``id``. why: what may have become of it."""
 
-    def __init__(self, kind: str, id: str) -> None:
-        super().__init__(f"There is no {kind} {id[:80]!r}.")
+    def __init__(self, kind: str, id: str, why: str = "") -> None:
+        super().__init__(f"There is no {kind} {id[:80]!r}{f'; {why}' if why else ''}.")
         self.kind = kind
         self.id = id[:80]
+
+
+class GoneError(ServiceError):
+    """The resource was there and is over: it was deleted, or nobody used it for too long."""
 
 
 class NotReadyError(ServiceError):
@@ -129,6 +137,10 @@ class LimitError(RequestError):
 
 class BodyTooLargeError(LimitError):
     """The body has more bytes than allowed."""
+
+
+class TooManyError(LimitError):
+    """The client has as many of these as it may; one has to end before another can begin."""
 
 
 class BusyError(LimitError):

@@ -71,3 +71,19 @@ class Settings(BaseSettings):
     max_attempts: int = Field(
         default=2, ge=1, le=10, description="Times that a job is started when its worker keeps dying."
     )
+
+    max_detectors: int = Field(default=200, ge=0, description="Detector sessions that are open at the same time.")
+    max_detector_anchors: int = Field(
+        default=32, ge=1, le=64, description="Anchors of a detector, and ranges in one of its epochs."
+    )
+    max_detector_search: int = Field(
+        default=5000, ge=1, description="Subsets of anchors that a detector may be told to try in one epoch."
+    )
+    max_detector_epochs: int = Field(default=500, ge=1, description="Epochs in one request to a detector session.")
+    max_detector_streams: int = Field(default=8, ge=1, description="WebSocket streams of one detector session.")
+    max_detector_idle_s: float = Field(
+        default=900.0, gt=0.0, description="Seconds that a detector session may lie idle before it expires."
+    )
+    max_stream_message_bytes: int = Field(
+        default=MIB // 16, ge=1024, le=16 * MIB, description="Size of one message on a stream, bytes."
+    )

@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
+from service.detectors import rehearse
 from service.jobs.folder import DataFolder
 from service.settings import Settings
 
@@ -17,7 +18,19 @@ from .body_limit import BodyLimit
 from .context import Service
 from .head import allow_head
 from .openapi import TAGS, describe
-from .routes import dems, dop_maps, health, lines_of_sight, morphing_maps, placements, problem_list, visibility_maps
+from .routes import (
+    dems,
+    detections,
+    detector_streams,
+    detectors,
+    dop_maps,
+    health,
+    lines_of_sight,
+    morphing_maps,
+    placements,
+    problem_list,
+    visibility_maps,
+)
 
 __all__ = ["create_app"]
 
@@ -35,12 +48,14 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         try:
             app.state.service = service = Service.assemble(chosen, opened)
             service.pool.start()
+            await asyncio.to_thread(rehearse)
             await service.supervisor.start()
-            watch = asyncio.create_task(service.watch_store())
+            tasks = [asyncio.create_task(work) for work in (service.watch_store(), service.detectors.keep_sweeping())]
             try:
                 yield
             finally:
-                watch.cancel()
+                for task in tasks:
+                    task.cancel()
                 await service.supervisor.stop()
                 await service.pool.stop()
                 service.store.close()
@@ -56,9 +71,11 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
     )
-    for part in (dems, visibility_maps, dop_maps, morphing_maps, placements, lines_of_sight, health, problem_list):
+    maps = (visibility_maps, dop_maps, morphing_maps)
+    for part in (dems, *maps, placements, lines_of_sight, detections, detectors, health, problem_list):
         allow_head(part.router)
         app.include_router(part.router)
+    app.include_router(detector_streams.router)
     problems.install(app)
     app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight"))
     describe(app)

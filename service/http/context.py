@@ -11,6 +11,7 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from service.detectors import Detectors
 from service.errors import DataFolderError
 from service.jobs.drawings import Drawings
 from service.jobs.folder import DataFolder
@@ -36,6 +37,7 @@ class Service:
     pool: WorkerPool
     supervisor: Supervisor
     drawings: Drawings
+    detectors: Detectors
     uploads: asyncio.Semaphore
     started_at_s: float
     store_writable: bool = True
@@ -49,7 +51,8 @@ class Service:
         supervisor = Supervisor(settings, folder, store, pool)
         uploads = asyncio.Semaphore(settings.max_uploads)
         drawings = Drawings(folder, supervisor)
-        return cls(settings, folder, store, pool, supervisor, drawings, uploads, time.monotonic())
+        detectors = Detectors(settings)
+        return cls(settings, folder, store, pool, supervisor, drawings, detectors, uploads, time.monotonic())
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` true to life, so that /health need not touch the disk."""

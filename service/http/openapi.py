@@ -18,6 +18,12 @@ TAGS = [
     {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
     {"name": "Placements", "description": "Where to put anchors."},
     {"name": "Lines of sight", "description": "Clearance between pairs of points."},
+    {
+        "name": "Detectors",
+        "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
+        "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
+        "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
+    },
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},
 ]

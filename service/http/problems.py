@@ -17,6 +17,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from detection import errors as of_detection
 from planning import errors as of_planning
 from service import errors as ours
 from service.jobs.folder import is_full
@@ -62,6 +63,8 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_planning.PlacementError: ProblemKind("placement", 422, "The anchors cannot be placed"),
     of_planning.NoCandidateError: ProblemKind("no-candidate", 422, "No place is left for an anchor"),
     of_planning.ClusterError: ProblemKind("cluster", 503, "The cluster cannot be used"),
+    of_detection.DetectionError: ProblemKind("detection", 422, "The detector cannot be run"),
+    of_detection.DetectionInputError: ProblemKind("detection-input", 422, "Anchors or settings make no sense"),
     ours.ServiceError: ProblemKind("service", 500, "The service failed"),
     ours.StartError: ProblemKind("start", 503, "The service cannot start"),
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
@@ -69,6 +72,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.AddressError: ProblemKind("address", 503, "The address cannot be used"),
     ours.StoreLockedError: ProblemKind("store-locked", 503, "The job store is locked"),
     ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
+    ours.GoneError: ProblemKind("gone", 410, "The resource is over"),
     ours.NotReadyError: ProblemKind("not-ready", 409, "There is no result"),
     ours.InUseError: ProblemKind("in-use", 409, "The resource is in use"),
     ours.RequestError: ProblemKind("request", 422, "The request makes no sense"),
@@ -78,6 +82,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.RangeError: ProblemKind("range", 416, "The file does not have that range"),
     ours.LimitError: ProblemKind("limit", 422, "The request is beyond a limit"),
     ours.BodyTooLargeError: ProblemKind("body-too-large", 413, "The body is too large"),
+    ours.TooManyError: ProblemKind("too-many", 429, "There are too many"),
     ours.BusyError: ProblemKind("busy", 503, "The service is busy"),
     ours.JobError: ProblemKind("job", 500, "The job failed"),
     ours.TimeLimitError: ProblemKind("time-limit", 422, "The calculation took too long"),
@@ -93,6 +98,7 @@ KIND_BY_PACKAGE = {
     "terrain": PROBLEMS[of_terrain.TerrainError],
     "visibility": PROBLEMS[of_visibility.VisibilityError],
     "planning": PROBLEMS[of_planning.PlanningError],
+    "detection": PROBLEMS[of_detection.DetectionError],
 }
 INTERNAL = PROBLEMS[ours.InternalError]
 METHOD = ProblemKind("method", 405, "The method is not allowed here")
@@ -125,7 +131,10 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
 
 def install(app: FastAPI) -> None:
     """Answer every error of the app with a problem."""
-    for base in (of_terrain.TerrainError, of_visibility.VisibilityError, of_planning.PlanningError, ours.ServiceError):
+    of_packages = (
+        of_terrain.TerrainError, of_visibility.VisibilityError, of_detection.DetectionError, of_planning.PlanningError
+    )  # fmt: skip
+    for base in (*of_packages, ours.ServiceError):
         app.add_exception_handler(base, _domain_error)
     app.add_exception_handler(TaskFailed, _task_failed)
     app.add_exception_handler(FailedJob, _failed_job)

@@ -33,6 +33,11 @@ def serve(settings: Settings) -> None:
                 access_log=False,
                 server_header=False,
                 timeout_graceful_shutdown=GRACE_S,
+                ws="websockets-sansio",
+                # beyond its limit a message is answered with a problem; only one far beyond it ends the stream
+                ws_max_size=4 * settings.max_stream_message_bytes,
+                # answers are small and want to be quick
+                ws_per_message_deflate=False,
             )
             _Server(config, _url(settings.host, listener), folder).run(sockets=[listener])
         finally:

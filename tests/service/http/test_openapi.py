@@ -68,6 +68,11 @@ def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> No
         "AnchorIn",
         "DemOut",
         "VisibilityMapOut",
+        "DetectionIn",
+        "DetectorIn",
+        "EpochIn",
+        "EpochsIn",
+        "DetectorSettingsIn",
         "Problem",
         "Health",
     ):

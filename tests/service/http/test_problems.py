@@ -12,6 +12,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
+from detection import errors as of_detection
 from service import errors as of_service
 from service.http import problems
 from service.http.problems import PROBLEMS, FailedJob, install, problem_of
@@ -21,7 +22,7 @@ from terrain import errors as of_terrain
 from visibility import errors as of_visibility
 
 
-@pytest.mark.parametrize("tree", [of_terrain, of_visibility, of_service], ids=lambda tree: tree.__name__)
+@pytest.mark.parametrize("tree", [of_terrain, of_visibility, of_detection, of_service], ids=lambda tree: tree.__name__)
 def test_every_exported_error_has_a_row_of_its_own(tree: ModuleType) -> None:
     assert {getattr(tree, name) for name in tree.__all__} <= set(PROBLEMS)
 

@@ -1,0 +1,107 @@
+"""A detector's answers as JSON: plain dictionaries, since they are written a thousand times a second."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import TypeAdapter
+
+from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix
+
+__all__ = ["as_json", "epoch_answer", "state_answer"]
+
+JSON: TypeAdapter[dict[str, Any]] = TypeAdapter(dict[str, Any])
+
+
+def as_json(answer: dict[str, Any]) -> bytes:
+    """The answer as JSON; NaN and infinities become null."""
+    return JSON.dump_json(answer)
+
+
+def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, Any]:
+    """The answer to one epoch, in the words of ``EpochOut``."""
+    return {
+        "time_s": result.time_s,
+        "sequence": sequence,
+        "rejection": result.rejection,
+        "classification": result.classification,
+        "verdicts": [_verdict(verdict) for verdict in result.verdicts],
+        "excluded": result.excluded,
+        "included": result.included,
+        "position": None if result.position is None else _position(result.position),
+        "planning": result.planning,
+        "odometry": result.odometry,
+        "search": {"tried": result.search.tried, "complete": result.search.complete},
+        "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
+        "needed": result.needed,
+        "summary": result.summary,
+    }
+
+
+def state_answer(state: DetectorState) -> dict[str, Any]:
+    """What a detector remembers, in the words of ``DetectorStateOut``."""
+    health = state.health
+    return {
+        "time_s": state.time_s,
+        "epochs": state.epochs,
+        "rejections": {str(reason): count for reason, count in state.rejections.items()},
+        "anchors": [
+            {
+                "anchor_id": anchor.anchor_id,
+                "sight": anchor.sight,
+                "probability": anchor.probability,
+                "time_s": anchor.time_s,
+                "range_m": anchor.range_m,
+                "ranges": anchor.ranges,
+                "occluded_share": anchor.occluded_share,
+            }
+            for anchor in state.anchors
+        ],
+        "health": {
+            "geometry_false_positives": health.geometry_false_positives,
+            "odometry_false_positives": health.odometry_false_positives,
+            "odometry_failures": health.odometry_failures,
+            "warnings": health.warnings,
+        },
+        "last": None if state.last is None else epoch_answer(state.last),
+    }
+
+
+def _verdict(verdict: AnchorVerdict) -> dict[str, Any]:
+    return {
+        "anchor_id": verdict.anchor_id,
+        "sight": verdict.sight,
+        "occluded": verdict.occluded,
+        "probability": verdict.probability,
+        "confidence": verdict.confidence,
+        "score": verdict.score,
+        "range_m": verdict.range_m,
+        "excess_m": verdict.excess_m,
+        "says": [
+            {
+                "witness": say.witness,
+                "says": say.says,
+                "evidence": say.evidence,
+                "weight": say.weight,
+                "reason": say.reason,
+            }
+            for say in verdict.says
+        ],
+        "reason": verdict.reason,
+    }
+
+
+def _position(fix: PositionFix) -> dict[str, Any]:
+    return {
+        **_place(fix.position_m),
+        "covariance_m2": fix.covariance_m2.tolist(),
+        "checked": fix.checked,
+        "mirror": None if fix.mirror_m is None else _place(fix.mirror_m),
+    }
+
+
+def _place(place_m: npt.NDArray[np.float64]) -> dict[str, float | None]:
+    east_m, north_m, *up_m = place_m.tolist()
+    return {"east_m": east_m, "north_m": north_m, "altitude_m": up_m[0] if up_m else None}

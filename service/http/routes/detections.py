@@ -1,0 +1,35 @@
+"""Detections: one epoch of ranges in, the verdict on each anchor out, at once."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response
+
+from detection import detect_epoch
+from service.detectors import as_json, epoch_answer
+from service.http.context import ServiceDep
+from service.http.documented import problem_responses
+from service.schemas.detection_answers import EpochOut
+from service.schemas.detections import DetectionIn
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/detections", tags=["Detectors"])
+
+
+@router.post(
+    "",
+    response_model=None,
+    summary="Judge one epoch",
+    responses={
+        200: {"description": "The verdicts, and a position from the ranges that are left.", "model": EpochOut},
+        **problem_responses(400, 413, 415, 422),
+    },
+)
+async def judge_epoch(asked: DetectionIn, service: ServiceDep) -> Response:
+    """Which of these ranges lie, judged by themselves: stateless, answered at once, nothing is kept."""
+    limits = service.detectors.limits
+    limits.check_detector(asked)
+    limits.check_ranges(asked.ranges)
+    anchors = [anchor.anchor() for anchor in asked.anchors]
+    result = detect_epoch(anchors, asked.epoch(), asked.settings.settings())
+    return Response(as_json(epoch_answer(result)), media_type="application/json")

@@ -1,0 +1,106 @@
+"""Detectors: sessions that remember, fed by requests; streams are in detector_streams.py."""
+
+from __future__ import annotations
+
+import asyncio
+
+from fastapi import APIRouter, Response
+
+from service.detectors import as_json
+from service.errors import LimitError
+from service.http.context import ServiceDep
+from service.http.documented import LOCATION, problem_responses
+from service.schemas.detection_answers import DetectorList, DetectorOut, DetectorStateful, EpochsOut
+from service.schemas.detections import DetectorIn, EpochsIn
+from service.schemas.pages import Limit, Offset
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/detectors", tags=["Detectors"])
+
+
+@router.post(
+    "",
+    status_code=201,
+    response_model=None,
+    summary="Open a detector",
+    responses={
+        201: {"description": "Open; epochs go to the path in links.", "headers": LOCATION, "model": DetectorStateful},
+        **problem_responses(400, 413, 415, 422, 503),
+    },
+)
+async def open_detector(asked: DetectorIn, service: ServiceDep) -> Response:
+    """A session for one rover: it remembers epochs, and expires when it lies idle or the service ends."""
+    session = service.detectors.open(asked)
+    return _json(as_json(session.state()), 201, {"Location": f"/detectors/{session.id}"})
+
+
+@router.get("", summary="List detectors", responses=problem_responses(422))
+async def list_detectors(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> DetectorList:
+    """Open sessions, newest first, without what they remember."""
+    sessions = service.detectors.page(limit, offset)
+    described = [DetectorOut.model_validate(session.description()) for session in sessions]
+    return DetectorList(detectors=described, total=len(service.detectors), limit=limit, offset=offset)
+
+
+@router.get(
+    "/{detector_id}",
+    response_model=None,
+    summary="Read a detector",
+    responses={
+        200: {"description": "The session and what it remembers.", "model": DetectorStateful},
+        **problem_responses(404, 410),
+    },
+)
+async def get_detector(detector_id: str, service: ServiceDep) -> Response:
+    """Counts, the last word on each anchor, the witnesses' health, the last answer. Reading keeps it from expiring."""
+    return _json(as_json(service.detectors.get(detector_id).state()))
+
+
+@router.post(
+    "/{detector_id}/epochs",
+    response_model=None,
+    summary="Send epochs",
+    responses={
+        200: {"description": "One answer per epoch, in their order.", "model": EpochsOut},
+        **problem_responses(400, 404, 410, 413, 415, 422),
+    },
+)
+async def send_epochs(detector_id: str, asked: EpochsIn, service: ServiceDep) -> Response:
+    """Each epoch is answered; one that is late, out of order or a duplicate is told, counted, and otherwise ignored.
+
+    A request that is refused changes nothing: all its epochs are checked before the first is used.
+    """
+    session = service.detectors.get(detector_id)
+    most = service.settings.max_detector_epochs
+    if len(asked.epochs) > most:
+        raise LimitError(
+            f"A request may have {most} epochs, not {len(asked.epochs)}",
+            limit_name="max_detector_epochs",
+            limit=most,
+            given=len(asked.epochs),
+        )
+    for epoch in asked.epochs:
+        session.check(epoch)
+    answers = []
+    async with session.turn:
+        for epoch in asked.epochs:
+            answers.append(session.answer(epoch))
+            await asyncio.sleep(0)  # others are answered between two epochs
+    return _json(b'{"answers":[' + b",".join(answers) + b"]}")
+
+
+@router.delete(
+    "/{detector_id}",
+    status_code=204,
+    summary="Delete a detector",
+    responses={204: {"description": "It is over, and so are its streams."}, **problem_responses(404, 410)},
+)
+async def delete_detector(detector_id: str, service: ServiceDep) -> Response:
+    """Its streams are closed; what it remembered is gone."""
+    service.detectors.delete(detector_id)
+    return Response(status_code=204)
+
+
+def _json(body: bytes, status: int = 200, headers: dict[str, str] | None = None) -> Response:
+    return Response(body, status, headers, "application/json")
