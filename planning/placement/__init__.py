@@ -2,26 +2,36 @@
 
 from .candidates import Candidates, candidate_grid, candidate_points, join_candidates
 from .checking import Check, HoverSensitivity, check_placement, hover_sensitivity, value_of_anchors
+from .flights import Flight
 from .goals import Goal
+from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .links import Link
 from .placing import Placement, place_anchors
+from .repositioning import Move, Repositioning, reposition
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import SearchOptions
 from .sight import SightOptions
+from .stretches import path_between, straight_ahead
 from .targets import Targets, area_targets, corridor_targets, path_targets
 
 __all__ = [
     "Candidates",
     "Check",
     "Feasible",
+    "Flight",
     "Goal",
     "HoverSensitivity",
+    "Leapfrog",
     "Link",
+    "Move",
     "Placement",
     "PlacementRules",
+    "Repositioning",
     "SearchOptions",
     "SightOptions",
+    "StretchPlan",
     "Targets",
+    "TimedMove",
     "area_targets",
     "candidate_grid",
     "candidate_points",
@@ -30,7 +40,11 @@ __all__ = [
     "feasible_candidates",
     "hover_sensitivity",
     "join_candidates",
+    "leapfrog",
+    "path_between",
     "path_targets",
     "place_anchors",
+    "reposition",
+    "straight_ahead",
     "value_of_anchors",
 ]

@@ -1,0 +1,194 @@
+"""Anchors that follow a rover along a long path: which drone moves where, and when, stretch by stretch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.errors import PlacementError
+from terrain import ElevationGrid
+from visibility import Anchor, check_anchors
+
+from .flights import Flight
+from .goals import Goal
+from .repositioning import Move, reposition_for, value_over
+from .rules import PlacementRules
+from .sight import SightOptions
+from .stretches import SeenStretch, path_between
+
+__all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
+
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class TimedMove:
+    """A move with its times, seconds since the rover's start, and the stretch that it is for."""
+
+    move: Move
+    start_s: float
+    end_s: float
+    stretch: int
+
+
+@dataclass(frozen=True, slots=True)
+class StretchPlan:
+    """A stretch of the path: where it lies, metres along the path, when it is driven, and who stands where.
+
+    waited_s: how long the rover waits at its start for drones. unmoved, value: the goal's share over the stretch with
+    the anchors as they were at the start of the path, and as they stand then.
+    """
+
+    from_m: float
+    to_m: float
+    depart_s: float
+    arrive_s: float
+    waited_s: float
+    anchors: tuple[Anchor, ...]
+    unmoved: float
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Leapfrog:
+    """The answer to ``leapfrog``; shares are of the path's length."""
+
+    stretches: tuple[StretchPlan, ...]
+    moves: tuple[TimedMove, ...]
+
+    @property
+    def share(self) -> float:
+        """Part of the path within limits when the drones follow."""
+        return self._mean([stretch.value for stretch in self.stretches])
+
+    @property
+    def share_unmoved(self) -> float:
+        """The same when nobody moves."""
+        return self._mean([stretch.unmoved for stretch in self.stretches])
+
+    @property
+    def flight_m(self) -> float:
+        """Metres that all drones fly."""
+        return sum(timed.move.flight_m for timed in self.moves)
+
+    @property
+    def waited_s(self) -> float:
+        """Seconds that the rover waits for drones."""
+        return sum(stretch.waited_s for stretch in self.stretches)
+
+    @property
+    def arrive_s(self) -> float:
+        """When the rover is at the end."""
+        return self.stretches[-1].arrive_s
+
+    def _mean(self, values: list[float]) -> float:
+        lengths = np.array([stretch.to_m - stretch.from_m for stretch in self.stretches])
+        return float(np.array(values) @ lengths / lengths.sum())
+
+
+def leapfrog(
+    grid: ElevationGrid,
+    anchors: Sequence[Anchor],
+    path_m: npt.ArrayLike,
+    goal: Goal,
+    *,
+    stretch_m: float,
+    rover_m_per_s: float = 1.0,
+    movable: Collection[str] | None = None,
+    share: float = 1.0,
+    above_ground_m: Sequence[float] = (60.0, 120.0),
+    receiver_above_ground_m: float = 1.5,
+    cheapest: Literal["distance", "time"] = "distance",
+    flight: Flight | None = None,
+    rules: PlacementRules | None = None,
+    sight: SightOptions | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Leapfrog:
+    """Moves of anchors along a path (n, 2), so that a share of the goal holds over each stretch of it.
+
+    Before each stretch drones move, one after the other, until the share holds or no move gains. A drone that the
+    stretch before does not need flies while the rover still drives there; for any other the rover waits, since a drone
+    on its way is no anchor. The rover drives on over a stretch that cannot be served. Raises PlacementError, AnchorError.
+    """
+    if not (math.isfinite(stretch_m) and stretch_m > 0.0 and math.isfinite(rover_m_per_s) and rover_m_per_s > 0.0):
+        raise PlacementError(f"stretch_m and rover_m_per_s must be > 0, not {stretch_m} and {rover_m_per_s}.")
+    check_anchors(grid, anchors)
+    rules, flight = rules or PlacementRules(), flight or Flight()
+    options = sight or SightOptions()
+    path = np.asarray(path_m, np.float64)
+    length_m = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    edges_m = np.linspace(0.0, length_m, max(math.ceil(length_m / stretch_m - 1e-9), 1) + 1)
+    standing, start = tuple(anchors), tuple(anchors)
+    plans: list[StretchPlan] = []
+    moves: list[TimedMove] = []
+    last: SeenStretch | None = None
+    clock_s = 0.0
+    for number, (from_m, to_m) in enumerate(pairwise(edges_m.tolist())):
+        stretch = SeenStretch.of(grid, path_between(path, from_m, to_m), receiver_above_ground_m, options)
+        ready_s = clock_s
+        for _ in range(len(anchors)):
+            found = reposition_for(
+                stretch,
+                standing,
+                goal,
+                occluded=(),
+                movable=movable,
+                share=share,
+                above_ground_m=above_ground_m,
+                cheapest=cheapest,
+                flight=flight,
+                rules=rules,
+            )
+            if found.move is None:
+                break
+            earliest_s = _free_from(last, plans, moves, standing, found.move, goal, clock_s)
+            end_s = earliest_s + found.move.flight_s
+            moves.append(TimedMove(found.move, earliest_s, end_s, number))
+            ready_s = max(ready_s, end_s)
+            standing = found.anchors_after(standing)
+        arrive_s = ready_s + float(to_m - from_m) / rover_m_per_s
+        plans.append(
+            StretchPlan(
+                float(from_m),
+                float(to_m),
+                ready_s,
+                arrive_s,
+                ready_s - clock_s,
+                standing,
+                value_over(stretch, start, goal),
+                value_over(stretch, standing, goal),
+            )
+        )
+        clock_s, last = arrive_s, stretch
+        if progress is not None:
+            progress((number + 1) / (len(edges_m) - 1))
+    return Leapfrog(tuple(plans), tuple(moves))
+
+
+def _free_from(
+    last: SeenStretch | None,
+    plans: list[StretchPlan],
+    moves: list[TimedMove],
+    standing: Sequence[Anchor],
+    move: Move,
+    goal: Goal,
+    clock_s: float,
+) -> float:
+    """When a drone may leave: while the rover drives the stretch before, if that holds without it, else afterwards.
+
+    A drone that has moved for the same stretch already leaves when it has arrived.
+    """
+    arrived_s = max((timed.end_s for timed in moves if timed.move.anchor.id == move.anchor.id), default=0.0)
+    if last is None:
+        return arrived_s
+    before = plans[-1]
+    away = {timed.move.anchor.id for timed in moves if timed.stretch == len(plans)} | {move.anchor.id}
+    left = [anchor for anchor in before.anchors if anchor.id not in away]
+    free_s = before.depart_s if value_over(last, left, goal) >= before.value - ROUNDING else clock_s
+    return max(free_s, arrived_s)

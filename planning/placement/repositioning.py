@@ -1,0 +1,296 @@
+"""Which drone to move where when an anchor stays occluded: the cheapest move that restores what is asked ahead."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from planning.errors import NoCandidateError, PlacementError
+from terrain import ElevationGrid
+from visibility import Anchor, check_anchors
+
+from .candidates import Candidates
+from .flights import Flight, flight_costs
+from .goals import Goal
+from .judges import Problem, judge_of, shown_value
+from .placing import anchor_rows, positions_of
+from .rules import PlacementRules, feasible_candidates
+from .sight import SightOptions, SightTable
+from .stretches import SeenStretch
+from .targets import Targets
+from .together import Together
+
+__all__ = ["Move", "Repositioning", "reposition", "reposition_for"]
+
+Floats = npt.NDArray[np.float64]
+MOST_CHECKS = 400  # places whose lines are traced exactly, cheapest first
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A drone's move. anchor: where it comes from; to: where it goes. flight_m, flight_s: of the path flown."""
+
+    anchor: Anchor
+    to: Anchor
+    flight_m: float
+    flight_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Repositioning:
+    """The answer to ``reposition``.
+
+    move: the cheapest that restores the share asked for; where none does, the one that leaves most; None where nothing
+        has to move or can. before, after: the goal's value over the stretch, the occluded anchors not counted before.
+    restored: whether the share is reached after. places: how many were looked at. sentence: all that in words.
+    """
+
+    move: Move | None
+    before: float
+    after: float
+    restored: bool
+    places: int
+    sentence: str
+
+    def anchors_after(self, anchors: Sequence[Anchor]) -> tuple[Anchor, ...]:
+        """The anchors with the moved one at its new place."""
+        if self.move is None:
+            return tuple(anchors)
+        return tuple(self.move.to if anchor.id == self.move.anchor.id else anchor for anchor in anchors)
+
+
+def reposition(
+    grid: ElevationGrid,
+    anchors: Sequence[Anchor],
+    path_m: npt.ArrayLike,
+    goal: Goal,
+    *,
+    occluded: Collection[str] = (),
+    movable: Collection[str] | None = None,
+    share: float = 1.0,
+    above_ground_m: Sequence[float] = (60.0, 120.0),
+    receiver_above_ground_m: float = 1.5,
+    cheapest: Literal["distance", "time"] = "distance",
+    flight: Flight | None = None,
+    rules: PlacementRules | None = None,
+    sight: SightOptions | None = None,
+) -> Repositioning:
+    """The cheapest move of one drone that restores a share of the goal over the path (n, 2) ahead.
+
+    occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved.
+    movable: ids that may be moved; all by default. above_ground_m: heights to consider, beside each drone's own.
+    Every post within the flight range is considered at each of these heights. Raises PlacementError, AnchorError.
+    """
+    rules = rules or PlacementRules()
+    options = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
+    check_anchors(grid, anchors)
+    stretch = SeenStretch.of(grid, path_m, receiver_above_ground_m, options)
+    return reposition_for(
+        stretch,
+        anchors,
+        goal,
+        occluded=occluded,
+        movable=movable,
+        share=share,
+        above_ground_m=above_ground_m,
+        cheapest=cheapest,
+        flight=flight or Flight(),
+        rules=rules,
+    )
+
+
+def reposition_for(
+    stretch: SeenStretch,
+    anchors: Sequence[Anchor],
+    goal: Goal,
+    *,
+    occluded: Collection[str],
+    movable: Collection[str] | None,
+    share: float,
+    above_ground_m: Sequence[float],
+    cheapest: Literal["distance", "time"],
+    flight: Flight,
+    rules: PlacementRules,
+) -> Repositioning:
+    """The same over a stretch that is swept already."""
+    _check(anchors, goal, occluded, movable, share)
+    counted = [anchor for anchor in anchors if anchor.id not in occluded]
+    before = value_over(stretch, counted, goal)
+    if before >= share - ROUNDING:
+        return Repositioning(
+            None, before, before, True, 0, f"Nothing has to move: {before:.1%} of the stretch as it is."
+        )
+    options: list[_Places] = []
+    for anchor in anchors:
+        if movable is None or anchor.id in movable:
+            others = [other for other in counted if other.id != anchor.id]
+            found = _places_of(stretch, anchor, others, goal, above_ground_m, flight, rules)
+            if found is not None:
+                options.append(found)
+    looked_at = sum(len(some.position_m) for some in options)
+    chosen = _cheapest_that_restores(stretch, options, goal, share, cheapest)
+    restored = chosen is not None
+    if chosen is None:
+        chosen = _best_effort(stretch, options, goal, before)
+    if chosen is None:
+        told = f"No move of one drone helps: {before:.1%} of the stretch before, and {looked_at:,} places give no more."
+        return Repositioning(None, before, before, False, looked_at, told)
+    move, after = chosen
+    told = (
+        f"{move.anchor.id} flies {move.flight_m:.0f} m in {move.flight_s:.0f} s to {move.to.east_m:.0f}, "
+        f"{move.to.north_m:.0f} at {move.to.altitude_m:.0f} m: {before:.1%} of the stretch before, {after:.1%} after"
+        + ("." if restored else f"; no move of one drone restores {share:.0%}.")
+    )
+    return Repositioning(move, before, after, restored, looked_at, told)
+
+
+def value_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> float:
+    """The goal's share over all points of a stretch, line by line."""
+    bits = stretch.seen_from(positions_of(anchors), stretch.targets)
+    return shown_value(
+        _problem(stretch.targets, goal, anchors, bits, np.zeros((0, 4)), None), list(range(len(anchors)))
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    """Where one drone could go: places (n, 3), their shares over the few points, and what the flights cost."""
+
+    anchor: Anchor
+    others: list[Anchor]
+    position_m: Floats
+    share: Floats
+    flight_m: Floats
+    flight_s: Floats
+
+
+def _places_of(
+    stretch: SeenStretch,
+    anchor: Anchor,
+    others: list[Anchor],
+    goal: Goal,
+    above_ground_m: Sequence[float],
+    flight: Flight,
+    rules: PlacementRules,
+) -> _Places | None:
+    """Every post within the flight range at every height, as far as the rules allow; None where none is left."""
+    grid = stretch.grid
+    here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
+    post, candidates = _around(grid, here_m, above_ground_m, flight.max_flight_m)
+    numbers = np.arange(len(candidates))
+    try:
+        feasible = feasible_candidates(grid, candidates, rules, stretch.targets)
+    except NoCandidateError:
+        return None
+    numbers = feasible.number
+    together = Together(grid, candidates.position_m[numbers], positions_of(others), rules.min_separation_m, None)
+    numbers = numbers[together.may_join([])]
+    place_m = candidates.position_m[numbers]
+    flight_m, flight_s = flight_costs(grid, flight, here_m, place_m)
+    keep = flight_m <= flight.max_flight_m
+    if rules.no_fly:
+        ways = shapely.linestrings(
+            np.stack([np.broadcast_to(here_m[:2], place_m[:, :2].shape), place_m[:, :2]], axis=1)
+        )
+        zone = shapely.union_all(rules.no_fly)
+        shapely.prepare(zone)
+        keep &= ~shapely.intersects(zone, ways)
+    if not keep.any():
+        return None
+    numbers, place_m = numbers[keep], place_m[keep]
+    bits = stretch.seen_from_posts(post[numbers], place_m)
+    rows = np.hstack([place_m, np.ones((len(place_m), 1))])
+    problem = _problem(stretch.few, goal, others, stretch.seen_from(positions_of(others), stretch.few), rows, bits)
+    share = judge_of(problem).with_each([], np.arange(len(place_m)))
+    return _Places(anchor, others, place_m, share, flight_m[keep], flight_s[keep])
+
+
+def _around(
+    grid: ElevationGrid, here_m: Floats, above_ground_m: Sequence[float], reach_m: float
+) -> tuple[npt.NDArray[np.intp], Candidates]:
+    """(posts (n,), candidates over them) of all posts within reach, at each height and at the drone's own altitude."""
+    row = np.arange(grid.rows)
+    col = np.arange(grid.cols)
+    north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
+    near = np.add.outer((north_m - here_m[1]) ** 2, (east_m - here_m[0]) ** 2) <= reach_m**2
+    post = np.flatnonzero(near)
+    ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
+    east, north = east_m[post % grid.cols], north_m[post // grid.cols]
+    altitudes = [ground_m + height_m for height_m in above_ground_m] + [np.full(len(post), here_m[2])]
+    position_m = np.concatenate([np.column_stack([east, north, altitude]) for altitude in altitudes])
+    candidates = Candidates(position_m, np.tile(ground_m, len(altitudes)), ("drone",) * len(position_m))
+    return np.tile(post, len(altitudes)), candidates
+
+
+def _problem(
+    targets: Targets,
+    goal: Goal,
+    others: Sequence[Anchor],
+    others_bits: npt.NDArray[np.uint64],
+    rows: Floats,
+    bits: npt.NDArray[np.uint64] | None,
+) -> Problem:
+    """Others fixed and places as candidates; or the others as candidates where there are no places."""
+    points = len(targets)
+    words = others_bits.shape[1]
+    none = SightTable(np.zeros((0, words), np.uint64), points)
+    seen = SightTable(others_bits, points)
+    if bits is None:
+        return Problem(targets, goal, anchor_rows(others, goal), seen, np.zeros((0, 4)), none)
+    return Problem(targets, goal, rows, SightTable(bits, points), anchor_rows(others, goal), seen)
+
+
+def _cheapest_that_restores(
+    stretch: SeenStretch, options: list[_Places], goal: Goal, share: float, cheapest: str
+) -> tuple[Move, float] | None:
+    """The cheapest place whose exact lines restore the share; candidates in the order of their cost."""
+    # of a share below the whole the few points tell only roughly
+    enough = share - ROUNDING - (0.0 if share == 1.0 else 1.0 / len(stretch.few))
+    queue = [
+        (float((some.flight_m if cheapest == "distance" else some.flight_s)[n]), option, int(n))
+        for option, some in enumerate(options)
+        for n in np.flatnonzero(some.share >= enough)
+    ]
+    for _, option, number in sorted(queue)[:MOST_CHECKS]:
+        move, after = _tried(stretch, options[option], number, goal)
+        if after >= share - ROUNDING:
+            return move, after
+    return None
+
+
+def _best_effort(stretch: SeenStretch, options: list[_Places], goal: Goal, before: float) -> tuple[Move, float] | None:
+    """The place that leaves most, when nothing restores all that was asked for; None where nothing leaves more."""
+    best: tuple[Move, float] | None = None
+    for some in options:
+        for number in np.lexsort((some.flight_m, -some.share))[:8]:
+            move, after = _tried(stretch, some, int(number), goal)
+            if after > max(before, best[1] if best is not None else before) + ROUNDING:
+                best = move, after
+    return best
+
+
+def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tuple[Move, float]:
+    east_m, north_m, altitude_m = some.position_m[number].tolist()
+    to = replace(some.anchor, east_m=east_m, north_m=north_m, altitude_m=altitude_m)
+    move = Move(some.anchor, to, float(some.flight_m[number]), float(some.flight_s[number]))
+    return move, value_over(stretch, [*some.others, to], goal)
+
+
+def _check(
+    anchors: Sequence[Anchor], goal: Goal, occluded: Collection[str], movable: Collection[str] | None, share: float
+) -> None:
+    ids = {anchor.id for anchor in anchors}
+    strange = sorted({*occluded, *(movable or ())} - ids)
+    if strange:
+        raise PlacementError(f"There is no anchor {', '.join(strange[:5])} among {', '.join(sorted(ids)[:10])}.")
+    if not goal.is_share:
+        raise PlacementError("Repositioning restores a share: ask for the objective coverage or dop.")
+    if not (math.isfinite(share) and 0.0 < share <= 1.0):
+        raise PlacementError(f"share must be > 0 and <= 1, not {share}.")

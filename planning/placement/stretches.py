@@ -1,0 +1,80 @@
+"""The stretch of path that a rover drives next, and from where it is seen.
+
+Sight has no direction: the minimum visible altitudes of an anchor at the rover's place tell, for every post, from which
+altitude up a drone over it is seen. A handful of sweeps from the stretch so answer for every place at every height.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.errors import PlacementError
+from terrain import ElevationGrid
+from visibility import Anchor, min_visible_altitude
+
+from .sight import Bits, SightOptions, pack, sampled_targets, sight_table
+from .targets import Targets, path_targets
+
+__all__ = ["SeenStretch", "path_between", "straight_ahead"]
+
+Floats = npt.NDArray[np.float64]
+MOST_POINTS = 24  # of a stretch that are swept from
+
+
+def straight_ahead(east_m: float, north_m: float, heading_rad: float, length_m: float) -> Floats:
+    """(2, 2) path from a place along a heading, clockwise from grid north."""
+    if not (math.isfinite(heading_rad) and math.isfinite(length_m) and length_m > 0.0):
+        raise PlacementError(f"A stretch ahead needs a heading and a length > 0 m, not {heading_rad} and {length_m}.")
+    end = (east_m + length_m * math.sin(heading_rad), north_m + length_m * math.cos(heading_rad))
+    return np.array([(east_m, north_m), end])
+
+
+def path_between(path_m: npt.ArrayLike, from_m: float, to_m: float) -> Floats:
+    """The part (n, 2) of a path (k, 2) between two distances along it, metres; cut at its ends."""
+    path = np.asarray(path_m, np.float64)
+    along_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    low_m, high_m = max(from_m, 0.0), min(to_m, float(along_m[-1]))
+    if not low_m < high_m:
+        raise PlacementError(f"Nothing of the path lies between {from_m:g} and {to_m:g} m along it.")
+    inner = (along_m > low_m) & (along_m < high_m)
+    at_m = np.concatenate([[low_m], along_m[inner], [high_m]])
+    return np.column_stack([np.interp(at_m, along_m, path[:, axis]) for axis in (0, 1)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenStretch:
+    """A stretch of path with what sees it. targets: all points; few: some of them; altitude_m: (few, rows, cols)."""
+
+    grid: ElevationGrid
+    targets: Targets
+    few: Targets
+    altitude_m: npt.NDArray[np.float32]
+    options: SightOptions
+
+    @classmethod
+    def of(
+        cls, grid: ElevationGrid, path_m: npt.ArrayLike, above_ground_m: float, options: SightOptions
+    ) -> SeenStretch:
+        """Sweep from points along the stretch. Raises PlacementError."""
+        targets = path_targets(grid, path_m, above_ground_m)
+        few = sampled_targets(
+            targets, np.unique(np.linspace(0, len(targets) - 1, min(MOST_POINTS, len(targets))).round().astype(np.intp))
+        )
+        rover = [Anchor(f"{n}", *point) for n, point in enumerate(few.point_m.tolist())]
+        surfaces = min_visible_altitude(grid, rover, options.mode, options.curvature, unknown=options.unknown)
+        return cls(grid, targets, few, surfaces.altitude_m, options)
+
+    def seen_from_posts(self, post: npt.NDArray[np.intp], position_m: Floats) -> Bits:
+        """(n, 1) which of the few points are seen from places (n, 3) straight above posts (n,)."""
+        seen = position_m[:, 2].astype(np.float32) >= self.altitude_m.reshape(len(self.few), -1)[:, post]
+        away_m2 = ((self.few.point_m[:, None, :] - position_m[None, :, :]) ** 2).sum(axis=2)
+        return pack((seen & (away_m2 <= self.options.max_range_m**2)).T)
+
+    def seen_from(self, position_m: Floats, targets: Targets) -> Bits:
+        """(n, words) which targets are seen from places (n, 3), line by line."""
+        exact = SightOptions("exact", self.options.curvature, self.options.max_range_m, self.options.unknown)
+        return sight_table(self.grid, targets, position_m, exact)[0].bits
