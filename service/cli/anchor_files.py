@@ -19,8 +19,11 @@ FIELDS = frozenset(AnchorIn.model_fields)
 LOCAL_METRES = "coordinates_are"
 
 
-def anchors_from_file(path: Path) -> list[AnchorIn]:
-    """The anchors of a .json, .geojson or .csv file. Raises RequestError."""
+def anchors_from_file(path: Path, *, level: bool = False) -> list[AnchorIn]:
+    """The anchors of a .json, .geojson or .csv file. level: heights do not matter, and may be left out.
+
+    Raises RequestError.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -36,12 +39,14 @@ def anchors_from_file(path: Path) -> list[AnchorIn]:
         raise RequestError(f"The anchors file {path.name} must end in .json, .geojson or .csv.")
     if not described:
         raise RequestError(f"The anchors file {path.name} holds no anchors.")
-    return [_anchor(path.name, place, fields) for place, fields in described]
+    return [_anchor(path.name, place, fields, level) for place, fields in described]
 
 
-def _anchor(name: str, place: str, fields: Any) -> AnchorIn:
+def _anchor(name: str, place: str, fields: Any, level: bool) -> AnchorIn:
     if not isinstance(fields, dict):
         raise RequestError(f"{name}, {place}: an anchor must be an object with id, position and height.")
+    if level and not {"altitude_m", "above_ground_m"} & set(fields):
+        fields = {**fields, "altitude_m": 0.0}
     try:
         return AnchorIn.model_validate(fields)
     except ValidationError as error:

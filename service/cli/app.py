@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from .detect_options import detect
 from .failures import INTERRUPTED, exit_code_of, interrupted, unheard
 from .options import (
     AnchorFiles,
@@ -110,6 +111,7 @@ def visibility(
 
 app.command()(dop)
 app.command()(morph)
+app.command()(detect)
 app.command()(place)
 
 

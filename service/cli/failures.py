@@ -39,6 +39,7 @@ def _domain_exit_code(error: Exception) -> int | None:
     # imported here because an error of theirs cannot come before they were imported, and --help stays quick
     from pydantic import ValidationError
 
+    from detection import DetectionError
     from planning import PlanningError
     from service.errors import RequestError, ServiceError, StartError
     from service.schemas import sentence_of
@@ -47,7 +48,7 @@ def _domain_exit_code(error: Exception) -> int | None:
 
     if isinstance(error, ValidationError):
         return _say(sentence_of(error), BAD_INPUT)
-    if isinstance(error, TerrainError | VisibilityError | PlanningError | RequestError | StartError):
+    if isinstance(error, TerrainError | VisibilityError | DetectionError | PlanningError | RequestError | StartError):
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)

@@ -1,0 +1,216 @@
+"""``sightline detect``: a log of ranges through the detector, to a table and files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from rich.markup import escape
+from rich.table import Table
+
+from detection import AnchorVerdict, EpochResult
+from service.errors import RequestError
+from service.pictures import write_verdict_picture
+from service.range_log import epochs_of, read_range_log
+from service.replacing import replacing
+from service.replay import Replay, replay
+from service.schemas import sentence_of
+from service.schemas.detector_settings import DetectorSettingsIn
+
+from .detect_anchors import ranging_anchors
+from .maps import output_folder
+from .output import facts_table, print_json, print_tables, print_warnings, progress_bar, share_text
+
+__all__ = ["replay_log"]
+
+VERDICTS, POSITIONS, PICTURE, SUMMARY = "verdicts.csv", "positions.csv", "verdicts.png", "detection.json"
+# More episodes than these are for the file, not for the eye.
+SHOWN_EPISODES = 15
+
+
+def replay_log(
+    log: Path,
+    anchor_texts: list[str],
+    anchor_files: list[Path],
+    given: dict[str, Any],
+    more: list[str],
+    epoch_s: float,
+    *,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Read, replay, write into ``out`` and print. What can be wrong in the request is found before the work."""
+    settings = _settings(given, more)
+    anchors = ranging_anchors(anchor_texts, anchor_files, level=settings.dimension == 2)
+    if not (math.isfinite(epoch_s) and epoch_s >= 0.0):
+        raise RequestError(f"--epoch must be a number of seconds >= 0, not {epoch_s}.")
+    epochs = epochs_of(read_range_log(log), epoch_s)
+    if not epochs:
+        raise RequestError(f"The log {log.name} holds no ranges.")
+    folder = None if out is None else output_folder(out)
+    with progress_bar("Epochs") as progress:
+        replayed = replay(anchors, epochs, settings.settings(), progress)
+    summary = {"log": log.name, **_finite(replayed.summary())}
+    written = [] if folder is None else _write(replayed, summary, folder, log.name)
+    if as_json:
+        print_json({**summary, "files": [str(path) for path in written]})
+        return
+    print_tables(_facts(summary), _anchors_table(summary), *_episodes_tables(summary))
+    print_warnings([*_warnings(summary), *summary["health"]["warnings"]])
+    for path in written:
+        print(path)
+
+
+def _settings(given: dict[str, Any], more: list[str]) -> DetectorSettingsIn:
+    fields = {name: value for name, value in given.items() if value is not None}
+    for text in more:
+        name, equals, value = text.partition("=")
+        if not equals or name.strip() not in DetectorSettingsIn.model_fields:
+            known = ", ".join(DetectorSettingsIn.model_fields)
+            raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
+        try:
+            fields[name.strip()] = json.loads(value)
+        except json.JSONDecodeError:
+            fields[name.strip()] = value.strip()  # a word, which needs no quotes here
+    try:
+        return DetectorSettingsIn.model_validate(fields)
+    except ValidationError as error:
+        raise RequestError(f"The settings: {sentence_of(error)}") from error
+
+
+def _write(replayed: Replay, summary: dict[str, Any], folder: Path, name: str) -> list[Path]:
+    """Every file whole or not at all; the summary comes last, so where it is new all is new."""
+    for file, rows in ((VERDICTS, _verdict_rows(replayed)), (POSITIONS, _position_rows(replayed))):
+        with replacing(folder / file) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+            csv.writer(stream).writerows(rows)
+    with replacing(folder / PICTURE) as unfinished:
+        write_verdict_picture(replayed, f"{name}: verdicts over time", unfinished)
+    with replacing(folder / SUMMARY) as unfinished:
+        unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
+    return [folder / file for file in (SUMMARY, VERDICTS, POSITIONS, PICTURE)]
+
+
+def _verdict_rows(replayed: Replay) -> Iterator[list[Any]]:
+    """A row per range in the log: judged, or not used and why."""
+    yield ["epoch", "time_s", "anchor_id", "range_m", "sight", "occluded", "probability", "confidence", "score",
+           "excess_m", "reason"]  # fmt: skip
+    for number, (epoch, result) in enumerate(zip(replayed.epochs, replayed.results, strict=True)):
+        told = {verdict.anchor_id: verdict for verdict in result.verdicts}
+        why = {rejected.anchor_id: str(rejected.reason) for rejected in result.rejected}
+        for measured in epoch.ranges:
+            begin = [number, epoch.time_s, measured.anchor_id, measured.range_m]
+            verdict = told.get(measured.anchor_id)
+            if verdict is not None:
+                yield [*begin, *_told(verdict)]
+            else:
+                yield [*begin, "", "", "", "", "", "", result.rejection or why.get(measured.anchor_id, "")]
+
+
+def _told(verdict: AnchorVerdict) -> list[Any]:
+    numbers = (verdict.probability, verdict.confidence, verdict.score, verdict.excess_m)
+    return [verdict.sight, int(verdict.occluded), *(_cell(number) for number in numbers), verdict.reason]
+
+
+def _position_rows(replayed: Replay) -> Iterator[list[Any]]:
+    yield ["epoch", "time_s", "rejection", "classification", "planning", "odometry", "east_m", "north_m", "altitude_m",
+           "sigma_m", "excluded", "included", "summary"]  # fmt: skip
+    for number, result in enumerate(replayed.results):
+        yield [
+            number, result.time_s, result.rejection or "", result.classification, result.planning, result.odometry,
+            *_place(result), " ".join(result.excluded), " ".join(result.included), result.summary,
+        ]  # fmt: skip
+
+
+def _place(result: EpochResult) -> list[Any]:
+    """East, north, altitude (empty in two dimensions), root of the covariance's trace; all empty without position."""
+    if result.position is None:
+        return ["", "", "", ""]
+    place_m = [_cell(number) for number in result.position.position_m.tolist()]
+    sigma_m = math.sqrt(max(0.0, float(result.position.covariance_m2.trace())))
+    return [*place_m, *[""] * (3 - len(place_m)), _cell(sigma_m)]
+
+
+def _cell(number: float) -> str:
+    return f"{number:.6g}" if abs(number) < 1e5 else f"{number:.3f}"
+
+
+def _facts(summary: dict[str, Any]) -> Table:
+    times = summary["epoch_time_ms"]
+    rejected = ", ".join(f"{count} {reason}" for reason, count in summary["rejections"].items())
+    return facts_table(
+        summary["log"],
+        [
+            ("epochs", f"{summary['epochs_used']} of {summary['epochs']} used"),
+            ("classified", _counted(summary["classifications"])),
+            ("positions", f"{_counted(summary['planning'])}; available {share_text(summary['availability'])}"),
+            ("odometry", _counted(summary["odometry"])),
+            ("not used", rejected or "nothing"),
+            ("time per epoch", f"median {times['median']:.2f} ms, p99 {times['p99']:.2f} ms"),
+        ],
+    )
+
+
+def _counted(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in counts.items()) or "–"
+
+
+def _anchors_table(summary: dict[str, Any]) -> Table:
+    table = Table(title="Anchors", title_justify="left")
+    table.add_column("anchor", style="bold")
+    for column in ("ranges", "clear", "occluded", "unknown", "share\noccluded", "median\nexcess m", "at the end"):
+        table.add_column(column, justify="right")
+    for anchor in summary["anchors"]:
+        excess_m = anchor["median_excess_m"]
+        table.add_row(
+            escape(anchor["id"]),
+            *(str(anchor.get(column, 0)) for column in ("ranges", "clear", "occluded", "unknown")),
+            share_text(anchor["occluded_share"]),
+            "–" if excess_m is None else f"{excess_m:+.2f}",
+            anchor["last_sight"] or "–",
+        )
+    return table
+
+
+def _episodes_tables(summary: dict[str, Any]) -> list[Table]:
+    episodes = sorted(summary["episodes"], key=lambda episode: episode["ranges"], reverse=True)[:SHOWN_EPISODES]
+    if not episodes:
+        return []
+    shown = "" if len(episodes) == len(summary["episodes"]) else f" (the longest {len(episodes)})"
+    table = Table(title=f"{len(summary['episodes'])} occlusions{shown}", title_justify="left")
+    table.add_column("anchor", style="bold")
+    for column in ("from s", "to s", "ranges", "greatest\nexcess m"):
+        table.add_column(column, justify="right")
+    for episode in sorted(episodes, key=lambda episode: (episode["from_s"], episode["anchor_id"])):
+        excess_m = episode["greatest_excess_m"]
+        table.add_row(
+            escape(episode["anchor_id"]),
+            f"{episode['from_s']:.2f}",
+            f"{episode['to_s']:.2f}",
+            str(episode["ranges"]),
+            "–" if excess_m is None else f"{excess_m:+.2f}",
+        )
+    return [table]
+
+
+def _warnings(summary: dict[str, Any]) -> list[str]:
+    silent = [anchor["id"] for anchor in summary["anchors"] if not anchor["ranges"]]
+    warnings = [f"No range of {', '.join(silent)} could be used."] if silent else []
+    if summary["rejections"].get("unknown anchor"):
+        warnings.append("Ranges to anchors that were not named with --anchor or --anchors were not used.")
+    if summary["searches_cut_short"]:
+        warnings.append(f"In {summary['searches_cut_short']} epochs the search was cut short at search_limit subsets.")
+    return warnings
+
+
+def _finite(value: Any) -> Any:
+    """The same with null for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {name: _finite(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
