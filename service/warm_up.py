@@ -96,12 +96,13 @@ def _placements(grid: ElevationGrid) -> None:
     weights = np.linspace(1.0, 2.0, grid.heights_m.size).reshape(grid.shape)
     weighted = placement.area_targets(grid, weight=weights)
     path = placement.path_targets(grid, [(40.0, -40.0), (200.0, -200.0)])
+    rules = placement.PlacementRules(max_range_m=1000.0)
     for goal, targets in (
         (placement.Goal(), weighted),
         (placement.Goal("dop", spare=1), path),
         (placement.Goal("mean_error"), area),
     ):
-        placed = placement.place_anchors(grid, candidates, targets, 4, goal, fixed=[fixed])
+        placed = placement.place_anchors(grid, candidates, targets, 4, goal, rules, fixed=[fixed])
         placement.check_placement(grid, placed)
 
 

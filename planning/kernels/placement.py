@@ -25,6 +25,7 @@ __all__ = [
     "VERTICAL",
     "additions",
     "fill_states",
+    "keep_in_range",
     "weight_under_mask",
 ]
 
@@ -223,3 +224,18 @@ def weight_under_mask(bits, which, mask, weight, out):
                         if (word >> np.uint64(b)) & np.uint64(1) != 0:
                             total += weight[64 * w + b]
         out[r] = total
+
+
+@parallel_kernel
+def keep_in_range(seen, place_m, point_m, max_range_m, drop_per_m2):
+    """Clear seen (n, m) bool where a target (m, 3) is further from an anchor (n, 3) than its longest slant range.
+
+    drop_per_m2: curvature, as for antenna limits: ground at distance d lies d² times that lower.
+    """
+    for i in prange(point_m.shape[0]):
+        for a in range(place_m.shape[0]):
+            east, north = point_m[i, 0] - place_m[a, 0], point_m[i, 1] - place_m[a, 1]
+            across2 = east * east + north * north
+            up = point_m[i, 2] - drop_per_m2 * across2 - place_m[a, 2]
+            if across2 + up * up > max_range_m * max_range_m:
+                seen[a, i] = False

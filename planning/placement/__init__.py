@@ -2,6 +2,7 @@
 
 from .candidates import Candidates, candidate_grid, candidate_points, join_candidates
 from .checking import Check, HoverSensitivity, check_placement, hover_sensitivity, value_of_anchors
+from .cluster import Cluster
 from .flights import Flight
 from .goals import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
@@ -17,6 +18,7 @@ from .targets import Targets, area_targets, corridor_targets, path_targets
 __all__ = [
     "Candidates",
     "Check",
+    "Cluster",
     "Feasible",
     "Flight",
     "Goal",

@@ -15,8 +15,9 @@ from visibility import Anchor
 from .goals import Goal
 from .judges import Problem, shown_value
 from .placing import Placement, anchor_rows, positions_of
-from .sight import SightOptions, sight_table
+from .sight import SightOptions
 from .targets import Targets
+from .working_out import sight_table
 
 __all__ = ["Check", "HoverSensitivity", "check_placement", "hover_sensitivity", "value_of_anchors"]
 
@@ -114,8 +115,8 @@ def _problem_of(
     grid: ElevationGrid, anchors: Sequence[Anchor], targets: Targets, goal: Goal, sight: SightOptions
 ) -> Problem:
     """The anchors as candidates."""
-    table, _ = sight_table(grid, targets, positions_of(anchors), sight)
-    none, _ = sight_table(grid, targets, np.zeros((0, 3)), sight)
+    table = sight_table(grid, targets, positions_of(anchors), sight).table
+    none = sight_table(grid, targets, np.zeros((0, 3)), sight).table
     return Problem(targets, goal, anchor_rows(anchors, goal), table, np.zeros((0, 4)), none)
 
 

@@ -114,7 +114,8 @@ def leapfrog(
 
     Before each stretch drones move, one after the other, until the share holds or no move gains. A drone that the
     stretch before does not need flies while the rover still drives there; for any other the rover waits, since a drone
-    on its way is no anchor. The rover drives on over a stretch that cannot be served. Raises PlacementError, AnchorError.
+    on its way is no anchor. The rover drives on over a stretch that cannot be served.
+    Raises PlacementError, AnchorError.
     """
     if not (math.isfinite(stretch_m) and stretch_m > 0.0 and math.isfinite(rover_m_per_s) and rover_m_per_s > 0.0):
         raise PlacementError(f"stretch_m and rover_m_per_s must be > 0, not {stretch_m} and {rover_m_per_s}.")

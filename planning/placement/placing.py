@@ -15,14 +15,16 @@ from terrain import ElevationGrid
 from visibility import Anchor, AntennaLimits, check_anchors
 
 from .candidates import Candidates
+from .cluster import Cluster
 from .fewest import fewest
 from .goals import Goal
 from .judges import CountJudge, Problem, judge_of, shown_value
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import Found, SearchOptions, search
-from .sight import SightOptions, SightTable, sight_table
+from .sight import SightOptions, SightTable
 from .targets import Targets
 from .together import Together
+from .working_out import sight_table
 
 __all__ = ["Placement", "anchor_rows", "place_anchors", "positions_of", "prepare", "require_enough"]
 
@@ -83,6 +85,7 @@ def place_anchors(
     fixed: Sequence[Anchor] = (),
     sight: SightOptions | None = None,
     options: SearchOptions | None = None,
+    cluster: Cluster | str | None = None,
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Placement:
@@ -90,12 +93,14 @@ def place_anchors(
 
     reach: in place of count, a share 0..1: the fewest anchors that reach it.
     progress: called with the finished share 0..1. stop: asked again and again; once it says True the best placement so
-    far comes back, marked as stopped. Raises PlacementError, NoCandidateError, AnchorError.
+    far comes back, marked as stopped. cluster: works out sight on a Dask cluster, by the address of its scheduler; the
+    answer is the same. Raises PlacementError, NoCandidateError, ClusterError, AnchorError.
     """
     goal, rules, options = goal or Goal(), rules or PlacementRules(), options or SearchOptions()
     _check_number(count, reach, goal)
+    spread = Cluster(cluster) if isinstance(cluster, str) else cluster
     begin_s = time.perf_counter()
-    ready = prepare(grid, candidates, targets, goal, rules, fixed, sight, progress, stop)
+    ready = prepare(grid, candidates, targets, goal, rules, fixed, sight, progress, stop, spread)
     sight_s = time.perf_counter() - begin_s
     told = None if progress is None else lambda share: progress(SHARE_OF_SIGHT + (1.0 - SHARE_OF_SIGHT) * share)
     if count is not None:
@@ -154,21 +159,24 @@ def prepare(
     sight: SightOptions | None,
     progress: Callable[[float], None] | None,
     stop: Callable[[], bool] | None,
+    cluster: Cluster | None,
 ) -> Ready:
     """Rules applied and sight worked out. Raises NoCandidateError, AnchorError."""
     warnings = check_anchors(grid, fixed) if fixed else ()
     seeing = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
     feasible = feasible_candidates(grid, candidates, rules, targets)
     fixed_m = positions_of(fixed)
-    fixed_sight, _ = sight_table(grid, targets, fixed_m, seeing)
-    table, done = sight_table(
+    fixed_sight = sight_table(grid, targets, fixed_m, seeing).table
+    worked = sight_table(
         grid,
         targets,
         feasible.candidates.position_m,
         seeing,
         None if progress is None else lambda share: progress(SHARE_OF_SIGHT * share),
         stop,
+        cluster,
     )
+    table, done = worked.table, worked.done
     if not done.all():
         feasible = Feasible(feasible.candidates.take(done), feasible.number[done], feasible.removed)
         table = SightTable(table.bits[done], table.targets)
@@ -176,7 +184,7 @@ def prepare(
     weight = np.full((len(position_m), 1), 1.0 if goal.is_share else goal.ranging_sigma_m**-2)
     problem = Problem(targets, goal, np.hstack([position_m, weight]), table, anchor_rows(fixed, goal), fixed_sight)
     together = Together(grid, position_m, fixed_m, rules.min_separation_m, rules.link)
-    return Ready(problem, together, feasible, tuple(fixed), rules, seeing, tuple(warnings))
+    return Ready(problem, together, feasible, tuple(fixed), rules, seeing, (*warnings, *worked.warnings))
 
 
 def positions_of(anchors: Sequence[Anchor]) -> Floats:

@@ -11,12 +11,13 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from planning.kernels.placement import keep_in_range
 from terrain import ElevationGrid
-from visibility import VISIBLE, Anchor, AntennaLimits, Curvature, lines_of_sight, min_visible_altitude, visible_sets
+from visibility import VISIBLE, Anchor, Curvature, lines_of_sight, min_visible_altitude, visible_sets
 
 from .targets import Targets
 
-__all__ = ["Parcel", "SightOptions", "SightTable", "enter", "parcel_bits", "parcels", "sampled_table", "sight_table"]
+__all__ = ["Parcel", "SightOptions", "SightTable", "enter", "parcel_bits", "parcels", "sampled_table"]
 
 Bits = npt.NDArray[np.uint64]
 Floats = npt.NDArray[np.float64]
@@ -147,18 +148,19 @@ def parcel_bits(parcel: Parcel) -> Bits:
         return np.zeros((len(parcel.rows), 1), np.uint64)
     if targets.post is None and (options.mode == "exact" or len(targets) < grid.heights_m.size * LINES_PER_POST):
         return pack(_lines(parcel))
-    limits = AntennaLimits(max_range_m=options.max_range_m)
     anchors = [
-        Anchor(f"{row}", east_m, north_m, altitude_m, limits=limits)
+        Anchor(f"{row}", east_m, north_m, altitude_m)
         for row, (east_m, north_m, altitude_m) in zip(parcel.rows.tolist(), parcel.position_m.tolist(), strict=True)
     ]
     surfaces = min_visible_altitude(grid, anchors, options.mode, options.curvature, unknown=options.unknown)
     if targets.post is None:
-        return pack(visible_sets(surfaces, targets.point_m).visible().T)
-    seen = surfaces.visible(above_ground_m=targets.above_ground_m).reshape(len(anchors), -1)
-    if len(targets.post) < seen.shape[1]:
-        seen = seen[:, targets.post]
-    return pack(seen == 1)
+        seen = visible_sets(surfaces, targets.point_m).visible().T.copy()
+    else:
+        seen = surfaces.visible(above_ground_m=targets.above_ground_m).reshape(len(anchors), -1)[:, targets.post] == 1
+    if math.isfinite(options.max_range_m):
+        # all anchors at once: limits of their antennas would be a kernel call each
+        keep_in_range(seen, parcel.position_m, targets.point_m, options.max_range_m, surfaces.curvature.drop_per_m2)
+    return pack(seen)
 
 
 def _lines(parcel: Parcel) -> npt.NDArray[np.bool_]:
@@ -183,28 +185,6 @@ def pack(seen: npt.NDArray[np.bool_]) -> Bits:
     padded = np.zeros((len(seen), words * 8), np.uint8)
     padded[:, : packed.shape[1]] = packed
     return padded.view("<u8").astype(np.uint64)
-
-
-def sight_table(
-    grid: ElevationGrid,
-    targets: Targets,
-    position_m: Floats,
-    options: SightOptions,
-    progress: Callable[[float], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-) -> tuple[SightTable, npt.NDArray[np.bool_]]:
-    """(table of all anchors (n, 3), (n,) whether each was worked out before ``stop`` said so). Raises AnchorError."""
-    table = SightTable(np.zeros((len(position_m), max((len(targets) + 63) // 64, 1)), np.uint64), len(targets))
-    done = np.zeros(len(position_m), np.bool_)
-    for make in parcels(grid, targets, position_m, options):
-        if stop is not None and stop() and done.any():
-            break
-        parcel = make()
-        enter(table, parcel, parcel_bits(parcel))
-        done[parcel.rows] = True
-        if progress is not None:
-            progress(float(done.mean()))
-    return table, done
 
 
 def enter(table: SightTable, parcel: Parcel, bits: Bits) -> None:

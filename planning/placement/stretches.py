@@ -16,8 +16,9 @@ from planning.errors import PlacementError
 from terrain import ElevationGrid
 from visibility import Anchor, min_visible_altitude
 
-from .sight import Bits, SightOptions, pack, sampled_targets, sight_table
+from .sight import Bits, SightOptions, pack, sampled_targets
 from .targets import Targets, path_targets
+from .working_out import sight_table
 
 __all__ = ["SeenStretch", "path_between", "straight_ahead"]
 
@@ -77,4 +78,4 @@ class SeenStretch:
     def seen_from(self, position_m: Floats, targets: Targets) -> Bits:
         """(n, words) which targets are seen from places (n, 3), line by line."""
         exact = SightOptions("exact", self.options.curvature, self.options.max_range_m, self.options.unknown)
-        return sight_table(self.grid, targets, position_m, exact)[0].bits
+        return sight_table(self.grid, targets, position_m, exact).table.bits

@@ -45,7 +45,7 @@ def test_highs_and_going_through_all_sets_agree() -> None:
     grid, candidates, targets = small_question(6, 12)
     for goal, fixed in ((Goal(visible=1), ()), (Goal(visible=2, spare=1), ())):
         ready = prepare(
-            grid, candidates, targets, goal, PlacementRules(min_separation_m=400.0), fixed, None, None, None
+            grid, candidates, targets, goal, PlacementRules(min_separation_m=400.0), fixed, None, None, None, None
         )
         milp = exact_coverage(ready.problem, 3, ready.together, 60.0)
         every = every_set(judge_of(ready.problem), 12, 3, ready.together)

@@ -143,7 +143,7 @@ def test_a_stretch_is_the_path_between_two_distances() -> None:
 
 
 def test_drones_that_follow_serve_more_of_a_long_path_and_the_times_add_up() -> None:
-    grid = rough_grid(64, seed=4, relief_m=300.0)
+    grid = rough_grid(40, seed=4, relief_m=200.0)
     west, south, east, north = grid.bounds_m
     path = [(west + 60.0, south + 60.0), (east - 60.0, north - 60.0)]
     near = [anchor_above_ground(grid, f"D{n}", west + 100.0 + 120.0 * n, south + 150.0, 60.0) for n in range(4)]

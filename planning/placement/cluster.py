@@ -1,0 +1,147 @@
+"""Parcels of sight spread over a Dask cluster; who gives an address of its scheduler needs to know no more.
+
+A parcel is whole in itself, so it can be done by any worker and done again: what a killed worker had under way goes to
+another, and when the cluster loses what it was sent, it is sent once more.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.errors import ClusterError, PlacementError
+from terrain import ElevationGrid
+
+from .sight import Bits, Parcel, SightOptions, parcel_bits
+from .targets import Targets
+
+__all__ = ["Cluster", "bits_from_cluster"]
+
+TRIES = 3
+LOOK_EVERY_S = 0.2
+Make = Callable[[], Parcel]
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """A Dask cluster. address: of its scheduler, such as tcp://scheduler:8786.
+
+    or_local: work on this machine, with a warning, where the cluster cannot be reached or is lost; else ClusterError.
+    timeout_s: how long to wait for the scheduler, and for a first worker. Raises PlacementError.
+    """
+
+    address: str
+    or_local: bool = False
+    timeout_s: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not self.address.strip() or not self.timeout_s > 0.0:
+            raise PlacementError("A cluster needs the address of its scheduler and timeout_s > 0.")
+
+
+def bits_from_cluster(
+    cluster: Cluster, makes: list[Make], stop: Callable[[], bool] | None
+) -> Iterator[tuple[int, Parcel, Bits]]:
+    """(number, parcel, its sight) of each parcel, as they come in; ends early when ``stop`` says so.
+
+    Raises ClusterError when the cluster cannot be reached, or is lost again and again.
+    """
+    left = set(range(len(makes)))
+    for attempt in range(TRIES):
+        client = _connect(cluster)
+        try:
+            for number, parcel, bits in _spread(client, {number: makes[number] for number in sorted(left)}, stop):
+                left.discard(number)
+                yield number, parcel, bits
+            return
+        except (CancelledError, asyncio.CancelledError, TimeoutError, OSError, _lost()) as error:
+            if attempt == TRIES - 1:
+                raise ClusterError(
+                    f"The cluster at {cluster.address} was lost with {len(left):,} of {len(makes):,} parcels to do: "
+                    f"{type(error).__name__}."
+                ) from error
+        finally:
+            client.close(timeout=cluster.timeout_s)
+
+
+def _connect(cluster: Cluster) -> Any:
+    """A client with at least one worker. Raises ClusterError."""
+    from distributed import Client
+
+    try:
+        client = Client(cluster.address, timeout=cluster.timeout_s, set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        raise ClusterError(
+            f"No Dask scheduler answers at {cluster.address!r} within {cluster.timeout_s:g} s; start one with "
+            "`dask scheduler`, or ask for a local run."
+        ) from error
+    try:
+        client.wait_for_workers(1, timeout=cluster.timeout_s)
+    except TimeoutError as error:
+        client.close()
+        raise ClusterError(
+            f"The Dask scheduler at {cluster.address!r} has no worker; start some with `dask worker {cluster.address}`."
+        ) from error
+    return client
+
+
+def _lost() -> type[Exception]:
+    """What distributed raises for a task whose workers died too often."""
+    from distributed import KilledWorker
+
+    lost: type[Exception] = KilledWorker
+    return lost
+
+
+def _spread(client: Any, makes: dict[int, Make], stop: Callable[[], bool] | None) -> Iterator[tuple[int, Parcel, Bits]]:
+    """Hand out the parcels and take in what comes of them."""
+    from distributed import wait
+
+    parcels = {number: make() for number, make in makes.items()}
+    shared = _shared(client, parcels)
+    futures = {_submit(client, parcel, shared): number for number, parcel in parcels.items()}
+    try:
+        while futures:
+            if stop is not None and stop():
+                return
+            try:
+                with client.as_current():
+                    finished = wait(list(futures), timeout=LOOK_EVERY_S, return_when="FIRST_COMPLETED").done
+            except TimeoutError:
+                continue
+            for future in finished:
+                number = futures.pop(future)
+                yield number, parcels[number], future.result()
+    finally:
+        if futures:
+            client.cancel(list(futures))
+
+
+def _shared(client: Any, parcels: dict[int, Parcel]) -> Any:
+    """The ground and targets of parcels that need all of them, sent to every worker once; None where none does."""
+    whole = next((parcel for parcel in parcels.values() if parcel.which is None), None)
+    return None if whole is None else client.scatter([(whole.grid, whole.targets)], broadcast=True, hash=False)[0]
+
+
+def _submit(client: Any, parcel: Parcel, shared: Any) -> Any:
+    # impure: a repeated run must not be answered from what the cluster remembers of another ground
+    if parcel.which is None:
+        return client.submit(_whole, shared, parcel.rows, parcel.position_m, parcel.options, pure=False)
+    return client.submit(parcel_bits, parcel, pure=False)
+
+
+def _whole(
+    shared: tuple[ElevationGrid, Targets],
+    rows: npt.NDArray[np.intp],
+    position_m: npt.NDArray[np.float64],
+    options: SightOptions,
+) -> Bits:
+    """A parcel over all of the ground, put together where it is done."""
+    grid, targets = shared
+    return parcel_bits(Parcel(rows, position_m, grid, targets, None, options))
