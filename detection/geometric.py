@@ -2,41 +2,50 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import DetectionInputError
+from .kernels import subsets as kernel
+from .position_fixes import covariance_of, settled_side
+from .subset_search import ConsistentSet, Ranges, Rules, Search, search
 from .verdicts import Classification, SearchReport
 
-__all__ = ["GeometricDetection", "detect_2d", "detect_3d"]
-
-# squared tolerances between two explanations of which the worse cannot be ruled out
-AS_LIKELY = 0.7
+__all__ = ["MOST_RANGES", "GeometricDetection", "detect_2d", "detect_3d", "detect_ranges"]
 
 Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+MOST_RANGES = 62  # a set is the bits of one signed integer
+# An explanation has to be so probable among those that leave out as many ranges before it is believed.
+BELIEVED = 0.95
+DEFAULT_K = 3.0  # sigmas in a tolerance where no sigma is given
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GeometricDetection:
     """What the ranges of one epoch say by themselves; arrays have one entry per range, in the order given.
 
-    occluded: (n,) bool, flagged. excess_m: (n,) range minus distance from the position, NaN without one. statistic:
-        (n,) |excess| in tolerances: above 1 = beyond the tolerance. count: ranges that meet at the position.
+    occluded, unknown: (n,) bool, flagged; not to be told. p_occluded: (n,) share of the explanations that leave it out.
+    excess_m: (n,) range minus distance from the position, NaN without one. statistic: (n,) |excess| in tolerances:
+        above 1 = beyond the tolerance. count: ranges that meet at the position. least_occluded: so many at least.
     position_m, covariance_m2: (d,), (d, d); None where there is none. mirror_m: the other solution, None = only one.
-    checked: more ranges than unknowns meet there. candidates: exclusions (indices) that explain the ranges equally
-        well, where more than one does. needed: what would settle an undetermined epoch, or "".
+    checked: more ranges than unknowns meet there. candidates: exclusions (indices) that explain the ranges about
+        equally well, where more than one does. needed: what would settle an undetermined epoch, or "".
     """
 
     classification: Classification
-    occluded: npt.NDArray[np.bool_]
+    occluded: Bools
+    unknown: Bools
+    p_occluded: Floats
     excess_m: Floats
     statistic: Floats
     count: int
+    least_occluded: int
     position_m: Floats | None
     covariance_m2: Floats | None
     mirror_m: Floats | None
@@ -51,18 +60,23 @@ def detect_2d(
     ranges_m: npt.ArrayLike,
     tolerance_m: npt.ArrayLike = 0.1,
     *,
+    sigma_m: npt.ArrayLike | None = None,
     studentised: bool = False,
-    side_hint_m: tuple[float, float] | None = None,
+    method: Literal["refined", "seed"] = "refined",
+    hint_m: npt.ArrayLike | None = None,
     search_limit: int = 2000,
 ) -> GeometricDetection:
     """Geometric detection in the plane (seed 000, 2D steps 1-7): (n, 2) anchors east, north, (n,) ranges, metres.
 
-    tolerance_m: one for all or (n,), the error up to which a range meets a point. studentised: hold each error against
-        what the fit left of it, so that a tolerance of k sigma flags a clear range as often as k says.
-    side_hint_m: a point on the rover's side of anchors that stand on one line.
-    search_limit: subsets tried before the search is cut short. Raises DetectionInputError.
+    tolerance_m: one for all or (n,), the error up to which a range meets a point. sigma_m: of the ranges, for weights
+        and covariance; None = a third of the tolerance. studentised: hold each error against what the fit left of it,
+        so that a tolerance of k sigma is exceeded by clear ranges as often as k says.
+    method: "seed" follows the specification to the letter (intersection points, no refinement); "refined" fits the
+        ranges that meet by Gauss-Newton.
+    hint_m: a point on the rover's side of anchors that stand on one line; NaN = not known along that axis.
+    search_limit: fits tried before the search is cut short. Raises DetectionInputError.
     """
-    return _detect(anchor_positions_m, ranges_m, tolerance_m, 2, studentised, side_hint_m, search_limit)
+    return _detect(anchor_positions_m, ranges_m, tolerance_m, 2, sigma_m, studentised, method, hint_m, search_limit)
 
 
 def detect_3d(
@@ -70,137 +84,164 @@ def detect_3d(
     ranges_m: npt.ArrayLike,
     tolerance_m: npt.ArrayLike = 0.1,
     *,
+    sigma_m: npt.ArrayLike | None = None,
     studentised: bool = False,
-    hint_m: tuple[float, float, float] | None = None,
+    method: Literal["refined", "seed"] = "refined",
+    hint_m: npt.ArrayLike | None = None,
     search_limit: int = 2000,
 ) -> GeometricDetection:
     """Geometric detection in space (seed 000, 3D steps 1-8): (n, 3) anchors east, north, altitude; the rest as in 2D.
 
-    hint_m: a point on the rover's side of anchors that stand in one plane. Raises DetectionInputError.
+    hint_m: a point on the rover's side of anchors that lie in one plane, often only its altitude: (NaN, NaN, 0).
+    Raises DetectionInputError.
     """
-    return _detect(anchor_positions_m, ranges_m, tolerance_m, 3, studentised, hint_m, search_limit)
+    return _detect(anchor_positions_m, ranges_m, tolerance_m, 3, sigma_m, studentised, method, hint_m, search_limit)
 
 
 def _detect(
     anchor_positions_m: npt.ArrayLike,
     ranges_m: npt.ArrayLike,
     tolerance_m: npt.ArrayLike,
-    dimension: int,
+    dimension: Literal[2, 3],
+    sigma_m: npt.ArrayLike | None,
     studentised: bool,
-    hint_m: tuple[float, ...] | None,
+    method: str,
+    hint_m: npt.ArrayLike | None,
     search_limit: int,
 ) -> GeometricDetection:
-    anchors_m, ranges_m, tolerances_m = checked_ranges(anchor_positions_m, ranges_m, tolerance_m, dimension)
-    n = len(ranges_m)
-    none = np.zeros(n, np.bool_)
-    unknown = np.full(n, np.nan)
+    if method not in ("refined", "seed"):
+        raise DetectionInputError(f"method must be refined or seed, not {method!r}.")
+    if search_limit < 1:
+        raise DetectionInputError(f"search_limit must be at least 1, not {search_limit}.")
+    measured = _per_range("ranges_m", ranges_m, np.shape(ranges_m))
+    if measured.ndim != 1 or len(measured) > MOST_RANGES:
+        raise DetectionInputError(f"ranges_m must be (n,) with n at most {MOST_RANGES}, not {measured.shape}.")
+    places = np.zeros((len(measured), 3))
+    if len(measured):
+        given = np.array(anchor_positions_m, np.float64)
+        if given.shape != (len(measured), dimension) or not np.isfinite(given).all():
+            raise DetectionInputError(
+                f"anchor_positions_m must be ({len(measured)}, {dimension}) finite metres, not {given.shape}."
+            )
+        places[:, :dimension] = given
+    tolerances = _per_range("tolerance_m", tolerance_m, measured.shape)
+    sigmas = tolerances / DEFAULT_K if sigma_m is None else _per_range("sigma_m", sigma_m, measured.shape)
+    hint = np.full(dimension, np.nan) if hint_m is None else np.array(hint_m, np.float64)
+    if hint.shape != (dimension,):
+        raise DetectionInputError(f"hint_m must be ({dimension},), not {hint.shape}.")
+    ranges = Ranges(places, measured, sigmas, tolerances, np.zeros(len(measured)))
+    refine = method == "refined"
+    return detect_ranges(ranges, dimension, hint, refine=refine, studentised=studentised and refine, limit=search_limit)
+
+
+def _per_range(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    if np.shape(values) not in ((), shape):
+        raise DetectionInputError(f"{name} must be one number or {shape}, not {np.shape(values)}.")
+    filled = np.empty(shape)
+    filled[...] = values
+    if not (np.isfinite(filled).all() and (filled > 0.0).all()):
+        raise DetectionInputError(f"{name} must be finite and > 0 m.")
+    return filled
+
+
+def detect_ranges(
+    ranges: Ranges, dimension: Literal[2, 3], hint_m: Floats, *, refine: bool, studentised: bool, limit: int
+) -> GeometricDetection:
+    """The same for ranges already checked, with the prior odds they carry."""
+    n = len(ranges.ranges_m)
     if n < dimension:
-        needed = f"{dimension + 1 - n} more ranges: {n} allow no position."
-        return GeometricDetection(
-            Classification.UNDETERMINED,
-            none,
-            unknown,
-            unknown,
-            0,
-            None,
-            None,
-            None,
-            False,
-            (),
-            SearchReport(0, True),
-            needed,
-        )
-    tried = 0
-    found: list[tuple[float, tuple[int, ...], Floats, Floats, Floats, Floats]] = []
-    for out in range(max(n - dimension, 1)):
-        for excluded in itertools.combinations(range(n), out):
-            if tried >= search_limit:
-                break
-            tried += 1
-            kept = np.array([i not in excluded for i in range(n)])
-            for start in starts(anchors_m, ranges_m, kept):
-                position, covariance, excess, leverage = fit(anchors_m, ranges_m, tolerances_m, kept, start)
-                scale = np.sqrt(np.maximum(1.0 - leverage, 1e-9)) if studentised else 1.0
-                statistic = np.abs(excess) / tolerances_m / scale
-                if np.all(statistic[kept] <= 1.0):
-                    cost = float(np.sum((excess[kept] / tolerances_m[kept]) ** 2))
-                    found.append((cost, excluded, position, covariance, excess, statistic))
-        if found:
-            break
-    search = SearchReport(tried, tried < search_limit)
-    if not found:
-        return GeometricDetection(
-            Classification.UNDETERMINED, none, unknown, unknown, 0, None, None, None, False, (), search,
-            f"More ranges, or a prediction of who is in sight: no {dimension + 1} of the {n} ranges meet in one point."
-            if n > dimension else "Ranges that meet.",
-        )  # fmt: skip
-    found.sort(key=lambda entry: entry[0])
-    _, excluded, position, covariance, excess, statistic = found[0]
-    occluded = np.isin(np.arange(n), excluded)
-    candidates = tuple(dict.fromkeys(entry[1] for entry in found if entry[0] - found[0][0] < AS_LIKELY))
-    classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(len(excluded), 2)]
-    if len(candidates) > 1 or n == dimension:
+        return _without_position(n, f"{_more(dimension + 1 - n)}: {n} allow no position.")
+    rules = Rules(dimension == 2, refine, studentised, min(dimension + 1, n))
+    searched = search(ranges, rules, limit)
+    report = SearchReport(searched.tried, searched.complete)
+    if not searched.found:
+        return _without_position(n, _why_nothing_meets(n, dimension, searched), report)
+    best = searched.found[0]
+    weights = np.array([math.exp(0.5 * (_merit(best) - _merit(one))) for one in searched.found])
+    weights /= weights.sum()
+    left_out = np.array([[not one.kept >> i & 1 for i in range(n)] for one in searched.found])
+    p_occluded = weights @ left_out
+    unknown = (p_occluded > 1.0 - BELIEVED) & (p_occluded < BELIEVED)
+    if n == dimension:
+        unknown[:] = True
+    best, mirror_m = settled_side(best, hint_m, dimension)
+    excess_m, statistic = np.empty(n), np.empty(n)
+    kernel.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
+    by_chance = _by_chance(best.kept.bit_count(), statistic[left_out[0]], dimension)
+    if by_chance > 1.0 - BELIEVED:
+        unknown[:] = True
+    occluded = left_out[0] & ~unknown
+    candidates = tuple(
+        tuple(np.flatnonzero(row).tolist())
+        for row, weight in zip(left_out, weights, strict=True)
+        if weight > 1.0 - BELIEVED
+    )
+    kept = best.kept.bit_count()
+    classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(n - kept, 2)]
+    needed = ""
+    if unknown.any():
         classification = Classification.UNDETERMINED
-        occluded = none
-    return GeometricDetection(
-        classification, occluded, excess, statistic, n - len(excluded), position, covariance, None,
-        n - len(excluded) > dimension, candidates, search, "",
-    )  # fmt: skip
-
-
-def checked_ranges(
-    anchor_positions_m: npt.ArrayLike, ranges_m: npt.ArrayLike, tolerance_m: npt.ArrayLike, dimension: int
-) -> tuple[Floats, Floats, Floats]:
-    """Anchors (n, d), ranges (n,) and tolerances (n,) as arrays; raises DetectionInputError."""
-    ranges = np.array(ranges_m, np.float64)
-    anchors = np.array(anchor_positions_m, np.float64)
-    if ranges.ndim != 1 or (len(ranges) and anchors.shape != (len(ranges), dimension)):
-        raise DetectionInputError(
-            f"Of {dimension}D anchors (n, {dimension}) and ranges (n,), shapes {anchors.shape} and {ranges.shape} came."
+        needed = f"{_more(1)}, a prediction of who is in sight, or odometry" + (
+            f": {n} ranges cannot check one another."
+            if n == dimension
+            else f": so few of {n} ranges may meet by chance."
+            if len(candidates) == 1
+            else f": {len(candidates)} explanations fit."
         )
-    if not (np.isfinite(anchors).all() and np.isfinite(ranges).all() and (ranges > 0.0).all()):
-        raise DetectionInputError("Anchor positions must be finite, and ranges finite and > 0 m.")
-    tolerances = np.empty(len(ranges))
-    if np.shape(tolerance_m) not in ((), ranges.shape):
-        raise DetectionInputError(f"tolerance_m must be one number or ({len(ranges)},), not {np.shape(tolerance_m)}.")
-    tolerances[:] = tolerance_m
-    if not (np.isfinite(tolerances).all() and (tolerances > 0.0).all()):
-        raise DetectionInputError(f"tolerance_m must be > 0 m, not {tolerance_m!r}.")
-    return anchors.reshape(len(ranges), dimension), ranges, tolerances
+    elif mirror_m is not None:
+        needed = "An altitude or a side: anchors in one plane leave two places." if dimension == 3 else (
+            "A side: anchors on one line leave two places."
+        )  # fmt: skip
+    return GeometricDetection(
+        classification,
+        occluded,
+        unknown,
+        p_occluded,
+        excess_m,
+        statistic,
+        kept,
+        n - kept,
+        np.array(best.place_m[:dimension]),
+        covariance_of(ranges, best, dimension),
+        mirror_m,
+        kept > dimension and not unknown.any(),
+        candidates if len(candidates) > 1 else (),
+        report,
+        needed,
+    )
 
 
-def starts(anchors_m: Floats, ranges_m: Floats, kept: npt.NDArray[np.bool_]) -> Iterator[Floats]:
-    """Points to begin a fit from: of the differences of squared ranges, and its mirror images out of their plane."""
-    anchors, ranges = anchors_m[kept], ranges_m[kept]
-    middle = anchors.mean(axis=0)
-    centred = anchors - middle
-    squares = (centred**2).sum(axis=1) - ranges**2
-    _, spread, axes = np.linalg.svd(2.0 * centred)
-    flat = np.linalg.lstsq(2.0 * centred, squares - squares.mean(), rcond=0.05)[0]
-    yield middle + flat
-    if len(spread) == anchors.shape[1] and spread[-1] > 0.05 * spread[0]:
-        return
-    normal = axes[-1]
-    height2 = float(np.mean(ranges**2 - ((flat - centred) ** 2).sum(axis=1)))
-    if height2 > 0.0:
-        yield middle + flat + normal * math.sqrt(height2)
-        yield middle + flat - normal * math.sqrt(height2)
+def _by_chance(kept: int, statistic_left_out: Floats, dimension: int) -> float:
+    """How many sets as large would meet by chance, where most ranges are left out; 0 where most are kept.
+
+    A range that is off by some tens of tolerances lands within one of a given point in one of as many cases.
+    """
+    n = kept + len(statistic_left_out)
+    if 2 * kept > n:
+        return 0.0
+    share = min(1.0, 1.0 / float(np.median(statistic_left_out)))
+    return math.comb(n, kept) * share ** (kept - dimension)
 
 
-def fit(
-    anchors_m: Floats, ranges_m: Floats, tolerances_m: Floats, kept: npt.NDArray[np.bool_], start_m: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """(position, covariance in squared tolerances, excess of all, leverage of all) by Gauss-Newton."""
-    position = start_m.copy()
-    weights = np.where(kept, tolerances_m**-2.0, 0.0)
-    for _ in range(10):
-        offset = position - anchors_m
-        distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
-        direction = offset / distance[:, None]
-        covariance = np.linalg.pinv((direction * weights[:, None]).T @ direction)
-        step = covariance @ (direction * weights[:, None]).T @ (ranges_m - distance)
-        position += step
-        if np.linalg.norm(step) < 1e-6:
-            break
-    leverage = np.einsum("ni,ij,nj->n", direction, covariance, direction) * weights
-    return position, covariance, ranges_m - np.linalg.norm(position - anchors_m, axis=1), leverage
+def _merit(one: ConsistentSet) -> float:
+    return one.cost + one.penalty
+
+
+def _more(count: int) -> str:
+    return "One more range" if count == 1 else f"{count} more ranges"
+
+
+def _why_nothing_meets(n: int, dimension: int, searched: Search) -> str:
+    if n == dimension:
+        return f"One more range: the {n} there are do not meet in a point."
+    if not searched.complete:
+        return f"A larger search_limit: no {dimension + 1} of the {n} ranges that were tried meet in one point."
+    return f"More ranges or a prediction of who is in sight: no {dimension + 1} of the {n} ranges meet in one point."
+
+
+def _without_position(n: int, needed: str, report: SearchReport | None = None) -> GeometricDetection:
+    nothing = np.full(n, np.nan)
+    return GeometricDetection(
+        Classification.UNDETERMINED, np.zeros(n, np.bool_), np.ones(n, np.bool_), np.full(n, 0.5), nothing, nothing.copy(),
+        0, 0 if report is None else 1, None, None, None, False, (), report or SearchReport(0, True), needed,
+    )  # fmt: skip

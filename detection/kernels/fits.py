@@ -1,0 +1,190 @@
+"""A position for a set of ranges: the linear system of sphere intersections, then Gauss-Newton.
+
+Ranges travel as one tuple (anchors_m, ranges_m, sigmas_m, tolerances_m, penalties): (n, 3) with zero altitudes in two
+dimensions, then (n,) each. A set of them is the bits of an int64. flat: two dimensions, the altitude stays zero.
+"""
+
+import math
+
+from terrain.kernel_options import scalar_kernel
+
+from .small_systems import inverse, solved, weakest_axis
+
+__all__ = ["COLLINEAR", "MIRRORED", "NO_FIT", "ONE", "descend", "fit", "linear_start", "range_pair_meets", "spread_of"]
+
+# How many places fit a set of ranges.
+NO_FIT, ONE, MIRRORED, COLLINEAR = 0, 1, 2, 3
+
+# Least over largest eigenvalue of the linear system (an aspect of 1 to 10 squared) under which both sides are tried.
+NEARLY_FLAT = 0.01
+ON_A_LINE = 1e-6
+ITERATIONS = 12
+CONVERGED_M = 1e-7
+
+
+@scalar_kernel
+def range_pair_meets(apart_m, range1_m, range2_m, tolerance_m):
+    """Whether two circles or spheres meet: neither too far apart nor one inside the other (seed 000, step 3)."""
+    return apart_m <= range1_m + range2_m + tolerance_m and apart_m >= abs(range1_m - range2_m) - tolerance_m
+
+
+@scalar_kernel
+def linear_start(ranges, kept, flat):
+    """(normal matrix, right side, middle) of the planes through the circles in which pairs of spheres meet.
+
+    Seed 000, 3D step 4: one row per pair, its unit normal; places count from the middle of the anchors, so that far
+    coordinates lose no digits. Concentric pairs and pairs that do not meet give no plane.
+    """
+    anchors, measured, _, tolerances, _ = ranges
+    n = measured.shape[0]
+    middle_e, middle_n, middle_u, count = 0.0, 0.0, 0.0, 0
+    for i in range(n):
+        if (kept >> i) & 1:
+            middle_e, middle_n, middle_u = middle_e + anchors[i, 0], middle_n + anchors[i, 1], middle_u + anchors[i, 2]
+            count += 1
+    middle_e, middle_n, middle_u = middle_e / count, middle_n / count, middle_u / count
+    ee, en, eu, nn, nu, uu = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    right_e, right_n, right_u = 0.0, 0.0, 0.0
+    for i in range(n):
+        if not (kept >> i) & 1:
+            continue
+        for j in range(i + 1, n):
+            if not (kept >> j) & 1:
+                continue
+            east, north, up = anchors[j, 0] - anchors[i, 0], anchors[j, 1] - anchors[i, 1], anchors[j, 2] - anchors[i, 2]
+            apart = math.sqrt(east * east + north * north + up * up)
+            if apart == 0.0 or not range_pair_meets(apart, measured[i], measured[j], max(tolerances[i], tolerances[j])):
+                continue
+            east, north, up = east / apart, north / apart, up / apart
+            along = (measured[i] * measured[i] - measured[j] * measured[j] + apart * apart) / (2.0 * apart)
+            offset = along + (
+                east * (anchors[i, 0] - middle_e) + north * (anchors[i, 1] - middle_n) + up * (anchors[i, 2] - middle_u)
+            )
+            ee, en, eu = ee + east * east, en + east * north, eu + east * up
+            nn, nu, uu = nn + north * north, nu + north * up, uu + up * up
+            right_e, right_n, right_u = right_e + east * offset, right_n + north * offset, right_u + up * offset
+    if flat:
+        uu += 0.5 * (ee + nn)
+    return (ee, en, eu, nn, nu, uu), (right_e, right_n, right_u), (middle_e, middle_n, middle_u)
+
+
+@scalar_kernel
+def descend(ranges, kept, flat, start):
+    """(place, squared residuals in sigmas, normal matrix) of the least squares from a start, by damped Gauss-Newton."""
+    anchors, measured, sigmas, _, _ = ranges
+    at_e, at_n, at_u = start
+    damping, cost = 0.0, math.inf
+    best_e, best_n, best_u = start
+    best_matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    matrix, gradient = best_matrix, (0.0, 0.0, 0.0)
+    for _ in range(ITERATIONS):
+        ee, en, eu, nn, nu, uu = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        down_e, down_n, down_u, here = 0.0, 0.0, 0.0, 0.0
+        for i in range(measured.shape[0]):
+            if not (kept >> i) & 1:
+                continue
+            east, north, up = at_e - anchors[i, 0], at_n - anchors[i, 1], at_u - anchors[i, 2]
+            distance = max(math.sqrt(east * east + north * north + up * up), 1e-9)
+            east, north, up = east / distance, north / distance, up / distance
+            weight = 1.0 / (sigmas[i] * sigmas[i])
+            residual = measured[i] - distance
+            here += weight * residual * residual
+            ee, en, eu = ee + weight * east * east, en + weight * east * north, eu + weight * east * up
+            nn, nu, uu = nn + weight * north * north, nu + weight * north * up, uu + weight * up * up
+            pull = weight * residual
+            down_e, down_n, down_u = down_e + pull * east, down_n + pull * north, down_u + pull * up
+        if flat:
+            eu, nu, down_u = 0.0, 0.0, 0.0
+            uu = 0.5 * (ee + nn)
+        if here <= cost:
+            gained, cost = cost - here, here
+            best_e, best_n, best_u = at_e, at_n, at_u
+            matrix, gradient = (ee, en, eu, nn, nu, uu), (down_e, down_n, down_u)
+            best_matrix = matrix
+            damping *= 0.1
+            if gained <= 1e-9 * (1.0 + here):
+                break
+        else:
+            damping = max(10.0 * damping, 1e-3)
+        ee, en, eu, nn, nu, uu = matrix
+        more = damping * (ee + nn + uu)
+        inverted, exists = inverse((ee + more, en, eu, nn + more, nu, uu + more))
+        if not exists:
+            damping = max(10.0 * damping, 1e-6)
+            more = damping * (ee + nn + uu)
+            inverted, exists = inverse((ee + more, en, eu, nn + more, nu, uu + more))
+            if not exists:
+                break
+        step_e, step_n, step_u = solved(inverted, gradient[0], gradient[1], gradient[2])
+        at_e, at_n, at_u = best_e + step_e, best_n + step_n, best_u + step_u
+        if step_e * step_e + step_n * step_n + step_u * step_u < CONVERGED_M * CONVERGED_M:
+            break
+    return (best_e, best_n, best_u), cost, best_matrix
+
+
+@scalar_kernel
+def spread_of(ranges, kept, place):
+    """Mean squared miss of the sphere radii seen from a place, m²: how far out of a plane a mirrored pair lies."""
+    anchors, measured, _, _, _ = ranges
+    total, count = 0.0, 0
+    for i in range(measured.shape[0]):
+        if (kept >> i) & 1:
+            east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
+            total += measured[i] * measured[i] - (east * east + north * north + up * up)
+            count += 1
+    return total / count
+
+
+@scalar_kernel
+def fit(ranges, kept, flat, refine):
+    """(how many places, place, cost, normal matrix, the other place, its cost) for the kept ranges.
+
+    Where the anchors lie nearly in one plane (on one line in two dimensions), the linear system says where in the
+    plane; how far out of it, to either side, follows from the ranges, and both sides are tried.
+    """
+    matrix, right, middle = linear_start(ranges, kept, flat)
+    nothing = (0.0, 0.0, 0.0)
+    empty = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    axis_e, axis_n, axis_u, least, second = weakest_axis(matrix)
+    if not matrix[0] + matrix[3] + matrix[5] > 0.0:
+        return NO_FIT, nothing, math.inf, empty, nothing, math.inf
+    if second < ON_A_LINE:
+        return COLLINEAR, nothing, math.inf, empty, nothing, math.inf
+    if least > NEARLY_FLAT or (not refine and least > 1e-9):
+        inverted, exists = inverse(matrix)
+        if not exists:
+            return NO_FIT, nothing, math.inf, empty, nothing, math.inf
+        east, north, up = solved(inverted, right[0], right[1], right[2])
+        start = (east + middle[0], north + middle[1], 0.0 if flat else up + middle[2])
+        if not refine:
+            return ONE, start, 0.0, empty, nothing, math.inf
+        place, cost, normal = descend(ranges, kept, flat, start)
+        return ONE, place, cost, normal, nothing, math.inf
+    more = matrix[0] + matrix[3] + matrix[5]
+    ee, en, eu, nn, nu, uu = matrix
+    inverted, exists = inverse(
+        (
+            ee + more * axis_e * axis_e,
+            en + more * axis_e * axis_n,
+            eu + more * axis_e * axis_u,
+            nn + more * axis_n * axis_n,
+            nu + more * axis_n * axis_u,
+            uu + more * axis_u * axis_u,
+        )
+    )
+    if not exists:
+        return NO_FIT, nothing, math.inf, empty, nothing, math.inf
+    # the weakest axis is taken out of the right side: what little it says is mostly noise
+    along = right[0] * axis_e + right[1] * axis_n + right[2] * axis_u
+    east, north, up = solved(inverted, right[0] - along * axis_e, right[1] - along * axis_n, right[2] - along * axis_u)
+    in_plane = (east + middle[0], north + middle[1], 0.0 if flat else up + middle[2])
+    out_m = math.sqrt(max(spread_of(ranges, kept, in_plane), 0.0))
+    above = (in_plane[0] + out_m * axis_e, in_plane[1] + out_m * axis_n, in_plane[2] + out_m * axis_u)
+    below = (in_plane[0] - out_m * axis_e, in_plane[1] - out_m * axis_n, in_plane[2] - out_m * axis_u)
+    if not refine:
+        return MIRRORED, above, 0.0, empty, below, 0.0
+    place, cost, normal = descend(ranges, kept, flat, above)
+    other, other_cost, other_normal = descend(ranges, kept, flat, below)
+    if other_cost < cost:
+        place, cost, normal, other, other_cost = other, other_cost, other_normal, place, cost
+    return MIRRORED, place, cost, normal, other, other_cost

@@ -1,0 +1,108 @@
+"""Which of an epoch's ranges meet in one point: a bound from candidate points, then every set that could beat it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .kernels import subsets as kernel
+
+__all__ = ["ConsistentSet", "Ranges", "Rules", "Search", "search"]
+
+Floats = npt.NDArray[np.float64]
+
+# A candidate point of two or three noisy ranges lies further off than a fit of all: so many tolerances are near it.
+SLACK = 4.0
+
+
+class Ranges(NamedTuple):
+    """What the kernels take: anchors (n, 3) with zero altitudes in 2D, then (n,) each, metres.
+
+    penalties: −2·log of the odds that a range is occluded rather than clear, before it is measured.
+    """
+
+    anchors_m: Floats
+    ranges_m: Floats
+    sigmas_m: Floats
+    tolerances_m: Floats
+    penalties: Floats
+
+
+class Rules(NamedTuple):
+    """How a set is tested. flat: 2D. refine: Gauss-Newton after the linear system. studentised: see ``statistics``."""
+
+    flat: bool
+    refine: bool
+    studentised: bool
+    least_kept: int
+
+
+@dataclass(frozen=True, slots=True)
+class ConsistentSet:
+    """Ranges that meet: their indices as bits, where, at which squared residuals (sigmas), and the mirrored place."""
+
+    kept: int
+    place_m: tuple[float, float, float]
+    cost: float
+    penalty: float
+    mirror_m: tuple[float, float, float] | None
+    mirror_cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """All largest consistent sets, best first; sets tried; whether no set that could matter was left untried."""
+
+    found: tuple[ConsistentSet, ...]
+    tried: int
+    complete: bool
+
+
+def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
+    """The largest sets that meet, by leaving out none, one, two ... ranges, in at most ``limit`` fits.
+
+    A set found among candidate points bounds how many have to be left out. Where the fits run out first, that set is
+    the answer and the search says that it is not complete.
+    """
+    n = len(ranges.ranges_m)
+    table, sets = np.zeros((kernel.MOST, kernel.FOUND)), np.zeros(kernel.MOST, np.int64)
+    order = np.arange(n)
+    count, tried, _ = kernel.exhaustive(ranges, rules, order, 0, limit, table, sets)
+    if count or n <= rules.least_kept:
+        return Search(_sorted(table, sets, count), max(tried, 1), True)
+    kept, place, cost = kernel.bounded(ranges, rules, SLACK if rules.refine else 1.0)
+    bound = n - kernel.bits(kept) if kept else n - rules.least_kept
+    if kept:
+        order = _by_error(ranges, kept, rules.flat, place)
+    for leave_out in range(1, bound + 1):
+        count, more, complete = kernel.exhaustive(ranges, rules, order, leave_out, limit - tried, table, sets)
+        tried += more
+        if count and complete:
+            return Search(_sorted(table, sets, count), tried, True)
+        if not complete:
+            found = list(_sorted(table, sets, count))
+            if not found and kept:
+                found.append(ConsistentSet(kept, place, cost, 0.0, None, math.inf))
+            return Search(tuple(found), tried, False)
+    if kept:  # a set that settles from a candidate point but not from its own linear system
+        return Search((ConsistentSet(kept, place, cost, 0.0, None, math.inf),), tried, True)
+    return Search((), tried, True)
+
+
+def _by_error(ranges: Ranges, kept: int, flat: bool, place: tuple[float, float, float]) -> npt.NDArray[np.int64]:
+    excess_m, statistic = np.empty(len(ranges.ranges_m)), np.empty(len(ranges.ranges_m))
+    kernel.statistics(ranges, kept, flat, place, False, excess_m, statistic)
+    return np.argsort(-statistic)
+
+
+def _sorted(table: Floats, sets: npt.NDArray[np.int64], count: int) -> tuple[ConsistentSet, ...]:
+    found = []
+    for row, kept in zip(table[: min(count, kernel.MOST)].tolist(), sets.tolist(), strict=False):
+        cost, *place, other_cost, other_e, other_n, other_u, places, penalty = row
+        mirror = (other_e, other_n, other_u) if places == 2.0 else None
+        found.append(ConsistentSet(kept, (place[0], place[1], place[2]), cost, penalty, mirror, other_cost))
+    return tuple(sorted(found, key=lambda one: one.cost + one.penalty))
