@@ -240,8 +240,9 @@ def _why_nothing_meets(n: int, dimension: int, searched: Search) -> str:
 
 
 def _without_position(n: int, needed: str, report: SearchReport | None = None) -> GeometricDetection:
-    nothing = np.full(n, np.nan)
+    nothing, all_unknown = np.full(n, np.nan), np.ones(n, np.bool_)
+    least = 0 if report is None else 1
     return GeometricDetection(
-        Classification.UNDETERMINED, np.zeros(n, np.bool_), np.ones(n, np.bool_), np.full(n, 0.5), nothing, nothing.copy(),
-        0, 0 if report is None else 1, None, None, None, False, (), report or SearchReport(0, True), needed,
+        Classification.UNDETERMINED, ~all_unknown, all_unknown, np.full(n, 0.5), nothing, nothing.copy(),
+        0, least, None, None, None, False, (), report or SearchReport(0, True), needed,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
 from .settings import DetectorSettings
 from .verdicts import RejectedRange, Rejection
 
-__all__ = ["Intake", "epoch_rejection", "take_in"]
+__all__ = ["Intake", "take_in"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,22 +20,6 @@ class Intake:
     ranges: tuple[RangeMeasurement, ...]
     odometry: OdometryIncrement | None
     rejected: tuple[RejectedRange, ...]
-
-
-def epoch_rejection(
-    epoch: RangeEpoch, last_time_s: float | None, last_sequence: int | None, window_start_s: float | None
-) -> Rejection | None:
-    """Why an epoch cannot be used as a whole after those before it, or None."""
-    if not math.isfinite(epoch.time_s):
-        return Rejection.BAD_TIME
-    if last_time_s is None:
-        return None
-    same_sequence = epoch.sequence is not None and epoch.sequence == last_sequence
-    if epoch.time_s == last_time_s or same_sequence:
-        return Rejection.DUPLICATE
-    if epoch.time_s > last_time_s:
-        return None
-    return Rejection.LATE if window_start_s is not None and epoch.time_s < window_start_s else Rejection.OUT_OF_ORDER
 
 
 def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings) -> Intake:

@@ -19,6 +19,7 @@ POSITIVE = (
     "acceleration_m_per_s2",
     "vertical_acceleration_m_per_s2",
     "excess_m",
+    "start_sigma_m",
 )
 NOT_NEGATIVE = ("anchor_sigma_m", "calculation_sigma_m", "wheel_sigma_m", "accelerometer_sigma_m", "time_sigma_s")
 OPTIONAL_POSITIVE = ("geometric_tolerance_m", "odometry_tolerance_m", "harmful_m")
@@ -45,11 +46,12 @@ class DetectorSettings:
     search_limit: subsets of anchors tried in one epoch before the search is cut short.
     altitude_hint_m, side_hint_m: which of two mirror solutions is the rover's: an altitude near it (3D), or a point on
         its side of the anchors (east, north).
-    odometry_offset_s, ranging_offset_s, base_offset_s: seconds that the clock of each is ahead of the base station's
-        own reference; taken off every time before times are compared.
+    odometry_offset_s, ranging_offset_s, base_offset_s: seconds that the clock of each is ahead of a common one. Times
+        come in on the ranging clock and leave on that of the base station.
     acceleration_m_per_s2, vertical_acceleration_m_per_s2: how hard the rover usually speeds up, brakes and turns, level
         and upright.
     excess_m: how much longer than the straight line an occluded range typically is.
+    start_m, start_sigma_m: where the rover starts, if that is known: (d,) east, north, altitude.
     Raises DetectionInputError.
     """
 
@@ -79,9 +81,11 @@ class DetectorSettings:
     odometry_offset_s: float = 0.0
     ranging_offset_s: float = 0.0
     base_offset_s: float = 0.0
-    acceleration_m_per_s2: float = 1.0
-    vertical_acceleration_m_per_s2: float = 1.0
-    excess_m: float = 1.0
+    acceleration_m_per_s2: float = 1.25
+    vertical_acceleration_m_per_s2: float = 0.25
+    excess_m: float = 0.7
+    start_m: tuple[float, ...] | None = None
+    start_sigma_m: float = 1.0
 
     def __post_init__(self) -> None:
         if self.dimension not in (2, 3):
@@ -101,6 +105,10 @@ class DetectorSettings:
         for name in ("window", "search_limit"):
             if getattr(self, name) < 1:
                 raise DetectionInputError(f"{name} must be at least 1, not {getattr(self, name)}.")
+        if self.start_m is not None and (
+            len(self.start_m) != self.dimension or not all(map(math.isfinite, self.start_m))
+        ):
+            raise DetectionInputError(f"start_m must be {self.dimension} finite metres, not {self.start_m}.")
         if self.terrain not in ("open", "mixed", "complex"):
             raise DetectionInputError(f"terrain must be open, mixed or complex, not {self.terrain!r}.")
         if self.criticality not in ("low", "normal", "high"):

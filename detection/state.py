@@ -38,7 +38,11 @@ class Health:
 
 @dataclass(frozen=True, slots=True)
 class DetectorState:
-    """A snapshot of a detector. epochs: accepted. rejections: how many ranges and epochs were not used, by reason."""
+    """A snapshot of a detector.
+
+    time_s: of the last epoch, on the ranging clock. epochs: accepted. rejections: how many ranges and epochs were not
+    used, by reason. position_m, velocity_m_per_s: of the track, (3,) east, north, up; None without one.
+    """
 
     time_s: float | None
     epochs: int
@@ -46,3 +50,5 @@ class DetectorState:
     anchors: tuple[AnchorState, ...]
     health: Health
     last: EpochResult | None
+    position_m: tuple[float, float, float] | None = None
+    velocity_m_per_s: tuple[float, float, float] | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -100,8 +101,9 @@ class PlanningStatus(StrEnum):
 class WitnessSay:
     """What one witness said about one anchor.
 
-    evidence: the statistic it judged by, in sigmas where 1 sigma is known; NaN where it has none. weight: its share in
-    the verdict. reason: one sentence.
+    evidence: by how much it found the range off, over what it tolerates (above 1 = beyond); NaN where it has none.
+    weight: its share in the verdict before all are normalised, 0 where it does not vote. reason: one sentence.
+    probability: that the anchor is occluded, as this witness has it; NaN where it is silent.
     """
 
     witness: Witness
@@ -109,6 +111,7 @@ class WitnessSay:
     evidence: float
     weight: float
     reason: str
+    probability: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +119,8 @@ class AnchorVerdict:
     """The verdict on one anchor in one epoch.
 
     probability: that it is occluded, 0 to 1. confidence: in ``sight``, 0 to 1. score: what ranks ranges from clear to
-    occluded on one scale over a whole session (sigmas of excess, larger = more surely occluded).
-    excess_m: measured minus expected range; NaN where nothing is expected.
+    occluded on one scale over a whole session: |excess| over what is harmful; larger = more surely occluded.
+    excess_m: measured minus expected range, by the best witness there is; NaN where nothing is expected.
     """
 
     anchor_id: str
@@ -168,7 +171,7 @@ class RejectedRange:
 
 @dataclass(frozen=True, slots=True)
 class EpochResult:
-    """The answer to one epoch.
+    """The answer to one epoch. time_s: of the epoch, on the base station's clock.
 
     rejection: why the epoch as a whole was not used; None = it was. Then there are no verdicts.
     verdicts: one per range used, in the epoch's order. excluded, included: their ids, for the multilateration.

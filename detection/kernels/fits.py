@@ -51,7 +51,11 @@ def linear_start(ranges, kept, flat):
         for j in range(i + 1, n):
             if not (kept >> j) & 1:
                 continue
-            east, north, up = anchors[j, 0] - anchors[i, 0], anchors[j, 1] - anchors[i, 1], anchors[j, 2] - anchors[i, 2]
+            east, north, up = (
+                anchors[j, 0] - anchors[i, 0],
+                anchors[j, 1] - anchors[i, 1],
+                anchors[j, 2] - anchors[i, 2],
+            )
             apart = math.sqrt(east * east + north * north + up * up)
             if apart == 0.0 or not range_pair_meets(apart, measured[i], measured[j], max(tolerances[i], tolerances[j])):
                 continue

@@ -39,7 +39,10 @@ def quadratic_form(matrix, east, north, up):
     """A vector's squared length in a matrix."""
     ee, en, eu, nn, nu, uu = matrix
     return (
-        ee * east * east + nn * north * north + uu * up * up + 2.0 * (en * east * north + eu * east * up + nu * north * up)
+        ee * east * east
+        + nn * north * north
+        + uu * up * up
+        + 2.0 * (en * east * north + eu * east * up + nu * north * up)
     )
 
 

@@ -32,8 +32,10 @@ def bits(kept):
 
 @scalar_kernel
 def statistics(ranges, kept, flat, place, studentised, excess, statistic):
-    """Write of every range its excess over the distance, m, and |excess| in tolerances; of studentised ones, in
-    tolerances that shrink by what the fit absorbed (kept ranges) or grow by what the place is unsure of (the others)."""
+    """Write of every range its excess over the distance, m, and |excess| in tolerances.
+
+    Studentised tolerances shrink by what the fit absorbed (kept ranges), grow by what the place is unsure of (others).
+    """
     anchors, measured, sigmas, tolerances, _ = ranges
     ee, en, eu, nn, nu, uu = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     n = measured.shape[0]
@@ -66,10 +68,11 @@ def statistics(ranges, kept, flat, place, studentised, excess, statistic):
 def meets(ranges, kept, flat, place, studentised, work):
     """Whether all kept ranges meet at a place. work: (2, n) scratch."""
     statistics(ranges, kept, flat, place, studentised, work[0], work[1])
+    beyond = 0
     for i in range(ranges[1].shape[0]):
         if (kept >> i) & 1 and not work[1, i] <= 1.0:
-            return False
-    return True
+            beyond += 1
+    return beyond == 0
 
 
 @scalar_kernel
@@ -80,7 +83,11 @@ def clashes(ranges):
     clash = np.zeros(n, np.int64)
     for i in range(n):
         for j in range(i + 1, n):
-            east, north, up = anchors[j, 0] - anchors[i, 0], anchors[j, 1] - anchors[i, 1], anchors[j, 2] - anchors[i, 2]
+            east, north, up = (
+                anchors[j, 0] - anchors[i, 0],
+                anchors[j, 1] - anchors[i, 1],
+                anchors[j, 2] - anchors[i, 2],
+            )
             apart = math.sqrt(east * east + north * north + up * up)
             if not range_pair_meets(apart, measured[i], measured[j], tolerances[i] + tolerances[j]):
                 clash[i] |= np.int64(1) << j
@@ -145,7 +152,11 @@ def bounded(ranges, rules, slack):
     best = (np.int64(0), (0.0, 0.0, 0.0), math.inf)
     for i in range(n):
         for j in range(i + 1, n):
-            east, north, up = anchors[j, 0] - anchors[i, 0], anchors[j, 1] - anchors[i, 1], anchors[j, 2] - anchors[i, 2]
+            east, north, up = (
+                anchors[j, 0] - anchors[i, 0],
+                anchors[j, 1] - anchors[i, 1],
+                anchors[j, 2] - anchors[i, 2],
+            )
             apart = math.sqrt(east * east + north * north + up * up)
             slack_m = ranges[3][i] + ranges[3][j]
             if apart == 0.0 or not range_pair_meets(apart, measured[i], measured[j], slack_m):
@@ -191,10 +202,11 @@ def bounded(ranges, rules, slack):
 
 @scalar_kernel
 def _clash_within(kept, clash):
+    together = np.int64(0)
     for i in range(clash.shape[0]):
-        if (kept >> i) & 1 and clash[i] & kept:
-            return True
-    return False
+        if (kept >> i) & 1:
+            together |= clash[i] & kept
+    return together != 0
 
 
 @scalar_kernel

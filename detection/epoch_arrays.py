@@ -1,0 +1,95 @@
+"""An epoch's ranges as arrays: tolerances from the parts of the error, prior odds, times, and one moment for all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .epochs import RangeMeasurement, RangingAnchor
+from .settings import DetectorSettings
+from .subset_search import Ranges
+from .tolerances import sigma_geometric_m
+from .tracks import Heard, Track
+
+__all__ = ["EpochArrays", "anchor_places", "arrays_of"]
+
+Floats = npt.NDArray[np.float64]
+
+# Without a prediction an anchor is taken to be in sight as often as this.
+USUAL_SIGHT = 0.9
+SURE = 0.01  # no prediction is taken for surer than this
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EpochArrays:
+    """heard: for the track. harmful_m: (m,) excess from which a range is called occluded."""
+
+    heard: Heard
+    tolerances_m: Floats
+    harmful_m: Floats
+    penalties: Floats
+
+    def at_one_moment(self, track: Track | None, time_s: float, max_speed_m_per_s: float) -> Ranges:
+        """The ranges as if measured at ``time_s``: carried there along the track, or less sure by the speed limit."""
+        heard = self.heard
+        places_m = heard.anchors_m[heard.index]
+        late_s = time_s - heard.times_s
+        ranges_m, sigmas_m, tolerances_m = heard.ranges_m, heard.sigmas_m, self.tolerances_m
+        if np.any(late_s != 0.0):
+            if track is None:
+                grown = np.sqrt(1.0 + (late_s * max_speed_m_per_s / (3.0 * sigmas_m)) ** 2)
+                sigmas_m, tolerances_m = sigmas_m * grown, tolerances_m * grown
+            else:
+                offset_m = track.place_m - places_m
+                distance_m = np.maximum(np.linalg.norm(offset_m, axis=1), 1e-6)
+                ranges_m = np.maximum(ranges_m + (offset_m @ track.state[3:6]) / distance_m * late_s, 1e-3)
+        return Ranges(places_m, ranges_m, sigmas_m, tolerances_m, self.penalties)
+
+
+def anchor_places(anchors: Mapping[str, RangingAnchor], dimension: int) -> Floats:
+    """(n, 3) east, north, altitude of all anchors; altitude zero in two dimensions."""
+    return np.array(
+        [(a.east_m, a.north_m, a.altitude_m if dimension == 3 else 0.0) for a in anchors.values()], np.float64
+    ).reshape(-1, 3)
+
+
+def arrays_of(
+    ranges: Sequence[RangeMeasurement],
+    anchors: Mapping[str, RangingAnchor],
+    numbers: Mapping[str, int],
+    places_m: Floats,
+    time_s: float,
+    settings: DetectorSettings,
+    scale: float,
+) -> EpochArrays:
+    """Ranges that passed the intake, as arrays. numbers: index of each anchor; scale: on all tolerances."""
+    index, ranges_m, sigmas_m, times_s, p_sight = [], [], [], [], []
+    for measured in ranges:
+        anchor = anchors[measured.anchor_id]
+        index.append(numbers[measured.anchor_id])
+        ranges_m.append(measured.range_m)
+        sigmas_m.append(
+            sigma_geometric_m(
+                settings.range_sigma_m if measured.sigma_m is None else measured.sigma_m,
+                anchor.sigma_m or settings.anchor_sigma_m,
+                settings.calculation_sigma_m,
+            )
+        )
+        times_s.append(time_s if measured.time_s is None else min(measured.time_s - settings.ranging_offset_s, time_s))
+        p_sight.append(USUAL_SIGHT if measured.p_sight is None else measured.p_sight)
+    sigmas = np.array(sigmas_m, np.float64)
+    tolerances_m = scale * settings.k_geometric * sigmas
+    if settings.geometric_tolerance_m is not None:
+        tolerances_m = np.full(len(sigmas), scale * settings.geometric_tolerance_m)
+    harmful_m = tolerances_m if settings.harmful_m is None else np.full(len(sigmas), settings.harmful_m)
+    heard = Heard(
+        places_m, np.array(index, np.int64), np.array(ranges_m, np.float64), sigmas, np.array(times_s, np.float64),
+        # what nobody predicted leaves the track's own odds as they are
+        np.array([0.5 if measured.p_sight is None else measured.p_sight for measured in ranges], np.float64),
+    )  # fmt: skip
+    penalties = np.array([2.0 * math.log(p / (1.0 - p)) for p in np.clip(p_sight, SURE, 1.0 - SURE).tolist()])
+    return EpochArrays(heard, tolerances_m, harmful_m, penalties.reshape(len(sigmas)))

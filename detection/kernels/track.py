@@ -1,0 +1,193 @@
+"""The rover's track and what each anchor adds to its ranges, filtered range by range.
+
+The state is Gaussian: place (3), velocity (3), the excess all ranges share, and the excess of each anchor (n). Between
+ranges the rover keeps its level velocity but for accelerations, and soon forgets a vertical one; excesses creep. At a
+range its anchor's excess goes on, is cleared, or is new; the three outcomes are weighed by how well they foretell the
+range, and their mixture is made one Gaussian again (seed 000 has no such witness; it is an interacting mixture of the
+first order).
+"""
+
+import math
+
+import numpy as np
+
+from terrain.kernel_options import scalar_kernel
+
+__all__ = ["SHARED", "STATES", "follow", "pull"]
+
+STATES = 7  # place, velocity, shared excess; then one excess per anchor
+SHARED = 6
+OUTCOMES = 3  # the excess goes on, is cleared, is new
+FORGOTTEN_S = 2.0  # what was known of an anchor's excess so long ago says no more of when it changed
+
+
+@scalar_kernel
+def _predict(state, covariance, step_s, motion, creep, flat):
+    """Carry the state over a time step, in place. motion: level and vertical acceleration, m/s^1.5, and 1/s at which a
+    climb is forgotten; creep: m/sqrt(s) of an excess, share of itself, 1/s back to its mean, that mean."""
+    if step_s <= 0.0:
+        return
+    size = state.shape[0]
+    for axis in range(3):
+        state[axis] += step_s * state[3 + axis]
+        for k in range(size):
+            covariance[axis, k] += step_s * covariance[3 + axis, k]
+    for axis in range(3):
+        for k in range(size):
+            covariance[k, axis] += step_s * covariance[k, 3 + axis]
+    forget = math.exp(-motion[2] * step_s)
+    state[5] *= forget
+    for k in range(size):
+        covariance[5, k] *= forget
+    for k in range(size):
+        covariance[k, 5] *= forget
+    for axis in range(2 if flat else 3):
+        push = motion[0] * motion[0] if axis < 2 else motion[1] * motion[1]
+        covariance[axis, axis] += push * step_s * step_s * step_s / 3.0
+        covariance[axis, 3 + axis] += push * step_s * step_s / 2.0
+        covariance[3 + axis, axis] += push * step_s * step_s / 2.0
+        covariance[3 + axis, 3 + axis] += push * step_s
+    back = math.exp(-creep[2] * step_s)
+    # of white noise over a step, what is left of it at the end
+    lasting_s = (1.0 - back * back) / (2.0 * creep[2])
+    for k in range(STATES, size):
+        rate2 = creep[0] * creep[0] + (creep[1] * max(state[k], 0.0)) ** 2
+        state[k] = creep[3] + (state[k] - creep[3]) * back
+        for j in range(size):
+            covariance[k, j] *= back
+        for j in range(size):
+            covariance[j, k] *= back
+        covariance[k, k] += rate2 * lasting_s
+
+
+@scalar_kernel
+def _direction(state, anchor):
+    """(distance, unit vector from the anchor to the rover)."""
+    east, north, up = state[0] - anchor[0], state[1] - anchor[1], state[2] - anchor[2]
+    distance = max(math.sqrt(east * east + north * north + up * up), 1e-6)
+    return distance, east / distance, north / distance, up / distance
+
+
+@scalar_kernel
+def _weigh(state, covariance, anchor, own, range_m, noise, outcomes, work):
+    """Update with one range, in place; evidence that its excess goes on. own: index of the anchor's excess.
+
+    noise: variance of a range, m². outcomes: (3, 3) rows of odds, mean, variance of the excess; the first row's mean
+    and variance are the state's own. work: scratch (3 + OUTCOMES, size).
+    """
+    size = state.shape[0]
+    distance, east, north, up = _direction(state, anchor)
+    spread = work[0]
+    for k in range(size):
+        spread[k] = east * covariance[k, 0] + north * covariance[k, 1] + up * covariance[k, 2] + covariance[k, SHARED]
+    known = east * spread[0] + north * spread[1] + up * spread[2] + spread[SHARED]
+    surplus = range_m - distance - state[SHARED]
+    outcomes[0, 1], outcomes[0, 2] = state[own], covariance[own, own]
+    total, best = 0.0, -math.inf
+    for h in range(OUTCOMES):
+        variance = known + outcomes[h, 2] + noise + (2.0 * spread[own] if h == 0 else 0.0)
+        miss = surplus - outcomes[h, 1]
+        work[1, h], work[2, h] = max(variance, noise), miss
+        log_odds = math.log(max(outcomes[h, 0], 1e-12)) - 0.5 * (miss * miss / work[1, h] + math.log(work[1, h]))
+        outcomes[h, 0] = log_odds
+        best = max(best, log_odds)
+    for h in range(OUTCOMES):
+        outcomes[h, 0] = math.exp(outcomes[h, 0] - best)
+        total += outcomes[h, 0]
+    for h in range(OUTCOMES):
+        outcomes[h, 0] /= total
+    # gains and means of the outcomes, then the mixture
+    mean = spread  # written last
+    for h in range(OUTCOMES):
+        gains = work[3 + h]
+        for k in range(size):
+            gains[k] = spread[k] + (covariance[k, own] if h == 0 else 0.0)
+        if h > 0:
+            gains[own] = outcomes[h, 2]
+    for k in range(size):
+        total = 0.0
+        for h in range(OUTCOMES):
+            prior = outcomes[h, 1] if k == own else state[k]
+            total += outcomes[h, 0] * (prior + work[3 + h, k] / work[1, h] * work[2, h])
+        mean[k] = total
+    anew = outcomes[1, 0] + outcomes[2, 0]
+    for k in range(size):
+        for j in range(k + 1):
+            if k == own or j == own:
+                value = outcomes[0, 0] * covariance[k, j]
+                if k == j:
+                    value += outcomes[1, 0] * outcomes[1, 2] + outcomes[2, 0] * outcomes[2, 2]
+            else:
+                value = (outcomes[0, 0] + anew) * covariance[k, j]
+            for h in range(OUTCOMES):
+                gain_k, gain_j = work[3 + h, k] / work[1, h], work[3 + h, j]
+                off_k = (outcomes[h, 1] if k == own else state[k]) + gain_k * work[2, h] - mean[k]
+                off_j = (outcomes[h, 1] if j == own else state[j]) + gain_j / work[1, h] * work[2, h] - mean[j]
+                value += outcomes[h, 0] * (off_k * off_j - gain_k * gain_j)
+            covariance[k, j] = value
+    for k in range(size):
+        state[k] = mean[k]
+        for j in range(k):
+            covariance[j, k] = covariance[k, j]
+    return outcomes[0, 0]
+
+
+@scalar_kernel
+def pull(state, covariance, direction, measured, variance):
+    """Update, in place, with a measured combination of states: direction · state = measured, of a variance."""
+    size = state.shape[0]
+    spread = covariance @ direction
+    total = variance + direction @ spread
+    miss = measured - direction @ state
+    for k in range(size):
+        state[k] += spread[k] / total * miss
+        for j in range(size):
+            covariance[k, j] -= spread[k] * spread[j] / total
+
+
+@scalar_kernel
+def follow(track, measured, end_s, motion, creep, odds, flat):
+    """(state, covariance, heard_s, excess_m, sigma_m) after the ranges of one epoch, in the order of their times.
+
+    track: state (7 + n,), covariance, time of the state, times (n,) each anchor was last heard. measured: anchors
+    (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s of occlusion, 1/s of
+    clearing, mean and sigma of a new excess (m), noise, cleared sigma, as shares of a range's sigma.
+    excess_m, sigma_m: of every range against the place at its time, as known at the end.
+    """
+    state, covariance, heard_s = track[0].copy(), track[1].copy(), track[3].copy()
+    anchors, index, ranges, sigmas, times_s, p_sight = measured
+    now_s = track[2]
+    size, count = state.shape[0], ranges.shape[0]
+    work = np.zeros((3 + OUTCOMES, size))
+    outcomes = np.zeros((OUTCOMES, 3))
+    for m in range(count):
+        _predict(state, covariance, times_s[m] - now_s, motion, creep, flat)
+        now_s = max(now_s, times_s[m])
+        i = index[m]
+        since_s = min(max(times_s[m] - heard_s[i], 0.0), FORGOTTEN_S)
+        heard_s[i] = times_s[m]
+        occluding = (1.0 - math.exp(-odds[0] * since_s)) * 2.0 * min(max(1.0 - p_sight[m], 0.01), 0.99)
+        clearing = (1.0 - math.exp(-odds[1] * since_s)) * 2.0 * min(max(p_sight[m], 0.01), 0.99)
+        outcomes[0, 0] = max(1.0 - occluding - clearing, 0.01)
+        outcomes[1, 0], outcomes[1, 1], outcomes[1, 2] = clearing, creep[3], (odds[5] * sigmas[m]) ** 2
+        outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding, odds[2], odds[3] * odds[3]
+        _weigh(state, covariance, anchors[i], STATES + i, ranges[m], (odds[4] * sigmas[m]) ** 2, outcomes, work)
+    _predict(state, covariance, end_s - now_s, motion, creep, flat)
+    excess, sigma = np.zeros(count), np.zeros(count)
+    then = state.copy()
+    for m in range(count):
+        for axis in range(3):
+            then[axis] = state[axis] - (max(end_s, now_s) - times_s[m]) * state[3 + axis]
+        distance, east, north, up = _direction(then, anchors[index[m]])
+        excess[m] = ranges[m] - distance
+        sigma[m] = math.sqrt(
+            max(
+                east * east * covariance[0, 0]
+                + north * north * covariance[1, 1]
+                + up * up * covariance[2, 2]
+                + 2.0
+                * (east * north * covariance[0, 1] + east * up * covariance[0, 2] + north * up * covariance[1, 2]),
+                0.0,
+            )
+        )
+    return state, covariance, heard_s, excess, sigma

@@ -1,0 +1,95 @@
+"""Has a range changed by more than the rover moved (seed 000, "Odometry-Based Occlusion Detection", steps 1-6)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .epochs import OdometryIncrement
+from .settings import DetectorSettings
+from .tolerances import sigma_odometry_m
+from .verdicts import OdometryCondition
+
+__all__ = ["Motion", "expected_range_m", "motion_of", "violates_triangle"]
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What one odometry increment says: how far, how surely, which way (east, north; None = unknown), and whether the
+    cross-check of wheels against accelerometer lets it be believed."""
+
+    length_m: float
+    sigma_m: float
+    duration_s: float
+    displacement_m: tuple[float, float] | None
+    condition: OdometryCondition
+
+    @property
+    def reliable(self) -> bool:
+        """Whether occlusion may be judged by it."""
+        return self.condition is OdometryCondition.RELIABLE
+
+
+def violates_triangle(
+    range_change_m: npt.ArrayLike, length_m: npt.ArrayLike, tolerance_m: npt.ArrayLike
+) -> npt.NDArray[np.bool_]:
+    """Whether ranges changed by more than the rover moved: |Δr| > L + ε (step 4)."""
+    return np.asarray(np.abs(range_change_m) > np.add(length_m, tolerance_m), np.bool_)
+
+
+def expected_range_m(
+    range_m: npt.ArrayLike, length_m: npt.ArrayLike, bearing_rad: npt.ArrayLike, heading_rad: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """The range after a move of so many metres along a heading, by the law of cosines (step 5).
+
+    bearing_rad: of the anchor from where the rover was; the angle between it and the heading counts, in one plane.
+    """
+    old_m, moved_m = np.asarray(range_m, np.float64), np.asarray(length_m, np.float64)
+    along = np.cos(np.subtract(bearing_rad, heading_rad))
+    return np.sqrt(np.maximum(old_m**2 + moved_m**2 - 2.0 * old_m * moved_m * along, 0.0))
+
+
+def motion_of(odometry: OdometryIncrement, settings: DetectorSettings) -> Motion:
+    """Displacement and the checks of it (steps 2 and 3).
+
+    Level motion is the wheels' where there are wheels, climb the accelerometer's. Wheels that turn while nothing moves
+    are stuck, motion without wheels slipped; where both move, lengths that differ by more than k sigma are different.
+    """
+    wheel, accelerometer = odometry.wheel_m, odometry.accelerometer_m
+    level_m = wheel if wheel is not None else accelerometer[:2] if accelerometer is not None else None
+    if level_m is None:
+        return Motion(math.nan, math.nan, odometry.duration_s, None, OdometryCondition.MISSING)
+    climb_m = accelerometer[2] if accelerometer is not None else 0.0
+    flat_m = math.hypot(*level_m)
+    length_m = math.hypot(flat_m, climb_m)
+    speed = length_m / odometry.duration_s
+    sigma_m = sigma_odometry_m(
+        settings.wheel_sigma_m if wheel is not None else 0.0,
+        settings.accelerometer_sigma_m if accelerometer is not None else 0.0,
+        speed,
+        settings.time_sigma_s,
+    )
+    displacement_m = None
+    if odometry.heading_rad is not None:
+        displacement_m = flat_m * math.sin(odometry.heading_rad), flat_m * math.cos(odometry.heading_rad)
+    condition = OdometryCondition.RELIABLE
+    if speed > settings.max_speed_m_per_s:
+        condition = OdometryCondition.TOO_FAST
+    elif wheel is not None and accelerometer is not None:
+        condition = _cross_check(math.hypot(*wheel), math.hypot(*accelerometer[:2]), settings)
+    return Motion(length_m, sigma_m, odometry.duration_s, displacement_m, condition)
+
+
+def _cross_check(wheel_m: float, accelerometer_m: float, settings: DetectorSettings) -> OdometryCondition:
+    k = settings.k_odometry
+    turning = wheel_m > k * settings.wheel_sigma_m
+    moving = accelerometer_m > k * settings.accelerometer_sigma_m
+    differ = abs(wheel_m - accelerometer_m) > k * math.hypot(settings.wheel_sigma_m, settings.accelerometer_sigma_m)
+    if not differ:
+        return OdometryCondition.RELIABLE
+    if turning and not moving:
+        return OdometryCondition.STUCK
+    return OdometryCondition.SLIPPED if moving and not turning else OdometryCondition.DIFFERENT

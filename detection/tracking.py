@@ -1,0 +1,134 @@
+"""When a track begins, how it is carried from epoch to epoch, and when it is given up."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from .epoch_arrays import EpochArrays
+from .geometric import GeometricDetection, detect_ranges
+from .odometry import Motion
+from .settings import DetectorSettings
+from .subset_search import Ranges
+from .tracks import Heard, Track, begin, follow, with_displacement
+from .verdicts import PositionFix
+
+__all__ = ["Tracker"]
+
+Floats = npt.NDArray[np.float64]
+
+RECENT_S = 5.0  # ranges so old still help to begin a track
+SILENCE_S = 30.0  # without any range for so long a track says nothing any more
+LOST_EPOCHS = 5  # so often in a row all ranges have to meet elsewhere
+LOST_SIGMAS = 5.0
+
+
+class Tracker:
+    """The track of a session, and the last range of each anchor from which one can begin; changed in place."""
+
+    def __init__(self, anchors: int, settings: DetectorSettings) -> None:
+        self._settings = settings
+        self._anchors = anchors
+        self._last: dict[int, tuple[float, float, float, float]] = {}  # index: time, range, sigma, tolerance
+        self._elsewhere = 0
+        self.track: Track | None = None
+
+    def foretell(self, time_s: float, motion: Motion | None) -> None:
+        """Before an epoch's ranges: give up a track after a long silence; tell it of odometry that has a heading."""
+        if self.track is not None and time_s - self.track.time_s > SILENCE_S:
+            self.track = None
+        if self.track is None and self._settings.start_m is not None and not self._last:
+            place_m = np.array(self._settings.start_m)
+            spread_m2 = np.eye(len(place_m)) * self._settings.start_sigma_m**2
+            self.track = begin(place_m, spread_m2, time_s, self._anchors, self._settings)
+        if self.track is not None and motion is not None and motion.reliable and motion.displacement_m is not None:
+            self.track = with_displacement(
+                self.track, motion.displacement_m, motion.duration_s, motion.sigma_m, self._settings
+            )
+
+    def hint_m(self) -> Floats:
+        """(d,) where the rover is on its side of anchors in one plane: the track's place, or what the settings say."""
+        d = self._settings.dimension
+        if self.track is not None:
+            return self.track.place_m[:d]
+        hint = np.full(d, np.nan)
+        if self._settings.side_hint_m is not None:
+            hint[:2] = self._settings.side_hint_m
+        if d == 3 and self._settings.altitude_hint_m is not None:
+            hint[2] = self._settings.altitude_hint_m
+        return hint
+
+    def follow(self, arrays: EpochArrays, geometry: GeometricDetection, time_s: float) -> tuple[Floats, Floats]:
+        """(excess of each range, sigma of its distance) by the track, which goes on or begins; inf without one."""
+        heard = arrays.heard
+        count = len(heard.ranges_m)
+        self._remember(arrays)
+        if self.track is None:
+            self._begin(arrays, geometry, time_s)
+            return np.full(count, np.nan), np.full(count, np.inf)
+        self.track, excess_m, sigma_m = follow(self.track, heard, time_s, self._settings)
+        if not np.isfinite(self.track.state).all() or self._is_lost(geometry):
+            self.track = None
+            return np.full(count, np.nan), np.full(count, np.inf)
+        return excess_m, sigma_m
+
+    def position(self, time_s: float) -> PositionFix | None:
+        """The track's place from its second epoch on, checked where more anchors than unknowns were heard of late."""
+        if self.track is None or self.track.since_s == time_s:
+            return None
+        d = self._settings.dimension
+        heard = int(np.count_nonzero(time_s - self.track.heard_s <= RECENT_S))
+        return PositionFix(self.track.place_m[:d].copy(), self.track.covariance[:d, :d].copy(), heard > d)
+
+    def _remember(self, arrays: EpochArrays) -> None:
+        heard = arrays.heard
+        for i in range(len(heard.ranges_m)):
+            self._last[int(heard.index[i])] = (
+                float(heard.times_s[i]), float(heard.ranges_m[i]), float(heard.sigmas_m[i]),
+                float(arrays.tolerances_m[i]),
+            )  # fmt: skip
+
+    def _begin(self, arrays: EpochArrays, geometry: GeometricDetection, time_s: float) -> None:
+        """Begin where this epoch's ranges meet, or the last range of each anchor where one epoch has too few."""
+        d = self._settings.dimension
+        if len(arrays.heard.ranges_m) <= d:
+            recent = {i: last for i, last in self._last.items() if time_s - last[0] <= RECENT_S}
+            if len(recent) <= d:
+                return
+            index = np.array(list(recent), np.int64)
+            times_s, ranges_m, sigmas_m, tolerances_m = np.array(list(recent.values())).T.copy()
+            heard = Heard(arrays.heard.anchors_m, index, ranges_m, sigmas_m, times_s, np.full(len(index), 0.5))
+            together = EpochArrays(heard, tolerances_m, tolerances_m, np.zeros(len(index)))
+            moment = together.at_one_moment(None, time_s, self._settings.max_speed_m_per_s)
+            geometry = self._detect(moment)
+        else:
+            index = arrays.heard.index
+        found = geometry.position_m is not None and geometry.checked and geometry.mirror_m is None
+        if found and geometry.position_m is not None and geometry.covariance_m2 is not None:
+            too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.occluded)}
+            self.track = begin(
+                geometry.position_m, geometry.covariance_m2, time_s, self._anchors, self._settings, too_long_m
+            )
+
+    def _detect(self, moment: Ranges) -> GeometricDetection:
+        settings = self._settings
+        return detect_ranges(
+            moment, settings.dimension, self.hint_m(), refine=True, studentised=True, limit=settings.search_limit
+        )
+
+    def _is_lost(self, geometry: GeometricDetection) -> bool:
+        """Whether all ranges met elsewhere, clearly, and epoch after epoch: then the track follows a phantom."""
+        d = self._settings.dimension
+        everything = geometry.least_occluded == 0 and geometry.count > d + 1 and geometry.mirror_m is None
+        if self.track is None or geometry.position_m is None or geometry.covariance_m2 is None or not everything:
+            return False
+        off_m = geometry.position_m - self.track.place_m[:d]
+        spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
+        far = math.sqrt(float(off_m @ np.linalg.solve(spread_m2, off_m))) > LOST_SIGMAS
+        self._elsewhere = self._elsewhere + 1 if far else 0
+        if self._elsewhere < LOST_EPOCHS:
+            return False
+        self._elsewhere = 0
+        return True

@@ -1,0 +1,132 @@
+"""The rover's own track as a witness: where it leads, a range must fit, and how far one does not fit is estimated.
+
+Numbers of the model are shares of the ranging sigma, or rates; how they were chosen is in docs/detection-proof.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .kernels import track as kernel
+from .settings import DetectorSettings
+
+__all__ = ["Heard", "Track", "begin", "follow", "with_displacement"]
+
+Floats = npt.NDArray[np.float64]
+
+NOISE = 0.5  # of a range's sigma is noise from range to range; the rest is slower, and belongs to the excess
+SHARED = 0.6  # of the sigma: what all ranges of one receiver have too much
+CLEARED = 0.4  # of the sigma: spread of the excess of an anchor in sight
+CREEP = 0.35  # of the sigma per square root of a second
+CREEP_OF_ITSELF = 1.3  # of an excess per square root of a second: what is long changes fast
+BACK_PER_S = 1.7  # rate at which an excess returns to its mean
+MEAN = 0.2  # of the sigma: signals arrive late rather than early
+CLIMB_FORGOTTEN_PER_S = 4.0
+OCCLUSIONS_PER_S, CLEARINGS_PER_S = 0.8, 1.0
+NEW_SIGMA = 0.7  # of the typical excess
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Gaussian belief at a time: place, velocity, shared excess, then the excess of each anchor (m, m/s).
+
+    state (7 + n,), covariance; heard_s: (n,) when each anchor was last heard, −inf = never. since_s: when it began.
+    """
+
+    state: Floats
+    covariance: Floats
+    time_s: float
+    heard_s: Floats
+    since_s: float
+
+    @property
+    def place_m(self) -> Floats:
+        """(3,) east, north, altitude."""
+        return self.state[:3]
+
+    @property
+    def speed_m_per_s(self) -> float:
+        """How fast it goes."""
+        return float(np.linalg.norm(self.state[3:6]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Heard:
+    """The ranges of an epoch as a track takes them: index (m,) into all anchors (n, 3), the rest (m,)."""
+
+    anchors_m: Floats
+    index: npt.NDArray[np.int64]
+    ranges_m: Floats
+    sigmas_m: Floats
+    times_s: Floats
+    p_sight: Floats
+
+
+def begin(
+    place_m: Floats,
+    covariance_m2: Floats,
+    time_s: float,
+    anchors: int,
+    settings: DetectorSettings,
+    excess_m: dict[int, float] | None = None,
+) -> Track:
+    """A track of unknown velocity that begins at a place (d,) with its covariance.
+
+    excess_m: of anchors, by index, whose ranges are known to be too long.
+    """
+    d = len(place_m)
+    size = kernel.STATES + anchors
+    sigma_m = settings.range_sigma_m
+    state, covariance = np.zeros(size), np.zeros((size, size))
+    state[:d] = place_m
+    covariance[:d, :d] = covariance_m2
+    speed = settings.max_speed_m_per_s / 3.0
+    covariance[range(3, 3 + d), range(3, 3 + d)] = np.array([speed, speed, 0.3 * speed][:d]) ** 2
+    covariance[kernel.SHARED, kernel.SHARED] = (SHARED * sigma_m) ** 2
+    own = range(kernel.STATES, size)
+    state[kernel.STATES :] = MEAN * sigma_m
+    covariance[own, own] = (CLEARED * sigma_m) ** 2
+    for anchor, too_long_m in (excess_m or {}).items():
+        own_state = kernel.STATES + anchor
+        state[own_state] = too_long_m
+        covariance[own_state, own_state] = (NEW_SIGMA * settings.excess_m) ** 2
+    return Track(state, covariance, time_s, np.full(anchors, -math.inf), time_s)
+
+
+def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings) -> tuple[Track, Floats, Floats]:
+    """(track after an epoch's ranges, excess (m,) of each over the distance from it, sigma (m,) of that distance)."""
+    sigma_m = settings.range_sigma_m
+    order = np.argsort(heard.times_s, kind="stable")
+    measured = (
+        heard.anchors_m, heard.index[order], heard.ranges_m[order], heard.sigmas_m[order], heard.times_s[order],
+        heard.p_sight[order],
+    )  # fmt: skip
+    state, covariance, heard_s, excess_m, sigmas_m = kernel.follow(
+        (track.state, track.covariance, track.time_s, track.heard_s),
+        measured,
+        end_s,
+        (settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2, CLIMB_FORGOTTEN_PER_S),
+        (CREEP * sigma_m, CREEP_OF_ITSELF, BACK_PER_S, MEAN * sigma_m),
+        (OCCLUSIONS_PER_S, CLEARINGS_PER_S, settings.excess_m, NEW_SIGMA * settings.excess_m, NOISE, CLEARED),
+        settings.dimension == 2,
+    )
+    back = np.argsort(order)
+    return Track(state, covariance, end_s, heard_s, track.since_s), excess_m[back], sigmas_m[back]
+
+
+def with_displacement(
+    track: Track, displacement_m: tuple[float, float], duration_s: float, sigma_m: float, settings: DetectorSettings
+) -> Track:
+    """The track after odometry said which way (east, north) the rover went in the last so many seconds."""
+    state, covariance = track.state.copy(), track.covariance.copy()
+    turned = settings.acceleration_m_per_s2 * math.sqrt(duration_s / 3.0)  # mean velocity against that at the end
+    variance = (sigma_m / duration_s) ** 2 + turned**2
+    for axis in range(2):
+        direction = np.zeros(len(state))
+        direction[3 + axis] = 1.0
+        kernel.pull(state, covariance, direction, displacement_m[axis] / duration_s, variance)
+    return Track(state, covariance, track.time_s, track.heard_s, track.since_s)
