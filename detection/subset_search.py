@@ -65,8 +65,8 @@ class Search:
 def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     """The largest sets that meet, by leaving out none, one, two ... ranges, in at most ``limit`` fits.
 
-    A set found among candidate points bounds how many have to be left out. Where the fits run out first, that set is
-    the answer and the search says that it is not complete.
+    Where all sets are more than that, one found among candidate points bounds how many have to be left out. Where the
+    fits run out first, that set is the answer and the search says that it is not complete.
     """
     n = len(ranges.ranges_m)
     table, sets = np.zeros((kernel.MOST, kernel.FOUND)), np.zeros(kernel.MOST, np.int64)
@@ -74,9 +74,12 @@ def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     count, tried, _ = kernel.exhaustive(ranges, rules, order, 0, limit, table, sets)
     if count or n <= rules.least_kept:
         return Search(_sorted(table, sets, count), max(tried, 1), True)
-    kept, place, cost = kernel.bounded(ranges, rules, SLACK if rules.refine else 1.0)
-    bound = n - kernel.bits(kept) if kept else n - rules.least_kept
+    kept, place, cost = 0, (0.0, 0.0, 0.0), math.inf
+    bound = n - rules.least_kept
+    if sum(math.comb(n, out) for out in range(1, bound + 1)) > limit:
+        kept, place, cost = kernel.bounded(ranges, rules, SLACK if rules.refine else 1.0)
     if kept:
+        bound = n - kernel.bits(kept)
         order = _by_error(ranges, kept, rules.flat, place)
     for leave_out in range(1, bound + 1):
         count, more, complete = kernel.exhaustive(ranges, rules, order, leave_out, limit - tried, table, sets)

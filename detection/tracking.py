@@ -22,7 +22,8 @@ Floats = npt.NDArray[np.float64]
 RECENT_S = 5.0  # ranges so old still help to begin a track
 SILENCE_S = 30.0  # without any range for so long a track says nothing any more
 LOST_EPOCHS = 5  # so often in a row all ranges have to meet elsewhere
-LOST_SIGMAS = 5.0
+# Ranges that are all too long by less than their tolerance may still meet, elsewhere: k sigma of each, several times.
+LOST_TOLERANCES = 4.0
 
 
 class Tracker:
@@ -126,7 +127,7 @@ class Tracker:
             return False
         off_m = geometry.position_m - self.track.place_m[:d]
         spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
-        far = math.sqrt(float(off_m @ np.linalg.solve(spread_m2, off_m))) > LOST_SIGMAS
+        far = math.sqrt(float(off_m @ np.linalg.solve(spread_m2, off_m))) > LOST_TOLERANCES * self._settings.k_geometric
         self._elsewhere = self._elsewhere + 1 if far else 0
         if self._elsewhere < LOST_EPOCHS:
             return False

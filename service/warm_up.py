@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
+import detection
 import navigation
 import visibility
 from planning import placement
@@ -106,5 +107,24 @@ def _placements(grid: ElevationGrid) -> None:
         placement.check_placement(grid, placed)
 
 
+def _detections(_grid: ElevationGrid) -> None:
+    places = ((0.0, 0.0, 9.0), (90.0, 0.0, 3.0), (90.0, 80.0, 12.0), (0.0, 80.0, 1.0), (40.0, 30.0, 20.0))
+    anchors = [detection.RangingAnchor(str(n), *place) for n, place in enumerate(places)]
+    for dimension in (2, 3):
+        settings = detection.DetectorSettings(dimension=dimension, search_limit=20)
+        detector = detection.Detector(anchors, settings)
+        for second in range(3):
+            ranges_m = [
+                np.linalg.norm(np.subtract(place[:dimension], (30.0, 40.0, 2.0)[:dimension])) for place in places
+            ]
+            ranges_m[2] += 5.0 * second
+            measured = (detection.RangeMeasurement(str(n), float(range_m)) for n, range_m in enumerate(ranges_m))
+            motion = detection.OdometryIncrement(1.0, (0.0, 0.0), heading_rad=0.0)
+            detector.process(detection.RangeEpoch(float(second), tuple(measured), motion))
+    odd_m = np.linspace(40.0, 300.0, len(places))  # ranges that meet nowhere: the bounded search too
+    detection.detect_3d(places, odd_m, 0.1, search_limit=2)
+    detection.detect_3d(places, odd_m, 0.1, method="seed", search_limit=2)
+
+
 # the longest first, so that all cores end together
-PARTS = (_columns_of_air, _placements, _lines, _minimum_altitudes, _navigation)
+PARTS = (_columns_of_air, _detections, _placements, _lines, _minimum_altitudes, _navigation)

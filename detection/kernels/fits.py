@@ -106,7 +106,7 @@ def descend(ranges, kept, flat, start):
             matrix, gradient = (ee, en, eu, nn, nu, uu), (down_e, down_n, down_u)
             best_matrix = matrix
             damping *= 0.1
-            if gained <= 1e-9 * (1.0 + here):
+            if gained <= 1e-7 * (1.0 + here):
                 break
         else:
             damping = max(10.0 * damping, 1e-3)
