@@ -66,6 +66,8 @@ def state_answer(state: DetectorState) -> dict[str, Any]:
             "warnings": health.warnings,
         },
         "last": None if state.last is None else epoch_answer(state.last),
+        "position_m": state.position_m,
+        "velocity_m_per_s": state.velocity_m_per_s,
     }
 
 
@@ -86,6 +88,7 @@ def _verdict(verdict: AnchorVerdict) -> dict[str, Any]:
                 "evidence": say.evidence,
                 "weight": say.weight,
                 "reason": say.reason,
+                "probability": say.probability,
             }
             for say in verdict.says
         ],

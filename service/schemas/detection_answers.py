@@ -24,9 +24,10 @@ class WitnessOut(Exact):
 
     witness: Witness = Field(description="Who speaks.")
     says: Say = Field(description="What it says; silent where it has nothing to go by.")
-    evidence: float | None = Field(description="The statistic it judges by, in sigmas (no unit); null: none.")
-    weight: float | None = Field(description="Its share in the verdict, 0..1.")
+    evidence: float | None = Field(description="The error it found over what it tolerates (no unit); null: none.")
+    weight: float | None = Field(description="Its weight in the verdict, before all are normalised (no unit).")
     reason: str = Field(description="One sentence.")
+    probability: float | None = Field(description="Probability that the anchor is occluded, 0..1; null: silent.")
 
 
 class VerdictOut(Exact):
@@ -37,7 +38,7 @@ class VerdictOut(Exact):
     occluded: bool = Field(description="The flag; an anchor whose sight is unknown is not flagged.")
     probability: float | None = Field(description="Probability that it is occluded, 0..1.")
     confidence: float | None = Field(description="Confidence in the verdict, 0..1.")
-    score: float | None = Field(description="Ranks ranges from clear to occluded, in sigmas of excess (no unit).")
+    score: float | None = Field(description="Ranks ranges from clear to occluded: excess over what is harmful (no unit).")
     range_m: float | None = Field(description="The measured range, metres.")
     excess_m: float | None = Field(description="Measured minus expected range, metres; null: nothing is expected.")
     says: list[WitnessOut] = Field(description="What each witness says.")
@@ -135,6 +136,8 @@ class DetectorStateOut(Exact):
     anchors: list[AnchorStateOut]
     health: HealthOut
     last: EpochOut | None = Field(description="The last answer; null before the first.")
+    position_m: list[float] | None = Field(description="Where the track is, east, north, up, metres; null without one.")
+    velocity_m_per_s: list[float] | None = Field(description="How it moves, the same axes, metres per second.")
 
 
 class DetectorOut(Exact):

@@ -83,6 +83,10 @@ class DetectorSettingsIn(StrictModel):
         DEFAULTS.vertical_acceleration_m_per_s2, description="The same upright, metres per second squared."
     )
     excess_m: Number = Field(DEFAULTS.excess_m, description="How much too long an occluded range typically is, metres.")
+    start_m: tuple[Metres, Metres] | tuple[Metres, Metres, Metres] | None = Field(
+        None, description="Where the rover starts, if that is known: east, north and, in three dimensions, altitude, metres."
+    )
+    start_sigma_m: Number = Field(DEFAULTS.start_sigma_m, description=f"{Sigma}that place, metres.")
 
     def settings(self) -> DetectorSettings:
         """The same for the detector. Raises DetectionInputError."""
