@@ -38,7 +38,7 @@ class VerdictOut(Exact):
     occluded: bool = Field(description="The flag; an anchor whose sight is unknown is not flagged.")
     probability: float | None = Field(description="Probability that it is occluded, 0..1.")
     confidence: float | None = Field(description="Confidence in the verdict, 0..1.")
-    score: float | None = Field(description="Ranks ranges from clear to occluded: excess over what is harmful (no unit).")
+    score: float | None = Field(description="Ranks ranges from clear to occluded: excess over harmful_m (no unit).")
     range_m: float | None = Field(description="The measured range, metres.")
     excess_m: float | None = Field(description="Measured minus expected range, metres; null: nothing is expected.")
     says: list[WitnessOut] = Field(description="What each witness says.")

@@ -84,7 +84,7 @@ class DetectorSettingsIn(StrictModel):
     )
     excess_m: Number = Field(DEFAULTS.excess_m, description="How much too long an occluded range typically is, metres.")
     start_m: tuple[Metres, Metres] | tuple[Metres, Metres, Metres] | None = Field(
-        None, description="Where the rover starts, if that is known: east, north and, in three dimensions, altitude, metres."
+        None, description="Where the rover starts, if that is known: east, north and, in 3D, altitude, metres."
     )
     start_sigma_m: Number = Field(DEFAULTS.start_sigma_m, description=f"{Sigma}that place, metres.")
 
