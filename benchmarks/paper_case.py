@@ -98,11 +98,7 @@ def paper_window(whole: ElevationGrid) -> ElevationGrid:
 
 def cut_out(surfaces: MinimumVisibleAltitude) -> MinimumVisibleAltitude:
     """Surfaces of the whole map over the case's window, so that the mountains around it hide satellites too."""
-    part = (slice(None), slice(FIRST_ROW, FIRST_ROW + ROWS), slice(FIRST_COL, FIRST_COL + COLS))
-    altitude_m = np.ascontiguousarray(surfaces.altitude_m[part])
-    same = surfaces.hidden_below_m is surfaces.altitude_m
-    hidden_below_m = altitude_m if same else np.ascontiguousarray(surfaces.hidden_below_m[part])
-    return replace(surfaces, grid=paper_window(surfaces.grid), altitude_m=altitude_m, hidden_below_m=hidden_below_m)
+    return surfaces.window(FIRST_ROW, FIRST_ROW + ROWS - 1, FIRST_COL, FIRST_COL + COLS - 1)
 
 
 def scene(whole: ElevationGrid, almanac: satellites.Almanac, when: datetime) -> Scene:

@@ -5,7 +5,7 @@ from .anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, chec
 from .building_sight import visible_with_buildings
 from .buildings import BuildingHeights, Buildings, read_buildings
 from .camera import Camera, camera_for_anchor
-from .control_volumes import ControlVolume, VoxelBlock, control_volume, volume_blocks, whole_volume
+from .control_volumes import ControlVolume, VoxelBlock, control_volume, volume_blocks, volume_slabs, whole_volume
 from .curvature import FLAT, Curvature
 from .distant import DistantAnchor
 from .dop import Dop, dop, dop_at_points
@@ -23,6 +23,7 @@ from .morphing_maps import ColumnState, MorphingMap, morphing_map
 from .morphing_times import Availability, MorphingFrame, availability, morphing_frames
 from .no_go import Zone, contour_lines, zones
 from .occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
+from .position_error_maps import PositionErrorMap, position_error_along, position_error_map
 from .position_errors import PositionError, position_error
 from .ray_triangle import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
 from .sets_in_sight import VisibleSets, dop_along, visible_sets
@@ -76,6 +77,7 @@ __all__ = [
     "MovingAnchor",
     "OccludedPoints",
     "PositionError",
+    "PositionErrorMap",
     "SurfaceCache",
     "VerticalSection",
     "VisibilityError",
@@ -111,6 +113,8 @@ __all__ = [
     "occluded_points",
     "pack_sets",
     "position_error",
+    "position_error_along",
+    "position_error_map",
     "profile",
     "read_buildings",
     "surface_normals",
@@ -118,6 +122,7 @@ __all__ = [
     "visible_sets",
     "visible_with_buildings",
     "volume_blocks",
+    "volume_slabs",
     "whole_volume",
     "zones",
 ]

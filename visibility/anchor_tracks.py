@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .anchors import ALL_ROUND, Anchor, AntennaLimits
+from .anchors import ALL_ROUND, Anchor, AntennaLimits, Covariance
 from .distant import DistantAnchor
 from .errors import AnchorError, VisibilityInputError
 
@@ -36,6 +36,7 @@ class AnchorTrack:
     ranging_sigma_m: float = 0.1
     pose_sigma_m: float = 0.0
     limits: AntennaLimits = field(default=ALL_ROUND)
+    pose_covariance_m2: Covariance | None = None
 
     def __post_init__(self) -> None:
         times_s, positions_m = np.array(self.times_s, np.float64), np.array(self.positions_m, np.float64)
@@ -64,7 +65,8 @@ class AnchorTrack:
         return self._anchor(east_m, north_m, altitude_m)
 
     def _anchor(self, east_m: float, north_m: float, altitude_m: float) -> Anchor:
-        return Anchor(self.id, east_m, north_m, altitude_m, self.ranging_sigma_m, self.pose_sigma_m, self.limits)
+        sigmas_m = self.ranging_sigma_m, self.pose_sigma_m
+        return Anchor(self.id, east_m, north_m, altitude_m, *sigmas_m, self.limits, self.pose_covariance_m2)
 
 
 def anchors_at(

@@ -6,16 +6,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from terrain import ElevationGrid, height_at
 
 from .distant import DistantAnchor
 from .errors import AnchorError
 
-__all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "anchor_above_ground", "check_anchors"]
+__all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "Covariance", "anchor_above_ground", "check_anchors"]
 
 # An anchor this little under the surface is a rounding of one that stands on it.
 GROUND_TOLERANCE_M = 1e-3
 FURTHEST_USEFUL_M = 1_000_000.0
+
+Covariance = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +61,8 @@ class Anchor:
     """A ranging anchor in the grid's frame.
 
     east_m, north_m, altitude_m: metres, in the grid's CRS and vertical datum; may lie outside the grid.
-    ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of its own position, metres.
+    ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of each coordinate of its own position, metres.
+    pose_covariance_m2: covariance of its position in place of pose_sigma_m, rows of east, north, up, m².
     Raises AnchorError.
     """
 
@@ -68,6 +73,7 @@ class Anchor:
     ranging_sigma_m: float = 0.1
     pose_sigma_m: float = 0.0
     limits: AntennaLimits = field(default=ALL_ROUND)
+    pose_covariance_m2: Covariance | None = None
 
     def __post_init__(self) -> None:
         if not self.id:
@@ -78,6 +84,22 @@ class Anchor:
         for name in ("ranging_sigma_m", "pose_sigma_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise AnchorError(f"Anchor {self.id}: {name} must be >= 0 m, not {getattr(self, name)}.")
+        if self.pose_covariance_m2 is not None:
+            _check_covariance(self.id, self.pose_sigma_m, self.pose_covariance_m2)
+
+
+def _check_covariance(id: str, pose_sigma_m: float, covariance_m2: Covariance) -> None:
+    if pose_sigma_m > 0.0:
+        raise AnchorError(f"Anchor {id}: give pose_sigma_m or pose_covariance_m2, not both.")
+    matrix = np.array(covariance_m2, np.float64)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-9):
+        raise AnchorError(f"Anchor {id}: pose_covariance_m2 must be three rows of three numbers, and symmetric.")
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least < -1e-9 * np.abs(matrix).max():
+        raise AnchorError(
+            f"Anchor {id}: pose_covariance_m2 is no covariance: it has the negative variance {least:.3g} m² in some "
+            "direction."
+        )
 
 
 def anchor_above_ground(
@@ -90,6 +112,7 @@ def anchor_above_ground(
     ranging_sigma_m: float = 0.1,
     pose_sigma_m: float = 0.0,
     limits: AntennaLimits = ALL_ROUND,
+    pose_covariance_m2: Covariance | None = None,
 ) -> Anchor:
     """An anchor at a height above the grid's surface; raises AnchorError where that ground is unknown or not there."""
     if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
@@ -105,7 +128,8 @@ def anchor_above_ground(
         raise AnchorError(
             f"Anchor {id} stands on unknown ground; give its altitude_m instead of above_ground_m, or move it."
         )
-    return Anchor(id, east_m, north_m, ground_m + above_ground_m, ranging_sigma_m, pose_sigma_m, limits)
+    altitude_m = ground_m + above_ground_m
+    return Anchor(id, east_m, north_m, altitude_m, ranging_sigma_m, pose_sigma_m, limits, pose_covariance_m2)
 
 
 def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from .kernels import volume as kernel
 from .minimum_altitude import MinimumVisibleAltitude
 from .volume_layers import AltitudeLayers
 
-__all__ = ["ControlVolume", "VoxelBlock", "control_volume", "volume_blocks", "whole_volume"]
+__all__ = ["ControlVolume", "VoxelBlock", "control_volume", "volume_blocks", "volume_slabs", "whole_volume"]
 
 BLOCK_VOXELS = 4_000_000
 WHOLE_VOXELS = 200_000_000
@@ -77,10 +77,10 @@ class ControlVolume:
 
 @dataclass(frozen=True, eq=False)
 class VoxelBlock:
-    """All layers over some rows of a control volume; arrays (layers, rows, cols).
+    """Some layers over some rows of a control volume; arrays (layers, rows, cols).
 
-    first_row: of the block, counted in the volume. seen, unknown: (..., words) uint64, bit a % 64 of word a // 64 is
-    anchor a: in sight for certain, and not known. Nothing is in sight below the ground.
+    first_row, first_layer: of the block, counted in the volume. seen, unknown: (..., words) uint64, bit a % 64 of word
+    a // 64 is anchor a: in sight for certain, and not known. Nothing is in sight below the ground.
     dop: float32; +inf = no fix, NaN = unknown.
     """
 
@@ -88,6 +88,7 @@ class VoxelBlock:
     seen: npt.NDArray[np.uint64]
     unknown: npt.NDArray[np.uint64]
     dop: npt.NDArray[np.float32]
+    first_layer: int = 0
 
     @property
     def count(self) -> npt.NDArray[np.uint16]:
@@ -163,6 +164,25 @@ def volume_blocks(volume: ControlVolume, *, block_voxels: int = BLOCK_VOXELS) ->
         yield _block(volume, tables, first, min(step, rows - first))
 
 
+def volume_slabs(
+    volume: ControlVolume, *, block_voxels: int = BLOCK_VOXELS, sets_only: bool = False
+) -> Iterator[VoxelBlock]:
+    """The voxels of a volume in blocks of whole layers, from low to high, as files that go layer by layer want them.
+
+    block_voxels: most voxels of a block, though a block has at least one layer. sets_only: leaves ``dop`` empty.
+    """
+    layers, rows, cols = volume.shape
+    step = max(block_voxels // (rows * cols), 1)
+    tables = column_tables(volume.surfaces)
+    for first in range(0, layers, step):
+        some = replace(
+            volume,
+            layers=replace(volume.layers, altitudes_m=volume.layers.altitudes_m[first : first + step]),
+            middle_m=volume.middle_position_m,
+        )
+        yield replace(_block(some, tables, 0, rows, sets_only=sets_only), first_layer=first)
+
+
 def whole_volume(volume: ControlVolume, *, max_voxels: int = WHOLE_VOXELS) -> VoxelBlock:
     """All voxels at once; raises VisibilityInputError, with the numbers, where they are more than max_voxels."""
     if volume.voxels > max_voxels:
@@ -175,10 +195,12 @@ def whole_volume(volume: ControlVolume, *, max_voxels: int = WHOLE_VOXELS) -> Vo
     return _block(volume, column_tables(volume.surfaces), 0, volume.shape[1])
 
 
-def _block(volume: ControlVolume, tables: ColumnTables, first: int, rows: int) -> VoxelBlock:
+def _block(
+    volume: ControlVolume, tables: ColumnTables, first: int, rows: int, *, sets_only: bool = False
+) -> VoxelBlock:
     layers, _, cols = volume.shape
     seen = np.empty((layers, rows, cols, set_words(len(volume.surfaces.anchors))), np.uint64)
-    unknown, dop = np.empty_like(seen), np.empty((layers, rows, cols), np.float32)
+    unknown, dop = np.empty_like(seen), np.empty((0 if sets_only else layers, rows, cols), np.float32)
     sources = _seen_from(volume.middle_position_m, tables.sources) if volume.one_dop_per_set else tables.sources
     kernel.volume_layers(
         tables.surfaces,

@@ -11,6 +11,8 @@ from typing import get_args
 import numpy as np
 import numpy.typing as npt
 
+from terrain import ElevationGrid
+
 from .columns_of_air import ColumnTables, column_tables
 from .dop import Dop, solve
 from .dop_per_set import solve_per_set
@@ -20,7 +22,7 @@ from .ground_normals import post_normals
 from .minimum_altitude import UNKNOWN, MinimumVisibleAltitude
 from .sets_in_sight import sets_of
 
-__all__ = ["GO", "NO_GO", "DopMap", "dop_map"]
+__all__ = ["GO", "NO_GO", "DopMap", "antenna_points", "check_receiver", "dop_map"]
 
 GO, NO_GO = np.uint8(0), np.uint8(1)
 
@@ -85,8 +87,7 @@ def dop_map(
     """
     started_s = time.perf_counter()
     grid = minimum.grid
-    if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
-        raise VisibilityInputError(f"Receiver above_ground_m must be >= 0 m, not {above_ground_m}.")
+    check_receiver(above_ground_m)
     if dilution not in get_args(Dilution):
         raise VisibilityInputError(f"dilution must be one of {', '.join(get_args(Dilution))}, not {dilution!r}.")
     if on_surface and per_visible_set:
@@ -118,6 +119,21 @@ def dop_map(
     )
 
 
+def check_receiver(above_ground_m: float) -> None:
+    """Refuse an antenna below the ground; raises VisibilityInputError."""
+    if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
+        raise VisibilityInputError(f"Receiver above_ground_m must be >= 0 m, not {above_ground_m}.")
+
+
+def antenna_points(grid: ElevationGrid, rows: tuple[int, int], above_ground_m: float) -> npt.NDArray[np.float64]:
+    """(posts, 3) east, north, altitude of an antenna over the posts of some rows, (first, stop); NaN = unknown."""
+    east_m, north_m = grid.position_of(np.arange(*rows)[:, None], np.arange(grid.cols))  # type: ignore[arg-type]
+    points_m = np.empty((rows[1] - rows[0], grid.cols, 3))
+    points_m[..., 0], points_m[..., 1] = east_m, north_m
+    points_m[..., 2] = grid.heights_m[slice(*rows)] + np.float32(above_ground_m)
+    return points_m.reshape(-1, 3)
+
+
 def _of_rows(
     minimum: MinimumVisibleAltitude,
     tables: ColumnTables,
@@ -129,11 +145,7 @@ def _of_rows(
 ) -> Dop:
     """Dilutions at the posts of some rows, (first, stop)."""
     grid = minimum.grid
-    east_m, north_m = grid.position_of(np.arange(*rows)[:, None], np.arange(grid.cols))  # type: ignore[arg-type]
-    points_m = np.empty((rows[1] - rows[0], grid.cols, 3))
-    points_m[..., 0], points_m[..., 1] = east_m, north_m
-    points_m[..., 2] = grid.heights_m[slice(*rows)] + np.float32(above_ground_m)
-    points = points_m.reshape(-1, 3)
+    points = antenna_points(grid, rows, above_ground_m)
     sets = sets_of(minimum, tables, points)
     if per_visible_set:
         return solve_per_set(points, tables.sources, sets.mask, sets.unknown, kind)

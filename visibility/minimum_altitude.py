@@ -6,7 +6,7 @@ import importlib.metadata
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -83,6 +83,19 @@ class MinimumVisibleAltitude:
         """(n_anchors, rows, cols) float32: receiver altitude minus altitude_m, the signed clearance; NaN = unknown."""
         margin_m: npt.NDArray[np.float32] = self._receiver_altitude_m(above_ground_m, altitude_m) - self.altitude_m
         return margin_m
+
+    def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> MinimumVisibleAltitude:
+        """The same over some of the posts, ends included: ground around them hides as before."""
+        east_m, north_m = self.grid.position_of(first_row, first_col)
+        part = (slice(first_row, last_row + 1), slice(first_col, last_col + 1))
+        altitude_m = np.ascontiguousarray(self.altitude_m[:, *part])
+        same = self.hidden_below_m is self.altitude_m
+        return replace(
+            self,
+            grid=replace(self.grid, heights_m=self.grid.heights_m[part], origin_east_m=east_m, origin_north_m=north_m),
+            altitude_m=altitude_m,
+            hidden_below_m=altitude_m if same else np.ascontiguousarray(self.hidden_below_m[:, *part]),
+        )
 
     def _receiver_altitude_m(self, above_ground_m: float | None, altitude_m: float | None) -> npt.NDArray[np.float32]:
         if above_ground_m is not None and altitude_m is None:

@@ -12,7 +12,7 @@ from .dop_questions import DopKind, kind_code, numbers, positions, sources_of, u
 from .errors import VisibilityInputError
 from .kernels import dop as kernel
 
-__all__ = ["PositionError", "position_error"]
+__all__ = ["PositionError", "position_error", "variances_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def position_error(
     """
     points_m = positions("receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude")))
     anchors = len(positions("anchor_positions_m", anchor_positions_m))
-    variances_m2 = _variances(anchors, ranging_sigma_m, pose_sigma_m, pose_covariance_m2)
+    variances_m2 = variances_of(anchors, ranging_sigma_m, pose_sigma_m, pose_covariance_m2)
     sources = sources_of(anchor_positions_m, distant, variances_m2)
     mask, unknown, count = checked_sets(visible_sets_of(visible, len(points_m), anchors), None, len(points_m), anchors)
     normals = unit_normals(surface_normal, len(points_m))
@@ -116,10 +116,10 @@ def _sigmas(name: str, values_m: npt.ArrayLike, anchors: int) -> npt.NDArray[np.
     return sigma_m
 
 
-def _variances(
+def variances_of(
     anchors: int, ranging_sigma_m: npt.ArrayLike, pose_sigma_m: npt.ArrayLike, pose_covariance_m2: npt.ArrayLike | None
 ) -> npt.NDArray[np.float64]:
-    """(k, 7) variances as the kernels take them."""
+    """(k, 7) variances as the kernels take them; raises VisibilityInputError."""
     ranging_m = _sigmas("ranging_sigma_m", ranging_sigma_m, anchors)
     pose_m = _sigmas("pose_sigma_m", pose_sigma_m, anchors)
     poses_m2 = pose_m[:, None, None] ** 2 * np.eye(3)

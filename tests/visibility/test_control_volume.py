@@ -10,7 +10,7 @@ from terrain import ElevationGrid
 from tests.visibility.grounds import hills
 from tests.visibility.morphing_cases import low_anchors, satellites
 from visibility import VISIBLE, Anchor, AntennaLimits, VisibilityInputError, min_visible_altitude
-from visibility.control_volumes import control_volume, volume_blocks, whole_volume
+from visibility.control_volumes import control_volume, volume_blocks, volume_slabs, whole_volume
 from visibility.volume_layers import AltitudeLayers, altitude_layers
 from visibility.volume_sections import horizontal_section, vertical_section
 
@@ -93,6 +93,32 @@ def test_blocks_are_the_whole_volume_in_pieces_of_bounded_size(block_voxels):
     for name in ("seen", "unknown", "dop"):
         np.testing.assert_array_equal(np.concatenate([getattr(b, name) for b in blocks], axis=1), getattr(whole, name))
     assert whole.dop.shape == (layers, rows, cols)
+
+
+def test_slabs_are_the_whole_volume_layer_by_layer():
+    grid = holed_hills()
+    surfaces = min_visible_altitude(grid, many_anchors(grid, 70))
+    low_m = float(np.nanmin(grid.heights_m))
+    volume = control_volume(surfaces, altitude_layers(low_m, low_m + 300.0, 50.0), one_dop_per_set=True)
+    whole = whole_volume(volume)
+    slabs = list(volume_slabs(volume, block_voxels=2 * grid.rows * grid.cols))
+    assert [slab.first_layer for slab in slabs] == [0, 2, 4, 6]
+    for name in ("seen", "unknown", "dop"):
+        np.testing.assert_array_equal(np.concatenate([getattr(slab, name) for slab in slabs]), getattr(whole, name))
+    sets = list(volume_slabs(volume, block_voxels=1, sets_only=True))
+    np.testing.assert_array_equal(np.concatenate([slab.seen for slab in sets]), whole.seen)
+    assert all(slab.dop.size == 0 for slab in sets)
+
+
+def test_a_window_of_surfaces_answers_as_the_whole_does():
+    grid = holed_hills()
+    surfaces = min_visible_altitude(grid, many_anchors(grid, 5))
+    window = surfaces.window(2, 9, 3, 12)
+    layers = altitude_layers(0.0, 300.0, 60.0, above_ground=True)
+    of_window, of_whole = (whole_volume(control_volume(lines, layers)) for lines in (window, surfaces))
+    np.testing.assert_array_equal(of_window.seen, of_whole.seen[:, 2:10, 3:13])
+    np.testing.assert_array_equal(of_window.unknown, of_whole.unknown[:, 2:10, 3:13])
+    np.testing.assert_allclose(of_window.dop, of_whole.dop[:, 2:10, 3:13], rtol=1e-6)
 
 
 def test_bounds_choose_the_posts_within_them():

@@ -65,6 +65,15 @@ def test_a_smooth_surface_lies_on_the_limit_within_the_voxel_size():
     assert sides.all()
 
 
+def test_a_surface_made_block_by_block_is_the_same_surface():
+    whole = isosurface(volume_of(), FlightLimit(2.5))
+    pieces = isosurface(volume_of(), FlightLimit(2.5), block_voxels=1)
+    assert pieces.vertices_m.shape == whole.vertices_m.shape
+    middles_m = [surface.vertices_m[surface.faces].mean(axis=1) for surface in (pieces, whole)]
+    in_order = [middle_m[np.lexsort(middle_m.round(1).T)] for middle_m in middles_m]
+    assert np.allclose(*in_order, atol=0.11)
+
+
 def test_normals_point_to_the_flyable_side():
     grid = ElevationGrid(np.zeros((11, 11), np.float32), 40.0, 40.0)
     surfaces = min_visible_altitude(grid, [Anchor(f"A{n}", *corner, 100.0) for n, corner in enumerate(CORNERS)])

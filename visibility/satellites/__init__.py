@@ -10,6 +10,7 @@ from .grid_places import place_on_grid
 from .in_view import SatellitesInView, satellite_positions_ecef_m, satellites_in_view
 from .rinex_navigation import parse_rinex_navigation, read_rinex_navigation
 from .sky import LookAngles, Place, ecef_to_enu_m, enu_to_ecef_m, look_angles, off_axis_rad, place_ecef_m
+from .tracks import SatelliteTrack, satellite_tracks
 
 __all__ = [
     "Almanac",
@@ -21,6 +22,7 @@ __all__ = [
     "LookAngles",
     "Place",
     "SatelliteEyes",
+    "SatelliteTrack",
     "SatellitesInView",
     "almanac_positions_ecef_m",
     "ecef_to_enu_m",
@@ -39,5 +41,6 @@ __all__ = [
     "read_rinex_navigation",
     "satellite_eyes",
     "satellite_positions_ecef_m",
+    "satellite_tracks",
     "satellites_in_view",
 ]
