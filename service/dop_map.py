@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility import GO, NO_GO, Anchor, DistantAnchor, DopReason, dop_map
+from visibility import GO, NO_GO, Anchor, DistantAnchor, DopReason, dop_map, position_error_map
 
+from .dop_paths import along_path
 from .map_facts import Calculation, share_of
-from .ranging_sources import common_summary, sight_lines
+from .ranging_sources import calculation_of, common_summary, sight_lines
 from .schemas.positioning import DopMapParameters
 
 __all__ = ["FinishedDopMap", "calculate_dop_map"]
@@ -28,6 +29,8 @@ class FinishedDopMap:
 
     dop: float32, +inf = no fix, NaN = unknown. reasons: uint8, DopReason. count: uint16, anchors surely in sight.
     no_go: uint8, 1 where positioning is not good enough, 0 where it is, 255 where that is unknown.
+    sigmas_m: (3, rows, cols) float32, position error horizontally, vertically and in space, one sigma, metres.
+    path_numbers, path_sets: along the trajectory, see PathFindings.
     """
 
     grid: ElevationGrid
@@ -38,6 +41,9 @@ class FinishedDopMap:
     reasons: npt.NDArray[np.uint8]
     count: npt.NDArray[np.uint16]
     no_go: npt.NDArray[np.uint8]
+    sigmas_m: npt.NDArray[np.float32]
+    path_numbers: npt.NDArray[np.float64]
+    path_sets: npt.NDArray[np.uint64]
 
     def summary(self) -> dict[str, Any]:
         """What dop.json says: plain values, ready for JSON, every number with its unit in its name."""
@@ -50,10 +56,16 @@ class FinishedDopMap:
             **common_summary(self.grid, self.anchors, self.parameters, self.calculation),
             "receiver_above_ground_m": parameters.receiver_above_ground_m,
             "on_surface": parameters.on_surface,
+            "one_dop_per_set": parameters.one_dop_per_set,
             "share_within_limit": share_of(go_posts, known_posts),
             "share_no_go": share_of(no_go_posts, known_posts),
             "share_unknown": share_of(known_posts - go_posts - no_go_posts, known_posts),
             "dop_quantiles": _quantiles(self.dop[known]),
+            "position_error_quantiles_m": {
+                name: _quantiles(sigma_m[known])
+                for name, sigma_m in zip(("horizontal", "vertical", "position"), self.sigmas_m, strict=True)
+            },
+            "path_points": len(self.path_numbers),
             "posts_by_reason": {reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
         }
 
@@ -65,25 +77,31 @@ def calculate_dop_map(
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    lines, warnings = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+    lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+    kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
     found = dop_map(
-        lines,
-        parameters.receiver_above_ground_m,
-        parameters.kind,
+        *(lines, above_m, kind),
         dilution=parameters.measure,
-        on_surface=parameters.on_surface,
+        on_surface=on_surface,
+        per_visible_set=parameters.one_dop_per_set,
     )
+    errors = position_error_map(lines, above_m, kind, on_surface=on_surface)
+    path = along_path(lines, parameters)
     if progress is not None:
         progress(1.0)
-    calculation = Calculation(
-        lines.error_statement,
-        lines.curvature.sentence(),
-        (*grid.provenance.warnings, *lines.warnings, *warnings),
-        lines.elapsed_s + found.elapsed_s,
-        found.version,
+    return FinishedDopMap(
+        grid,
+        lines.anchors,
+        parameters,
+        calculation_of(grid, lines, sources, found.elapsed_s + errors.elapsed_s),
+        found.dop,
+        found.reasons,
+        found.count,
+        found.no_go(parameters.dop_limit, parameters.min_anchors or 0),
+        np.stack([errors.horizontal_sigma_m, errors.vertical_sigma_m, errors.position_sigma_m]),
+        path.numbers,
+        path.sets,
     )
-    no_go = found.no_go(parameters.dop_limit, parameters.min_anchors or 0)
-    return FinishedDopMap(grid, lines.anchors, parameters, calculation, found.dop, found.reasons, found.count, no_go)
 
 
 def _quantiles(dop: npt.NDArray[np.float32]) -> dict[str, float | None]:

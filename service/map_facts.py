@@ -16,13 +16,14 @@ __all__ = ["Calculation", "crs_label", "curvature_of", "dem_name", "dem_summary"
 
 @dataclass(frozen=True, slots=True)
 class Calculation:
-    """How a map came about: what every answer has to carry."""
+    """How a map came about: what every answer has to carry. unhealthy: satellites that were left out for that."""
 
     error_statement: str
     curvature: str
     warnings: tuple[str, ...]
     elapsed_s: float
     version: str
+    unhealthy: tuple[str, ...] = ()
 
 
 def crs_label(grid: ElevationGrid) -> str:

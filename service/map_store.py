@@ -92,7 +92,11 @@ def _anchors(
     parameters: SightParameters, positions_m: Sequence[Sequence[float]], distant: Sequence[dict[str, Any]]
 ) -> tuple[Anchor | DistantAnchor, ...]:
     near = (
-        Anchor(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m, asked.antenna_limits())
+        Anchor(
+            *(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m),
+            limits=asked.antenna_limits(),
+            pose_covariance_m2=asked.pose_covariance(),
+        )
         for asked, (east_m, north_m, altitude_m) in zip(parameters.anchors, positions_m, strict=True)
     )
     return (*near, *(DistantAnchor(**fields) for fields in distant))

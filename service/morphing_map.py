@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility import Anchor, ColumnState, DistantAnchor, MorphingMap, morphing_map
+from visibility import NO_GO, Anchor, ColumnState, DistantAnchor, MorphingMap, dop_map, morphing_map
 
 from .map_facts import Calculation, share_of
-from .ranging_sources import common_summary, limit_of, sight_lines
+from .ranging_sources import calculation_of, common_summary, limit_of, sight_lines
 from .schemas.positioning import MorphingMapParameters
 
 __all__ = ["FinishedMorphingMap", "calculate_morphing_map"]
@@ -23,7 +23,10 @@ SHARE_OF_SIGHT_LINES = 0.5
 
 @dataclass(frozen=True, eq=False)
 class FinishedMorphingMap:
-    """A finished morphing map; arrays (rows, cols) as in ``visibility.MorphingMap``."""
+    """A finished morphing map; arrays (rows, cols) as in ``visibility.MorphingMap``.
+
+    dop, no_go: at the antenna of a rover on the ground, as in FinishedDopMap.
+    """
 
     grid: ElevationGrid
     anchors: tuple[Anchor | DistantAnchor, ...]
@@ -33,6 +36,8 @@ class FinishedMorphingMap:
     safe_above_m: npt.NDArray[np.float32]
     state: npt.NDArray[np.uint8]
     no_flight_intervals: npt.NDArray[np.uint8]
+    dop: npt.NDArray[np.float32]
+    no_go: npt.NDArray[np.uint8]
 
     @property
     def above_ground_m(self) -> npt.NDArray[np.float32]:
@@ -64,6 +69,8 @@ class FinishedMorphingMap:
                 }
                 for state in ColumnState
             ],
+            "receiver_above_ground_m": parameters.receiver_above_ground_m,
+            "posts_no_go_for_the_rover": int(np.count_nonzero(self.no_go == NO_GO)),
             "posts_with_several_intervals": int(np.count_nonzero(self.no_flight_intervals > 1)),
             "above_ground_m": {
                 name: float(np.quantile(above_m, share)) if above_m.size else None
@@ -79,27 +86,24 @@ def calculate_morphing_map(
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    lines, warnings = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+    lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
     ceiling_m, above_ground = parameters.ceiling()
-    found: MorphingMap = morphing_map(
-        lines, limit_of(parameters), ceiling_m=ceiling_m, ceiling_above_ground=above_ground
-    )
+    limit = limit_of(parameters)
+    found: MorphingMap = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
+    rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, dilution=parameters.measure)
     if progress is not None:
         progress(1.0)
-    calculation = Calculation(
-        lines.error_statement,
-        lines.curvature.sentence(),
-        (*grid.provenance.warnings, *found.warnings, *warnings),
-        lines.elapsed_s + found.elapsed_s,
-        lines.version,
-    )
+    # the map's warnings are the sight lines' and its own
+    own = found.warnings[len(lines.warnings) :]
     return FinishedMorphingMap(
         grid,
         lines.anchors,
         parameters,
-        calculation,
+        calculation_of(grid, lines, sources, found.elapsed_s + rover.elapsed_s, own),
         found.altitude_m,
         found.safe_above_m,
         found.state,
         found.no_flight_intervals,
+        rover.dop,
+        rover.no_go(limit.dop_limit, limit.needed_anchors),
     )

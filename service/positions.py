@@ -21,9 +21,8 @@ def resolve_anchor(grid: ElevationGrid, anchor: AnchorIn) -> Anchor:
     east_m, north_m = _horizontal(grid, anchor)
     limits = anchor.antenna_limits()
     if anchor.altitude_m is not None:
-        return Anchor(
-            anchor.id, east_m, north_m, anchor.altitude_m, anchor.ranging_sigma_m, anchor.pose_sigma_m, limits
-        )
+        sigmas_m = anchor.ranging_sigma_m, anchor.pose_sigma_m
+        return Anchor(anchor.id, east_m, north_m, anchor.altitude_m, *sigmas_m, limits, anchor.pose_covariance())
     return anchor_above_ground(
         grid,
         anchor.id,
@@ -33,6 +32,7 @@ def resolve_anchor(grid: ElevationGrid, anchor: AnchorIn) -> Anchor:
         ranging_sigma_m=anchor.ranging_sigma_m,
         pose_sigma_m=anchor.pose_sigma_m,
         limits=limits,
+        pose_covariance_m2=anchor.pose_covariance(),
     )
 
 

@@ -12,6 +12,7 @@ from visibility import Anchor, DistantAnchor, check_anchors
 
 from .dop_map import FinishedDopMap, calculate_dop_map
 from .estimates import refuse_map, refuse_placement
+from .dop_paths import path_points
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
@@ -81,9 +82,14 @@ def _check_visibility_map(grid: ElevationGrid, parameters: VisibilityMapParamete
 
 
 def _check_positioning(grid: ElevationGrid, parameters: PositioningParameters) -> int:
-    sources, _ = ranging_sources(grid, parameters)
+    sources = ranging_sources(grid, parameters).all
     check_sources(grid, sources, parameters)
     return len(sources)
+
+
+def _check_dop_map(grid: ElevationGrid, parameters: DopMapParameters) -> int:
+    path_points(grid, parameters)
+    return _check_positioning(grid, parameters)
 
 
 VISIBILITY_MAP = Product(
@@ -97,10 +103,10 @@ VISIBILITY_MAP = Product(
 DOP_MAP = Product(
     "dop-map",
     DopMapParameters,
-    _check_positioning,
+    _check_dop_map,
     calculate_dop_map,
     FinishedDopMap,
-    ("dop", "reasons", "count", "no_go"),
+    ("dop", "reasons", "count", "no_go", "sigmas_m", "path_numbers", "path_sets"),
 )
 MORPHING_MAP = Product(
     "morphing-map",
@@ -108,7 +114,7 @@ MORPHING_MAP = Product(
     _check_positioning,
     calculate_morphing_map,
     FinishedMorphingMap,
-    ("altitude_m", "safe_above_m", "state", "no_flight_intervals"),
+    ("altitude_m", "safe_above_m", "state", "no_flight_intervals", "dop", "no_go"),
 )
 PLACEMENT = Product(
     "placement",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 from terrain import ElevationGrid, height_at
@@ -20,27 +22,66 @@ from visibility import (
 from visibility.columns_of_air import sources_of_anchors
 from visibility.flight_limits import check_geometry
 from visibility.morphing_maps import check_ceiling
-from visibility.satellites import Place, parse_almanac, satellite_eyes
+from visibility.position_error_maps import check_weights
+from visibility.satellites import Place, SatelliteEyes, parse_almanac, parse_rinex_navigation, satellite_eyes
+from visibility.satellites.in_view import Constellation
 
 from .map_facts import Calculation, curvature_of, dem_summary
 from .positions import resolve_anchor
-from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters, SatellitesIn
+from .schemas.positioning import CeilingParameters, DopMapParameters, PositioningParameters
+from .schemas.satellites import ORBIT_TEXTS, SatellitesIn
+from .schemas.sight import SightParameters
 
-__all__ = ["check_sources", "common_summary", "limit_of", "ranging_sources", "sight_lines", "source_summary"]
+__all__ = [
+    "RangingSources",
+    "Source",
+    "calculation_of",
+    "check_sources",
+    "common_summary",
+    "eyes_of",
+    "limit_of",
+    "lines_to",
+    "ranging_sources",
+    "sight_lines",
+    "source_summary",
+]
 
 Source = Anchor | DistantAnchor
 
 
-def ranging_sources(grid: ElevationGrid, parameters: PositioningParameters) -> tuple[tuple[Source, ...], list[str]]:
-    """The anchors, then the satellites in view, and sentences about those left out.
+@dataclass(frozen=True, slots=True)
+class RangingSources:
+    """The anchors, then the satellites in view; those left out as unhealthy, and sentences about them."""
 
-    Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
-    """
-    anchors: list[Source] = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
+    all: tuple[Source, ...]
+    unhealthy: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know about those left out."""
+        return (f"Satellites left out as unhealthy: {', '.join(self.unhealthy)}.",) if self.unhealthy else ()
+
+
+def ranging_sources(grid: ElevationGrid, parameters: PositioningParameters) -> RangingSources:
+    """What there is to range to. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
+    anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
     if parameters.satellites is None:
-        return tuple(anchors), []
-    satellites, warnings = _satellites(grid, parameters.satellites)
-    return (*anchors, *satellites), warnings
+        return RangingSources(anchors)
+    asked = parameters.satellites
+    eyes = eyes_of(grid, asked, [asked.time])
+    seen = eyes.distant_anchors(ranging_sigma_m=asked.ranging_sigma_m)
+    return RangingSources((*anchors, *seen), eyes.view.unhealthy_ids)
+
+
+def eyes_of(grid: ElevationGrid, asked: SatellitesIn, times: Sequence[datetime]) -> SatelliteEyes:
+    """Where the satellites of a request stand at some times. Raises AlmanacError, FrameError, VisibilityInputError."""
+    constellation: Constellation
+    if asked.navigation is not None:
+        constellation = parse_rinex_navigation(asked.navigation, "the navigation file")
+    else:
+        constellation = parse_almanac(asked.almanac or "", "the almanac", asked.reference_date)
+    place = None if asked.lon_deg is None or asked.lat_deg is None else Place(asked.lon_deg, asked.lat_deg)
+    return satellite_eyes(grid, constellation, times, math.radians(asked.cone_deg), place=place)
 
 
 def limit_of(parameters: PositioningParameters) -> FlightLimit:
@@ -54,6 +95,8 @@ def check_sources(grid: ElevationGrid, sources: tuple[Source, ...], parameters: 
     Raises AnchorError, VisibilityInputError.
     """
     check_anchors(grid, sources)
+    if isinstance(parameters, DopMapParameters):
+        check_weights(sources)
     if isinstance(parameters, DopMapParameters) and parameters.on_surface:
         # a rover bound to the ground is fixed by anchors on one line too
         needed = max(least_anchors(parameters.kind, on_surface=True), parameters.min_anchors or 0)
@@ -64,7 +107,7 @@ def check_sources(grid: ElevationGrid, sources: tuple[Source, ...], parameters: 
             )
         return
     check_geometry(limit_of(parameters), sources_of_anchors(sources))
-    if isinstance(parameters, MorphingMapParameters):
+    if isinstance(parameters, CeilingParameters):
         check_ceiling(grid, *parameters.ceiling())
 
 
@@ -73,22 +116,46 @@ def sight_lines(
     parameters: PositioningParameters,
     progress: Callable[[float], None] | None,
     share: float,
-) -> tuple[MinimumVisibleAltitude, list[str]]:
-    """Minimum visible altitudes of all that is ranged to, and sentences about what is not; ``share`` of the progress.
+) -> tuple[MinimumVisibleAltitude, RangingSources]:
+    """Minimum visible altitudes of all that is ranged to; they take ``share`` of the progress.
 
     Raises what ranging_sources and check_sources raise.
     """
-    sources, warnings = ranging_sources(grid, parameters)
-    check_sources(grid, sources, parameters)
-    lines = min_visible_altitude(
-        grid,
-        sources,
-        parameters.mode,
-        curvature_of(parameters),
-        unknown=parameters.unknown,
-        progress=None if progress is None else lambda done: progress(share * done),
+    sources = ranging_sources(grid, parameters)
+    check_sources(grid, sources.all, parameters)
+    return lines_to(grid, sources.all, parameters, None if progress is None else lambda done: progress(share * done)), (
+        sources
     )
-    return lines, warnings
+
+
+def lines_to(
+    grid: ElevationGrid,
+    sources: tuple[Source, ...],
+    parameters: SightParameters,
+    progress: Callable[[float], None] | None = None,
+) -> MinimumVisibleAltitude:
+    """Minimum visible altitudes of anchors that were checked, calculated as the request says."""
+    return min_visible_altitude(
+        grid, sources, parameters.mode, curvature_of(parameters), unknown=parameters.unknown, progress=progress
+    )
+
+
+def calculation_of(
+    grid: ElevationGrid,
+    lines: MinimumVisibleAltitude,
+    sources: RangingSources,
+    elapsed_s: float,
+    warnings: Sequence[str] = (),
+) -> Calculation:
+    """How a map from these sight lines came about; warnings: of the calculation that followed, besides their own."""
+    return Calculation(
+        lines.error_statement,
+        lines.curvature.sentence(),
+        (*grid.provenance.warnings, *lines.warnings, *warnings, *sources.warnings),
+        lines.elapsed_s + elapsed_s,
+        lines.version,
+        sources.unhealthy,
+    )
 
 
 def source_summary(grid: ElevationGrid, sources: tuple[Source, ...]) -> dict[str, list[dict[str, Any]]]:
@@ -133,16 +200,10 @@ def common_summary(
         "dop_limit": parameters.dop_limit,
         "dem": dem_summary(grid),
         **source_summary(grid, sources),
+        "unhealthy_satellites": list(calculation.unhealthy),
         "warnings": list(calculation.warnings),
         "timing": {"calculation_s": calculation.elapsed_s},
-        "parameters": parameters.model_dump(mode="json", exclude_none=True, exclude={"satellites": {"almanac"}}),
+        "parameters": parameters.model_dump(
+            mode="json", exclude_none=True, exclude={"satellites": set(ORBIT_TEXTS), "path": True}
+        ),
     }
-
-
-def _satellites(grid: ElevationGrid, asked: SatellitesIn) -> tuple[tuple[DistantAnchor, ...], list[str]]:
-    almanac = parse_almanac(asked.almanac, "the almanac", asked.reference_date)
-    place = None if asked.lon_deg is None or asked.lat_deg is None else Place(asked.lon_deg, asked.lat_deg)
-    eyes = satellite_eyes(grid, almanac, asked.time, math.radians(asked.cone_deg), place=place)
-    seen = eyes.distant_anchors(ranging_sigma_m=asked.ranging_sigma_m)
-    unhealthy = eyes.view.unhealthy_ids
-    return seen, [f"Satellites left out as unhealthy: {', '.join(unhealthy)}."] if unhealthy else []

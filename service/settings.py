@@ -48,7 +48,7 @@ class Settings(BaseSettings):
 
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")
     max_uploads: int = Field(default=8, ge=1, description="Uploads that are received at the same time.")
-    max_json_bytes: int = Field(default=MIB // 2, ge=1024, description="Size of a JSON request body, bytes.")
+    max_json_bytes: int = Field(default=2 * MIB, ge=1024, description="Size of a JSON request body, bytes.")
     max_pairs_bytes: int = Field(
         default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight request, bytes."
     )

@@ -16,6 +16,8 @@ from service.schemas import AnchorIn, sentence_of
 __all__ = ["anchors_from_file"]
 
 FIELDS = frozenset(AnchorIn.model_fields)
+# a cell holds one number, a covariance nine
+COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
 LOCAL_METRES = "coordinates_are"
 
 
@@ -96,9 +98,9 @@ def _csv_rows(name: str, text: str) -> list[tuple[str, Any]]:
     reader = csv.DictReader(io.StringIO(text), skipinitialspace=True, restkey="", strict=True)
     try:
         header = [column.strip() for column in reader.fieldnames or []]
-        strange = [column for column in header if column not in FIELDS]
+        strange = [column for column in header if column not in COLUMNS]
         if strange or "id" not in header:
-            known = ", ".join(AnchorIn.model_fields)
+            known = ", ".join(COLUMNS)
             wrong = f"unknown column {strange[0]!r}" if strange else "no column 'id'"
             raise RequestError(f"The anchors file {name} has {wrong}; its first line names columns out of {known}.")
         reader.fieldnames = header

@@ -27,6 +27,7 @@ __all__ = [
     "MinAnchors",
     "Mode",
     "ModeOption",
+    "NavigationFile",
     "Nodata",
     "OutFolder",
     "ReceiverHeight",
@@ -75,6 +76,7 @@ class Measure(StrEnum):
     PDOP = "pdop"
     HDOP = "hdop"
     VDOP = "vdop"
+    TDOP = "tdop"
 
 
 DemPath = Annotated[str, typer.Argument(metavar="DEM", help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")]
@@ -113,6 +115,10 @@ OutFolder = Annotated[
 ]
 AlmanacFile = Annotated[
     Path | None, typer.Option("--almanac", metavar="FILE", help="SEM or YUMA almanac; its GPS satellites are anchors.")
+]
+NavigationFile = Annotated[
+    Path | None,
+    typer.Option("--navigation", metavar="FILE", help="RINEX navigation file, more precise; in place of --almanac."),
 ]
 SatelliteTime = Annotated[
     str | None, typer.Option("--time", metavar="ISO8601", help="When, such as 2007-01-27T06:00:00Z; with --almanac.")

@@ -26,24 +26,29 @@ MOST_BYTES = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class SatelliteOptions:
-    """--almanac and what goes with it, as typed."""
+    """--almanac or --navigation and what goes with it, as typed."""
 
     almanac: Path | None
+    navigation: Path | None
     time: str | None
     reference_date: str | None
     cone_deg: float | None
     sky_at: str | None
 
     def fields(self) -> dict[str, Any] | None:
-        """The ``satellites`` of a request; None without an almanac. Raises RequestError."""
-        if self.almanac is None:
+        """The ``satellites`` of a request; None without a file of orbits. Raises RequestError."""
+        if self.almanac is not None and self.navigation is not None:
+            raise RequestError("Give only one of --almanac and --navigation.")
+        if self.almanac is None and self.navigation is None:
             if any(value is not None for value in (self.time, self.reference_date, self.cone_deg, self.sky_at)):
                 raise RequestError("--time, --reference-date, --cone-deg and --sky-at need --almanac FILE.")
             return None
         if self.time is None:
-            raise RequestError("--almanac needs --time, such as --time 2007-01-27T06:00:00Z.")
+            option = "--almanac" if self.navigation is None else "--navigation"
+            raise RequestError(f"{option} needs --time, such as --time 2007-01-27T06:00:00Z.")
         fields: dict[str, Any] = {
-            "almanac": _almanac_text(self.almanac),
+            **({} if self.almanac is None else {"almanac": _orbit_text("almanac", self.almanac)}),
+            **({} if self.navigation is None else {"navigation": _orbit_text("navigation file", self.navigation)}),
             "time": self.time,
             "reference_date": self._reference(),
         }
@@ -89,9 +94,13 @@ def make_positioning_map(
     lonlat: bool,
     satellites: SatelliteOptions,
     asked: dict[str, Any],
+    left_out: tuple[str, ...] = (),
     **rest: Any,
 ) -> None:
-    """Read, calculate, write and print a map of the product of that name; ``rest`` as for make_map."""
+    """Read, calculate, write and print a map of the product of that name; ``rest`` as for make_map.
+
+    left_out: layers that are not written.
+    """
     anchors = anchors_of(anchor_texts, anchor_files, lonlat=lonlat)
     sky = satellites.fields()
     if not anchors and sky is None:
@@ -101,18 +110,19 @@ def make_positioning_map(
     given = {field: value for field, value in asked.items() if value is not None}
     product, summary, tables = COMMANDS[name]
     parameters = product.parameters.model_validate({"anchors": anchors, "satellites": sky, **given})
-    make_map(dem, parameters, product.calculate, MapFiles(summary, tuple(LAYERS[name])), tables, **rest)
+    layers = tuple(layer.name for layer in LAYERS[name].values() if layer.name not in left_out and layer.is_of(given))
+    make_map(dem, parameters, product.calculate, MapFiles(summary, layers), tables, **rest)
 
 
-def _almanac_text(path: Path) -> str:
+def _orbit_text(what: str, path: Path) -> str:
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise RequestError(f"The almanac {path.name} is larger than {MOST_BYTES:,} bytes; is it an almanac?")
+            raise RequestError(f"The {what} {path.name} is larger than {MOST_BYTES:,} bytes; is it one?")
         return path.read_text(encoding="ascii")
     except UnicodeDecodeError as error:
-        raise RequestError(f"The almanac {path.name} is not a text file.") from error
+        raise RequestError(f"The {what} {path.name} is not a text file.") from error
     except OSError as error:
-        raise RequestError(f"The almanac {str(path)!r} cannot be read: {error.strerror}.") from error
+        raise RequestError(f"The {what} {str(path)!r} cannot be read: {error.strerror}.") from error
 
 
 def _lon_lat(text: str) -> dict[str, float]:
@@ -132,6 +142,10 @@ def _dop_tables(summary: dict[str, Any]) -> tuple[Table, ...]:
         *(
             (f"{summary['measure'].upper()} {name}", "no fix" if quantiles[name] is None else f"{quantiles[name]:.2f}")
             for name in quantiles
+        ),
+        *(
+            (f"{name} error p50", "no fix" if quantiles_m["p50"] is None else f"{quantiles_m['p50']:.3g} m")
+            for name, quantiles_m in summary["position_error_quantiles_m"].items()
         ),
         *((f"posts {name.replace('_', ' ')}", f"{posts:,}") for name, posts in summary["posts_by_reason"].items()),
     ]

@@ -13,6 +13,7 @@ from service.jobs.records import JobKind, JobRecord
 from service.layers import LAYERS
 from service.schemas.map_answers import LayerLink, MapOut
 from service.schemas.pages import Limit, Offset, Page
+from service.schemas.satellites import ORBIT_TEXTS
 from service.schemas.sight import SightParameters
 
 from .context import Service, ServiceDep
@@ -135,7 +136,7 @@ def add_shared_routes(router: APIRouter, resource: MapResource) -> None:
     )
     async def download_layer(map_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
         job = await finished(service, kind, map_id)
-        if layer not in layers:
+        if layer not in layers or not layers[layer].is_of(job.request["parameters"]):
             raise NotFoundError("layer", layer)
         assert job.digest is not None
         path = await service.drawings.layer(job.digest, layer)
@@ -161,13 +162,23 @@ def _answer(resource: MapResource, service: Service, job: JobRecord) -> MapOut:
             description=layer.description,
         )
         for layer in LAYERS[resource.kind].values()
+        if layer.is_of(job.request["parameters"])
     ]
     told: dict[str, Any] = state_of(service, job)
     return resource.out.model_validate(
         {
             **told,
-            "request": {"dem_id": job.dem_id, **job.request["parameters"]},
+            "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
             "result": job.summary,
             "layers": layers if job.summary is not None else [],
         }
     )
+
+
+def _without_orbits(parameters: dict[str, Any]) -> dict[str, Any]:
+    """What was asked, without the text of satellites' orbits, which is long and the client's own."""
+    satellites = parameters.get("satellites")
+    if satellites is None:
+        return parameters
+    kept = {name: value for name, value in satellites.items() if name not in ORBIT_TEXTS}
+    return {**parameters, "satellites": kept}

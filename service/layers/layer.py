@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 __all__ = ["COG", "GEOJSON", "PNG", "Layer", "later"]
-
 Writer = Callable[[Any, Path], None]
 COG = "image/tiff; application=geotiff; profile=cloud-optimized"
 PNG = "image/png"
@@ -18,12 +17,20 @@ GEOJSON = "application/geo+json"
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path."""
+    """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path.
+
+    needs: the parameter without which a map does not have it.
+    """
 
     name: str
     media_type: str
     description: str
     write: Writer
+    needs: str | None = None
+
+    def is_of(self, parameters: Mapping[str, Any]) -> bool:
+        """Whether a map that was asked for with these parameters has this layer."""
+        return self.needs is None or bool(parameters.get(self.needs))
 
 
 def later(module: str, function: str) -> Writer:

@@ -8,6 +8,8 @@ __all__ = ["DOP_LAYERS", "MORPHING_LAYERS"]
 
 RASTERS = "service.layers.positioning_rasters"
 ZONES = "service.layers.zones"
+MESHES = "service.layers.meshes"
+CSV = "text/csv; charset=utf-8"
 
 DOP_LAYERS = (
     Layer(
@@ -21,6 +23,13 @@ DOP_LAYERS = (
         COG,
         "How many anchors are surely in sight, nodata (largest value) where that is unknown.",
         later(RASTERS, "write_count_of_dop"),
+    ),
+    Layer(
+        "position_error.tif",
+        COG,
+        "float32 metres, one sigma: position error horizontally, vertically and in space, from the sigmas of ranges "
+        "and poses; +inf no fix, NaN (nodata) unknown.",
+        later(RASTERS, "write_position_error"),
     ),
     Layer(
         "no_go.tif",
@@ -47,6 +56,13 @@ DOP_LAYERS = (
         "A picture of the dilution over shaded relief, with the line of the limit, anchors and legend.",
         later("service.pictures", "write_dop_picture"),
     ),
+    Layer(
+        "path.csv",
+        CSV,
+        "A line for each point of the path: metres, ids in sight, dilutions, one-sigma position errors in metres.",
+        later("service.layers.path_table", "write_path"),
+        needs="path",
+    ),
 )
 
 MORPHING_LAYERS = (
@@ -69,6 +85,31 @@ MORPHING_LAYERS = (
         "Band 1: state, 0 flyable nowhere, 1 from the ground up, 2 from altitude.tif up, 3 closed at the ceiling, "
         "4 ground above the ceiling, 255 unknown. Band 2: how many separate stretches of no-flight air.",
         later(RASTERS, "write_flags"),
+    ),
+    Layer(
+        "no_go.geojson",
+        GEOJSON,
+        "Polygons round the posts where a rover's antenna on the ground is in no-flight air, with their area.",
+        later(ZONES, "write_no_go_zones"),
+    ),
+    Layer(
+        "contours.geojson",
+        GEOJSON,
+        "Lines along which the dilution at a rover's antenna is the limit, half of it and twice as much.",
+        later(ZONES, "write_contours"),
+    ),
+    Layer(
+        "surface.glb",
+        "model/gltf-binary",
+        "The surface on which the dilution is the limit, overhangs included, as triangles in metres from the origin "
+        "that the mesh's extras name; y is up, x east.",
+        later(MESHES, "write_glb"),
+    ),
+    Layer(
+        "surface.stl",
+        "model/stl",
+        "The same as binary STL: x east, y north, z altitude, metres from the DEM's south-west post; z from 0.",
+        later(MESHES, "write_stl"),
     ),
     Layer(
         "map.png",

@@ -19,6 +19,7 @@ __all__ = [
     "write_dop",
     "write_flags",
     "write_no_go",
+    "write_position_error",
 ]
 
 
@@ -36,6 +37,13 @@ def write_count_of_dop(finished: FinishedDopMap, path: Path) -> None:
     count = np.where(finished.reasons == DopReason.UNKNOWN, nodata, finished.count).astype(dtype)
     tags = {**_dop_tags(finished), "units": "anchors"}
     write_cog(path, finished.grid, [count], ["visible anchors"], nodata, tags, BYTES)
+
+
+def write_position_error(finished: FinishedDopMap, path: Path) -> None:
+    """float32 metres, one sigma: horizontal, vertical, position; NaN unknown (nodata), +inf no fix."""
+    tags = {**_dop_tags(finished), "units": "metre", "infinity": "no fix"}
+    names = ["horizontal sigma", "vertical sigma", "position sigma"]
+    write_cog(path, finished.grid, finished.sigmas_m, names, float("nan"), tags, FLOATS)
 
 
 def write_no_go(finished: FinishedDopMap, path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from service.dop_map import FinishedDopMap
+from service.morphing_map import FinishedMorphingMap
 from terrain import ElevationGrid, to_lon_lat
 from visibility import NO_GO, contour_lines, zones
 
@@ -21,7 +22,7 @@ DECIMALS_DEG, DECIMALS_M = 8, 3
 LEVELS_PER_LIMIT = (0.5, 1.0, 2.0)
 
 
-def write_no_go_zones(finished: FinishedDopMap, path: Path) -> None:
+def write_no_go_zones(finished: FinishedDopMap | FinishedMorphingMap, path: Path) -> None:
     """Polygons in degrees round the no-go posts; without a CRS in the DEM's local metres, and says so."""
     grid = finished.grid
     features = [
@@ -35,7 +36,7 @@ def write_no_go_zones(finished: FinishedDopMap, path: Path) -> None:
     _write(grid, features, path)
 
 
-def write_contours(finished: FinishedDopMap, path: Path) -> None:
+def write_contours(finished: FinishedDopMap | FinishedMorphingMap, path: Path) -> None:
     """One MultiLineString for each level of the dilution; the limit is one of them."""
     limit = finished.parameters.dop_limit
     levels = [limit * part for part in LEVELS_PER_LIMIT]
@@ -52,7 +53,7 @@ def write_contours(finished: FinishedDopMap, path: Path) -> None:
     _write(grid, features, path)
 
 
-def _limit(finished: FinishedDopMap) -> dict[str, Any]:
+def _limit(finished: FinishedDopMap | FinishedMorphingMap) -> dict[str, Any]:
     parameters = finished.parameters
     return {"measure": parameters.measure, "kind": parameters.kind, "dop_limit": parameters.dop_limit}
 

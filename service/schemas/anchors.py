@@ -8,6 +8,7 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from visibility import AnchorError, AntennaLimits
+from visibility.anchors import Covariance
 
 from .points import Metres, NotNegativeMetres, PointIn
 
@@ -15,6 +16,8 @@ __all__ = ["AnchorIn"]
 
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 Elevation = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
+SquareMetres = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+CovarianceRow = Annotated[list[SquareMetres], Field(min_length=3, max_length=3)]
 # Ids end up in file tags, tables and pictures: no control characters.
 AnchorId = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f]+$")]
 
@@ -49,7 +52,16 @@ class AnchorIn(PointIn):
         None, description="Highest elevation angle it covers, degrees above its horizontal."
     )
     ranging_sigma_m: NotNegativeMetres = Field(0.1, description="One-sigma error of its ranges, metres.")
-    pose_sigma_m: NotNegativeMetres = Field(0.0, description="One-sigma error of its own position, metres.")
+    pose_sigma_m: NotNegativeMetres = Field(
+        0.0, description="One-sigma error of each coordinate of its own position, metres."
+    )
+    pose_covariance_m2: list[CovarianceRow] | None = Field(
+        None,
+        min_length=3,
+        max_length=3,
+        description="Covariance of its own position in place of pose_sigma_m: three rows of east, north, up, in "
+        "square metres.",
+    )
 
     def antenna_limits(self) -> AntennaLimits:
         """The same limits in radians; raises AnchorError when they contradict one another."""
@@ -61,6 +73,13 @@ class AnchorIn(PointIn):
             min_elevation_rad=math.radians(-90.0 if self.min_elevation_deg is None else self.min_elevation_deg),
             max_elevation_rad=math.radians(90.0 if self.max_elevation_deg is None else self.max_elevation_deg),
         )
+
+    def pose_covariance(self) -> Covariance | None:
+        """Rows of the covariance, m²; None where pose_sigma_m tells all."""
+        if self.pose_covariance_m2 is None:
+            return None
+        (ee, en, eu), (ne, nn, nu), (ue, un, uu) = self.pose_covariance_m2
+        return (ee, en, eu), (ne, nn, nu), (ue, un, uu)
 
     @model_validator(mode="after")
     def _limits_agree(self) -> Self:

@@ -2,43 +2,19 @@
 
 from __future__ import annotations
 
-from datetime import date
 from typing import Annotated, Literal, Self
 
-from pydantic import AwareDatetime, Field, model_validator
+from pydantic import Field, model_validator
 
-from .points import DegreesEast, DegreesNorth, Metres, NotNegativeMetres, StrictModel
+from .points import Metres, NotNegativeMetres, PointIn
+from .satellites import SatellitesIn
 from .sight import SightParameters
 
-__all__ = ["DopMapParameters", "MorphingMapParameters", "PositioningParameters", "SatellitesIn"]
+__all__ = ["CeilingParameters", "DopMapParameters", "MorphingMapParameters", "PositioningParameters"]
 
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
-# A YUMA almanac of 63 satellites takes 40 kB.
-ALMANAC_CHARACTERS = 200_000
-
-
-class SatellitesIn(StrictModel):
-    """GPS satellites at one time, from the text of an almanac."""
-
-    almanac: str = Field(min_length=1, max_length=ALMANAC_CHARACTERS, description="Text of a SEM or YUMA almanac file.")
-    time: AwareDatetime = Field(description="When, ISO 8601 with its offset, such as 2007-01-27T06:00:00Z.")
-    reference_date: date | None = Field(
-        None, description="A date near the almanac's; needed where it counts weeks modulo 1024, as nearly all do."
-    )
-    cone_deg: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=90.0)] = Field(
-        85.0, description="Half-angle of the cone round the zenith that satellites are taken from, degrees."
-    )
-    ranging_sigma_m: NotNegativeMetres = Field(1.0, description="One-sigma error of their ranges, metres.")
-    lon_deg: DegreesEast | None = Field(
-        None, description="Longitude of a DEM without CRS, degrees east; its north is taken for true. With lat_deg."
-    )
-    lat_deg: DegreesNorth | None = Field(None, description="Latitude of a DEM without CRS, degrees north.")
-
-    @model_validator(mode="after")
-    def _whole_place(self) -> Self:
-        if (self.lon_deg is None) != (self.lat_deg is None):
-            raise ValueError("Give both of lon_deg and lat_deg of the satellites' place, or neither.")
-        return self
+# of a trajectory; more do not fit into a request's body anyway
+MOST_PATH_POINTS = 20_000
 
 
 class PositioningParameters(SightParameters):
@@ -48,7 +24,9 @@ class PositioningParameters(SightParameters):
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
         "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
     )
-    measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution of precision.")
+    measure: Literal["gdop", "pdop", "hdop", "vdop", "tdop"] = Field(
+        "pdop", description="Which dilution of precision; tdop, of the clock, goes with pseudoranges."
+    )
     dop_limit: Positive = Field(2.5, description="From this dilution on positioning is not good enough, no unit.")
     min_anchors: Annotated[int, Field(strict=True, ge=1)] | None = Field(
         None, description="So many anchors must be in sight as well; left out = as many as a fix needs."
@@ -58,6 +36,12 @@ class PositioningParameters(SightParameters):
     def _something_to_range_to(self) -> Self:
         if not self.anchors and self.satellites is None:
             raise ValueError("Give anchors or satellites; there is nothing to range to.")
+        return self
+
+    @model_validator(mode="after")
+    def _a_clock_for_tdop(self) -> Self:
+        if self.measure == "tdop" and self.kind != "pseudorange":
+            raise ValueError(f"measure 'tdop' needs kind 'pseudorange'; {self.kind!r} solves for no clock.")
         return self
 
 
@@ -70,10 +54,28 @@ class DopMapParameters(PositioningParameters):
     on_surface: bool = Field(
         False, strict=True, description="The rover is on the ground, so only its motion along the surface is unknown."
     )
+    one_dop_per_set: bool = Field(
+        False,
+        strict=True,
+        description="Calculate one dilution for each visible set, in the middle of the posts that share it, as De Vivo "
+        "et al. do: right for satellites, rough for drones nearby. Not together with on_surface.",
+    )
+    path: list[PointIn] = Field(
+        [],
+        max_length=MOST_PATH_POINTS,
+        description="Points of a trajectory over the DEM; who is in sight and how good positioning is at each is told "
+        "in path.csv.",
+    )
+
+    @model_validator(mode="after")
+    def _no_slope_of_a_set(self) -> Self:
+        if self.on_surface and self.one_dop_per_set:
+            raise ValueError("A visible set has no one slope; give only one of one_dop_per_set and on_surface.")
+        return self
 
 
-class MorphingMapParameters(PositioningParameters):
-    """Above which altitude positioning is good enough, up to a ceiling."""
+class CeilingParameters(PositioningParameters):
+    """How good positioning must be in the air, up to a ceiling."""
 
     ceiling_altitude_m: Metres | None = Field(
         None, description="Top of the air, metres in the DEM's vertical datum; or give ceiling_above_ground_m."
@@ -95,3 +97,16 @@ class MorphingMapParameters(PositioningParameters):
             return self.ceiling_above_ground_m, True
         assert self.ceiling_altitude_m is not None, "the validator has seen to it"
         return self.ceiling_altitude_m, False
+
+
+class MorphingMapParameters(CeilingParameters):
+    """Above which altitude positioning is good enough, up to a ceiling."""
+
+    receiver_above_ground_m: NotNegativeMetres = Field(
+        1.5, description="Height of a ground rover's antenna, metres; no_go.geojson and contours.geojson are for it."
+    )
+    surface_layer_m: Positive | None = Field(
+        None,
+        description="Thickness of the voxels that surface.glb and surface.stl are made from, metres; left out = the "
+        "DEM's smaller cell, and at most 100 layers.",
+    )

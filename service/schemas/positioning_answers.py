@@ -73,6 +73,7 @@ class PositioningSummary(MapSummary):
     dop_limit: float = Field(description="From this dilution on positioning is not good enough, no unit.")
     anchors: list[PlacedAnchor]
     satellites: list[PlacedSatellite]
+    unhealthy_satellites: list[str] = Field([], description="Ids of satellites that were left out as unhealthy.")
 
 
 class DopMapSummary(PositioningSummary):
@@ -86,6 +87,11 @@ class DopMapSummary(PositioningSummary):
     dop_quantiles: dict[str, float | None] = Field(
         description="p05, p50 and p95 of the dilution over the posts where it is known, no unit; null is no fix."
     )
+    one_dop_per_set: bool = Field(False, description="Whether all posts of a visible set share one dilution.")
+    position_error_quantiles_m: dict[str, dict[str, float | None]] = Field(
+        {}, description="p05, p50 and p95 of the horizontal, vertical and position error, one sigma, metres."
+    )
+    path_points: int = Field(0, description="Number of points along the path.")
     posts_by_reason: dict[str, int] = Field(
         description="Known posts with a fix (ok), too_few anchors, a singular geometry, or unknown sight."
     )
@@ -104,6 +110,8 @@ class MorphingMapSummary(PositioningSummary):
 
     ceiling: dict[str, float | None] = Field(description="Top of the air: altitude_m or above_ground_m, metres.")
     states: list[StateShare]
+    receiver_above_ground_m: float = Field(1.5, description="Height of a ground rover's antenna, metres.")
+    posts_no_go_for_the_rover: int = Field(0, description="Posts where that antenna is in no-flight air.")
     posts_with_several_intervals: int = Field(description="Posts with no-flight air in more than one piece.")
     above_ground_m: dict[str, float | None] = Field(
         description="p05, p50 and p95 of the height above ground from which one may fly, metres; null where nobody may."

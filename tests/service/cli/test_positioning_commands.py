@@ -1,15 +1,27 @@
 """sightline dop and sightline morph: files that hold what the libraries answer, and one sentence for bad input."""
 
+import csv
 import json
 
 import numpy as np
 import pytest
 import rasterio
+import trimesh
 from PIL import Image
 
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
 from tests.service.small_maps import HOLE, NORTH_M, WEST_M, small_grid
-from visibility import FlightLimit, anchor_above_ground, dop_map, min_visible_altitude, morphing_map
+from tests.visibility.satellites.constellation import shared_file
+from visibility import (
+    FlightLimit,
+    anchor_above_ground,
+    dop_along,
+    dop_map,
+    min_visible_altitude,
+    morphing_map,
+    position_error_map,
+    visible_sets,
+)
 
 PLACES = {
     "D1": (95.0, -305.0, 120.0),
@@ -53,7 +65,16 @@ def test_dop_writes_what_the_library_answers(sightline, dem_file, tmp_path, line
     assert ended.code == 0, ended.stderr
     told = json.loads(ended.stdout)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        ["dop.json", "dop.tif", "count.tif", "no_go.tif", "no_go.geojson", "contours.geojson", "map.png"]
+        [
+            "dop.json",
+            "dop.tif",
+            "count.tif",
+            "position_error.tif",
+            "no_go.tif",
+            "no_go.geojson",
+            "contours.geojson",
+            "map.png",
+        ]
     )
     expected = dop_map(lines, 2.0)
     assert np.array_equal(band(tmp_path / "dop.tif"), expected.dop, equal_nan=True)
@@ -129,7 +150,7 @@ def test_morph_writes_what_the_library_answers(sightline, dem_file, tmp_path, li
     assert ended.code == 0, ended.stderr
     told = json.loads(ended.stdout)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        ["morph.json", "altitude.tif", "above_ground.tif", "flags.tif", "map.png"]
+        ["morph.json", "altitude.tif", "above_ground.tif", "flags.tif", "no_go.geojson", "contours.geojson", "map.png"]
     )
     expected = morphing_map(lines, FlightLimit(6.0), ceiling_m=400.0)
     assert np.array_equal(band(tmp_path / "altitude.tif"), expected.altitude_m, equal_nan=True)
@@ -207,3 +228,89 @@ def test_a_sky_is_refused_in_one_sentence(sightline, dem_file, almanac_file, wha
     assert sentence in ended.stderr
     assert ended.stderr.count("\n") == 1
     assert ended.stdout == ""
+
+
+def test_the_error_in_metres_is_that_of_the_sigmas_of_ranges_and_poses(sightline, dem_file, tmp_path):
+    covariance_m2 = [[0.04, 0.0, 0.0], [0.0, 0.04, 0.0], [0.0, 0.0, 0.25]]
+    anchors = [
+        {
+            "id": name, "east_m": WEST_M + e, "north_m": NORTH_M + n, "above_ground_m": h, "ranging_sigma_m": 0.3,
+            "pose_covariance_m2": covariance_m2,
+        }
+        for name, (e, n, h) in PLACES.items()
+    ]  # fmt: skip
+    (tmp_path / "drones.json").write_text(json.dumps(anchors))
+    out = tmp_path / "out"
+    ended = sightline("dop", dem_file, "--anchors", tmp_path / "drones.json", "--out", out, "--json")
+    assert ended.code == 0, ended.stderr
+    grid = small_grid()
+    weighed = [
+        anchor_above_ground(
+            grid, name, WEST_M + e, NORTH_M + n, h,
+            ranging_sigma_m=0.3, pose_covariance_m2=tuple(tuple(row) for row in covariance_m2),
+        )
+        for name, (e, n, h) in PLACES.items()
+    ]  # fmt: skip
+    expected = position_error_map(min_visible_altitude(grid, weighed), 1.5)
+    for number, name in enumerate(("horizontal_sigma_m", "vertical_sigma_m", "position_sigma_m"), start=1):
+        assert np.array_equal(band(out / "position_error.tif", number), getattr(expected, name), equal_nan=True)
+    assert json.loads(ended.stdout)["position_error_quantiles_m"]["position"]["p05"] > 0.3
+
+
+def test_a_path_gets_a_table_of_who_is_in_sight_and_how_good_that_is(sightline, dem_file, tmp_path, lines):
+    (tmp_path / "way.csv").write_text(
+        f"east_m,north_m,above_ground_m\n{WEST_M + 100},{NORTH_M - 300},2\n{WEST_M + 700},{NORTH_M - 60},40\n"
+    )
+    ended = sightline("dop", dem_file, *ANCHORS, "--path", tmp_path / "way.csv", "--out", tmp_path / "out", "--json")
+    assert ended.code == 0, ended.stderr
+    assert json.loads(ended.stdout)["path_points"] == 2
+    rows = list(csv.DictReader((tmp_path / "out" / "path.csv").read_text().splitlines()))
+    points_m = [[float(row[name]) for name in ("east_m", "north_m", "altitude_m")] for row in rows]
+    expected, sets = dop_along(lines, points_m), visible_sets(lines, points_m)
+    for number, row in enumerate(rows):
+        assert float(row["pdop"]) == pytest.approx(expected.pdop[number], rel=1e-6, nan_ok=True)
+        seen = [anchor.id for anchor, visible in zip(lines.anchors, sets.visible()[number], strict=True) if visible]
+        assert row["ids_in_sight"].split() == seen
+        assert int(row["anchors_in_sight"]) == len(seen)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("east_m,north_m,above_ground_m\n", "holds no points"),
+        ("x,y\n1,2\n", "unknown column 'x'"),
+        ("east_m,north_m,above_ground_m\n1,2,high\n", "line 2: its cells must be numbers"),
+        ("east_m,north_m\n1,2\n", "exactly one of above_ground_m and altitude_m"),
+        ("east_m,north_m,above_ground_m\n0,0,2\n", "path[0] lies outside the DEM"),
+    ],
+)
+def test_a_path_that_is_none_is_refused_in_one_sentence(sightline, dem_file, tmp_path, text, sentence):
+    (tmp_path / "way.csv").write_text(text)
+    ended = sightline("dop", dem_file, *ANCHORS, "--path", tmp_path / "way.csv")
+    assert (ended.code, sentence in ended.stderr) == (2, True), ended.stderr
+
+
+def test_the_meshes_of_the_limit_are_one_surface_in_both_formats(sightline, dem_file, tmp_path):
+    ended = sightline(
+        *("morph", dem_file, *ANCHORS, "--ceiling", "300msl", "--dop-limit", "4"),
+        *("--mesh", "--mesh-layer", "10", "--out", tmp_path),
+    )
+    assert ended.code == 0, ended.stderr
+    of_stl = trimesh.load_mesh(tmp_path / "surface.stl")
+    of_glb = trimesh.load_scene(tmp_path / "surface.glb").to_geometry()
+    assert len(of_stl.faces) == len(of_glb.faces) > 10
+    # glTF's y is up and its z points south
+    east_up_south = of_glb.bounds
+    assert np.allclose(of_stl.bounds[:, 0], east_up_south[:, 0], atol=1e-2)
+    assert np.allclose(of_stl.bounds[:, 2], east_up_south[:, 1], atol=1e-2)
+    assert np.allclose(of_stl.bounds[:, 1], -east_up_south[::-1, 2], atol=1e-2)
+
+
+def test_a_navigation_file_serves_as_the_precise_source(sightline, dem_file):
+    orbits = shared_file("rtklib_brdc0910.09n")
+    words = ("dop", dem_file, "--kind", "pseudorange", "--measure", "tdop", "--json")
+    ended = sightline(*words, "--navigation", orbits, "--time", "2009-04-01T12:00:00Z")
+    assert ended.code == 0, ended.stderr
+    assert len(json.loads(ended.stdout)["satellites"]) >= 4
+    late = sightline(*words, "--navigation", orbits, "--time", "2009-05-01T12:00:00Z")
+    assert (late.code, late.stderr.count("\n")) == (2, 1)

@@ -137,7 +137,7 @@ def test_the_bare_address_leads_to_the_reference(server: Server) -> None:
 
 
 def test_a_json_body_over_the_limit_is_refused_with_413(server: Server) -> None:
-    body = b'{"dem_id": "' + b"x" * 600_000 + b'"}'
+    body = b'{"dem_id": "' + b"x" * 2_200_000 + b'"}'
     answer = server.client.post("/visibility-maps", content=body, headers={"Content-Type": "application/json"})
     problem = assert_problem(answer, 413, "body-too-large", "SIGHTLINE_MAX_JSON_BYTES")
     assert problem["limit"] == 512 * 1024

@@ -105,7 +105,7 @@ def test_satellites_come_with_the_request_and_orbits_stay_out_of_the_result(
 ) -> None:
     map_ = made(server, "/dop-maps", dem_id=jacksboro["id"], satellites=SKY, kind="pseudorange")
     assert len(map_["result"]["satellites"]) >= 4
-    assert map_["request"]["satellites"]["almanac"] == SKY["almanac"]
+    assert "almanac" not in map_["request"]["satellites"]
     assert "almanac" not in map_["result"]["parameters"]["satellites"]
 
 
@@ -124,6 +124,17 @@ def test_a_positioning_map_is_listed_followed_and_deleted(server: Server, jacksb
     assert server.client.get(link).status_code == 404
 
 
+def test_a_path_gets_a_table_and_a_map_without_path_has_none(
+    server: Server, jacksboro: dict[str, Any], dop: dict[str, Any]
+) -> None:
+    path = [{name: ANCHORS[0][name] for name in ("east_m", "north_m")} | {"above_ground_m": h} for h in (2.0, 80.0)]
+    map_ = made(server, "/dop-maps", dem_id=jacksboro["id"], anchors=ANCHORS, path=path)
+    table = server.client.get(f"{map_['links']['self']}/layers/path.csv").raise_for_status().text.splitlines()
+    assert len(table) == 3
+    assert "path.csv" not in {layer["name"] for layer in dop["layers"]}
+    assert server.client.get(f"{dop['links']['self']}/layers/path.csv").status_code == 404
+
+
 BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
     "nothing to range to": ("/dop-maps", {}, "validation", "Give anchors or satellites"),
     "too few anchors": ("/dop-maps", {"anchors": ANCHORS[:2]}, "visibility-input", "at least 3 anchors; 2 are given"),
@@ -136,6 +147,48 @@ BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
     "anchors on one line": ("/dop-maps", {"anchors": ONE_LINE}, "visibility-input", "stand on one line"),
     "a limit of 0": ("/dop-maps", {"anchors": ANCHORS, "dop_limit": 0}, "validation", "dop_limit"),
     "a limit below 0": ("/morphing-maps", {"anchors": ANCHORS, "dop_limit": -1, **CEILING}, "validation", "dop_limit"),
+    "a clock's dilution without a clock": (
+        "/dop-maps",
+        {"anchors": ANCHORS, "measure": "tdop"},
+        "validation",
+        "'tdop' needs kind 'pseudorange'",
+    ),
+    "one dilution per set along the surface": (
+        "/dop-maps",
+        {"anchors": ANCHORS, "on_surface": True, "one_dop_per_set": True},
+        "validation",
+        "A visible set has no one slope",
+    ),
+    "an anchor without any error": (
+        "/dop-maps",
+        {"anchors": [{**ANCHORS[0], "ranging_sigma_m": 0.0}, *ANCHORS[1:]]},
+        "visibility-input",
+        "would weigh infinitely much",
+    ),
+    "a path off the map": (
+        "/dop-maps",
+        {"anchors": ANCHORS, "path": [{"east_m": 0.0, "north_m": 0.0, "above_ground_m": 2.0}]},
+        "visibility-input",
+        "path[0] lies outside the DEM",
+    ),
+    "two sources of orbits": (
+        "/dop-maps",
+        {"satellites": {**SKY, "navigation": "x"}},
+        "validation",
+        "exactly one of almanac and navigation",
+    ),
+    "a navigation file that is none": (
+        "/dop-maps",
+        {"satellites": {"navigation": "x", "time": TIME}},
+        "almanac-file",
+        "navigation file",
+    ),
+    "an almanac with a missing field": (
+        "/dop-maps",
+        {"satellites": {**SKY, "almanac": almanac().replace("30\n0\n", "30\n", 1)}},
+        "almanac-file",
+        "almanac",
+    ),
     "no ceiling": ("/morphing-maps", {"anchors": ANCHORS}, "validation", "exactly one of ceiling_altitude_m"),
     "two ceilings": (
         "/morphing-maps",
