@@ -140,7 +140,7 @@ def test_a_json_body_over_the_limit_is_refused_with_413(server: Server) -> None:
     body = b'{"dem_id": "' + b"x" * 2_200_000 + b'"}'
     answer = server.client.post("/visibility-maps", content=body, headers={"Content-Type": "application/json"})
     problem = assert_problem(answer, 413, "body-too-large", "SIGHTLINE_MAX_JSON_BYTES")
-    assert problem["limit"] == 512 * 1024
+    assert problem["limit"] == 2 * 1024 * 1024
 
 
 def test_an_unknown_dem_is_404_and_ids_do_not_lead_out_of_the_folder(server: Server) -> None:

@@ -34,7 +34,7 @@ CEILING = {"ceiling_above_ground_m": 500.0}
 PATHS = {"/dop-maps": {}, "/morphing-maps": CEILING}
 
 
-def made(server: Server, path: str, **request: Any) -> dict[str, Any]:
+def made(server: Server, path: str, /, **request: Any) -> dict[str, Any]:
     answer = server.client.post(path, json=request, headers={"Prefer": "wait=60"}, timeout=120.0)
     assert answer.status_code == 201, answer.text
     return dict(answer.json())
