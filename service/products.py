@@ -11,8 +11,8 @@ from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, check_anchors
 
 from .dop_map import FinishedDopMap, calculate_dop_map
-from .estimates import refuse_map, refuse_placement
 from .dop_paths import path_points
+from .estimates import refuse_map, refuse_placement
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
