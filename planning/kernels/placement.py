@@ -175,12 +175,14 @@ def additions(cells, states, present, present_bits, candidates, bits, question, 
     bits: (n, words) sight of the candidates.
     """
     targets = states.shape[0]
+    # with fewer in sight one more changes nothing; information has no such threshold
+    least_count = 0.0 if question[0] == INFORMATION else question[1] + question[6] - 1.0
     for c in prange(candidates.shape[0]):
         total, least, before = 0.0, math.inf, 0.0
         state = np.empty(STATE_COLUMNS)
         for i in range(targets):
             value = states[i, VALUE]
-            if _sees(bits, c, i):
+            if states[i, COUNT] >= least_count and _sees(bits, c, i):
                 state[:] = states[i]
                 if question[6] != 0:
                     before = _worth(state, cells[1][i], question)
