@@ -43,6 +43,8 @@ def labyrinth(folder: Path) -> tuple[list[dict[str, float | str]], list[dict[str
             heading_rad += turn_rad
             wheels = {"wheel_x_m": forward_m * math.cos(middle_rad), "wheel_y_m": forward_m * math.sin(middle_rad)}
             rows.append({"time_s": time_s, "duration_s": duration_s, **wheels})
+    # the file holds all ranges, then all odometry; the rover got them by time
+    rows.sort(key=lambda row: (row["time_s"], "anchor_id" in row))
     return [anchors[name] for name in sorted(anchors)], rows
 
 
