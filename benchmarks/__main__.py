@@ -12,7 +12,19 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from . import accuracy, dilution, exactness, first_request, machine, memory, over_http, report, speed, volumes
+from . import (
+    accuracy,
+    detector_streams,
+    dilution,
+    exactness,
+    first_request,
+    machine,
+    memory,
+    over_http,
+    report,
+    speed,
+    volumes,
+)
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
@@ -28,6 +40,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "memory": (memory.memory,),
     "service": (first_request.first_request, over_http.requests),
+    "detectors": (detector_streams.streams,),
 }
 # the same tables on small grounds: to see that everything runs, not to be believed
 QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
@@ -52,6 +65,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "memory": (partial(memory.memory, posts=512),),
     "service": (first_request.first_request, partial(over_http.requests, posts=128)),
+    "detectors": (partial(detector_streams.streams, seconds=2.0),),
 }
 
 

@@ -30,6 +30,7 @@ class Detectors:
         self._max_sessions = settings.max_detectors
         self._max_idle_s = settings.max_detector_idle_s
         self._clock = clock
+        self._floor = asyncio.Lock()
         self._sessions: dict[str, DetectorSession] = {}
         self._over: OrderedDict[str, str] = OrderedDict()
 
@@ -53,7 +54,7 @@ class Detectors:
                 limit=self._max_idle_s,
                 given=idle_s,
             )
-        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self._clock, idle_s)
+        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self._floor, self._clock, idle_s)
         self._sessions[session.id] = session
         return session
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 
 from service.schemas.detections import ANCHORS, RANGES, DetectorIn, EpochIn
@@ -19,7 +20,7 @@ def rehearse() -> None:
     for dimension in (2, 3):
         asked = DetectorIn.model_validate({"anchors": ANCHORS, "settings": {"dimension": dimension}})
         limits = DetectorLimits(len(ANCHORS), asked.settings.search_limit, 0)
-        session = DetectorSession("rehearsal", asked, limits, time.monotonic, 1.0)
+        session = DetectorSession("rehearsal", asked, limits, asyncio.Lock(), time.monotonic, 1.0)
         for time_s in range(3):
             epoch = {"time_s": float(time_s), "ranges": ranges, "odometry": odometry if time_s else None}
             session.answer(EpochIn.model_validate(epoch))

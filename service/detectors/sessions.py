@@ -38,11 +38,18 @@ class Watcher:
 class DetectorSession:
     """A session. Epochs are handled one after the other under ``turn``, whoever sends them.
 
+    floor: shared by all sessions; one epoch of one of them is judged between two turns of the event loop.
     Raises DetectionInputError, LimitError.
     """
 
     def __init__(
-        self, id: str, asked: DetectorIn, limits: DetectorLimits, clock: Callable[[], float], idle_timeout_s: float
+        self,
+        id: str,
+        asked: DetectorIn,
+        limits: DetectorLimits,
+        floor: asyncio.Lock,
+        clock: Callable[[], float],
+        idle_timeout_s: float,
     ) -> None:
         limits.check_detector(asked)
         self.id = id
@@ -56,6 +63,7 @@ class DetectorSession:
         self._settings = asked.settings.model_dump()
         self._detector = Detector([anchor.anchor() for anchor in asked.anchors], asked.settings.settings())
         self._limits = limits
+        self._floor = floor
         self._clock = clock
         self._used_at_s = clock()
         self._streams = 0
@@ -74,6 +82,13 @@ class DetectorSession:
         answer = as_json(epoch_answer(self._detector.process(asked.epoch()), asked.sequence))
         for watcher in self._watchers:
             watcher.tell(answer)
+        return answer
+
+    async def answer_in_turn(self, asked: EpochIn) -> bytes:
+        """The same, so that however many epochs wait, whoever asks something else waits for one of them at a time."""
+        async with self._floor:
+            answer = self.answer(asked)
+            await asyncio.sleep(0)
         return answer
 
     def watch(self) -> Watcher:

@@ -69,17 +69,17 @@ async def _answer(socket: WebSocket, session: DetectorSession, max_bytes: int) -
             session.check(asked)
         except ServiceError as error:
             session.malformed_messages += 1
+            await asyncio.sleep(0)  # a flood of them must not keep others waiting
             await _tell(socket, problem_of(Failure.of(error), path))
             continue
         async with session.turn:
-            answer = _answered(session, asked, path)
+            answer = await _answered(session, asked, path)
         await socket.send_text(answer.decode())
-        await asyncio.sleep(0)  # a client that floods us must not keep others waiting
 
 
-def _answered(session: DetectorSession, asked: EpochIn, path: str) -> bytes:
+async def _answered(session: DetectorSession, asked: EpochIn, path: str) -> bytes:
     try:
-        return session.answer(asked)
+        return await session.answer_in_turn(asked)
     except Exception:
         reference = uuid.uuid4().hex[:12]
         logger.exception("%s: an epoch of detector %s failed", reference, session.id)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-
 from fastapi import APIRouter, Response
 
 from service.detectors import as_json
@@ -82,11 +80,8 @@ async def send_epochs(detector_id: str, asked: EpochsIn, service: ServiceDep) ->
         )
     for epoch in asked.epochs:
         session.check(epoch)
-    answers = []
     async with session.turn:
-        for epoch in asked.epochs:
-            answers.append(session.answer(epoch))
-            await asyncio.sleep(0)  # others are answered between two epochs
+        answers = [await session.answer_in_turn(epoch) for epoch in asked.epochs]
     return _json(b'{"answers":[' + b",".join(answers) + b"]}")
 
 
