@@ -33,7 +33,8 @@ class GeometricDetection:
     occluded, unknown: (n,) bool, flagged; not to be told. p_occluded: (n,) share of the explanations that leave it out.
     excess_m: (n,) range minus distance from the position, NaN without one. statistic: (n,) |excess| in tolerances:
         above 1 = beyond the tolerance. count: ranges that meet at the position. least_occluded: so many at least.
-    position_m, covariance_m2: (d,), (d, d); None where there is none. mirror_m: the other solution, None = only one.
+    position_m, covariance_m2: (d,), (d, d); None where there is none. mirror_m: the other solution, None = only one;
+        of two places position_m is the lower. nearly_m: a place on the other side where they nearly meet, or None.
     checked: more ranges than unknowns meet there. candidates: exclusions (indices) that explain the ranges about
         equally well, where more than one does. needed: what would settle an undetermined epoch, or "".
     """
@@ -49,6 +50,7 @@ class GeometricDetection:
     position_m: Floats | None
     covariance_m2: Floats | None
     mirror_m: Floats | None
+    nearly_m: Floats | None
     checked: bool
     candidates: tuple[tuple[int, ...], ...]
     search: SearchReport
@@ -151,7 +153,8 @@ def detect_ranges(
     n = len(ranges.ranges_m)
     if n < dimension:
         return _without_position(n, f"{_more(dimension + 1 - n)}: {n} allow no position.")
-    rules = Rules(dimension == 2, refine, studentised, min(dimension + 1, n))
+    east_m, north_m, up_m = (*hint_m.tolist(), math.nan)[:3]
+    rules = Rules(dimension == 2, refine, studentised, min(dimension + 1, n), (east_m, north_m, up_m))
     searched = search(ranges, rules, limit)
     report = SearchReport(searched.tried, searched.complete)
     if not searched.found:
@@ -164,7 +167,7 @@ def detect_ranges(
     unknown = (p_occluded > 1.0 - BELIEVED) & (p_occluded < BELIEVED)
     if n == dimension:
         unknown[:] = True
-    best, mirror_m = settled_side(best, hint_m, dimension)
+    best, mirror_m = settled_side(best, dimension)
     excess_m, statistic = np.empty(n), np.empty(n)
     kernel.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
     by_chance = _by_chance(best.kept.bit_count(), statistic[left_out[0]], dimension)
@@ -204,6 +207,7 @@ def detect_ranges(
         np.array(best.place_m[:dimension]),
         covariance_of(ranges, best, dimension),
         mirror_m,
+        None if best.nearly_m is None else np.array(best.nearly_m[:dimension]),
         kept > dimension and not unknown.any(),
         candidates if len(candidates) > 1 else (),
         report,
@@ -244,5 +248,5 @@ def _without_position(n: int, needed: str, report: SearchReport | None = None) -
     least = 0 if report is None else 1
     return GeometricDetection(
         Classification.UNDETERMINED, ~all_unknown, all_unknown, np.full(n, 0.5), nothing, nothing.copy(),
-        0, least, None, None, None, False, (), report or SearchReport(0, True), needed,
+        0, least, None, None, None, None, False, (), report or SearchReport(0, True), needed,
     )  # fmt: skip

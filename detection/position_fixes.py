@@ -1,4 +1,4 @@
-"""What a consistent set of ranges gives as a position: its side, its covariance."""
+"""What a consistent set of ranges gives as a position: its places, its covariance."""
 
 from __future__ import annotations
 
@@ -13,26 +13,19 @@ __all__ = ["covariance_of", "settled_side"]
 
 Floats = npt.NDArray[np.float64]
 
-# Two places closer together than this are one: the rover is in the plane of its anchors.
-ONE_PLACE_M = 1e-3
 # Where ranges say nothing along an axis the covariance is this much larger than along the best known one.
 UNKNOWN_ALONG = 1e-12
 
 
-def settled_side(one: ConsistentSet, hint_m: Floats, dimension: int) -> tuple[ConsistentSet, Floats | None]:
-    """The set at the place that a hint points to, and the mirrored place where no hint decides."""
-    if one.mirror_m is None:
+def settled_side(one: ConsistentSet, dimension: int) -> tuple[ConsistentSet, Floats | None]:
+    """The set at its place, and the mirrored place where both are left; in 3D the lower comes first: drones fly."""
+    place_m, mirror_m = one.place_m, one.mirror_m
+    if mirror_m is None:
         return one, None
-    here, there = np.array(one.place_m[:dimension]), np.array(one.mirror_m[:dimension])
-    if np.linalg.norm(here - there) < ONE_PLACE_M:
-        return one, None
-    known = np.isfinite(hint_m)
-    off_here, off_there = np.linalg.norm((here - hint_m)[known]), np.linalg.norm((there - hint_m)[known])
-    if off_here == off_there:
-        return one, there
-    if off_there < off_here:
-        one = replace(one, place_m=one.mirror_m, mirror_m=one.place_m, cost=one.mirror_cost, mirror_cost=one.cost)
-    return one, None
+    if dimension == 3 and mirror_m[2] < place_m[2]:
+        place_m, mirror_m = mirror_m, place_m
+        one = replace(one, place_m=place_m, mirror_m=mirror_m, cost=one.mirror_cost, mirror_cost=one.cost)
+    return one, np.array(mirror_m[:dimension])
 
 
 def covariance_of(ranges: Ranges, one: ConsistentSet, dimension: int) -> Floats:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .kernels import fits
 from .kernels import subsets as kernel
 
 __all__ = ["ConsistentSet", "Ranges", "Rules", "Search", "search"]
@@ -33,17 +34,24 @@ class Ranges(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """How a set is tested. flat: 2D. refine: Gauss-Newton after the linear system. studentised: see ``statistics``."""
+    """How a set is tested. flat: 2D. refine: Gauss-Newton after the linear system. studentised: see ``statistics``.
+
+    hint_m: a point on the rover's side of the anchors, NaN along axes where that is not known.
+    """
 
     flat: bool
     refine: bool
     studentised: bool
     least_kept: int
+    hint_m: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class ConsistentSet:
-    """Ranges that meet: their indices as bits, where, at which squared residuals (sigmas), and the mirrored place."""
+    """Ranges that meet: their indices as bits, where, at which squared residuals (sigmas), and the mirrored place.
+
+    nearly_m: a place on the other side of the anchors where they nearly meet; None where there is none.
+    """
 
     kept: int
     place_m: tuple[float, float, float]
@@ -51,6 +59,7 @@ class ConsistentSet:
     penalty: float
     mirror_m: tuple[float, float, float] | None
     mirror_cost: float
+    nearly_m: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +115,9 @@ def _sorted(table: Floats, sets: npt.NDArray[np.int64], count: int) -> tuple[Con
     found = []
     for row, kept in zip(table[: min(count, kernel.MOST)].tolist(), sets.tolist(), strict=False):
         cost, *place, other_cost, other_e, other_n, other_u, places, penalty = row
-        mirror = (other_e, other_n, other_u) if places == 2.0 else None
-        found.append(ConsistentSet(kept, (place[0], place[1], place[2]), cost, penalty, mirror, other_cost))
+        other = (other_e, other_n, other_u)
+        mirror, nearly = (other, None) if places == fits.MIRRORED else (None, other)
+        if not math.isfinite(other_cost):
+            nearly = None
+        found.append(ConsistentSet(kept, (place[0], place[1], place[2]), cost, penalty, mirror, other_cost, nearly))
     return tuple(sorted(found, key=lambda one: one.cost + one.penalty))

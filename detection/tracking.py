@@ -24,10 +24,15 @@ SILENCE_S = 30.0  # without any range for so long a track says nothing any more
 LOST_EPOCHS = 5  # so often in a row all ranges have to meet elsewhere
 # Ranges that are all too long by less than their tolerance may still meet, elsewhere: k sigma of each, several times.
 LOST_TOLERANCES = 4.0
+# Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
+SETTLED_LOG_ODDS = math.log(1000.0)
 
 
 class Tracker:
-    """The track of a session, and the last range of each anchor from which one can begin; changed in place."""
+    """The track of a session, and the last range of each anchor from which one can begin; changed in place.
+
+    Where a track may as well begin on the other side of the anchors, a second one does, until the ranges settle it.
+    """
 
     def __init__(self, anchors: int, settings: DetectorSettings) -> None:
         self._settings = settings
@@ -35,24 +40,27 @@ class Tracker:
         self._last: dict[int, tuple[float, float, float, float]] = {}  # index: time, range, sigma, tolerance
         self._elsewhere = 0
         self.track: Track | None = None
+        self._rival: Track | None = None
 
     def foretell(self, time_s: float, motion: Motion | None) -> None:
         """Before an epoch's ranges: give up a track after a long silence; tell it of odometry that has a heading."""
         if self.track is not None and time_s - self.track.time_s > SILENCE_S:
-            self.track = None
+            self.track = self._rival = None
         if self.track is None and self._settings.start_m is not None and not self._last:
             place_m = np.array(self._settings.start_m)
             spread_m2 = np.eye(len(place_m)) * self._settings.start_sigma_m**2
             self.track = begin(place_m, spread_m2, time_s, self._anchors, self._settings)
-        if self.track is not None and motion is not None and motion.reliable and motion.displacement_m is not None:
-            self.track = with_displacement(
-                self.track, motion.displacement_m, motion.duration_s, motion.sigma_m, self._settings
-            )
+        if motion is not None and motion.reliable and motion.displacement_m is not None:
+            told = motion.displacement_m, motion.duration_s, motion.sigma_m, self._settings
+            if self.track is not None:
+                self.track = with_displacement(self.track, *told)
+            if self._rival is not None:
+                self._rival = with_displacement(self._rival, *told)
 
     def hint_m(self) -> Floats:
         """(d,) where the rover is on its side of anchors in one plane: the track's place, or what the settings say."""
         d = self._settings.dimension
-        if self.track is not None:
+        if self.track is not None and self._rival is None:
             return self.track.place_m[:d]
         hint = np.full(d, np.nan)
         if self._settings.side_hint_m is not None:
@@ -70,9 +78,26 @@ class Tracker:
             self._begin(arrays, geometry, time_s)
             return np.full(count, np.nan), np.full(count, np.inf)
         self.track, excess_m, sigma_m = follow(self.track, heard, time_s, self._settings)
+        if self._rival is not None:
+            excess_m, sigma_m = self._settle(self._rival, heard, time_s, excess_m, sigma_m)
         if not np.isfinite(self.track.state).all() or self._is_lost(geometry):
-            self.track = None
+            self.track = self._rival = None
             return np.full(count, np.nan), np.full(count, np.inf)
+        return excess_m, sigma_m
+
+    def _settle(
+        self, rival: Track, heard: Heard, time_s: float, excess_m: Floats, sigma_m: Floats
+    ) -> tuple[Floats, Floats]:
+        """Let the likelier of both tracks be the track, and drop the other once it is far less likely, or the same."""
+        rival, rival_excess_m, rival_sigma_m = follow(rival, heard, time_s, self._settings)
+        track = self.track
+        if track is None or not track.log_likelihood >= rival.log_likelihood:
+            self.track, track, rival = rival, rival, track or rival
+            excess_m, sigma_m = rival_excess_m, rival_sigma_m
+        d = self._settings.dimension
+        one_place = np.linalg.norm(track.place_m - rival.place_m) < math.sqrt(np.trace(track.covariance[:d, :d]))
+        settled = not track.log_likelihood - rival.log_likelihood < SETTLED_LOG_ODDS
+        self._rival = None if one_place or settled else rival
         return excess_m, sigma_m
 
     def position(self, time_s: float) -> PositionFix | None:
@@ -81,7 +106,8 @@ class Tracker:
             return None
         d = self._settings.dimension
         heard = int(np.count_nonzero(time_s - self.track.heard_s <= RECENT_S))
-        return PositionFix(self.track.place_m[:d].copy(), self.track.covariance[:d, :d].copy(), heard > d)
+        mirror_m = None if self._rival is None else self._rival.place_m[:d].copy()
+        return PositionFix(self.track.place_m[:d].copy(), self.track.covariance[:d, :d].copy(), heard > d, mirror_m)
 
     def _remember(self, arrays: EpochArrays) -> None:
         heard = arrays.heard
@@ -106,12 +132,16 @@ class Tracker:
             geometry = self._detect(moment)
         else:
             index = arrays.heard.index
-        found = geometry.position_m is not None and geometry.checked and geometry.mirror_m is None
-        if found and geometry.position_m is not None and geometry.covariance_m2 is not None:
-            too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.occluded)}
-            self.track = begin(
-                geometry.position_m, geometry.covariance_m2, time_s, self._anchors, self._settings, too_long_m
-            )
+        if geometry.position_m is None or geometry.covariance_m2 is None or not geometry.checked:
+            return
+        too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.occluded)}
+        other_m = geometry.nearly_m if geometry.mirror_m is None else geometry.mirror_m
+        self.track, self._rival = (
+            None
+            if place_m is None
+            else begin(place_m, geometry.covariance_m2, time_s, self._anchors, self._settings, too_long_m)
+            for place_m in (geometry.position_m, other_m)
+        )
 
     def _detect(self, moment: Ranges) -> GeometricDetection:
         settings = self._settings

@@ -6,7 +6,7 @@ Numbers of the model are shares of the ranging sigma, or rates; how they were ch
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,7 @@ class Track:
     """Gaussian belief at a time: place, velocity, shared excess, then the excess of each anchor (m, m/s).
 
     state (7 + n,), covariance; heard_s: (n,) when each anchor was last heard, −inf = never. since_s: when it began.
+    log_likelihood: of all ranges that it was told.
     """
 
     state: Floats
@@ -42,6 +43,7 @@ class Track:
     time_s: float
     heard_s: Floats
     since_s: float
+    log_likelihood: float = 0.0
 
     @property
     def place_m(self) -> Floats:
@@ -105,7 +107,7 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
         heard.anchors_m, heard.index[order], heard.ranges_m[order], heard.sigmas_m[order], heard.times_s[order],
         heard.p_sight[order],
     )  # fmt: skip
-    state, covariance, heard_s, excess_m, sigmas_m = kernel.follow(
+    state, covariance, heard_s, log_likelihood, excess_m, sigmas_m = kernel.follow(
         (track.state, track.covariance, track.time_s, track.heard_s),
         measured,
         end_s,
@@ -115,7 +117,9 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
         settings.dimension == 2,
     )
     back = np.argsort(order)
-    return Track(state, covariance, end_s, heard_s, track.since_s), excess_m[back], sigmas_m[back]
+    log_likelihood += track.log_likelihood
+    gone_on = Track(state, covariance, end_s, heard_s, track.since_s, log_likelihood)
+    return gone_on, excess_m[back], sigmas_m[back]
 
 
 def with_displacement(
@@ -129,4 +133,4 @@ def with_displacement(
         direction = np.zeros(len(state))
         direction[3 + axis] = 1.0
         kernel.pull(state, covariance, direction, displacement_m[axis] / duration_s, variance)
-    return Track(state, covariance, track.time_s, track.heard_s, track.since_s)
+    return replace(track, state=state, covariance=covariance)

@@ -10,13 +10,27 @@ from terrain.kernel_options import scalar_kernel
 
 from .small_systems import inverse, solved, weakest_axis
 
-__all__ = ["COLLINEAR", "MIRRORED", "NO_FIT", "ONE", "descend", "fit", "linear_start", "range_pair_meets", "spread_of"]
+__all__ = [
+    "COLLINEAR",
+    "MIRRORED",
+    "NO_FIT",
+    "ONE",
+    "descend",
+    "fit",
+    "linear_start",
+    "range_pair_meets",
+    "side_of",
+    "spread_of",
+]
 
 # How many places fit a set of ranges.
 NO_FIT, ONE, MIRRORED, COLLINEAR = 0, 1, 2, 3
 
 # Least over largest eigenvalue of the linear system (an aspect of 1 to 10 squared) under which both sides are tried.
 NEARLY_FLAT = 0.01
+# The same (an aspect of 1 to 1.8) above which no second place lies on the other side of the anchors.
+ONE_SIDED = 0.3
+ONE_PLACE_M = 1e-3
 ON_A_LINE = 1e-6
 ITERATIONS = 12
 CONVERGED_M = 1e-7
@@ -140,11 +154,35 @@ def spread_of(ranges, kept, place):
 
 
 @scalar_kernel
+def _cheaper_first(place, cost, normal, second):
+    """What ``fit`` gives for two descents, from either side of the anchors; they may have ended in one place."""
+    other, other_cost, other_normal = second
+    east, north, up = place[0] - other[0], place[1] - other[1], place[2] - other[2]
+    if east * east + north * north + up * up < ONE_PLACE_M * ONE_PLACE_M:
+        return ONE, place, cost, normal, (0.0, 0.0, 0.0), math.inf
+    if other_cost < cost:
+        return MIRRORED, other, other_cost, other_normal, place, cost
+    return MIRRORED, place, cost, normal, other, other_cost
+
+
+@scalar_kernel
+def side_of(place, other, hint):
+    """Which of two places a hint is nearer to along the axes that it knows: −1 the first, 1 the second, 0 neither."""
+    here, there = 0.0, 0.0
+    for axis in range(3):
+        if not math.isnan(hint[axis]):
+            here += (place[axis] - hint[axis]) ** 2
+            there += (other[axis] - hint[axis]) ** 2
+    return -1 if here < there else 1 if there < here else 0
+
+
+@scalar_kernel
 def fit(ranges, kept, flat, refine):
     """(how many places, place, cost, normal matrix, the other place, its cost) for the kept ranges.
 
     Where the anchors lie nearly in one plane (on one line in two dimensions), the linear system says where in the
-    plane; how far out of it, to either side, follows from the ranges, and both sides are tried.
+    plane; how far out of it, to either side, follows from the ranges. Unless they stand all around, both sides are
+    tried: ranges with errors meet on the wrong side of a shallow layer of anchors too.
     """
     matrix, right, middle = linear_start(ranges, kept, flat)
     nothing = (0.0, 0.0, 0.0)
@@ -163,7 +201,11 @@ def fit(ranges, kept, flat, refine):
         if not refine:
             return ONE, start, 0.0, empty, nothing, math.inf
         place, cost, normal = descend(ranges, kept, flat, start)
-        return ONE, place, cost, normal, nothing, math.inf
+        if least > ONE_SIDED:
+            return ONE, place, cost, normal, nothing, math.inf
+        out_m = (place[0] - middle[0]) * axis_e + (place[1] - middle[1]) * axis_n + (place[2] - middle[2]) * axis_u
+        across = (place[0] - 2.0 * out_m * axis_e, place[1] - 2.0 * out_m * axis_n, place[2] - 2.0 * out_m * axis_u)
+        return _cheaper_first(place, cost, normal, descend(ranges, kept, flat, across))
     more = matrix[0] + matrix[3] + matrix[5]
     ee, en, eu, nn, nu, uu = matrix
     inverted, exists = inverse(
@@ -188,7 +230,4 @@ def fit(ranges, kept, flat, refine):
     if not refine:
         return MIRRORED, above, 0.0, empty, below, 0.0
     place, cost, normal = descend(ranges, kept, flat, above)
-    other, other_cost, other_normal = descend(ranges, kept, flat, below)
-    if other_cost < cost:
-        place, cost, normal, other, other_cost = other, other_cost, other_normal, place, cost
-    return MIRRORED, place, cost, normal, other, other_cost
+    return _cheaper_first(place, cost, normal, descend(ranges, kept, flat, below))

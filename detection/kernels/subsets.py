@@ -1,6 +1,7 @@
 """Which largest set of ranges meets in one point: bounded by candidate points first, then exhaustively by exclusion.
 
-Ranges and sets as in ``fits``. How a set is tested (rules): (flat, refine, studentised, least kept).
+Ranges and sets as in ``fits``. How a set is tested (rules): (flat, refine, studentised, least
+kept, hint); hint: (3,) the rover's side of the anchors, NaN where it is not known.
 """
 
 import math
@@ -9,10 +10,10 @@ import numpy as np
 
 from terrain.kernel_options import scalar_kernel
 
-from .fits import COLLINEAR, MIRRORED, NO_FIT, descend, fit, range_pair_meets
+from .fits import COLLINEAR, MIRRORED, NO_FIT, ONE, descend, fit, range_pair_meets, side_of
 from .small_systems import inverse, quadratic_form
 
-__all__ = ["FOUND", "MOST", "bits", "bounded", "clashes", "exhaustive", "meets", "statistics"]
+__all__ = ["FOUND", "MOST", "bits", "bounded", "clashes", "exhaustive", "meets", "place_of", "statistics"]
 
 # columns of the table of consistent sets
 FOUND = 10  # cost, place (3), other cost, other place (3), places, penalty
@@ -76,6 +77,25 @@ def meets(ranges, kept, flat, place, studentised, work):
 
 
 @scalar_kernel
+def place_of(ranges, kept, rules, work):
+    """(in how many places the kept ranges meet on the rover's side, the first, its cost, the other, its cost)."""
+    flat, refine, studentised, _, hint = rules
+    places, place, cost, _, other, other_cost = fit(ranges, kept, flat, refine)
+    if places in (NO_FIT, COLLINEAR):
+        return NO_FIT, place, cost, other, other_cost
+    side = side_of(place, other, hint) if places == MIRRORED else -1
+    good = side <= 0 and meets(ranges, kept, flat, place, studentised, work)
+    other_good = side >= 0 and meets(ranges, kept, flat, other, studentised, work)
+    if good and other_good:
+        return MIRRORED, place, cost, other, other_cost
+    if good:
+        return ONE, place, cost, other, math.inf if side else other_cost
+    if other_good:
+        return ONE, other, other_cost, place, math.inf if side else cost
+    return NO_FIT, place, cost, other, other_cost
+
+
+@scalar_kernel
 def clashes(ranges):
     """Per range the set of those it cannot meet at all, by the triangle inequality."""
     anchors, measured, _, tolerances, _ = ranges
@@ -110,7 +130,7 @@ def _consensus(ranges, place, slack):
 @scalar_kernel
 def _settled(ranges, near, flat, place, rules, work):
     """A consistent set grown from one near a point: fitted, and the worst left out until all meet; 0 = none."""
-    _, refine, studentised, least_kept = rules
+    _, refine, studentised, least_kept, _ = rules
     for _ in range(ranges[1].shape[0]):
         if bits(near) < least_kept:
             return np.int64(0), place, math.inf
@@ -135,7 +155,12 @@ def _better(ranges, near, best, rules, place, work):
     if bits(near) < max(bits(best[0]) + 1, rules[3]):
         return best
     grown, settled, cost = _settled(ranges, near, rules[0], place, rules, work)
-    return (grown, settled, cost) if bits(grown) > bits(best[0]) else best
+    if bits(grown) <= bits(best[0]):
+        return best
+    if rules[1]:
+        found, sided, sided_cost, _, _ = place_of(ranges, grown, rules, work)
+        return (grown, sided, sided_cost) if found != NO_FIT else best
+    return grown, settled, cost
 
 
 @scalar_kernel
@@ -216,7 +241,6 @@ def exhaustive(ranges, rules, order, leave_out, limit, found, sets):
     order: (n,) ranges by error, largest first, so that the likeliest exclusions come first (seed 000, 3D step 8).
     found: (MOST, FOUND) table and sets: (MOST,) the kept bits, written in the order found.
     """
-    flat, refine, studentised, _ = rules
     n = ranges[1].shape[0]
     everyone = (np.int64(1) << n) - 1
     clash = clashes(ranges)
@@ -235,16 +259,8 @@ def exhaustive(ranges, rules, order, leave_out, limit, found, sets):
             if tried >= limit:
                 return count, tried, False
             tried += 1
-            places, place, cost, _, other, other_cost = fit(ranges, kept, flat, refine)
-            good = False
-            if places != NO_FIT and places != COLLINEAR:
-                good = meets(ranges, kept, flat, place, studentised, work)
-                other_good = places == MIRRORED and meets(ranges, kept, flat, other, studentised, work)
-                if other_good and not good:
-                    place, cost, good, places = other, other_cost, True, 1
-                elif places == MIRRORED and not other_good:
-                    places = 1
-            if good and count < MOST:
+            places, place, cost, other, other_cost = place_of(ranges, kept, rules, work)
+            if places != NO_FIT and count < MOST:
                 penalty = 0.0
                 for i in range(n):
                     if (out >> i) & 1:

@@ -70,7 +70,7 @@ def _direction(state, anchor):
 
 @scalar_kernel
 def _weigh(state, covariance, anchor, own, range_m, noise, outcomes, work):
-    """Update with one range, in place; evidence that its excess goes on. own: index of the anchor's excess.
+    """Update with one range, in place; log-likelihood of the range. own: index of the anchor's excess.
 
     noise: variance of a range, m². outcomes: (3, 3) rows of odds, mean, variance of the excess; the first row's mean
     and variance are the state's own. work: scratch (3 + OUTCOMES, size).
@@ -94,6 +94,7 @@ def _weigh(state, covariance, anchor, own, range_m, noise, outcomes, work):
     for h in range(OUTCOMES):
         outcomes[h, 0] = math.exp(outcomes[h, 0] - best)
         total += outcomes[h, 0]
+    log_likelihood = best + math.log(total)
     for h in range(OUTCOMES):
         outcomes[h, 0] /= total
     # gains and means of the outcomes, then the mixture
@@ -129,7 +130,7 @@ def _weigh(state, covariance, anchor, own, range_m, noise, outcomes, work):
         state[k] = mean[k]
         for j in range(k):
             covariance[j, k] = covariance[k, j]
-    return outcomes[0, 0]
+    return log_likelihood
 
 
 @scalar_kernel
@@ -147,7 +148,7 @@ def pull(state, covariance, direction, measured, variance):
 
 @scalar_kernel
 def follow(track, measured, end_s, motion, creep, odds, flat):
-    """(state, covariance, heard_s, excess_m, sigma_m) after the ranges of one epoch, in the order of their times.
+    """(state, covariance, heard_s, log-likelihood, excess_m, sigma_m) after an epoch's ranges, in the order of times.
 
     track: state (7 + n,), covariance, time of the state, times (n,) each anchor was last heard. measured: anchors
     (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s of occlusion, 1/s of
@@ -160,6 +161,7 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
     size, count = state.shape[0], ranges.shape[0]
     work = np.zeros((3 + OUTCOMES, size))
     outcomes = np.zeros((OUTCOMES, 3))
+    log_likelihood = 0.0
     for m in range(count):
         _predict(state, covariance, times_s[m] - now_s, motion, creep, flat)
         now_s = max(now_s, times_s[m])
@@ -171,7 +173,8 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
         outcomes[0, 0] = max(1.0 - occluding - clearing, 0.01)
         outcomes[1, 0], outcomes[1, 1], outcomes[1, 2] = clearing, creep[3], (odds[5] * sigmas[m]) ** 2
         outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding, odds[2], odds[3] * odds[3]
-        _weigh(state, covariance, anchors[i], STATES + i, ranges[m], (odds[4] * sigmas[m]) ** 2, outcomes, work)
+        noise = (odds[4] * sigmas[m]) ** 2
+        log_likelihood += _weigh(state, covariance, anchors[i], STATES + i, ranges[m], noise, outcomes, work)
     _predict(state, covariance, end_s - now_s, motion, creep, flat)
     excess, sigma = np.zeros(count), np.zeros(count)
     then = state.copy()
@@ -190,4 +193,4 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
                 0.0,
             )
         )
-    return state, covariance, heard_s, excess, sigma
+    return state, covariance, heard_s, log_likelihood, excess, sigma
