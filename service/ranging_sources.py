@@ -28,7 +28,7 @@ from visibility.satellites.in_view import Constellation
 
 from .map_facts import Calculation, curvature_of, dem_summary
 from .positions import resolve_anchor
-from .schemas.positioning import CeilingParameters, DopMapParameters, PositioningParameters
+from .schemas.positioning import CeilingParameters, DopMapParameters, PositioningParameters, RangingParameters
 from .schemas.satellites import ORBIT_TEXTS, SatellitesIn
 from .schemas.sight import SightParameters
 
@@ -62,7 +62,7 @@ class RangingSources:
         return (f"Satellites left out as unhealthy: {', '.join(self.unhealthy)}.",) if self.unhealthy else ()
 
 
-def ranging_sources(grid: ElevationGrid, parameters: PositioningParameters) -> RangingSources:
+def ranging_sources(grid: ElevationGrid, parameters: RangingParameters) -> RangingSources:
     """What there is to range to. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
     anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
     if parameters.satellites is None:

@@ -50,13 +50,14 @@ class Settings(BaseSettings):
     max_uploads: int = Field(default=8, ge=1, description="Uploads that are received at the same time.")
     max_json_bytes: int = Field(default=2 * MIB, ge=1024, description="Size of a JSON request body, bytes.")
     max_pairs_bytes: int = Field(
-        default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight request, bytes."
+        default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight or safety-bubbles request, bytes."
     )
     max_dem_cells: int = Field(default=100_000_000, ge=1, description="Cells (rows times columns) of a DEM.")
     max_anchors: int = Field(default=64, ge=1, description="Anchors in one request.")
     max_anchor_cells: int = Field(default=600_000_000, ge=1, description="Cells times anchors of one visibility map.")
     max_candidates: int = Field(default=20_000, ge=1, description="Candidates of one placement.")
     max_pairs: int = Field(default=100_000, ge=1, description="Point pairs in one lines-of-sight request.")
+    max_path_points: int = Field(default=100_000, ge=1, description="Points of one path of safety bubbles.")
     max_queued_jobs: int = Field(default=256, ge=1, description="Jobs that wait for a worker.")
     max_job_s: float = Field(default=900.0, gt=0.0, description="Seconds that one calculation may run.")
     max_file_task_s: float = Field(

@@ -40,6 +40,7 @@ def _domain_exit_code(error: Exception) -> int | None:
     from pydantic import ValidationError
 
     from detection import DetectionError
+    from navigation import NavigationError
     from planning import PlanningError
     from service.errors import RequestError, ServiceError, StartError
     from service.schemas import sentence_of
@@ -48,7 +49,8 @@ def _domain_exit_code(error: Exception) -> int | None:
 
     if isinstance(error, ValidationError):
         return _say(sentence_of(error), BAD_INPUT)
-    if isinstance(error, TerrainError | VisibilityError | DetectionError | PlanningError | RequestError | StartError):
+    domains = TerrainError | VisibilityError | DetectionError | NavigationError | PlanningError
+    if isinstance(error, domains | RequestError | StartError):
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)

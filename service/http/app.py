@@ -29,6 +29,7 @@ from .routes import (
     morphing_maps,
     placements,
     problem_list,
+    safety_bubbles,
     visibility_maps,
 )
 
@@ -72,11 +73,12 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     maps = (visibility_maps, dop_maps, morphing_maps)
-    for part in (dems, *maps, placements, lines_of_sight, detections, detectors, health, problem_list):
+    answers = (placements, lines_of_sight, safety_bubbles, detections, detectors)
+    for part in (dems, *maps, *answers, health, problem_list):
         allow_head(part.router)
         app.include_router(part.router)
     app.include_router(detector_streams.router)
     problems.install(app)
-    app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight"))
+    app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight", "/safety-bubbles"))
     describe(app)
     return app

@@ -21,6 +21,7 @@ PATHS = {
     JobKind.MORPHING_MAP: "/morphing-maps",
     JobKind.PLACEMENT: "/placements",
     JobKind.LINES_OF_SIGHT: "/lines-of-sight",
+    JobKind.SAFETY_BUBBLES: "/safety-bubbles",
 }
 RETRY_AFTER_S = 1
 

@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from service.schemas.lines_of_sight import LinesOfSightIn
 from service.schemas.problems import Problem
+from service.schemas.safety_bubbles import SafetyBubblesIn
 
 __all__ = ["TAGS", "describe"]
 
@@ -24,6 +25,7 @@ TAGS = [
         "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
         "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
     },
+    {"name": "Safety bubbles", "description": "How surely a vehicle keeps clear of the ground along a path."},
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},
 ]
@@ -40,7 +42,7 @@ def describe(app: FastAPI) -> None:
         if app.openapi_schema is None:
             schema = generated()
             schemas = schema.setdefault("components", {}).setdefault("schemas", {})
-            for model in (Problem, LinesOfSightIn):
+            for model in (Problem, LinesOfSightIn, SafetyBubblesIn):
                 own = model.model_json_schema(ref_template=TEMPLATE)
                 schemas.update(own.pop("$defs", {}))
                 schemas[model.__name__] = own

@@ -18,6 +18,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from detection import errors as of_detection
+from navigation import errors as of_navigation
 from planning import errors as of_planning
 from service import errors as ours
 from service.jobs.folder import is_full
@@ -65,6 +66,11 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_planning.ClusterError: ProblemKind("cluster", 503, "The cluster cannot be used"),
     of_detection.DetectionError: ProblemKind("detection", 422, "The detector cannot be run"),
     of_detection.DetectionInputError: ProblemKind("detection-input", 422, "Anchors or settings make no sense"),
+    of_navigation.NavigationError: ProblemKind("navigation", 422, "The question cannot be answered"),
+    of_navigation.StateError: ProblemKind("state", 422, "A covariance is none"),
+    of_navigation.MeasurementError: ProblemKind("measurement", 422, "Ranges or their errors cannot be used"),
+    of_navigation.TimeOrderError: ProblemKind("time-order", 422, "Times go backwards"),
+    of_navigation.BubbleError: ProblemKind("bubble", 422, "A safety bubble cannot be asked for"),
     ours.ServiceError: ProblemKind("service", 500, "The service failed"),
     ours.StartError: ProblemKind("start", 503, "The service cannot start"),
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
@@ -99,6 +105,7 @@ KIND_BY_PACKAGE = {
     "visibility": PROBLEMS[of_visibility.VisibilityError],
     "planning": PROBLEMS[of_planning.PlanningError],
     "detection": PROBLEMS[of_detection.DetectionError],
+    "navigation": PROBLEMS[of_navigation.NavigationError],
 }
 INTERNAL = PROBLEMS[ours.InternalError]
 METHOD = ProblemKind("method", 405, "The method is not allowed here")
@@ -132,8 +139,12 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
 def install(app: FastAPI) -> None:
     """Answer every error of the app with a problem."""
     of_packages = (
-        of_terrain.TerrainError, of_visibility.VisibilityError, of_detection.DetectionError, of_planning.PlanningError
-    )  # fmt: skip
+        of_terrain.TerrainError,
+        of_visibility.VisibilityError,
+        of_detection.DetectionError,
+        of_navigation.NavigationError,
+        of_planning.PlanningError,
+    )
     for base in (*of_packages, ours.ServiceError):
         app.add_exception_handler(base, _domain_error)
     app.add_exception_handler(TaskFailed, _task_failed)

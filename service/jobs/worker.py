@@ -20,6 +20,7 @@ import uuid
 from collections.abc import Mapping
 from typing import Any, BinaryIO
 
+from navigation import NavigationError
 from planning import PlanningError
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
 from service.settings import GIB, Settings
@@ -72,7 +73,7 @@ def _done(order: Mapping[str, Any], settings: Settings, folder: DataFolder, answ
     context = TaskContext(settings, folder, work, _Progress(answers))
     try:
         return {"result": dict(task(context, order["arguments"]))}
-    except (TerrainError, VisibilityError, PlanningError, ServiceError) as error:
+    except (TerrainError, VisibilityError, NavigationError, PlanningError, ServiceError) as error:
         failure = Failure.of(error)
     except MemoryError:
         failure = Failure.of(

@@ -10,17 +10,28 @@ from .points import Metres, NotNegativeMetres, PointIn
 from .satellites import SatellitesIn
 from .sight import SightParameters
 
-__all__ = ["CeilingParameters", "DopMapParameters", "MorphingMapParameters", "PositioningParameters"]
+__all__ = [
+    "CeilingParameters",
+    "DopMapParameters",
+    "MorphingMapParameters",
+    "PositioningParameters",
+    "RangingParameters",
+]
 
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 # of a trajectory; more do not fit into a request's body anyway
 MOST_PATH_POINTS = 20_000
 
 
-class PositioningParameters(SightParameters):
-    """Anchors, satellites, and how good positioning must be."""
+class RangingParameters(SightParameters):
+    """What is ranged to: anchors, satellites, or both."""
 
     satellites: SatellitesIn | None = Field(None, description="GPS satellites, besides the anchors or in their place.")
+
+
+class PositioningParameters(RangingParameters):
+    """Anchors, satellites, and how good positioning must be."""
+
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
         "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
     )

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import uuid
-from collections.abc import AsyncIterator
-from pathlib import Path
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
-from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import MediaTypeError, NotFoundError
 from service.http.context import Service, ServiceDep
@@ -17,6 +14,7 @@ from service.http.documented import LOCATION, problem_responses
 from service.http.files import file_answer
 from service.http.jobs import after_waiting, finished, path_of, state_of
 from service.http.prefer import WaitDep
+from service.http.spliced import spliced_answer
 from service.http.uploads import receive
 from service.jobs.records import JobKind, JobRecord
 from service.schemas.lines_of_sight import (
@@ -32,7 +30,6 @@ __all__ = ["router"]
 router = APIRouter(prefix="/lines-of-sight", tags=["Lines of sight"])
 KIND = JobKind.LINES_OF_SIGHT
 FILES = {"lines.json": "application/json", "lines.npz": "application/x-npz"}
-BLOCK_BYTES = 1024 * 1024
 BODY = {
     "requestBody": {
         "required": True,
@@ -72,7 +69,7 @@ async def ask_for_lines_of_sight(
         inputs=service.folder.work(token),
     )
     job = await after_waiting(request, response, service, job, wait_s)
-    return await _with_lines(service, job, response.status_code or 201, dict(response.headers))
+    return _with_lines(service, job, response.status_code or 201, dict(response.headers))
 
 
 @router.get("", summary="List lines of sight", responses=problem_responses(422))
@@ -96,7 +93,7 @@ async def list_lines_of_sight(service: ServiceDep, limit: Limit = 50, offset: Of
 async def get_lines_of_sight(lines_id: str, service: ServiceDep) -> Response:
     """How the calculation stands, and every line once it is done."""
     job = await service.supervisor.in_store(service.store.job, KIND, lines_id)
-    return await _with_lines(service, job, 200, {})
+    return _with_lines(service, job, 200, {})
 
 
 @router.delete(
@@ -154,21 +151,6 @@ def _state(service: Service, job: JobRecord) -> LinesOfSightState:
     )
 
 
-async def _with_lines(service: Service, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
-    """The state with the finished lines put in as they lie on disk, unread."""
-    state = _state(service, job).model_dump_json()
+def _with_lines(service: Service, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
     path = None if job.digest is None else service.folder.result(job.digest) / "lines.json"
-    headers.pop("content-length", None)
-    headers.pop("content-type", None)
-    return StreamingResponse(_spliced(state, path), status, headers, "application/json")
-
-
-async def _spliced(state: str, lines: Path | None) -> AsyncIterator[bytes]:
-    yield state.removesuffix("}").encode() + b',"lines":'
-    if lines is None:
-        yield b"null"
-    else:
-        with await asyncio.to_thread(lines.open, "rb") as file:
-            while block := await asyncio.to_thread(file.read, BLOCK_BYTES):
-                yield block
-    yield b"}"
+    return spliced_answer(_state(service, job), "lines", path, status, headers)

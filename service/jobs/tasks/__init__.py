@@ -9,6 +9,7 @@ from .context import Task, TaskContext
 from .dems import read_uploaded_dem
 from .lines_of_sight import calculate_lines_of_sight, check_lines_of_sight
 from .maps import check_map, draw_layer, map_task
+from .safety_bubbles import calculate_safety_bubbles, check_safety_bubbles
 
 __all__ = ["TASKS", "Task", "TaskContext"]
 
@@ -20,5 +21,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
         "draw-layer": draw_layer,
         "check-lines-of-sight": check_lines_of_sight,
         "lines-of-sight": calculate_lines_of_sight,
+        "check-safety-bubbles": check_safety_bubbles,
+        "safety-bubbles": calculate_safety_bubbles,
     }
 )

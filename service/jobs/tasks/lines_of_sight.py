@@ -10,18 +10,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ValidationError
 
-from service.errors import LimitError, NotJsonError, NotValidError
+from service.errors import LimitError
 from service.jobs.folder import digest_of, make_durable
 from service.point_arrays import points_in_grid
-from service.schemas import sentence_of
 from service.schemas.lines_of_sight import LinesOfSightIn
 from service.schemas.sight import CurvatureIn
 from terrain import ElevationGrid
 from visibility import FLAT, HIDDEN, UNKNOWN, VISIBLE, Curvature, LinesOfSight, lines_of_sight
 from visibility.sight_points import check_points
 
+from .bodies import read_body
 from .context import TaskContext
 
 __all__ = ["calculate_lines_of_sight", "check_lines_of_sight"]
@@ -36,7 +35,7 @@ def check_lines_of_sight(context: TaskContext, arguments: Mapping[str, Any]) -> 
 
     Raises NotJsonError, NotValidError, LimitError, NotFoundError, FrameError, VisibilityInputError.
     """
-    asked = _read(Path(arguments["path"]))
+    asked = read_body(LinesOfSightIn, Path(arguments["path"]))
     pairs = len(asked.pairs or asked.from_points_m or ())
     limit = context.settings.max_pairs
     if pairs > limit:
@@ -89,15 +88,6 @@ def calculate_lines_of_sight(context: TaskContext, arguments: Mapping[str, Any])
             "version": sight.version,
         },
     }
-
-
-def _read(path: Path) -> LinesOfSightIn:
-    try:
-        return LinesOfSightIn.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        if error.errors(include_url=False, include_input=False)[0]["type"] == "json_invalid":
-            raise NotJsonError("The body is not valid JSON.") from error
-        raise NotValidError(sentence_of(error)) from error
 
 
 def _ends(grid: ElevationGrid, asked: LinesOfSightIn) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

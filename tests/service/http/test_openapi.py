@@ -65,6 +65,7 @@ def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> No
         "PlacementIn",
         "PlacementOut",
         "LinesOfSightIn",
+        "SafetyBubblesIn",
         "AnchorIn",
         "DemOut",
         "VisibilityMapOut",

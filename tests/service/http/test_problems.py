@@ -13,6 +13,8 @@ import pytest
 from fastapi import FastAPI
 
 from detection import errors as of_detection
+from navigation import errors as of_navigation
+from planning import errors as of_planning
 from service import errors as of_service
 from service.http import problems
 from service.http.problems import PROBLEMS, FailedJob, install, problem_of
@@ -21,8 +23,10 @@ from service.jobs.records import Failure
 from terrain import errors as of_terrain
 from visibility import errors as of_visibility
 
+TREES = [of_terrain, of_visibility, of_detection, of_navigation, of_planning, of_service]
 
-@pytest.mark.parametrize("tree", [of_terrain, of_visibility, of_detection, of_service], ids=lambda tree: tree.__name__)
+
+@pytest.mark.parametrize("tree", TREES, ids=lambda tree: tree.__name__)
 def test_every_exported_error_has_a_row_of_its_own(tree: ModuleType) -> None:
     assert {getattr(tree, name) for name in tree.__all__} <= set(PROBLEMS)
 

@@ -1,0 +1,98 @@
+"""The files of finished safety bubbles: JSON, CSV, GeoJSON, arrays and pictures."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from terrain import to_lon_lat
+
+from .finished_bubbles import FinishedBubbles
+from .layers.features import LOCAL_METRES
+from .pictures.bubble_picture import write_bubble_map, write_bubble_profile
+
+__all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_files"]
+
+
+def write_bubble_files(finished: FinishedBubbles, folder: Path) -> list[Path]:
+    """Write every file into an existing folder."""
+    for name, write in BUBBLE_FILES.items():
+        write(finished, folder / name)
+    return [folder / name for name in BUBBLE_FILES]
+
+
+def _write_json(finished: FinishedBubbles, path: Path) -> None:
+    path.write_text(json.dumps(finished.points, allow_nan=False), encoding="utf-8")
+
+
+def _write_csv(finished: FinishedBubbles, path: Path) -> None:
+    names = list(finished.numbers())
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([*names, "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
+        for point in finished.points:
+            numbers = [point[name] for name in names]
+            sight = "" if point["in_sight"] is None else " ".join(point["in_sight"])
+            writer.writerow([*numbers, point["verdict"], *point["push"], point["push_m"], sight])
+
+
+def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
+    """One point each, in longitude, latitude and altitude; without a CRS in the DEM's local metres, and says so."""
+    grid = finished.grid
+    across = finished.points_m[:, :2].tolist()
+    if grid.crs is not None:
+        across = np.round(np.column_stack(to_lon_lat(grid, *finished.points_m[:, :2].T)), 8).tolist()
+    features = [
+        {
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": [*place, point["altitude_m"]]},
+            "properties": {name: value for name, value in point.items() if name not in ("east_m", "north_m")},
+        }
+        for place, point in zip(across, finished.points, strict=True)
+    ]
+    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
+    if grid.crs is None:
+        collection |= LOCAL_METRES
+    path.write_text(json.dumps(collection, allow_nan=False), encoding="utf-8")
+
+
+def _write_npz(finished: FinishedBubbles, path: Path) -> None:
+    more = {} if finished.visible is None else {"visible": finished.visible}
+    with path.open("wb") as file:
+        np.savez(
+            file,
+            allow_pickle=False,
+            **finished.numbers(),
+            covariance_m2=finished.covariance_m2,
+            verdict=finished.check.verdict,
+            push=finished.check.push,
+            push_m=finished.check.push_m,
+            nearest_m=finished.ground.nearest_m,
+            unknown_m=finished.ground.unknown_m,
+            **more,
+        )
+
+
+BUBBLE_FILES: Mapping[str, Callable[[FinishedBubbles, Path], None]] = MappingProxyType(
+    {
+        "points.json": _write_json,
+        "points.csv": _write_csv,
+        "points.geojson": _write_geojson,
+        "points.npz": _write_npz,
+        "profile.png": write_bubble_profile,
+        "map.png": write_bubble_map,
+    }
+)
+MEDIA_TYPES = {
+    ".json": "application/json",
+    ".csv": "text/csv",
+    ".geojson": "application/geo+json",
+    ".npz": "application/x-npz",
+    ".png": "image/png",
+}

@@ -1,0 +1,69 @@
+"""Safety bubbles in a worker: read the body, check it, calculate, write the files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from service.bubble_files import write_bubble_files
+from service.bubble_question import check_bubble_question
+from service.errors import LimitError
+from service.estimates import estimate_map, refuse_beyond_limits
+from service.jobs.folder import digest_of, make_durable
+from service.safety_bubble import calculate_bubbles
+from service.schemas.safety_bubbles import BubbleParameters, SafetyBubblesIn
+from service.schemas.satellites import ORBIT_TEXTS
+
+from .bodies import read_body
+from .context import TaskContext
+
+__all__ = ["calculate_safety_bubbles", "check_safety_bubbles"]
+
+REQUEST = "request.json"
+LONG = ("points", "points_m", "times_s", "covariances_m2")
+
+
+def check_safety_bubbles(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Read the request at ``path``; it goes into the work folder whole, and comes back without what is long.
+
+    Raises NotJsonError, NotValidError, LimitError, NotFoundError, and what check_bubble_question raises.
+    """
+    asked = read_body(SafetyBubblesIn, Path(arguments["path"]))
+    settings = context.settings
+    if asked.count > settings.max_path_points:
+        raise LimitError(
+            f"{asked.count:,} points are more than the limit of {settings.max_path_points:,} in one request",
+            limit_name="max_path_points",
+            limit=settings.max_path_points,
+            given=asked.count,
+        )
+    grid = context.grid(asked.dem_id)
+    sources = check_bubble_question(grid, asked)[0]
+    if sources > settings.max_anchors:
+        raise LimitError(
+            f"{sources} anchors and satellites are more than the limit of {settings.max_anchors} in one request",
+            limit_name="max_anchors",
+            limit=settings.max_anchors,
+            given=sources,
+        )
+    if asked.covariances_m2 is None:
+        refuse_beyond_limits(estimate_map(grid.heights_m.size, sources, asked.mode), settings)
+    context.work.mkdir(parents=True)
+    whole = asked.model_dump_json(exclude_none=True, exclude={"dem_id"})
+    (context.work / REQUEST).write_text(whole, encoding="utf-8")
+    make_durable(context.work)
+    long: dict[str, bool | set[str]] = {"dem_id": True, **dict.fromkeys(LONG, True), "satellites": set(ORBIT_TEXTS)}
+    short = asked.model_dump(mode="json", exclude_none=True, exclude=long)
+    return {"dem_id": asked.dem_id, "options": short, "points": asked.count}
+
+
+def calculate_safety_bubbles(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Leave the files in the work folder; digest and summary come back."""
+    path = context.folder.inputs(arguments["job_id"]) / REQUEST
+    parameters = BubbleParameters.model_validate_json(path.read_bytes())
+    finished = calculate_bubbles(context.grid(arguments["dem_id"]), parameters, context.progress)
+    context.work.mkdir(parents=True)
+    write_bubble_files(finished, context.work)
+    make_durable(context.work)
+    return {"digest": digest_of(context.work), "summary": finished.summary()}
