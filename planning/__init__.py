@@ -1,5 +1,27 @@
-"""What to do about it: where to put anchors (``planning.placement``)."""
+"""What to do about it: where to put anchors (``planning.placement``), and which way to go (``planning.paths``)."""
 
-from .errors import ClusterError, NoCandidateError, PlacementError, PlanningError
+from .errors import (
+    AreaError,
+    ClusterError,
+    NoCandidateError,
+    NoCoverageError,
+    PathError,
+    PathProblemError,
+    PlaceError,
+    PlacementError,
+    PlanningError,
+    PlanningProcessError,
+)
 
-__all__ = ["ClusterError", "NoCandidateError", "PlacementError", "PlanningError"]
+__all__ = [
+    "AreaError",
+    "ClusterError",
+    "NoCandidateError",
+    "NoCoverageError",
+    "PathError",
+    "PathProblemError",
+    "PlaceError",
+    "PlacementError",
+    "PlanningError",
+    "PlanningProcessError",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 from concurrent.futures import ProcessPoolExecutor
@@ -11,7 +12,7 @@ import numpy as np
 import detection
 import navigation
 import visibility
-from planning import placement
+from planning import PathError, paths, placement
 from terrain import ElevationGrid, height_at, nearest_surface
 
 __all__ = ["warm_up", "warm_up_on_all_cores"]
@@ -107,6 +108,19 @@ def _placements(grid: ElevationGrid) -> None:
         placement.check_placement(grid, placed)
 
 
+def _paths(grid: ElevationGrid) -> None:
+    anchors = tuple(visibility.Anchor(f"A{n}", 60.0 * n, -50.0 * n, 90.0 + n) for n in range(4))
+    rover = paths.RoverModel(max_slope_rad=1.2, max_step_m=80.0)
+    for max_dop, goal in ((1e6, (40.0, -250.0)), (1e6, (250.0, -250.0)), (0.1, (40.0, -250.0))):
+        limits = paths.PathLimits(min_anchors=0, max_dop=max_dop)
+        with contextlib.suppress(PathError):
+            paths.plan_path(paths.PathProblem(grid, (20.0, -20.0), goal, rover=rover, anchors=anchors, limits=limits))
+    cliff_m = np.zeros((12, 10), np.float32)
+    cliff_m[6:] = 900.0
+    cliff = ElevationGrid(cliff_m, 30.0, 25.0)
+    paths.plan_path(paths.PathProblem(cliff, (20.0, -20.0), (40.0, -250.0)))
+
+
 def _detections(_grid: ElevationGrid) -> None:
     places = ((0.0, 0.0, 9.0), (90.0, 0.0, 3.0), (90.0, 80.0, 12.0), (0.0, 80.0, 1.0), (40.0, 30.0, 20.0))
     anchors = [detection.RangingAnchor(str(n), *place) for n, place in enumerate(places)]
@@ -127,4 +141,4 @@ def _detections(_grid: ElevationGrid) -> None:
 
 
 # the longest first, so that all cores end together
-PARTS = (_columns_of_air, _detections, _placements, _lines, _minimum_altitudes, _navigation)
+PARTS = (_paths, _columns_of_air, _detections, _placements, _lines, _minimum_altitudes, _navigation)

@@ -1,0 +1,246 @@
+"""Straight segments over the triangulated ground: what they cross, whether that may be driven, and what it costs.
+
+A field travels as one tuple (heights_m, allowed, added, hidden, cells, numbers, pace):
+heights_m: (rows, cols) posts. allowed: (rows - 1, cols - 1) uint8, 1 = the square south-east of the post may be driven.
+added: same shape float32, cost per metre on the ground besides driving it. hidden: same shape uint8, out of sight.
+cells: (cell_east_m, cell_north_m). pace: (2 m + 1,) seconds per horizontal metre over the slope along the way, from -1
+to 1 times the steepest tangent of the table.
+numbers: (least cost per horizontal metre, steepest tangent of pace, limit of the tangent of pitch, of roll, cost of a
+metre, of a metre climbed, of a second, of a second out of sight).
+
+Places are fractional posts (row, col). Directions are unit vectors (east, north).
+"""
+
+import math
+
+from terrain.kernel_options import scalar_kernel
+
+__all__ = [
+    "CLEAR",
+    "EDGE",
+    "FORBIDDEN",
+    "TOO_STEEP",
+    "TOO_TILTED",
+    "heading_allowed",
+    "segment_cost",
+    "segment_within",
+    "square_allowed",
+    "square_gradients",
+    "step_cost",
+    "tally",
+]
+
+# a place this near a line between squares is on it, in cells
+EDGE = 1e-9
+# what a segment's code says
+CLEAR, FORBIDDEN, TOO_STEEP, TOO_TILTED = 0, 1, 2, 3
+
+
+@scalar_kernel
+def square_gradients(heights_m, cells, row, col):
+    """(east, north) rise per metre of the triangles west and east of a square's diagonal: four numbers."""
+    north_west, north_east = float(heights_m[row, col]), float(heights_m[row, col + 1])
+    south_west, south_east = float(heights_m[row + 1, col]), float(heights_m[row + 1, col + 1])
+    return (
+        (south_east - south_west) / cells[0],
+        (north_west - south_west) / cells[1],
+        (north_east - north_west) / cells[0],
+        (north_east - south_east) / cells[1],
+    )
+
+
+@scalar_kernel
+def square_allowed(allowed, row, col):
+    """Whether a square is inside the grid and may be driven."""
+    return 0 <= row < allowed.shape[0] and 0 <= col < allowed.shape[1] and allowed[row, col] == 1
+
+
+@scalar_kernel
+def heading_allowed(field, row, col, east, north):
+    """CLEAR, TOO_STEEP or TOO_TILTED: whether both triangles of a square may be driven in a direction."""
+    numbers = field[5]
+    if numbers[2] == math.inf and numbers[3] == math.inf:
+        return CLEAR
+    west_e, west_n, east_e, east_n = square_gradients(field[0], field[4], row, col)
+    if max(abs(west_e * east + west_n * north), abs(east_e * east + east_n * north)) > numbers[2]:
+        return TOO_STEEP
+    if max(abs(west_n * east - west_e * north), abs(east_n * east - east_e * north)) > numbers[3]:
+        return TOO_TILTED
+    return CLEAR
+
+
+@scalar_kernel
+def _may_cross(field, row, col, east, north):
+    if not square_allowed(field[1], row, col):
+        return FORBIDDEN
+    return heading_allowed(field, row, col, east, north)
+
+
+@scalar_kernel
+def _squares_around(field, row, col, east, north):
+    """Code of the squares that touch a place: two where it lies on a line between squares, four at a post.
+
+    On the border of the grid those inside count alone; outside it a place is FORBIDDEN.
+    """
+    rows, cols = field[1].shape
+    if not (-EDGE <= row <= rows + EDGE and -EDGE <= col <= cols + EDGE):
+        return FORBIDDEN
+    near_row, near_col = math.floor(row + 0.5), math.floor(col + 0.5)
+    top, left = math.floor(row), math.floor(col)
+    first_row, last_row = (int(near_row) - 1, int(near_row)) if abs(row - near_row) < EDGE else (top, top)
+    first_col, last_col = (int(near_col) - 1, int(near_col)) if abs(col - near_col) < EDGE else (left, left)
+    for r in range(max(first_row, 0), min(last_row + 1, rows)):
+        for c in range(max(first_col, 0), min(last_col + 1, cols)):
+            code = _may_cross(field, r, c, east, north)
+            if code != CLEAR:
+                return code
+    return CLEAR
+
+
+@scalar_kernel
+def pace_at(pace, steepest, tangent):
+    """Seconds per horizontal metre at a slope along the way."""
+    place = (min(max(tangent / steepest, -1.0), 1.0) + 1.0) * 0.5 * (pace.shape[0] - 1)
+    below = min(int(place), pace.shape[0] - 2)
+    return pace[below] + (place - below) * (pace[below + 1] - pace[below])
+
+
+@scalar_kernel
+def _first_line(start, step):
+    """The share at which the first whole number is met after the start, of a coordinate start + share · step."""
+    if step == 0.0:
+        return math.inf
+    line = math.floor(start + EDGE) + 1.0 if step > 0.0 else math.ceil(start - EDGE) - 1.0
+    return (line - start) / step
+
+
+@scalar_kernel
+def _middle_code(field, row, col, east, north):
+    """(code, row, col) of the square that the middle of a piece lies in; of all it touches where it runs on a line."""
+    r, c = int(row), int(col)
+    if EDGE < row - r < 1.0 - EDGE and EDGE < col - c < 1.0 - EDGE:
+        return _may_cross(field, r, c, east, north), r, c
+    rows, cols = field[1].shape
+    return _squares_around(field, row, col, east, north), min(r, rows - 1), min(c, cols - 1)
+
+
+@scalar_kernel
+def segment_within(field, row0, col0, row1, col1, most):
+    """As ``segment_cost``, of a segment that is of no interest once it costs more than ``most``."""
+    heights_m, _, added, hidden, cells, numbers, pace = field
+    down, across = row1 - row0, col1 - col0
+    east_m, north_m = across * cells[0], -down * cells[1]
+    length_m = math.sqrt(east_m * east_m + north_m * north_m)
+    if length_m == 0.0:
+        code = _squares_around(field, row0, col0, 0.0, 0.0)
+        return code, (0.0 if code == CLEAR else math.inf), 0.0, 0.0, 0.0, 0.0
+    east, north = east_m / length_m, north_m / length_m
+    cost, seconds, dark, ground_m, climb_m = 0.0, 0.0, 0.0, 0.0, 0.0
+    code = _squares_around(field, row0, col0, east, north)
+    if code == CLEAR:
+        code = _squares_around(field, row1, col1, east, north)
+    at_row, at_col, at_diagonal = (
+        _first_line(row0, down),
+        _first_line(col0, across),
+        _first_line(row0 - col0, down - across),
+    )
+    every_row = math.inf if down == 0.0 else 1.0 / abs(down)
+    every_col = math.inf if across == 0.0 else 1.0 / abs(across)
+    every_diagonal = math.inf if down == across else 1.0 / abs(down - across)
+    hair = EDGE / (abs(down) + abs(across))
+    share = 0.0
+    while code == CLEAR and share < 1.0 and cost <= most:
+        after = min(at_row, at_col, at_diagonal, 1.0)
+        middle = 0.5 * (share + after)
+        row, col = row0 + middle * down, col0 + middle * across
+        code, r, c = _middle_code(field, row, col, east, north)
+        if code != CLEAR:
+            break
+        if row - r >= col - c:
+            south = float(heights_m[r + 1, c])
+            tangent = (float(heights_m[r + 1, c + 1]) - south) * east / cells[0]
+            tangent += (float(heights_m[r, c]) - south) * north / cells[1]
+        else:
+            north_east = float(heights_m[r, c + 1])
+            tangent = (north_east - float(heights_m[r, c])) * east / cells[0]
+            tangent += (north_east - float(heights_m[r + 1, c + 1])) * north / cells[1]
+        flat_m = (after - share) * length_m
+        piece_m = flat_m * math.sqrt(1.0 + tangent * tangent)
+        piece_s = flat_m * pace_at(pace, numbers[1], tangent)
+        ground_m += piece_m
+        seconds += piece_s
+        climb_m += flat_m * max(tangent, 0.0)
+        cost += piece_m * (numbers[4] + float(added[r, c])) + piece_s * numbers[6]
+        cost += flat_m * max(tangent, 0.0) * numbers[5]
+        if hidden[r, c]:
+            dark += piece_s
+            cost += piece_s * numbers[7]
+        share = after
+        over_row, over_col = at_row <= share + hair, at_col <= share + hair
+        if over_row and over_col and share < 1.0:
+            code = _squares_around(field, row0 + share * down, col0 + share * across, east, north)
+        if over_row:
+            at_row += every_row
+        if over_col:
+            at_col += every_col
+        if at_diagonal <= share + hair:
+            at_diagonal += every_diagonal
+    return code, (cost if code == CLEAR else math.inf), seconds, dark, ground_m, climb_m
+
+
+@scalar_kernel
+def segment_cost(field, row0, col0, row1, col1):
+    """(code, cost, seconds, seconds out of sight, metres on the ground, metres climbed) of a segment.
+
+    The lines between triangles are three families of parallels: whole rows, whole columns, whole row - col. Exact in
+    each triangle; a segment that is not CLEAR costs +inf, and the rest is as far as it got. Where it runs on a line
+    between squares, both have to be allowed, and all four around a post that it passes.
+    """
+    return segment_within(field, row0, col0, row1, col1, math.inf)
+
+
+@scalar_kernel
+def _half_cost(field, row, col, on_east, heading, flat_m):
+    """Cost of flat_m within one triangle of a square, east or west of its diagonal, along a heading (east, north)."""
+    _, _, added, hidden, cells, numbers, pace = field
+    west_e, west_n, east_e, east_n = square_gradients(field[0], cells, row, col)
+    tangent = east_e * heading[0] + east_n * heading[1] if on_east else west_e * heading[0] + west_n * heading[1]
+    cost = math.sqrt(1.0 + tangent * tangent) * (numbers[4] + float(added[row, col]))
+    cost += max(tangent, 0.0) * numbers[5]
+    paid_s = numbers[6] + (numbers[7] if hidden[row, col] else 0.0)
+    if paid_s > 0.0:
+        cost += pace_at(pace, numbers[1], tangent) * paid_s
+    return cost * flat_m
+
+
+@scalar_kernel
+def step_cost(field, row, col, r, c):
+    """What ``segment_cost`` says of the way between the middles of two squares that touch; +inf where not allowed."""
+    cells = field[4]
+    east_m, north_m = (c - col) * cells[0], (row - r) * cells[1]
+    flat_m = math.sqrt(east_m * east_m + north_m * north_m)
+    heading = (east_m / flat_m, north_m / flat_m)
+    for by_row in range(min(row, r), max(row, r) + 1):
+        for by_col in range(min(col, c), max(col, c) + 1):
+            if _may_cross(field, by_row, by_col, heading[0], heading[1]) != CLEAR:
+                return math.inf
+    # towards north and east the way leaves a square through its east triangle and enters the next by the west one
+    leaves_east = c > col or (c == col and r < row) if (c - col) * (r - row) <= 0 else False
+    half_m = 0.5 * flat_m
+    away = _half_cost(field, row, col, leaves_east, heading, half_m)
+    return away + _half_cost(field, r, c, not leaves_east, heading, half_m)
+
+
+@scalar_kernel
+def tally(field, places, out):
+    """Fill out (n, 6) with running sums of ``segment_cost`` along places (n, 2), its code the worst so far."""
+    for j in range(6):
+        out[0, j] = 0.0
+    for i in range(1, places.shape[0]):
+        found = segment_cost(field, places[i - 1, 0], places[i - 1, 1], places[i, 0], places[i, 1])
+        out[i, 0] = max(out[i - 1, 0], float(found[0]))
+        out[i, 1] = out[i - 1, 1] + found[1]
+        out[i, 2] = out[i - 1, 2] + found[2]
+        out[i, 3] = out[i - 1, 3] + found[3]
+        out[i, 4] = out[i - 1, 4] + found[4]
+        out[i, 5] = out[i - 1, 5] + found[5]

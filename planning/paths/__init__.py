@@ -1,0 +1,25 @@
+"""Ways for a rover over the ground: cheap, within every limit, and where the anchors are in sight."""
+
+from .limits import CostWeights, PathLimits, PlanBudget
+from .outcomes import Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable
+from .planning import plan_path
+from .problems import Goal, PathProblem, Place
+from .rovers import RoverModel
+
+__all__ = [
+    "CostWeights",
+    "Goal",
+    "Path",
+    "PathLimits",
+    "PathOutcome",
+    "PathProblem",
+    "PathStatus",
+    "PathTotals",
+    "Place",
+    "PlanBudget",
+    "Reason",
+    "Relaxation",
+    "RoverModel",
+    "Unreachable",
+    "plan_path",
+]

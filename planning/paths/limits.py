@@ -1,0 +1,98 @@
+"""What a path must keep to, what it should avoid and at what price, and how long may be planned for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Literal, get_args
+
+from planning.errors import PathProblemError
+from visibility import DopKind, least_anchors
+
+__all__ = ["DILUTIONS", "CostWeights", "PathLimits", "PlanBudget"]
+
+Dilution = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
+DILUTIONS = get_args(Dilution)
+
+
+@dataclass(frozen=True, slots=True)
+class PathLimits:
+    """Limits on positioning that hold at every point of a path.
+
+    min_anchors: at least so many anchors in sight, 0 = no limit. max_dop: dilution at most so large, inf = no limit.
+    kind, dilution, on_surface: which dilution, as in ``visibility.dop_map``.
+    in_sight_from: how many anchors in sight make a place count as in sight; None = as many as a fix needs. A soft
+        limit: see CostWeights.out_of_sight.
+    Raises PathProblemError, also where limits contradict one another.
+    """
+
+    min_anchors: int = 0
+    max_dop: float = math.inf
+    kind: DopKind = "ranging"
+    dilution: Dilution = "pdop"
+    on_surface: bool = False
+    in_sight_from: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(DopKind):
+            raise PathProblemError(f"kind must be one of {', '.join(get_args(DopKind))}, not {self.kind!r}.")
+        if self.dilution not in DILUTIONS:
+            raise PathProblemError(f"dilution must be one of {', '.join(DILUTIONS)}, not {self.dilution!r}.")
+        if self.min_anchors < 0 or (self.in_sight_from is not None and self.in_sight_from < 1):
+            raise PathProblemError("min_anchors must be >= 0 and in_sight_from >= 1.")
+        if not self.max_dop > 0.0:
+            raise PathProblemError(f"max_dop must be a number > 0, not {self.max_dop}.")
+
+    @property
+    def needed_in_sight(self) -> int:
+        """How many anchors in sight make a place count as in sight."""
+        if self.in_sight_from is not None:
+            return self.in_sight_from
+        return least_anchors(self.kind, on_surface=self.on_surface)
+
+    @property
+    def on_positioning(self) -> bool:
+        """Whether anything is asked of the anchors."""
+        return self.min_anchors > 0 or math.isfinite(self.max_dop)
+
+
+@dataclass(frozen=True, slots=True)
+class CostWeights:
+    """What a path costs, in units of a metre on level ground.
+
+    length: of a metre along the ground. climb: of a metre climbed. time: of a second. dop: of a metre for each unit of
+    dilution, which counts up to 20. out_of_sight: of a second with fewer anchors in sight than a fix needs.
+    Raises PathProblemError.
+    """
+
+    length: float = 1.0
+    climb: float = 2.0
+    time: float = 0.0
+    dop: float = 0.0
+    out_of_sight: float = 2.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise PathProblemError(f"The weight {field.name} must be a number >= 0, not {value}.")
+        if self.length == self.time == 0.0:
+            raise PathProblemError("A path must cost something for each metre: give length or time a weight > 0.")
+
+
+@dataclass(frozen=True, slots=True)
+class PlanBudget:
+    """How much planning is paid for.
+
+    iterations: of the sampling planner; the count that makes one seed give one path. seconds: time-out of the whole
+    plan; a plan that it ends says so. Raises PathProblemError.
+    """
+
+    iterations: int = 2000
+    seconds: float = 60.0
+
+    def __post_init__(self) -> None:
+        if self.iterations < 1 or not self.seconds > 0.0:
+            raise PathProblemError(
+                f"A budget needs at least one iteration and more than 0 s, not {self.iterations} and {self.seconds} s."
+            )
