@@ -6,18 +6,16 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import TypeAdapter
+import orjson
 
 from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix
 
 __all__ = ["as_json", "epoch_answer", "state_answer"]
 
-JSON: TypeAdapter[dict[str, Any]] = TypeAdapter(dict[str, Any])
-
 
 def as_json(answer: dict[str, Any]) -> bytes:
     """The answer as JSON; NaN and infinities become null."""
-    return JSON.dump_json(answer)
+    return orjson.dumps(answer)
 
 
 def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, Any]:
