@@ -1,0 +1,174 @@
+"""Which anchors a walk sees, by exact sight lines from where each anchor is when the rover is there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+from visibility import (
+    HIDDEN,
+    VISIBLE,
+    Anchor,
+    AntennaLimits,
+    Curvature,
+    DistantAnchor,
+    DopKind,
+    MovingAnchor,
+    dop,
+    lines_of_sight,
+)
+
+__all__ = ["AnyAnchor", "SightAlong", "dilution_along", "sight_along"]
+
+Numbers = npt.NDArray[np.float64]
+AnyAnchor = Anchor | DistantAnchor | MovingAnchor
+UnknownGround = Literal["unknown", "open", "blocked"]
+
+REACH_SLACK = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class SightAlong:
+    """What n antennas see of k anchors.
+
+    antenna_m: (n, 3). seen: (n, k) bool, in sight for certain. margin_m: (n, k) clearance of the sight line, NaN where
+    unknown ground decides and -inf where the anchor's antenna does not reach or it is not there.
+    sources_m: (n, k, 3) position of each near anchor, unit direction to each distant one; distant: (k,) which.
+    """
+
+    antenna_m: Numbers
+    seen: npt.NDArray[np.bool_]
+    margin_m: Numbers
+    sources_m: Numbers
+    distant: npt.NDArray[np.bool_]
+
+    @property
+    def count(self) -> npt.NDArray[np.int64]:
+        """(n,) anchors in sight for certain."""
+        number: npt.NDArray[np.int64] = self.seen.sum(axis=1, dtype=np.int64)
+        return number
+
+
+def sight_along(
+    grid: ElevationGrid,
+    antenna_m: Numbers,
+    time_s: Numbers,
+    anchors: Sequence[AnyAnchor],
+    curvature: Curvature,
+    unknown: UnknownGround = "unknown",
+) -> SightAlong:
+    """Exact sight of antennas (n, 3) at times (n,); one over unknown ground (NaN altitude) sees nothing."""
+    n, k = len(antenna_m), len(anchors)
+    seen, margin_m = np.zeros((n, k), np.bool_), np.full((n, k), -np.inf)
+    sources_m, distant = np.zeros((n, k, 3)), np.zeros(k, np.bool_)
+    stands = np.isfinite(antenna_m).all(axis=1)
+    for number, anchor in enumerate(anchors):
+        states = _states(anchor, time_s)
+        there = np.flatnonzero(stands & np.array([state is not None for state in states]))
+        if len(there) == 0:
+            continue
+        one = states[there[0]]
+        distant[number] = isinstance(one, DistantAnchor)
+        # where there is none, those of the next moment when there is
+        known = np.minimum(np.searchsorted(there, np.arange(n)), len(there) - 1)
+        ends_m = np.array([_source(states[i]) for i in there])
+        sources_m[:, number] = ends_m[known]
+        if distant[number]:
+            ends_m = _beyond_the_grid(grid, ends_m, antenna_m[there], curvature)
+        lines = lines_of_sight(grid, antenna_m[there], ends_m, curvature=curvature, unknown=unknown)
+        reached = np.ones(len(there), np.bool_)
+        if isinstance(one, Anchor):
+            reached = _within_reach(one.limits, ends_m, antenna_m[there], curvature)
+        seen[there, number] = reached & (lines.verdict == VISIBLE)
+        decided = (lines.verdict == VISIBLE) | (lines.verdict == HIDDEN)
+        margin_m[there, number] = np.where(reached, np.where(decided, lines.clearance_m, np.nan), -np.inf)
+    return SightAlong(antenna_m, seen, margin_m, sources_m, distant)
+
+
+def dilution_along(
+    sight: SightAlong, kind: DopKind, dilution: str, normals: Numbers | None = None
+) -> npt.NDArray[np.float64]:
+    """(n,) dilution of what is in sight for certain; +inf = no fix, NaN over unknown ground.
+
+    normals: (n, 3) of the ground, where the rover is bound to it.
+    """
+    found = np.full(len(sight.antenna_m), np.nan)
+    known = np.isfinite(sight.antenna_m).all(axis=1)
+    if normals is not None:
+        known &= np.isfinite(normals).all(axis=1)
+    stands = np.flatnonzero(known)
+    still = bool((sight.sources_m == sight.sources_m[:1]).all())
+    for numbers in [stands] if still else stands[:, None]:
+        answer = dop(
+            sight.sources_m[numbers[0]] if len(numbers) else sight.sources_m[0],
+            sight.antenna_m[numbers],
+            kind,
+            visible=sight.seen[numbers],
+            surface_normal=None if normals is None else normals[numbers],
+            distant=sight.distant,
+        )
+        found[numbers] = getattr(answer, dilution)
+    return found
+
+
+def _states(anchor: AnyAnchor, time_s: Numbers) -> list[Anchor | DistantAnchor | None]:
+    """The anchor at each moment; None while it is not there."""
+    if isinstance(anchor, Anchor | DistantAnchor):
+        return [anchor] * len(time_s)
+    return [anchor.at(moment_s) for moment_s in time_s.tolist()]
+
+
+def _source(state: Anchor | DistantAnchor | None) -> tuple[float, float, float]:
+    if isinstance(state, DistantAnchor):
+        flat = math.cos(state.elevation_rad)
+        return flat * math.sin(state.azimuth_rad), flat * math.cos(state.azimuth_rad), math.sin(state.elevation_rad)
+    assert isinstance(state, Anchor)
+    return state.east_m, state.north_m, state.altitude_m
+
+
+def _beyond_the_grid(grid: ElevationGrid, direction: Numbers, antenna_m: Numbers, curvature: Curvature) -> Numbers:
+    """(n, 3) where rays leave the ground's box. Distant anchors see the ground lowered from the grid's middle outward.
+
+    There a ray is straight from an antenna lowered by c·d², d from the middle; raised again by its own c·d² its end
+    makes a line over the unlowered ground with the same clearance everywhere, for lines bulge by c·t(1 - t)·D².
+    """
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    middle = np.array([(west_m + east_m) / 2.0, (south_m + north_m) / 2.0])
+    across_m = math.hypot(east_m - west_m, north_m - south_m)
+    flat = np.hypot(direction[:, 0], direction[:, 1])
+    overhead = flat < 1e-9
+    run = across_m / np.where(overhead, 1.0, flat)
+    run[overhead] = across_m
+    ends = antenna_m + run[:, None] * direction
+    lowered = [((points[:, :2] - middle) ** 2).sum(axis=1) * curvature.drop_per_m2 for points in (antenna_m, ends)]
+    ends[:, 2] += lowered[1] - lowered[0]
+    return ends
+
+
+def _within_reach(
+    limits: AntennaLimits, source_m: Numbers, antenna_m: Numbers, curvature: Curvature
+) -> npt.NDArray[np.bool_]:
+    """(n,) whether antennas are within what an anchor's own antenna reaches, terrain apart."""
+    east_m, north_m, up_m = (antenna_m - source_m).T
+    flat_m = np.hypot(east_m, north_m)
+    up_m = up_m - curvature.drop_per_m2 * flat_m**2
+    range_m, elevation_rad = np.hypot(flat_m, up_m), np.arctan2(up_m, flat_m)
+    slack_m = REACH_SLACK * range_m
+    within = (range_m >= limits.min_range_m - slack_m) & (range_m <= limits.max_range_m + slack_m)
+    within &= (elevation_rad >= limits.min_elevation_rad - REACH_SLACK) & (
+        elevation_rad <= limits.max_elevation_rad + REACH_SLACK
+    )
+    if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
+        width = limits.azimuth_to_rad - limits.azimuth_from_rad
+        if not 0.0 < width <= 2.0 * math.pi:
+            width %= 2.0 * math.pi
+        turned = (np.arctan2(east_m, north_m) - limits.azimuth_from_rad) % (2.0 * math.pi)
+        within &= (turned <= width + REACH_SLACK) | (turned >= 2.0 * math.pi - REACH_SLACK) | (flat_m == 0.0)
+    result: npt.NDArray[np.bool_] = within
+    return result
