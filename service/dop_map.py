@@ -10,10 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility import GO, NO_GO, Anchor, DistantAnchor, DopReason, dop_map, position_error_map
+from visibility import (
+    GO,
+    NO_GO,
+    Anchor,
+    Curvature,
+    DistantAnchor,
+    DopReason,
+    MinimumVisibleAltitude,
+    dop_map,
+    position_error_map,
+)
 
 from .dop_paths import along_path
-from .map_facts import Calculation, share_of
+from .dop_volumes import air_summary, asks_for_air, check_air
+from .map_facts import Calculation, curvature_of, share_of
 from .ranging_sources import calculation_of, common_summary, sight_lines
 from .schemas.positioning import DopMapParameters
 
@@ -31,6 +42,8 @@ class FinishedDopMap:
     no_go: uint8, 1 where positioning is not good enough, 0 where it is, 255 where that is unknown.
     sigmas_m: (3, rows, cols) float32, position error horizontally, vertically and in space, one sigma, metres.
     path_numbers, path_sets: along the trajectory, see PathFindings.
+    min_altitude_m, hidden_below_m: (anchors, rows, cols) as in MinimumVisibleAltitude, kept where a volume or cuts are
+        asked for, else empty; the second is empty also where it is the first.
     """
 
     grid: ElevationGrid
@@ -44,6 +57,27 @@ class FinishedDopMap:
     sigmas_m: npt.NDArray[np.float32]
     path_numbers: npt.NDArray[np.float64]
     path_sets: npt.NDArray[np.uint64]
+    min_altitude_m: npt.NDArray[np.float32]
+    hidden_below_m: npt.NDArray[np.float32]
+
+    def surfaces(self) -> MinimumVisibleAltitude:
+        """The minimum visible altitudes again, where they were kept."""
+        # copies, because kernels are compiled for arrays that may be written to
+        altitude_m = np.array(self.min_altitude_m)
+        curvature = curvature_of(self.parameters)
+        return MinimumVisibleAltitude(
+            grid=self.grid,
+            anchors=self.anchors,
+            altitude_m=altitude_m,
+            hidden_below_m=np.array(self.hidden_below_m) if self.hidden_below_m.size else altitude_m,
+            mode=self.parameters.mode,
+            unknown=self.parameters.unknown,
+            curvature=Curvature.of(self.grid) if curvature is None else curvature,
+            error_statement=self.calculation.error_statement,
+            warnings=self.calculation.warnings,
+            elapsed_s=self.calculation.elapsed_s,
+            version=self.calculation.version,
+        )
 
     def summary(self) -> dict[str, Any]:
         """What dop.json says: plain values, ready for JSON, every number with its unit in its name."""
@@ -66,6 +100,7 @@ class FinishedDopMap:
                 for name, sigma_m in zip(("horizontal", "vertical", "position"), self.sigmas_m, strict=True)
             },
             "path_points": len(self.path_numbers),
+            "volume": air_summary(self.grid, parameters),
             "posts_by_reason": {reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
         }
 
@@ -77,6 +112,7 @@ def calculate_dop_map(
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
+    check_air(grid, parameters)
     lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
     kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
     found = dop_map(
@@ -101,7 +137,14 @@ def calculate_dop_map(
         np.stack([errors.horizontal_sigma_m, errors.vertical_sigma_m, errors.position_sigma_m]),
         path.numbers,
         path.sets,
+        *_kept(lines, asks_for_air(parameters)),
     )
+
+
+def _kept(lines: MinimumVisibleAltitude, keep: bool) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    nothing = np.empty((0, 0, 0), np.float32)
+    same = lines.hidden_below_m is lines.altitude_m
+    return (lines.altitude_m, nothing if same else lines.hidden_below_m) if keep else (nothing, nothing)
 
 
 def _quantiles(dop: npt.NDArray[np.float32]) -> dict[str, float | None]:

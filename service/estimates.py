@@ -8,7 +8,7 @@ from typing import Literal
 from .errors import LimitError
 from .settings import GIB, Settings
 
-__all__ = ["Estimate", "estimate_map", "refuse_beyond_limits", "refuse_map", "refuse_placement"]
+__all__ = ["Estimate", "estimate_map", "refuse_beyond_limits", "refuse_map", "refuse_placement", "refuse_volume"]
 
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
@@ -84,6 +84,18 @@ def refuse_placement(cells: int, candidates: int, mode: Literal["fast", "exact"]
                 limit=limit,
                 given=asked,
             )
+
+
+def refuse_volume(voxels: int, settings: Settings) -> None:
+    """Raises LimitError for a control volume of too many voxels."""
+    if voxels > settings.max_voxels:
+        raise LimitError(
+            f"The volume has {voxels:,} voxels, more than the limit of {settings.max_voxels:,}; ask for thicker "
+            "layers, a lower ceiling or smaller bounds",
+            limit_name="max_voxels",
+            limit=settings.max_voxels,
+            given=voxels,
+        )
 
 
 def refuse_beyond_limits(estimate: Estimate, settings: Settings) -> None:

@@ -12,7 +12,8 @@ from visibility import Anchor, DistantAnchor, check_anchors
 
 from .dop_map import FinishedDopMap, calculate_dop_map
 from .dop_paths import path_points
-from .estimates import refuse_map, refuse_placement
+from .dop_volumes import check_air
+from .estimates import refuse_map, refuse_placement, refuse_volume
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
@@ -62,8 +63,9 @@ class Product:
 
     name: as jobs are called. check: refuses what cannot be calculated, before anything big is allocated, and tells
     how many anchors and satellites (or candidates) there are. refuse: whether so many of them over so many cells are
-    beyond the limits. finished: the type of its maps, made from grid, anchors, parameters,
-    calculation and, by name, the arrays and what is plain: values that are JSON as they are.
+    beyond the limits; refuse_more: the same for what only maps of this kind are asked for. finished: the type of its
+    maps, made from grid, anchors, parameters, calculation and, by name, the arrays and what is plain: values that are
+    JSON as they are.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Product:
     arrays: tuple[str, ...]
     refuse: Callable[[int, int, Literal["fast", "exact"], Settings], None] = refuse_map
     plain: tuple[str, ...] = ()
+    refuse_more: Callable[[ElevationGrid, Any, Settings], None] | None = None
 
 
 def _check_visibility_map(grid: ElevationGrid, parameters: VisibilityMapParameters) -> int:
@@ -92,6 +95,10 @@ def _check_dop_map(grid: ElevationGrid, parameters: DopMapParameters) -> int:
     return _check_positioning(grid, parameters)
 
 
+def _refuse_air(grid: ElevationGrid, parameters: DopMapParameters, settings: Settings) -> None:
+    refuse_volume(check_air(grid, parameters), settings)
+
+
 VISIBILITY_MAP = Product(
     "visibility-map",
     VisibilityMapParameters,
@@ -106,7 +113,8 @@ DOP_MAP = Product(
     _check_dop_map,
     calculate_dop_map,
     FinishedDopMap,
-    ("dop", "reasons", "count", "no_go", "sigmas_m", "path_numbers", "path_sets"),
+    ("dop", "reasons", "count", "no_go", "sigmas_m", "path_numbers", "path_sets", "min_altitude_m", "hidden_below_m"),
+    refuse_more=_refuse_air,
 )
 MORPHING_MAP = Product(
     "morphing-map",

@@ -55,6 +55,7 @@ class Settings(BaseSettings):
     max_dem_cells: int = Field(default=100_000_000, ge=1, description="Cells (rows times columns) of a DEM.")
     max_anchors: int = Field(default=64, ge=1, description="Anchors in one request.")
     max_anchor_cells: int = Field(default=600_000_000, ge=1, description="Cells times anchors of one visibility map.")
+    max_voxels: int = Field(default=100_000_000, ge=1, description="Voxels of one control volume.")
     max_candidates: int = Field(default=20_000, ge=1, description="Candidates of one placement.")
     max_pairs: int = Field(default=100_000, ge=1, description="Point pairs in one lines-of-sight request.")
     max_path_points: int = Field(default=100_000, ge=1, description="Points of one path of safety bubbles.")

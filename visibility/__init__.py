@@ -30,6 +30,7 @@ from .sets_in_sight import VisibleSets, dop_along, visible_sets
 from .sight_line import LineOfSight, line_of_sight
 from .sight_lines import LinesOfSight, lines_of_sight
 from .surface_cache import SurfaceCache
+from .volume_datasets import volume_dataset
 from .volume_layers import AltitudeLayers, altitude_layers
 from .volume_sections import HorizontalSection, VerticalSection, horizontal_section, vertical_section
 
@@ -122,6 +123,7 @@ __all__ = [
     "visible_sets",
     "visible_with_buildings",
     "volume_blocks",
+    "volume_dataset",
     "volume_slabs",
     "whole_volume",
     "zones",

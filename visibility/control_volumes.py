@@ -18,7 +18,16 @@ from .kernels import volume as kernel
 from .minimum_altitude import MinimumVisibleAltitude
 from .volume_layers import AltitudeLayers
 
-__all__ = ["ControlVolume", "VoxelBlock", "control_volume", "volume_blocks", "volume_slabs", "whole_volume"]
+__all__ = [
+    "ControlVolume",
+    "VoxelBlock",
+    "control_volume",
+    "posts_within",
+    "volume_blocks",
+    "volume_slab",
+    "volume_slabs",
+    "whole_volume",
+]
 
 BLOCK_VOXELS = 4_000_000
 WHOLE_VOXELS = 200_000_000
@@ -117,12 +126,22 @@ def control_volume(
     Nothing is calculated yet: see volume_blocks, whole_volume and the sections. Raises VisibilityInputError for bounds
     without posts, layers that all lie below the ground, or a kind or dilution that does not exist.
     """
-    grid = surfaces.grid
     kind_code(kind)
     if dilution not in MEASURES:
         raise VisibilityInputError(f"dilution must be one of {', '.join(MEASURES)}, not {dilution!r}.")
     if dilution == "tdop" and kind != "pseudorange":
         raise VisibilityInputError(f"tdop needs kind 'pseudorange'; {kind!r} solves for no clock.")
+    posts = posts_within(surfaces.grid, layers, bounds_m)
+    return ControlVolume(surfaces, layers, *posts, dilution, kind, one_dop_per_set)
+
+
+def posts_within(
+    grid: ElevationGrid, layers: AltitudeLayers, bounds_m: tuple[float, float, float, float] | None = None
+) -> tuple[int, int, int, int]:
+    """(first_row, last_row, first_col, last_col) of the volume that ``control_volume`` makes, both ends included.
+
+    Raises VisibilityInputError as there.
+    """
     rows, cols = (0, grid.rows - 1), (0, grid.cols - 1)
     if bounds_m is not None:
         west_m, south_m, east_m, north_m = bounds_m
@@ -143,7 +162,7 @@ def control_volume(
             f"The ceiling, the highest layer at {layers.altitudes_m[-1]:g} m, is below the ground, which begins at "
             f"{known.min():.1f} m; raise it."
         )
-    return ControlVolume(surfaces, layers, *rows, *cols, dilution, kind, one_dop_per_set)
+    return *rows, *cols
 
 
 def _posts_between(low: float, high: float, posts: int) -> tuple[int, int]:
@@ -175,12 +194,17 @@ def volume_slabs(
     step = max(block_voxels // (rows * cols), 1)
     tables = column_tables(volume.surfaces)
     for first in range(0, layers, step):
-        some = replace(
-            volume,
-            layers=replace(volume.layers, altitudes_m=volume.layers.altitudes_m[first : first + step]),
-            middle_m=volume.middle_position_m,
-        )
-        yield replace(_block(some, tables, 0, rows, sets_only=sets_only), first_layer=first)
+        yield volume_slab(volume, first, min(step, layers - first), sets_only=sets_only, tables=tables)
+
+
+def volume_slab(
+    volume: ControlVolume, first_layer: int, layers: int, *, sets_only: bool = False, tables: ColumnTables | None = None
+) -> VoxelBlock:
+    """Some whole layers of a volume, counted from the lowest. tables: of its surfaces, where they are at hand."""
+    altitudes_m = volume.layers.altitudes_m[first_layer : first_layer + layers]
+    some = replace(volume, layers=replace(volume.layers, altitudes_m=altitudes_m), middle_m=volume.middle_position_m)
+    tables = column_tables(volume.surfaces) if tables is None else tables
+    return replace(_block(some, tables, 0, volume.shape[1], sets_only=sets_only), first_layer=first_layer)
 
 
 def whole_volume(volume: ControlVolume, *, max_voxels: int = WHOLE_VOXELS) -> VoxelBlock:

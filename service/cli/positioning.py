@@ -15,11 +15,10 @@ from service.errors import RequestError
 from service.layers import LAYERS
 from service.products import DOP_MAP, MORPHING_MAP, Product
 
-from .anchor_texts import HEIGHT
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table, share_text
 
-__all__ = ["SatelliteOptions", "ceiling_fields", "make_positioning_map", "sources_table"]
+__all__ = ["SatelliteOptions", "make_positioning_map", "sources_table"]
 
 MOST_BYTES = 1_000_000
 
@@ -68,21 +67,6 @@ class SatelliteOptions:
             raise RequestError(
                 f"--time {self.time!r} is no ISO 8601 time with its offset, such as 2007-01-27T06:00:00Z."
             ) from error
-
-
-def ceiling_fields(text: str | None) -> dict[str, float]:
-    """--ceiling as the fields of a request. Raises RequestError."""
-    form = "--ceiling {} is not of the form 2500msl (altitude) or 300agl (above ground)."
-    if text is None:
-        raise RequestError("Give the top of the air with --ceiling, such as 2500msl or 300agl.")
-    height = HEIGHT.fullmatch(text.strip())
-    if height is None:
-        raise RequestError(form.format(repr(text)))
-    try:
-        metres = float(height["metres"])
-    except ValueError as error:
-        raise RequestError(form.format(repr(text))) from error
-    return {"ceiling_above_ground_m" if height["above"].lower() == "agl" else "ceiling_altitude_m": metres}
 
 
 def make_positioning_map(
@@ -147,6 +131,7 @@ def _dop_tables(summary: dict[str, Any]) -> tuple[Table, ...]:
             (f"{name} error p50", "no fix" if quantiles_m["p50"] is None else f"{quantiles_m['p50']:.3g} m")
             for name, quantiles_m in summary["position_error_quantiles_m"].items()
         ),
+        *([] if summary["volume"] is None else [("voxels of the volume", f"{summary['volume']['voxels']:,}")]),
         *((f"posts {name.replace('_', ' ')}", f"{posts:,}") for name, posts in summary["posts_by_reason"].items()),
     ]
     bound = ", along the surface" if summary["on_surface"] else ""

@@ -68,6 +68,31 @@ def dop(
         Path | None,
         typer.Option(metavar="FILE", help="CSV of east_m,north_m,above_ground_m (or altitude_m): adds path.csv."),
     ] = None,
+    cut: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LINE|HEIGHT",
+            help="A picture of a cut: vertical along EAST,NORTH,EAST,NORTH, or horizontal at 1000msl or 50agl. "
+            "Repeatable.",
+        ),
+    ] = None,
+    volume: Annotated[
+        bool, typer.Option("--volume", help="Write every voxel: volume.npz, volume.nc and GeoTIFFs; with --ceiling.")
+    ] = False,
+    ceiling: Annotated[
+        str | None,
+        typer.Option(metavar="HEIGHT", help="Top of the volume and of vertical cuts: 2500msl, or 300agl."),
+    ] = None,
+    floor: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Its lowest layer, counted as the ceiling is. (default the lowest ground)"),
+    ] = None,
+    layer: Annotated[
+        float | None, typer.Option(metavar="M", help="From layer to layer. (default the cell, at most 100 layers)")
+    ] = None,
+    bounds: Annotated[
+        str | None, typer.Option(metavar="WEST,SOUTH,EAST,NORTH", help="Its sides, metres. (default the whole DEM)")
+    ] = None,
     mode: ModeOption = Mode.FAST,
     unknown: UnknownOption = UnknownGround.UNKNOWN,
     curvature: CurvatureOption = CurvatureWord.AUTO,
@@ -79,11 +104,13 @@ def dop(
     """Calculate how good positioning is for a rover, over a whole DEM.
 
     Writes dop.json, dop.tif, count.tif, position_error.tif, no_go.tif, no_go.geojson, contours.geojson and map.png
-    into --out, and path.csv where a --path is given.
+    into --out, path.csv where a --path is given, cut-1.png and so on for each --cut, and with --volume the voxels.
     """
     from .path_files import path_from_file
     from .positioning import SatelliteOptions, make_positioning_map
+    from .volume_texts import VolumeOptions, cut_fields
 
+    air = VolumeOptions(volume, ceiling, floor, layer, bounds)
     make_positioning_map(
         "dop-map",
         dem,
@@ -102,10 +129,13 @@ def dop(
             "on_surface": surface,
             "one_dop_per_set": one_dop_per_set,
             "path": None if path is None else path_from_file(path),
+            "volume": air.fields(),
+            "cuts": [cut_fields(text, lonlat=lonlat) for text in cut or []],
             "mode": mode.value,
             "unknown": unknown.value,
             "curvature": curvature.value,
         },
+        left_out=air.left_out,
         out=out,
         as_json=as_json,
     )
@@ -149,7 +179,8 @@ def morph(
     Writes morph.json, altitude.tif, above_ground.tif, flags.tif, no_go.geojson, contours.geojson and map.png into
     --out, and with --mesh surface.glb and surface.stl.
     """
-    from .positioning import SatelliteOptions, ceiling_fields, make_positioning_map
+    from .positioning import SatelliteOptions, make_positioning_map
+    from .volume_texts import ceiling_fields
 
     make_positioning_map(
         "morphing-map",

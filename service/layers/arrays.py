@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from service.visibility_map import VisibilityMap
 
-__all__ = ["write_arrays"]
+__all__ = ["add_array", "write_arrays"]
 
 
 def write_arrays(finished: VisibilityMap, path: Path) -> None:
@@ -32,5 +32,10 @@ def write_arrays(finished: VisibilityMap, path: Path) -> None:
     # numpy's own compressed writer knows only the slow level 6
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, array in arrays.items():
-            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                np.lib.format.write_array(member, np.asarray(array), allow_pickle=False)
+            add_array(archive, name, array)
+
+
+def add_array(archive: zipfile.ZipFile, name: str, array: npt.NDArray[Any]) -> None:
+    """One array of an .npz."""
+    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+        np.lib.format.write_array(member, np.asarray(array), allow_pickle=False)

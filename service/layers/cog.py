@@ -13,7 +13,7 @@ from rasterio.transform import Affine
 from service.products import FinishedMap
 from terrain import ElevationGrid
 
-__all__ = ["BYTES", "FLOATS", "common_tags", "write_cog"]
+__all__ = ["BYTES", "FLOATS", "common_tags", "transform_of", "write_cog"]
 
 # A download waits for the writer: 1024² posts and 4 anchors take 0.03 s as bytes and 0.1 s as floats with these,
 # against 0.3 s with DEFLATE floats. Nearest-neighbour overviews keep classes classes and infinities apart.
@@ -40,7 +40,7 @@ def write_cog(
         "dtype": bands[0].dtype,
         "nodata": nodata,
         "crs": None if grid.crs is None else rasterio.crs.CRS.from_wkt(grid.crs.to_wkt()),
-        "transform": _transform(grid),
+        "transform": transform_of(grid),
         "overview_resampling": "NEAREST",
         "bigtiff": "IF_SAFER",
         **compression,
@@ -54,7 +54,7 @@ def write_cog(
         dataset.update_tags(**tags)
 
 
-def _transform(grid: ElevationGrid) -> Affine:
+def transform_of(grid: ElevationGrid) -> Affine:
     """Pixel corners to metres: posts are cell centres, so the corner of the first cell is half a cell out."""
     west_m = grid.origin_east_m - 0.5 * grid.cell_east_m
     north_m = grid.origin_north_m + 0.5 * grid.cell_north_m

@@ -19,7 +19,7 @@ GEOJSON = "application/geo+json"
 class Layer:
     """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path.
 
-    needs: the parameter without which a map does not have it.
+    needs: the parameter without which a map does not have it. at_least: as many entries of it.
     """
 
     name: str
@@ -27,10 +27,14 @@ class Layer:
     description: str
     write: Writer
     needs: str | None = None
+    at_least: int = 1
 
     def is_of(self, parameters: Mapping[str, Any]) -> bool:
         """Whether a map that was asked for with these parameters has this layer."""
-        return self.needs is None or bool(parameters.get(self.needs))
+        if self.needs is None:
+            return True
+        given = parameters.get(self.needs)
+        return len(given) >= self.at_least if isinstance(given, list) else given is not None
 
 
 def later(module: str, function: str) -> Writer:

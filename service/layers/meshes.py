@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from service.air_layers import air_layers
 from service.errors import RequestError
 from service.morphing_map import FinishedMorphingMap
 from service.ranging_sources import limit_of, lines_to
 from terrain import ElevationGrid
-from visibility import AltitudeLayers, Isosurface, altitude_layers, control_volume, isosurface
+from visibility import Isosurface, control_volume, isosurface
 
-__all__ = ["surface_layers", "surface_of", "write_glb", "write_stl"]
+__all__ = ["surface_of", "write_glb", "write_stl"]
 
-MOST_LAYERS = 100
 # glTF's y is up and its z points south
 ENU_TO_GLTF = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
@@ -37,25 +37,14 @@ def surface_of(finished: FinishedMorphingMap) -> Isosurface:
     """The surface in the grid's frame. Raises RequestError where there is none, VisibilityInputError beyond limits."""
     grid, parameters = finished.grid, finished.parameters
     lines = lines_to(grid, finished.anchors, parameters)
-    volume = control_volume(lines, surface_layers(finished), dilution=parameters.measure, kind=parameters.kind)
+    layers = air_layers(grid, *parameters.ceiling(), layer_m=parameters.surface_layer_m)
+    volume = control_volume(lines, layers, dilution=parameters.measure, kind=parameters.kind)
     surface = isosurface(volume, limit_of(parameters))
     if not len(surface.faces):
         raise RequestError(
             f"There is no surface: the whole volume is on one side of {parameters.measure} {parameters.dop_limit:g}."
         )
     return surface
-
-
-def surface_layers(finished: FinishedMorphingMap) -> AltitudeLayers:
-    """Layers from the lowest ground to the ceiling, as thick as asked for or as the DEM's cells are wide."""
-    grid = finished.grid
-    ceiling_m, above_ground = finished.parameters.ceiling()
-    low_m = 0.0 if above_ground else float(np.nanmin(grid.heights_m))
-    step_m = finished.parameters.surface_layer_m
-    if step_m is None:
-        step_m = max(min(grid.cell_east_m, grid.cell_north_m), (ceiling_m - low_m) / MOST_LAYERS)
-        step_m = min(step_m, (ceiling_m - low_m) / 2.0)
-    return altitude_layers(low_m, ceiling_m, step_m, above_ground=above_ground)
 
 
 def _mesh(finished: FinishedMorphingMap) -> tuple[trimesh.Trimesh, tuple[float, float, float]]:

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
+
+from service.dop_map import FinishedDopMap
+from service.schemas.volumes import MOST_CUTS
+
 from .layer import COG, GEOJSON, PNG, Layer, later
 
 __all__ = ["DOP_LAYERS", "MORPHING_LAYERS"]
@@ -9,7 +15,16 @@ __all__ = ["DOP_LAYERS", "MORPHING_LAYERS"]
 RASTERS = "service.layers.positioning_rasters"
 ZONES = "service.layers.zones"
 MESHES = "service.layers.meshes"
+VOLUMES = "service.layers.volume_files"
 CSV = "text/csv; charset=utf-8"
+GEOTIFF = "image/tiff; application=geotiff"
+
+
+def _write_cut(number: int, finished: FinishedDopMap, path: Path) -> None:
+    from service.pictures.cut_picture import write_cut_picture
+
+    write_cut_picture(finished, number, path)
+
 
 DOP_LAYERS = (
     Layer(
@@ -62,6 +77,48 @@ DOP_LAYERS = (
         "A line for each point of the path: metres, ids in sight, dilutions, one-sigma position errors in metres.",
         later("service.layers.path_table", "write_path"),
         needs="path",
+    ),
+    *(
+        Layer(
+            f"cut-{number}.png",
+            PNG,
+            f"A picture of cut {number}: anchors in sight and the dilution, with the ground.",
+            partial(_write_cut, number - 1),
+            needs="cuts",
+            at_least=number,
+        )
+        for number in range(1, MOST_CUTS + 1)
+    ),
+    Layer(
+        "volume_dop.tif",
+        GEOTIFF,
+        "float32, a band for each layer of the volume, the lowest first: the dilution; +inf no fix, NaN (nodata) "
+        "unknown.",
+        later(VOLUMES, "write_volume_dop"),
+        needs="volume",
+    ),
+    Layer(
+        "volume_count.tif",
+        GEOTIFF,
+        "A band for each layer of the volume: how many anchors are surely in sight, nodata (largest value) where that "
+        "of some is unknown.",
+        later(VOLUMES, "write_volume_count"),
+        needs="volume",
+    ),
+    Layer(
+        "volume.npz",
+        "application/x-npz",
+        "Arrays over layers, rows and columns for numpy: dilution, count, and the visible set as bits, anchor a being "
+        "bit a % 64 of word a // 64.",
+        later(VOLUMES, "write_volume_arrays"),
+        needs="volume",
+    ),
+    Layer(
+        "volume.nc",
+        "application/x-netcdf",
+        "The same as NetCDF with coordinates and CRS, as xarray opens it.",
+        later(VOLUMES, "write_volume_dataset"),
+        needs="volume",
     ),
 )
 

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 
 from service.dop_map import FinishedDopMap
 from service.map_facts import dem_name
+from service.schemas.positioning import DopMapParameters
 from visibility import DistantAnchor
 
 from .class_map import UNDECIDED, MapClass, class_legend, class_pixels
@@ -21,7 +22,7 @@ from .furniture import INK
 from .relief import Sampling
 from .sheet import ground_figure, save_png
 
-__all__ = ["draw_dop_map", "sources_words", "write_dop_picture"]
+__all__ = ["dop_classes", "draw_dop_map", "sources_words", "write_dop_picture"]
 
 # Shares of the limit at which classes begin: cold colours are good enough, warm ones are not.
 BOUNDS = (0.0, 0.5, 0.75, 1.0, 2.0)
@@ -36,7 +37,7 @@ def write_dop_picture(finished: FinishedDopMap, path: Path) -> None:
 def draw_dop_map(finished: FinishedDopMap) -> Figure:
     """The map as a figure with one Axes in kilometres of the grid's frame."""
     parameters, grid = finished.parameters, finished.grid
-    classes, numbers = _classes(finished)
+    classes, numbers = dop_classes(finished.dop, finished.count, parameters)
     bound = ", moving along the surface" if parameters.on_surface else ""
     figure, axes = ground_figure(
         grid,
@@ -64,17 +65,19 @@ def sources_words(anchors: tuple[object, ...]) -> str:
     return " and ".join(words)
 
 
-def _classes(finished: FinishedDopMap) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
-    parameters = finished.parameters
+def dop_classes(
+    dop: npt.NDArray[np.float32], count: npt.NDArray[np.uint16], parameters: DopMapParameters
+) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
+    """Classes round the limit that is asked for, and the class number of each dilution."""
     edges = [parameters.dop_limit * bound for bound in BOUNDS]
     labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
     labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
     classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
     few = f", < {parameters.min_anchors}" if parameters.min_anchors else ""
     classes.append(MapClass(f"no fix{few}", NONE_COLOUR))
-    numbers = np.digitize(finished.dop, np.array(edges[1:], np.float32)).astype(np.uint8)
-    numbers[np.isinf(finished.dop) | (finished.count < (parameters.min_anchors or 0))] = len(classes) - 1
-    numbers[np.isnan(finished.dop)] = UNDECIDED
+    numbers = np.digitize(dop, np.array(edges[1:], np.float32)).astype(np.uint8)
+    numbers[np.isinf(dop) | (count < (parameters.min_anchors or 0))] = len(classes) - 1
+    numbers[np.isnan(dop)] = UNDECIDED
     return classes, numbers
 
 

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from .points import Metres, NotNegativeMetres, PointIn
 from .satellites import SatellitesIn
 from .sight import SightParameters
+from .volumes import MOST_CUTS, CutIn, VolumeIn
 
 __all__ = [
     "CeilingParameters",
@@ -77,11 +78,25 @@ class DopMapParameters(PositioningParameters):
         description="Points of a trajectory over the DEM; who is in sight and how good positioning is at each is told "
         "in path.csv.",
     )
+    volume: VolumeIn | None = Field(
+        None, description="Air of which volume.npz, volume.nc and the volume's GeoTIFFs tell every voxel."
+    )
+    cuts: Annotated[list[CutIn], Field(max_length=MOST_CUTS)] = Field(
+        [],
+        description="Cuts through the volume, each a picture; left out, the volume goes from the lowest ground to a "
+        "little above the highest.",
+    )
 
     @model_validator(mode="after")
     def _no_slope_of_a_set(self) -> Self:
         if self.on_surface and self.one_dop_per_set:
             raise ValueError("A visible set has no one slope; give only one of one_dop_per_set and on_surface.")
+        return self
+
+    @model_validator(mode="after")
+    def _no_slope_in_the_air(self) -> Self:
+        if self.on_surface and (self.volume is not None or self.cuts):
+            raise ValueError("Air has no slope; leave out on_surface, or the volume and its cuts.")
         return self
 
 

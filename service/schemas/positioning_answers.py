@@ -76,6 +76,18 @@ class PositioningSummary(MapSummary):
     unhealthy_satellites: list[str] = Field([], description="Ids of satellites that were left out as unhealthy.")
 
 
+class VolumeFacts(BaseModel):
+    """How large a control volume is."""
+
+    layers: int = Field(description="Number of layers.")
+    rows: int = Field(description="Number of rows of posts.")
+    cols: int = Field(description="Number of columns of posts.")
+    voxels: int = Field(description="Number of voxels: layers times rows times columns.")
+    lowest_layer_m: float = Field(description="Altitude of the lowest layer, or its height above ground, metres.")
+    highest_layer_m: float = Field(description="The same of the highest layer, metres.")
+    layers_above_ground: bool = Field(description="Whether layers count from the ground of each post.")
+
+
 class DopMapSummary(PositioningSummary):
     """What a DOP map says in numbers, and how far to trust it."""
 
@@ -92,6 +104,7 @@ class DopMapSummary(PositioningSummary):
         {}, description="p05, p50 and p95 of the horizontal, vertical and position error, one sigma, metres."
     )
     path_points: int = Field(0, description="Number of points along the path.")
+    volume: VolumeFacts | None = Field(None, description="The control volume, where one was asked for.")
     posts_by_reason: dict[str, int] = Field(
         description="Known posts with a fix (ok), too_few anchors, a singular geometry, or unknown sight."
     )

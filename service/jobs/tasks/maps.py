@@ -28,6 +28,8 @@ def check_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str
     cells, mode = grid.heights_m.size, parameters.mode
     refuse_map(cells, len(parameters.anchors), mode, context.settings)
     product.refuse(cells, product.check(grid, parameters), mode, context.settings)
+    if product.refuse_more is not None:
+        product.refuse_more(grid, parameters, context.settings)
     return {}
 
 

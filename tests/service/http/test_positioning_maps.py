@@ -10,7 +10,7 @@ import pytest
 import rasterio
 from PIL import Image
 
-from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_M, assert_problem
+from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_M
 from tests.service.running import Server
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
 from visibility import GO, NO_GO, UNKNOWN
@@ -24,10 +24,6 @@ ANCHORS = [
         "above_ground_m": 400.0,
     }
     for name, (x, y) in PLACES.items()
-]
-ONE_LINE = [
-    {"id": f"L{n}", "east_m": WEST_M + 9000.0 + 1000.0 * n, "north_m": NORTH_M - 9000.0, "altitude_m": 2500.0}
-    for n in range(4)
 ]
 SKY = {"almanac": almanac(), "time": TIME, "reference_date": REFERENCE_DATE}
 CEILING = {"ceiling_above_ground_m": 500.0}
@@ -135,123 +131,30 @@ def test_a_path_gets_a_table_and_a_map_without_path_has_none(
     assert server.client.get(f"{dop['links']['self']}/layers/path.csv").status_code == 404
 
 
-BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
-    "nothing to range to": ("/dop-maps", {}, "validation", "Give anchors or satellites"),
-    "too few anchors": ("/dop-maps", {"anchors": ANCHORS[:2]}, "visibility-input", "at least 3 anchors; 2 are given"),
-    "one anchor along the surface": (
+def test_a_volume_and_its_cuts_are_layers_of_a_dop_map(
+    server: Server, jacksboro: dict[str, Any], dop: dict[str, Any]
+) -> None:
+    line = [{name: ANCHORS[n][name] for name in ("east_m", "north_m")} for n in (0, 2)]
+    map_ = made(
+        server,
         "/dop-maps",
-        {"anchors": ANCHORS[:1], "on_surface": True},
-        "visibility-input",
-        "at least 2 anchors; 1 is given",
-    ),
-    "anchors on one line": ("/dop-maps", {"anchors": ONE_LINE}, "visibility-input", "stand on one line"),
-    "a limit of 0": ("/dop-maps", {"anchors": ANCHORS, "dop_limit": 0}, "validation", "dop_limit"),
-    "a limit below 0": ("/morphing-maps", {"anchors": ANCHORS, "dop_limit": -1, **CEILING}, "validation", "dop_limit"),
-    "a clock's dilution without a clock": (
-        "/dop-maps",
-        {"anchors": ANCHORS, "measure": "tdop"},
-        "validation",
-        "'tdop' needs kind 'pseudorange'",
-    ),
-    "one dilution per set along the surface": (
-        "/dop-maps",
-        {"anchors": ANCHORS, "on_surface": True, "one_dop_per_set": True},
-        "validation",
-        "A visible set has no one slope",
-    ),
-    "an anchor without any error": (
-        "/dop-maps",
-        {"anchors": [{**ANCHORS[0], "ranging_sigma_m": 0.0}, *ANCHORS[1:]]},
-        "visibility-input",
-        "would weigh infinitely much",
-    ),
-    "a path off the map": (
-        "/dop-maps",
-        {"anchors": ANCHORS, "path": [{"east_m": 0.0, "north_m": 0.0, "above_ground_m": 2.0}]},
-        "visibility-input",
-        "path[0] lies outside the DEM",
-    ),
-    "two sources of orbits": (
-        "/dop-maps",
-        {"satellites": {**SKY, "navigation": "x"}},
-        "validation",
-        "exactly one of almanac and navigation",
-    ),
-    "a navigation file that is none": (
-        "/dop-maps",
-        {"satellites": {"navigation": "x", "time": TIME}},
-        "almanac-file",
-        "navigation file",
-    ),
-    "an almanac with a missing field": (
-        "/dop-maps",
-        {"satellites": {**SKY, "almanac": almanac().replace("30\n0\n", "30\n", 1)}},
-        "almanac-file",
-        "almanac",
-    ),
-    "no ceiling": ("/morphing-maps", {"anchors": ANCHORS}, "validation", "exactly one of ceiling_altitude_m"),
-    "two ceilings": (
-        "/morphing-maps",
-        {"anchors": ANCHORS, "ceiling_altitude_m": 900.0, **CEILING},
-        "validation",
-        "both were given",
-    ),
-    "a ceiling below the ground": (
-        "/morphing-maps",
-        {"anchors": ANCHORS, "ceiling_altitude_m": -900.0},
-        "visibility-input",
-        "is below the ground, which begins at",
-    ),
-    "an almanac of another week": (
-        "/dop-maps",
-        {"satellites": {**SKY, "time": "2026-11-22T00:00:00Z"}},
-        "almanac",
-        "days before",
-    ),
-    "an almanac without reference": (
-        "/dop-maps",
-        {"satellites": {"almanac": SKY["almanac"], "time": TIME}},
-        "almanac",
-        "modulo 1024",
-    ),
-    "a truncated almanac": (
-        "/morphing-maps",
-        {"satellites": {**SKY, "almanac": almanac()[:1500]}, **CEILING},
-        "almanac-file",
-        "almanac",
-    ),
-    "unhealthy satellites only": (
-        "/dop-maps",
-        {"satellites": {**SKY, "almanac": almanac(6, unhealthy=6)}},
-        "almanac",
-        "All 6 satellites",
-    ),
-    "a time without offset": (
-        "/dop-maps",
-        {"satellites": {**SKY, "time": "2007-01-27T06:00:00"}},
-        "validation",
-        "satellites.time",
-    ),
-    "an almanac without end": (
-        "/dop-maps",
-        {"satellites": {**SKY, "almanac": "x" * 200_001}},
-        "validation",
-        "satellites.almanac",
-    ),
-    "1000 anchors": ("/dop-maps", {"anchors": [{**ANCHORS[0], "id": f"A{i}"} for i in range(1000)]}, "limit", "64"),
-    "an anchor called as a satellite": (
-        "/dop-maps",
-        {"anchors": [{**ANCHORS[0], "id": f"G{n:02d}"} for n in range(1, 25)], "satellites": SKY},
-        "anchor",
-        "unique",
-    ),
-}
-
-
-@pytest.mark.parametrize("what", BAD)
-def test_a_positioning_map_is_refused_before_a_job_exists(server: Server, jacksboro: dict[str, Any], what: str) -> None:
-    path, request, kind, word = BAD[what]
-    before = server.client.get(path).json()["total"]
-    answer = server.client.post(path, json={"dem_id": jacksboro["id"], **request})
-    assert_problem(answer, 422, kind, word)
-    assert server.client.get(path).json()["total"] == before
+        dem_id=jacksboro["id"],
+        anchors=ANCHORS,
+        volume={"ceiling_above_ground_m": 300.0, "layer_m": 100.0},
+        cuts=[{"line": line}, {"altitude_m": 700.0}],
+    )
+    assert map_["result"]["volume"]["layers"] == 4
+    names = {layer["name"] for layer in map_["layers"]}
+    air = {"cut-1.png", "cut-2.png", "volume_dop.tif", "volume_count.tif", "volume.npz", "volume.nc"}
+    assert air <= names
+    assert "cut-3.png" not in names
+    assert not {name for name in air if name in {layer["name"] for layer in dop["layers"]}}
+    assert server.client.get(f"{map_['links']['self']}/layers/cut-3.png").status_code == 404
+    for name in air:
+        answer = server.client.get(f"{map_['links']['self']}/layers/{name}")
+        assert answer.status_code == 200, (name, answer.text)
+    above_m = {n: bands(server, map_, "volume_dop.tif")[n] for n in (0, 3)}
+    ground = bands(server, made(server, "/dop-maps", dem_id=jacksboro["id"], anchors=ANCHORS,
+                                receiver_above_ground_m=300.0), "dop.tif")[0]  # fmt: skip
+    assert np.array_equal(above_m[3], ground, equal_nan=True)
+    assert not np.array_equal(above_m[0], ground, equal_nan=True)
