@@ -11,16 +11,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from planning.placement import Placement, check_placement, feasible_candidates, hover_sensitivity, place_anchors
+from planning.placement import (
+    Cluster,
+    Placement,
+    check_placement,
+    feasible_candidates,
+    hover_sensitivity,
+    place_anchors,
+)
 from planning.placement.placing import require_enough
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
+from .errors import RequestError
 from .map_facts import Calculation, curvature_of, dem_summary
 from .placement_question import placement_question
 from .schemas.placements import PlacementParameters
 
-__all__ = ["FinishedPlacement", "calculate_placement", "check_placement_request"]
+__all__ = ["FinishedPlacement", "calculate_placement", "check_placement_request", "cluster_of"]
 
 HOVER_M = 10.0
 SHARE_OF_SEARCH = 0.9
@@ -97,11 +105,12 @@ def calculate_placement(
     parameters: PlacementParameters,
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
+    scheduler: str | None = None,
 ) -> FinishedPlacement:
     """The placement that the parameters ask for on this grid; progress is called with the finished share 0..1.
 
-    stop: once it says True, the best so far is the answer.
-    Raises PlacementError, RequestError, FrameError, AnchorError.
+    stop: once it says True, the best so far is the answer. scheduler: address of the Dask scheduler that the request
+    may ask for. Raises PlacementError, ClusterError, RequestError, FrameError, AnchorError.
     """
     started_s = time.perf_counter()
     question = placement_question(grid, parameters)
@@ -118,6 +127,7 @@ def calculate_placement(
         sight=question.sight,
         options=question.options,
         progress=None if progress is None else lambda share: progress(SHARE_OF_SEARCH * share),
+        cluster=cluster_of(parameters, scheduler),
         stop=lambda: time.perf_counter() > deadline_s or (stop is not None and stop()),
     )
     maps, error_statement, curvature = _maps(grid, placement, parameters)
@@ -129,6 +139,18 @@ def calculate_placement(
     return FinishedPlacement(
         grid=grid, anchors=question.fixed, parameters=parameters, calculation=calculation, answer=answer, **maps
     )
+
+
+def cluster_of(parameters: PlacementParameters, scheduler: str | None) -> Cluster | None:
+    """The cluster that the request asks for, None for this machine. Raises RequestError where there is none."""
+    if parameters.run_on == "here":
+        return None
+    if scheduler is None:
+        raise RequestError(
+            f"run_on {parameters.run_on!r} needs a Dask scheduler, and none is set: the service takes its address from "
+            "SIGHTLINE_DASK_SCHEDULER, the command line from --scheduler."
+        )
+    return Cluster(scheduler, or_local=parameters.run_on == "cluster_or_here")
 
 
 def _maps(

@@ -26,7 +26,7 @@ from visibility import Anchor
 from .map_facts import curvature_of
 from .positions import resolve_anchor, resolve_point
 from .schemas.placements import CandidatesIn, GoalIn, PlacementParameters, RulesIn, TargetsIn
-from .shapes_in_grid import places_in_grid, polygon_in_grid, stand_off_in_grid
+from .shapes_in_grid import places_in_grid, polygon_in_grid, stand_off_in_grid, weights_in_grid
 
 __all__ = ["PlacementQuestion", "candidates_of", "goal_of", "placement_question", "rules_of", "sight_of", "targets_of"]
 
@@ -72,10 +72,11 @@ def targets_of(grid: ElevationGrid, asked: TargetsIn) -> Targets:
     height_m = asked.receiver_above_ground_m
     if asked.path is None:
         area = None if asked.area is None else polygon_in_grid(grid, asked.area, "targets.area")
-        return area_targets(grid, height_m, area=area)
+        return area_targets(grid, height_m, area=area, weight=weights_in_grid(grid, asked.weights, "targets.weights"))
     path_m = places_in_grid(grid, asked.path)
     if asked.corridor_width_m is not None:
-        return corridor_targets(grid, path_m, asked.corridor_width_m, height_m)
+        weight = weights_in_grid(grid, asked.weights, "targets.weights")
+        return corridor_targets(grid, path_m, asked.corridor_width_m, height_m, weight=weight)
     return path_targets(grid, path_m, height_m)
 
 

@@ -65,18 +65,20 @@ class Product:
     how many anchors and satellites (or candidates) there are. refuse: whether so many of them over so many cells are
     beyond the limits; refuse_more: the same for what only maps of this kind are asked for. finished: the type of its
     maps, made from grid, anchors, parameters, calculation and, by name, the arrays and what is plain: values that are
-    JSON as they are.
+    JSON as they are. searches: it can end early with the best so far, and be spread over a cluster: ``calculate`` also
+    takes ``stop`` and ``scheduler``.
     """
 
     name: str
     parameters: type[SightParameters]
     check: Callable[[ElevationGrid, Any], int]
-    calculate: Callable[[ElevationGrid, Any, Callable[[float], None] | None], FinishedMap]
+    calculate: Callable[..., FinishedMap]
     finished: Callable[..., FinishedMap]
     arrays: tuple[str, ...]
     refuse: Callable[[int, int, Literal["fast", "exact"], Settings], None] = refuse_map
     plain: tuple[str, ...] = ()
     refuse_more: Callable[[ElevationGrid, Any, Settings], None] | None = None
+    searches: bool = False
 
 
 def _check_visibility_map(grid: ElevationGrid, parameters: VisibilityMapParameters) -> int:
@@ -133,6 +135,7 @@ PLACEMENT = Product(
     ("count_before", "count_after", "dop_before", "dop_after", "is_target"),
     refuse_placement,
     ("answer",),
+    searches=True,
 )
 PRODUCTS: Mapping[str, Product] = MappingProxyType(
     {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT)}

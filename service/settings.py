@@ -57,6 +57,10 @@ class Settings(BaseSettings):
     max_anchor_cells: int = Field(default=600_000_000, ge=1, description="Cells times anchors of one visibility map.")
     max_voxels: int = Field(default=100_000_000, ge=1, description="Voxels of one control volume.")
     max_candidates: int = Field(default=20_000, ge=1, description="Candidates of one placement.")
+    dask_scheduler: str | None = Field(
+        default=None,
+        description="Address of a Dask scheduler that placements may be spread over, such as tcp://host:8786.",
+    )
     max_pairs: int = Field(default=100_000, ge=1, description="Point pairs in one lines-of-sight request.")
     max_path_points: int = Field(default=100_000, ge=1, description="Points of one path of safety bubbles.")
     max_queued_jobs: int = Field(default=256, ge=1, description="Jobs that wait for a worker.")

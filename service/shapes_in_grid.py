@@ -11,9 +11,9 @@ import shapely
 from service.errors import RequestError
 from terrain import ElevationGrid, to_grid_frame
 
-from .schemas.shapes import PlaceIn, PolygonIn, StandOffIn
+from .schemas.shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
 
-__all__ = ["places_in_grid", "polygon_in_grid", "stand_off_in_grid"]
+__all__ = ["places_in_grid", "polygon_in_grid", "stand_off_in_grid", "weights_in_grid"]
 
 
 def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn]) -> npt.NDArray[np.float64]:
@@ -43,3 +43,20 @@ def stand_off_in_grid(grid: ElevationGrid, stand_off: StandOffIn) -> tuple[shape
     if len(places_m) > 3 and np.array_equal(places_m[0], places_m[-1]):
         return shapely.make_valid(shapely.Polygon(places_m)), stand_off.distance_m
     return shapely.LineString(places_m), stand_off.distance_m
+
+
+def weights_in_grid(grid: ElevationGrid, weights: Sequence[WeightIn], called: str) -> npt.NDArray[np.float64] | None:
+    """(rows, cols) what each post counts, the later polygon first; None where all count the same.
+
+    Raises RequestError, FrameError.
+    """
+    if not weights:
+        return None
+    worth = np.ones(grid.shape)
+    east_m = grid.origin_east_m + np.arange(grid.cols) * grid.cell_east_m
+    north_m = grid.origin_north_m - np.arange(grid.rows) * grid.cell_north_m
+    for number, one in enumerate(weights):
+        polygon = polygon_in_grid(grid, one.polygon, f"{called}[{number}].polygon")
+        shapely.prepare(polygon)
+        worth[shapely.intersects_xy(polygon, *np.meshgrid(east_m, north_m))] = one.weight
+    return worth

@@ -23,7 +23,7 @@ from service.schemas.placements import PlacementParameters
 from .anchor_texts import HEIGHT, position_fields
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table, share_text
-from .shape_files import path_fields, place_fields, polygon_fields, stand_off_fields
+from .shape_files import path_fields, place_fields, polygon_fields, stand_off_fields, weight_fields
 
 __all__ = ["make_placement", "request_of"]
 
@@ -45,6 +45,8 @@ def request_of(
         if len(polygons) > 1:
             raise RequestError(f"The file {options['area'].name} holds {len(polygons)} polygons; --area takes one.")
         targets["area"] = polygons[0]
+    if options["weights"] is not None:
+        targets["weights"] = weight_fields(options["weights"])
     if options["path"] is not None:
         targets["path"] = path_fields(options["path"])
     fields = {
@@ -60,10 +62,17 @@ def request_of(
     return PlacementParameters.model_validate(_given(fields))
 
 
-def make_placement(dem: str, asked: PlacementParameters, **rest: Any) -> None:
-    """Read, calculate, write and print; ``rest`` as for make_map. Ctrl-C ends the search with the best so far."""
+def make_placement(dem: str, asked: PlacementParameters, scheduler: str | None, *, or_local: bool, **rest: Any) -> None:
+    """Read, calculate, write and print; ``rest`` as for make_map. Ctrl-C ends the search with the best so far.
+
+    scheduler: address of a Dask scheduler to work on. Raises RequestError.
+    """
+    if or_local and scheduler is None:
+        raise RequestError("--or-local goes with --scheduler.")
+    if scheduler is not None:
+        asked = asked.model_copy(update={"run_on": "cluster_or_here" if or_local else "cluster"})
     with _interrupt_as_stop() as stop:
-        calculate = partial(calculate_placement, stop=stop)
+        calculate = partial(calculate_placement, stop=stop, scheduler=scheduler)
         files = MapFiles("place.json", tuple(LAYERS["placement"]))
         make_map(dem, asked, calculate, files, _tables, what="Placing anchors", **rest)
 

@@ -81,6 +81,9 @@ def place(
     corridor: Annotated[
         float | None, typer.Option(metavar="M", help="Serve the ground within half this width of --path.")
     ] = None,
+    weights: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="GeoJSON polygons whose property weight is what ground counts.")
+    ] = None,
     receiver_height: ReceiverHeight = None,
     no_fly: Annotated[
         list[Path] | None, typer.Option(metavar="FILE", help="GeoJSON polygons without anchors. Repeatable.")
@@ -106,6 +109,13 @@ def place(
     time_limit: Annotated[
         float | None, typer.Option(metavar="S", help="After so many seconds take the best so far. Ctrl-C does as well.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Work out sight on the Dask cluster of this scheduler, tcp://HOST:8786."),
+    ] = None,
+    or_local: Annotated[
+        bool, typer.Option("--or-local", help="Work here, with a warning, where the cluster cannot be reached.")
+    ] = False,
     request: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The request as JSON, as over HTTP, in place of all the above.")
     ] = None,
@@ -140,6 +150,7 @@ def place(
             "area": area,
             "path": path,
             "corridor": corridor,
+            "weights": weights,
             "receiver_height": receiver_height,
             "no_fly": no_fly or [],
             "stand_off": stand_off or [],
@@ -171,4 +182,4 @@ def place(
             "curvature": curvature.value,
         },
     )
-    make_placement(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_placement(dem, asked, scheduler, or_local=or_local, nodata=nodata, crs=crs, out=out, as_json=as_json)

@@ -8,7 +8,7 @@ from typing import Any
 
 from service.errors import RequestError
 
-__all__ = ["path_fields", "place_fields", "polygon_fields", "stand_off_fields"]
+__all__ = ["path_fields", "place_fields", "polygon_fields", "stand_off_fields", "weight_fields"]
 
 LOCAL_METRES = "coordinates_are"
 Field = dict[str, float]
@@ -16,11 +16,20 @@ Field = dict[str, float]
 
 def polygon_fields(path: Path) -> list[dict[str, Any]]:
     """The polygons of a file. Raises RequestError."""
+    found = [polygon for kind, rings, local, _ in _geometries(path) for polygon in _polygons(path, kind, rings, local)]
+    if not found:
+        raise RequestError(f"The file {path.name} holds no polygons.")
+    return found
+
+
+def weight_fields(path: Path) -> list[dict[str, Any]]:
+    """The polygons of a file with their property ``weight``. Raises RequestError."""
     found = []
-    for kind, rings, local in _geometries(path):
-        for polygon in [rings] if kind == "Polygon" else rings if kind == "MultiPolygon" else []:
-            ring, *holes = [_places(path, one, local) for one in polygon]
-            found.append({"ring": ring, "holes": holes})
+    for kind, rings, local, properties in _geometries(path):
+        for polygon in _polygons(path, kind, rings, local):
+            if "weight" not in properties:
+                raise RequestError(f"The file {path.name} holds a polygon without the property weight.")
+            found.append({"polygon": polygon, "weight": properties["weight"]})
     if not found:
         raise RequestError(f"The file {path.name} holds no polygons.")
     return found
@@ -28,7 +37,7 @@ def polygon_fields(path: Path) -> list[dict[str, Any]]:
 
 def path_fields(path: Path) -> list[Field]:
     """The places of a file's first line. Raises RequestError."""
-    for kind, line, local in _geometries(path):
+    for kind, line, local, _ in _geometries(path):
         if kind == "LineString":
             return _places(path, line, local)
     raise RequestError(f"The file {path.name} holds no LineString.")
@@ -37,7 +46,7 @@ def path_fields(path: Path) -> list[Field]:
 def place_fields(path: Path) -> list[Field]:
     """The points of a file, and the corners of its lines. Raises RequestError."""
     found: list[Field] = []
-    for kind, coordinates, local in _geometries(path):
+    for kind, coordinates, local, _ in _geometries(path):
         if kind == "Point":
             found += _places(path, [coordinates], local)
         elif kind in ("MultiPoint", "LineString"):
@@ -57,7 +66,7 @@ def stand_off_fields(text: str) -> list[dict[str, Any]]:
     if not comma:
         raise RequestError(f"--stand-off {text!r} is not of the form FILE,METRES.")
     path, found = Path(name), []
-    for kind, coordinates, local in _geometries(path):
+    for kind, coordinates, local, _ in _geometries(path):
         lines = {"Point": [[coordinates]], "LineString": [coordinates], "Polygon": coordinates[:1]}.get(
             kind, coordinates
         )
@@ -69,8 +78,18 @@ def stand_off_fields(text: str) -> list[dict[str, Any]]:
     return found
 
 
-def _geometries(path: Path) -> list[tuple[str, Any, bool]]:
-    """(type, coordinates, whether they are local metres) of every geometry."""
+def _polygons(path: Path, kind: str, rings: Any, local: bool) -> list[dict[str, Any]]:
+    found = []
+    for polygon in [rings] if kind == "Polygon" else rings if kind == "MultiPolygon" else []:
+        if not isinstance(polygon, list) or not polygon:
+            raise RequestError(f"The file {path.name} holds a polygon without a ring.")
+        ring, *holes = [_places(path, one, local) for one in polygon]
+        found.append({"ring": ring, "holes": holes})
+    return found
+
+
+def _geometries(path: Path) -> list[tuple[str, Any, bool, dict[str, Any]]]:
+    """(type, coordinates, whether they are local metres, properties) of every geometry."""
     try:
         document = json.loads(path.read_text(encoding="utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -86,7 +105,9 @@ def _geometries(path: Path) -> list[tuple[str, Any, bool]]:
     for feature in features if isinstance(features, list) else []:
         geometry = feature.get("geometry", feature) if isinstance(feature, dict) else None
         if isinstance(geometry, dict) and isinstance(geometry.get("coordinates"), list):
-            found.append((str(geometry.get("type")), geometry["coordinates"], LOCAL_METRES in document))
+            properties = feature.get("properties")
+            told = properties if isinstance(properties, dict) else {}
+            found.append((str(geometry.get("type")), geometry["coordinates"], LOCAL_METRES in document, told))
     if not found:
         raise RequestError(f"The file {path.name} holds no GeoJSON geometries.")
     return found

@@ -21,7 +21,7 @@ from .documented import LOCATION, problem_responses
 from .files import file_answer
 from .jobs import after_waiting, finished, path_of, state_of
 
-__all__ = ["MapResource", "add_shared_routes", "ask_for_map", "responses_of_asking"]
+__all__ = ["MapResource", "add_shared_routes", "add_stop_route", "ask_for_map", "responses_of_asking"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +141,24 @@ def add_shared_routes(router: APIRouter, resource: MapResource) -> None:
         assert job.digest is not None
         path = await service.drawings.layer(job.digest, layer)
         return await file_answer(request, path, layers[layer].media_type, f"{job.digest}-{layer}")
+
+
+def add_stop_route(router: APIRouter, resource: MapResource) -> None:
+    """Add the request that ends a search with the best that it has so far."""
+
+    @router.post(
+        "/{map_id}/stop",
+        status_code=202,
+        name=f"stop_{resource.operation}",
+        summary=f"End a {resource.name} early",
+        description="The best that was found so far becomes the result, marked `stopped`; follow it until it is over.",
+        response_model=resource.out,
+        responses={202: {"description": "It was told.", "headers": LOCATION}, **problem_responses(404, 409)},
+    )
+    async def stop_map(map_id: str, response: Response, service: ServiceDep) -> MapOut:
+        job = await service.supervisor.finish_early(resource.kind, map_id)
+        response.headers["Location"] = path_of(job)
+        return _answer(resource, service, job)
 
 
 def _refuse_too_many(anchors: int, service: Service) -> None:

@@ -2,6 +2,7 @@
 
 service -> worker   {"settings": {...}}                                   first, once
                     {"task": NAME, "token": WORK_FOLDER, "arguments": {...}}
+                    {"stop": WORK_FOLDER}                                 that task may end with what it has
 worker -> service   {"ready": true}                                       once, when warm
                     {"progress": 0..1}                                    any number
                     {"result": {...}} or {"failure": {"error", "detail", "data"}}

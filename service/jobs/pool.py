@@ -47,6 +47,7 @@ class WorkerPool:
         self._waiting = dict.fromkeys(Lane, 0)
         self._idle: list[WorkerProcess] = []
         self._workers: set[WorkerProcess] = set()
+        self._at_work: dict[str, WorkerProcess] = {}
         self._someone_idle = asyncio.Condition()
         self._keepers: list[asyncio.Task[None]] = []
         self._first_warm = asyncio.Event()
@@ -105,6 +106,17 @@ class WorkerPool:
         finally:
             self._lanes[lane].release()
 
+    async def ask_to_stop(self, token: str) -> bool:
+        """Ask the task of that work folder to end with what it has; whether a process is at it."""
+        worker = self._at_work.get(token)
+        if worker is None:
+            return False
+        try:
+            await worker.ask_to_stop(token)
+        except WorkerDied:
+            return False
+        return True
+
     async def _run_now(
         self,
         lane: Lane,
@@ -118,6 +130,7 @@ class WorkerPool:
         try:
             if on_start is not None:
                 await on_start()
+            self._at_work[token] = worker
             async with asyncio.timeout(self._limits_s[lane]):
                 result = await worker.do(task, token, arguments, on_progress)
         except TaskFailed:
@@ -133,6 +146,8 @@ class WorkerPool:
                     f"(setting {_setting_of(lane)}); ask for less at once, or raise the limit."
                 ) from error
             raise
+        finally:
+            self._at_work.pop(token, None)
         await self._give_back(worker)
         return result
 

@@ -92,6 +92,10 @@ class WorkerProcess:
                 result: dict[str, Any] = message["result"]
                 return result
 
+    async def ask_to_stop(self, token: str) -> None:
+        """Ask the task of that work folder to end with what it has; raises WorkerDied."""
+        await self._say({"stop": token})
+
     async def kill(self) -> None:
         """End the process at once, and wait until the system has it back."""
         if self._process.returncode is None:

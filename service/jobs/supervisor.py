@@ -18,6 +18,7 @@ from service.errors import (
     InternalError,
     JobCancelledError,
     JobInterruptedError,
+    NotReadyError,
     ServiceError,
 )
 from service.settings import Settings
@@ -142,6 +143,19 @@ class Supervisor:
         await self.in_store(self._forget, job_id)
         return None
 
+    async def finish_early(self, kind: JobKind, job_id: str) -> JobRecord:
+        """Ask a job that runs to end with the best that it has so far; it is over soon after.
+
+        Raises NotFoundError, NotReadyError (it waits, or is over).
+        """
+        job = await self.in_store(self._store.job, kind, job_id)
+        if not await self._pool.ask_to_stop(job_id):
+            raise NotReadyError(
+                f"The job is {job.status}; only one that runs can end with what it has."
+                + (" DELETE cancels it." if job.active else "")
+            )
+        return job
+
     def _begin(self, job: JobRecord) -> None:
         task = asyncio.create_task(self._see_through(job))
         self._running[job.id] = task
@@ -149,7 +163,8 @@ class Supervisor:
 
     async def _see_through(self, job: JobRecord) -> None:
         """Get one job done, whatever happens to its worker."""
-        attempts, token = job.attempts, uuid.uuid4().hex
+        # the work folder is called as the job: whoever knows the job can reach the process that is at it
+        attempts, token = job.attempts, job.id
 
         async def on_start() -> None:
             nonlocal attempts

@@ -18,6 +18,7 @@ import threading
 import time
 import uuid
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, BinaryIO
 
 from navigation import NavigationError
@@ -51,7 +52,8 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
     orders: queue.Queue[dict[str, Any]] = queue.Queue()
-    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    stopped: set[str] = set()
+    threading.Thread(target=_listen, args=(orders, stopped), daemon=True).start()
 
     settings = Settings.model_validate(orders.get()["settings"])
     try:
@@ -64,13 +66,16 @@ def main() -> None:
     folder = DataFolder(settings.data_folder)
     while True:
         order = orders.get()
-        _tell(answers, _done(order, settings, folder, answers))
+        context = TaskContext(
+            settings, folder, folder.work(order["token"]), _Progress(answers), partial(_has, stopped, order["token"])
+        )
+        _tell(answers, _done(order, context))
+        stopped.discard(order["token"])
 
 
-def _done(order: Mapping[str, Any], settings: Settings, folder: DataFolder, answers: BinaryIO) -> dict[str, Any]:
+def _done(order: Mapping[str, Any], context: TaskContext) -> dict[str, Any]:
     """What comes of one task, ready to be told."""
-    task, work = TASKS[order["task"]], folder.work(order["token"])
-    context = TaskContext(settings, folder, work, _Progress(answers))
+    task, settings, folder, work = TASKS[order["task"]], context.settings, context.folder, context.work
     try:
         return {"result": dict(task(context, order["arguments"]))}
     except (TerrainError, VisibilityError, NavigationError, PlanningError, ServiceError) as error:
@@ -136,11 +141,19 @@ def _tell(answers: BinaryIO, message: dict[str, Any]) -> None:
         line = line[answers.write(line) :]
 
 
-def _listen(orders: queue.Queue[dict[str, Any]]) -> None:
+def _listen(orders: queue.Queue[dict[str, Any]], stopped: set[str]) -> None:
     """Hand on what the service says; when it has gone, so do we, whatever we are at."""
     for line in sys.stdin.buffer:
-        orders.put(decode(line))
+        order = decode(line)
+        if "stop" in order:
+            stopped.add(order["stop"])
+        else:
+            orders.put(order)
     os._exit(0)
+
+
+def _has(stopped: set[str], token: str) -> bool:
+    return token in stopped
 
 
 def _die_with(parent: int) -> None:

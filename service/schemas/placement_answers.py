@@ -70,7 +70,7 @@ class PlacementSummary(MapSummary):
     hover: HoverOut
     method: str = Field(description="exact, local search or greedy.")
     proved: bool = Field(description="Whether no other choice is better.")
-    stopped: bool = Field(description="Whether the time limit ended the search: this is the best so far.")
+    stopped: bool = Field(description="Whether a time limit or somebody ended the search: this is the best so far.")
     statement: str = Field(description="What is proved about greedy for this goal.")
 
 

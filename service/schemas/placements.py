@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from .points import Metres, NotNegativeMetres, PointIn, StrictModel
-from .shapes import PlaceIn, PolygonIn, StandOffIn
+from .shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
 from .sight import SightParameters
 
 __all__ = ["CandidatesIn", "GoalIn", "LinkIn", "PlacementParameters", "RulesIn", "TargetsIn"]
@@ -51,6 +51,10 @@ class TargetsIn(StrictModel):
     corridor_width_m: Positive | None = Field(
         None, description="Take the ground within half this width of the path, metres, instead of the path itself."
     )
+    weights: Annotated[list[WeightIn], Field(max_length=1000)] = Field(
+        [],
+        description="Ground that counts more or less than the rest, which counts 1; where two overlap the later holds.",
+    )
     receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of the rover's antenna, metres.")
 
     @model_validator(mode="after")
@@ -59,6 +63,8 @@ class TargetsIn(StrictModel):
             raise ValueError("Targets are an area or a path, not both.")
         if self.corridor_width_m is not None and self.path is None:
             raise ValueError("corridor_width_m needs a path.")
+        if self.weights and self.path is not None and self.corridor_width_m is None:
+            raise ValueError("weights go with an area or a corridor; of a path every metre counts the same.")
         return self
 
 
@@ -133,6 +139,11 @@ class PlacementParameters(SightParameters):
     )
     time_limit_s: Positive | None = Field(
         None, description="After so many seconds the best placement so far is the answer; left out = no limit."
+    )
+    run_on: Literal["here", "cluster", "cluster_or_here"] = Field(
+        "here",
+        description="Where sight is worked out: here, in one process; on the Dask cluster that is set up; or there, "
+        "and here with a warning where it cannot be reached. The answer is the same.",
     )
 
     @model_validator(mode="after")

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from .points import DegreesEast, DegreesNorth, Metres, NotNegativeMetres, StrictModel
 
-__all__ = ["PlaceIn", "PolygonIn", "StandOffIn"]
+__all__ = ["PlaceIn", "PolygonIn", "StandOffIn", "WeightIn"]
 
 
 class PlaceIn(StrictModel):
@@ -37,6 +37,15 @@ class PolygonIn(StrictModel):
 
     ring: Ring = Field(description="Corners of the outer ring in order, at least three entries.")
     holes: list[Ring] = Field([], description="Rings that are left out.")
+
+
+class WeightIn(StrictModel):
+    """Ground that counts more, less or nothing."""
+
+    polygon: PolygonIn = Field(description="Which ground.")
+    weight: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)] = Field(
+        description="What each post in it counts beside the rest, no unit; 0 leaves it out."
+    )
 
 
 class StandOffIn(StrictModel):

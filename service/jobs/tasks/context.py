@@ -22,12 +22,16 @@ DEM_ID = re.compile(r"[0-9a-f]{32}")
 
 @dataclass(frozen=True, slots=True)
 class TaskContext:
-    """Limits, where things lie, the task's own work folder (not made yet), and whom to tell the finished share."""
+    """Limits, where things lie, the task's own work folder (not made yet), and whom to tell the finished share.
+
+    stop: whether somebody wants the best so far instead of all; a task that knows no such thing does not ask.
+    """
 
     settings: Settings
     folder: DataFolder
     work: Path
     progress: Callable[[float], None]
+    stop: Callable[[], bool]
 
     def grid(self, dem_id: str) -> ElevationGrid:
         """The DEM of that id; raises NotFoundError."""

@@ -38,7 +38,8 @@ def map_task(product: Product) -> Task:
 
     def calculate_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
         parameters = product.parameters.model_validate(arguments["parameters"])
-        finished = product.calculate(context.grid(arguments["dem_id"]), parameters, context.progress)
+        more = {"stop": context.stop, "scheduler": context.settings.dask_scheduler} if product.searches else {}
+        finished = product.calculate(context.grid(arguments["dem_id"]), parameters, context.progress, **more)
         save(finished, context.work)
         make_durable(context.work)
         return {"digest": digest_of(context.work), "summary": finished.summary()}

@@ -1,0 +1,211 @@
+"""sightline place: files that hold what the library answers, and every wrong line told in a sentence."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import numpy as np
+import pytest
+import rasterio
+
+from planning.placement import Cluster, Goal, area_targets, candidate_grid, place_anchors
+from service.schemas.anchors import AnchorIn
+from terrain import read_dem
+from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M
+
+EAST_M, SOUTH_M = WEST_M + 29 * CELL_EAST_M, NORTH_M - 23 * CELL_NORTH_M
+LATTICE = ("--spacing", 150, "--height", "40agl", "--visible", 2)
+LOCAL = {"coordinates_are": "metres east and north in the DEM's local frame, which has no CRS"}
+
+
+def geojson(path, geometry, **properties):
+    feature = {"type": "Feature", "geometry": geometry, "properties": properties}
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature], **LOCAL}))
+    return path
+
+
+def box(west_m, south_m, east_m, north_m):
+    ring = [[west_m, south_m], [east_m, south_m], [east_m, north_m], [west_m, north_m], [west_m, south_m]]
+    return {"type": "Polygon", "coordinates": [ring]}
+
+
+@pytest.fixture
+def line(tmp_path):
+    return geojson(
+        tmp_path / "line.geojson",
+        {"type": "LineString", "coordinates": [[WEST_M + 60.0, NORTH_M - 60.0], [EAST_M - 60.0, SOUTH_M + 60.0]]},
+    )
+
+
+def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_path):
+    done = sightline("place", dem_file, "--count", 3, *LATTICE, "--out", tmp_path / "out", "--json")
+    assert (done.code, done.stderr) == (0, "")
+    told = json.loads(done.stdout)
+    grid = read_dem(str(dem_file))
+    expected = place_anchors(
+        grid, candidate_grid(grid, 150.0, above_ground_m=[40.0]), area_targets(grid), 3, Goal(visible=2)
+    )
+    assert told["value_share"] == expected.value
+    assert [(p["east_m"], p["north_m"]) for p in told["placed"]] == [(a.east_m, a.north_m) for a in expected.anchors]
+    with rasterio.open(tmp_path / "out" / "count.tif") as dataset:
+        after = dataset.read(2)
+    assert np.mean(after[after != 255] >= 2) == pytest.approx(expected.value)
+    files = "place.json anchors.geojson anchors.csv plans.zip beacons.parm count.tif dop.tif map.png before.png dop.png"
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*files.split(), "dop_before.png"}
+    assert set(told["files"]) == {str(tmp_path / "out" / path.name) for path in (tmp_path / "out").iterdir()}
+
+
+def test_the_placed_anchors_are_the_next_command_s_anchors(sightline, dem_file, tmp_path):
+    sightline("place", dem_file, "--count", 3, *LATTICE, "--max-range", 900, "--out", tmp_path)
+    with (tmp_path / "anchors.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [AnchorIn.model_validate({k: v if k == "id" else float(v) for k, v in row.items()}).id for row in rows] == [
+        "P1", "P2", "P3",
+    ]  # fmt: skip
+    for name in ("anchors.csv", "anchors.geojson"):
+        seen = sightline("visibility", dem_file, "--anchors", tmp_path / name, "--json")
+        assert seen.code == 0, seen.stderr
+        assert [anchor["id"] for anchor in json.loads(seen.stdout)["anchors"]] == ["P1", "P2", "P3"]
+
+
+def test_the_beacons_parameters_name_the_origin_and_each_beacon(sightline, dem_file, tmp_path):
+    done = sightline("place", dem_file, "--count", 2, *LATTICE, "--out", tmp_path, "--json")
+    first, second = json.loads(done.stdout)["placed"]
+    lines = (tmp_path / "beacons.parm").read_text().splitlines()
+    settings = dict(line.split(",") for line in lines if not line.startswith("#"))
+    assert set(settings) == {"BCN_LATITUDE", "BCN_LONGITUDE", "BCN_ALT", "BCN_ORIENT_YAW"}
+    assert float(settings["BCN_ALT"]) == pytest.approx(first["altitude_m"] - first["above_ground_m"], abs=0.01)
+    offsets = [[float(v) for v in line.split(": ")[1].split(", ")] for line in lines if line.startswith("# beacon")]
+    assert offsets[0] == pytest.approx([0.0, 0.0, -first["above_ground_m"]], abs=0.01)
+    assert offsets[1][:2] == pytest.approx(
+        [second["north_m"] - first["north_m"], second["east_m"] - first["east_m"]], abs=0.01
+    )
+
+
+def test_ground_that_counts_nothing_is_not_served(sightline, dem_file, tmp_path, line):
+    west = geojson(tmp_path / "west.geojson", box(WEST_M - 9, SOUTH_M - 9, WEST_M + 540.0, NORTH_M + 9), weight=0.0)
+    plain, weighted = (
+        json.loads(sightline("place", dem_file, "--count", 1, *LATTICE, "--visible", 1, *words, "--json").stdout)
+        for words in ((), ("--weights", west))
+    )
+    assert weighted["targets"]["points"] < plain["targets"]["points"]
+    assert weighted["placed"][0]["east_m"] > WEST_M + 540.0  # behind the wall, where alone it counts
+    corridor = sightline(
+        "place", dem_file, "--count", 1, *LATTICE, "--path", line, "--corridor", 90, "--weights", west, "--json"
+    )
+    assert json.loads(corridor.stdout)["targets"]["what"] == "corridor"
+
+
+def test_a_path_and_the_fewest_anchors_that_serve_it(sightline, dem_file, line):
+    done = sightline("place", dem_file, "--reach", 0.9, *LATTICE, "--path", line)
+    assert done.code == 0, done.stderr
+    assert "path within limits" in done.stdout
+    assert "anchors needed at least" in done.stdout
+
+
+def test_a_cluster_that_nobody_answers_for_is_refused_or_done_without(sightline, dem_file, monkeypatch):
+    monkeypatch.setattr("service.placement.Cluster", partial(Cluster, timeout_s=0.5))
+    words = ("place", dem_file, "--count", 1, *LATTICE, "--scheduler", "tcp://127.0.0.1:9")
+    refused = sightline(*words)
+    assert refused.code == 2
+    assert "No Dask scheduler answers" in refused.stderr
+    done = sightline(*words, "--or-local", "--json")
+    assert done.code == 0, done.stderr
+    assert any("on this machine instead" in warning for warning in json.loads(done.stdout)["warnings"])
+
+
+def test_ctrl_c_ends_the_search_with_the_best_so_far(dem_file, tmp_path):
+    words = ("place", dem_file, "--count", 8, "--spacing", 6, "--height", "40agl", "--objective", "dop", "--spare", 1)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "service.cli", *map(str, words), "--json"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "NUMBA_NUM_THREADS": "1"},
+    )  # fmt: skip
+    # until it is at it: the handler is there before the first parcel
+    deadline_s = time.monotonic() + 60.0
+    while process.poll() is None and _seconds_of_work(process.pid) < 3.0:
+        assert time.monotonic() < deadline_s
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err.decode()
+    told = json.loads(out)
+    assert told["stopped"]
+    assert 1 <= len(told["placed"]) <= 8
+
+
+def _seconds_of_work(pid):
+    import psutil
+
+    return psutil.Process(pid).cpu_times().user
+
+
+BAD = {
+    "no candidates": ((), "No candidates: give --spacing"),
+    "a lattice without height": (("--spacing", 100), "--spacing needs at least one --height"),
+    "a height of nothing": (("--spacing", 100, "--height", "40"), "is not of the form 120agl"),
+    "a height without lattice": (("--height", "40agl"), "--height and --where need --spacing"),
+    "a mast without height": (("--mast", "masts.geojson"), "is not of the form FILE,HEIGHT"),
+    "a link without base": ((*LATTICE, "--relays", 1), "need --base"),
+    "a base of nothing": ((*LATTICE, "--base", "1,2"), "--base '1,2' is not of the form"),
+    "count and reach": ((*LATTICE, "--reach", 0.5), "exactly one of count and reach"),
+    "contradictory rules": ((*LATTICE, "--min-agl", 90, "--max-agl", 30), "The rules contradict each other"),
+    "no candidate left": ((*LATTICE, "--max-altitude", -50), "above the ceiling"),
+    "a spacing of nothing": (("--spacing", 0, "--height", "40agl"), "greater than 0"),
+    "a file that is not there": ((*LATTICE, "--no-fly", "nowhere.geojson"), "cannot be read"),
+    "local without scheduler": ((*LATTICE, "--or-local"), "--or-local goes with --scheduler"),
+    "a corridor without path": ((*LATTICE, "--corridor", 50), "corridor_width_m needs a path"),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_a_wrong_line_is_told_in_one_sentence(sightline, dem_file, what):
+    words, sentence = BAD[what]
+    ended = sightline("place", dem_file, "--count", 2, *words)
+    assert ended.code == 2, ended
+    assert sentence in ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert ended.stdout == ""
+
+
+BAD_FILES = {
+    "no JSON": ("--area", "what", "is not JSON"),
+    "no geometry": ("--area", "{}", "holds no GeoJSON geometries"),
+    "a list": ("--area", "[1]", "is not GeoJSON"),
+    "points for an area": ("--area", {"type": "Point", "coordinates": [0, 0]}, "holds no polygons"),
+    "a polygon for a path": ("--path", box(0, 0, 1, 1), "holds no LineString"),
+    "words for numbers": ("--path", {"type": "LineString", "coordinates": [["a", "b"]]}, "coordinates are no numbers"),
+    "a polygon of nothing": ("--area", {"type": "Polygon", "coordinates": []}, "without a ring"),
+    "an area outside": ("--area", box(0, 0, 1, 1), "no post of the DEM"),
+    "a path outside": ("--path", {"type": "LineString", "coordinates": [[0, 0], [9, 9]]}, "no known ground on the DEM"),
+    "a bow tie": ("--no-fly", {"type": "Polygon", "coordinates": [[[0, 0], [1, 1], [1, 0], [0, 1]]]}, "is no polygon"),
+    "weights without weight": ("--weights", box(0, 0, 1, 1), "without the property weight"),
+}
+
+
+@pytest.mark.parametrize("what", BAD_FILES)
+def test_a_wrong_file_is_told_in_one_sentence(sightline, dem_file, tmp_path, what):
+    option, content, sentence = BAD_FILES[what]
+    path = tmp_path / "shape.geojson"
+    if isinstance(content, str):
+        path.write_text(content)
+    else:
+        geojson(path, content)
+    ended = sightline("place", dem_file, "--count", 2, *LATTICE, option, path)
+    assert ended.code == 2, ended
+    assert sentence in ended.stderr
+    assert ended.stderr.count("\n") == 1
+
+
+def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps({"count": 1, "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}]}))
+    assert sightline("place", dem_file, "--request", path).code == 0
+    path.write_text('{"count": "many"}')
+    ended = sightline("place", dem_file, "--request", path)
+    assert (ended.code, "The request request.json:" in ended.stderr) == (2, True)
+    assert sightline("place", dem_file, "--request", tmp_path / "none.json").code == 2
