@@ -29,11 +29,11 @@ DIFFERENT = 50
 TARGET_RATE_HZ = 100.0
 NOTE = f"""\
 A service in a process of its own, on the loopback interface, once all its workers are warm; {SESSIONS} sessions with
-one stream each, {ANCHORS} anchors in three dimensions, one or two of them 2 to 8 m too long, wheel odometry. Every rover
-sends by the clock, whether or not the answer before has come, and an answer is timed from when its epoch was due. The
-client runs on the same machine and takes its share of it. The target is read as {TARGET_RATE_HZ:g} epochs/s of all
-sessions together, five rounds of ranges a second from each of {SESSIONS} rovers; the rows below it show what more costs,
-up to {TARGET_RATE_HZ:g} epochs/s of each, which is more than one core answers: there epochs wait in line."""
+one stream each, {ANCHORS} anchors in three dimensions, one or two of them 2 to 8 m too long, wheel odometry. Every
+rover sends by the clock, whether or not the answer before has come, and an answer is timed from when its epoch was
+due. The client runs on the same machine and takes its share of it. The target is read as {TARGET_RATE_HZ:g} epochs/s
+of all sessions together, five rounds of ranges a second from each of {SESSIONS} rovers; the rows below it show what
+more costs, up to {TARGET_RATE_HZ:g} epochs/s of each, which is more than one core answers: there epochs wait."""
 
 
 @dataclass(frozen=True, slots=True)
