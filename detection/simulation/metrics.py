@@ -1,0 +1,158 @@
+"""The measures of seed 000, "Performance Metrics", over many simulated drives, each with a confidence interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.stats
+
+from detection.errors import DetectionInputError
+
+from .drives import Floats
+from .outcomes import DriveOutcome
+
+__all__ = ["Estimate", "Metrics", "metrics_of"]
+
+CONFIDENCE = 0.95
+RESAMPLES = 2000
+
+Counts = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A number from a sample with its 95 % interval; all NaN where there was nothing to count. count: of the sample."""
+
+    value: float
+    low: float
+    high: float
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Metrics:
+    """How well a detector did on drives whose truth is known.
+
+    true_positives: share of the harmful ranges (too long by more than harmful_m) that were called occluded.
+    false_positives: share of the ranges in sight that were. unknown: share of all ranges on which it said neither.
+    noticed: share of the onsets (a range becomes harmful after a clear one) that were called before the end of it.
+    response_s: median time from onset to the first such call, of those noticed.
+    availability: share of epochs with a position. valid: share with one within ``valid_m`` of the truth.
+    position_rms_m: root mean square error of the positions there were.
+    """
+
+    true_positives: Estimate
+    false_positives: Estimate
+    unknown: Estimate
+    noticed: Estimate
+    response_s: Estimate
+    availability: Estimate
+    valid: Estimate
+    position_rms_m: Estimate
+
+
+def metrics_of(
+    outcomes: Sequence[DriveOutcome], harmful_m: float, valid_m: float, generator: np.random.Generator
+) -> Metrics:
+    """The measures over all drives.
+
+    Ranges of one drive share a track, so that rates are bootstrapped over drives (generator); since that says nothing
+    about what never happened, an interval is never narrower than Wilson's for the pooled counts. Raises
+    DetectionInputError.
+    """
+    if not outcomes:
+        raise DetectionInputError("Metrics need at least one drive.")
+    if not (harmful_m >= 0.0 and valid_m > 0.0):
+        raise DetectionInputError("harmful_m must be >= 0 and valid_m > 0.")
+    heard = [outcome.sight != 255 for outcome in outcomes]
+    called = [outcome.sight == 1 for outcome in outcomes]
+    harmful = [heard_ & (o.drive.excess_m > harmful_m) for heard_, o in zip(heard, outcomes, strict=True)]
+    clear = [heard_ & (o.drive.excess_m == 0.0) for heard_, o in zip(heard, outcomes, strict=True)]
+    waits_s = [list(_waits_s(outcome, harmful_m)) for outcome in outcomes]
+    placed = [np.isfinite(outcome.sigma_m) for outcome in outcomes]
+    errors_m = [outcome.position_error_m[there] for outcome, there in zip(outcomes, placed, strict=True)]
+    noticed_s = np.array([wait_s for drive_s in waits_s for wait_s in drive_s if wait_s is not None])
+    return Metrics(
+        _rate([(c & h).sum() for c, h in zip(called, harmful, strict=True)], [h.sum() for h in harmful], generator),
+        _rate([(c & s).sum() for c, s in zip(called, clear, strict=True)], [s.sum() for s in clear], generator),
+        _rate([(o.sight == 2).sum() for o in outcomes], [h.sum() for h in heard], generator),
+        _rate([sum(w is not None for w in drive_s) for drive_s in waits_s], [len(w) for w in waits_s], generator),
+        _median(noticed_s, generator),
+        _rate([there.sum() for there in placed], [len(there) for there in placed], generator),
+        _rate([(e <= valid_m).sum() for e in errors_m], [len(there) for there in placed], generator),
+        _root_mean_square(errors_m, generator),
+    )
+
+
+def _waits_s(outcome: DriveOutcome, harmful_m: float) -> Iterator[float | None]:
+    """Seconds from each onset to the first call in its occlusion; None where there was none before it ended."""
+    times_s = outcome.drive.times_s
+    for k in range(outcome.sight.shape[1]):
+        rows = np.flatnonzero(outcome.sight[:, k] != 255)
+        harmful = outcome.drive.excess_m[rows, k] > harmful_m
+        called = outcome.sight[rows, k] == 1
+        begins = np.flatnonzero(harmful[1:] & ~harmful[:-1]) + 1
+        for begin in begins.tolist():
+            ends = np.flatnonzero(~harmful[begin:])
+            end = begin + int(ends[0]) if len(ends) else len(rows)
+            calls = np.flatnonzero(called[begin:end])
+            yield float(times_s[rows[begin + calls[0]]] - times_s[rows[begin]]) if len(calls) else None
+
+
+def _rate(parts: Sequence[int], wholes: Sequence[int], generator: np.random.Generator) -> Estimate:
+    part, whole = np.array(parts, np.int64), np.array(wholes, np.int64)
+    count = int(whole.sum())
+    if count == 0:
+        return Estimate(np.nan, np.nan, np.nan, 0)
+    low, high = scipy.stats.binomtest(int(part.sum()), count).proportion_ci(CONFIDENCE, method="wilson")
+    shares = _resampled(part.astype(np.float64), whole.astype(np.float64), generator)
+    if shares is not None:
+        low, high = min(low, shares[0]), max(high, shares[1])
+    return Estimate(float(part.sum() / count), float(low), float(high), count)
+
+
+def _median(values: Floats, generator: np.random.Generator) -> Estimate:
+    if len(values) == 0:
+        return Estimate(np.nan, np.nan, np.nan, 0)
+    median = float(np.median(values))
+    if len(values) == 1 or np.ptp(values) == 0.0:
+        return Estimate(median, median, median, len(values))
+    interval = scipy.stats.bootstrap(
+        (values,), np.median, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile", rng=generator
+    ).confidence_interval
+    return Estimate(median, float(interval.low), float(interval.high), len(values))
+
+
+def _root_mean_square(errors_m: Sequence[Floats], generator: np.random.Generator) -> Estimate:
+    squares = np.array([float((error_m**2).sum()) for error_m in errors_m])
+    counts = np.array([float(len(error_m)) for error_m in errors_m])
+    if counts.sum() == 0.0:
+        return Estimate(np.nan, np.nan, np.nan, 0)
+    value = float(np.sqrt(squares.sum() / counts.sum()))
+    means = _resampled(squares, counts, generator)
+    low, high = (value, value) if means is None else np.sqrt(means).tolist()
+    return Estimate(value, min(low, value), max(high, value), int(counts.sum()))
+
+
+def _resampled(parts: Floats, wholes: Floats, generator: np.random.Generator) -> tuple[float, float] | None:
+    """The 95 % interval of sum(parts) / sum(wholes) as drives are drawn anew; None with a single drive."""
+    kept = wholes > 0.0
+    if kept.sum() < 2:
+        return None
+    ratios = parts[kept] / wholes[kept]
+    if np.ptp(ratios) == 0.0:
+        return float(ratios[0]), float(ratios[0])
+    interval = scipy.stats.bootstrap(
+        (parts[kept], wholes[kept]),
+        lambda part, whole, axis: part.sum(axis=axis) / whole.sum(axis=axis),
+        n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        paired=True,
+        vectorized=True,
+        rng=generator,
+    ).confidence_interval
+    return float(interval.low), float(interval.high)

@@ -1,0 +1,85 @@
+"""What the sensors make of a drive: noisy ranges, some lost, and the motion as wheels measure it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from detection.epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
+from detection.errors import DetectionInputError
+
+from .drives import Floats, SimulatedDrive
+
+__all__ = ["RangingNoise", "draw_epochs"]
+
+
+@dataclass(frozen=True, slots=True)
+class RangingNoise:
+    """How good the sensors are.
+
+    range_sigma_m, occluded_sigma_m: one sigma of a range in sight, and of one over an obstacle (None = the same).
+    lost_share: of the ranges. wheel_sigma_m: one sigma of a displacement along each axis; None = no odometry.
+    heading_sigma_rad: one sigma of the direction of motion; None = none is known. Raises DetectionInputError.
+    """
+
+    range_sigma_m: float = 0.1
+    occluded_sigma_m: float | None = None
+    lost_share: float = 0.0
+    wheel_sigma_m: float | None = 0.02
+    heading_sigma_rad: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("range_sigma_m", "occluded_sigma_m", "wheel_sigma_m", "heading_sigma_rad"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value >= 0.0):
+                raise DetectionInputError(f"{name} must be a number >= 0, not {value}.")
+        if not 0.0 <= self.lost_share < 1.0:
+            raise DetectionInputError(f"lost_share must be at least 0 and below 1, not {self.lost_share}.")
+
+
+def draw_epochs(drive: SimulatedDrive, noise: RangingNoise, generator: np.random.Generator) -> tuple[RangeEpoch, ...]:
+    """What a rover measures on the drive, an epoch per moment of it; the same generator draws the same."""
+    excess_m = drive.excess_m
+    sigma_m = np.full(excess_m.shape, noise.range_sigma_m)
+    if noise.occluded_sigma_m is not None:
+        sigma_m[excess_m > 0.0] = noise.occluded_sigma_m
+    ranges_m = drive.distances_m + excess_m + sigma_m * generator.standard_normal(excess_m.shape)
+    heard = np.isfinite(excess_m) & (generator.random(excess_m.shape) >= noise.lost_share)
+    motions = _motions(drive, noise, generator)
+    return tuple(
+        RangeEpoch(
+            float(time_s),
+            tuple(
+                RangeMeasurement(drive.anchors[k].id, float(ranges_m[n, k]), p_sight=_prediction(drive.p_sight, n, k))
+                for k in np.flatnonzero(heard[n]).tolist()
+            ),
+            motions[n],
+            n,
+        )
+        for n, time_s in enumerate(drive.times_s)
+    )
+
+
+def _prediction(p_sight: Floats | None, n: int, k: int) -> float | None:
+    return None if p_sight is None or math.isnan(p_sight[n, k]) else float(p_sight[n, k])
+
+
+def _motions(
+    drive: SimulatedDrive, noise: RangingNoise, generator: np.random.Generator
+) -> list[OdometryIncrement | None]:
+    """The motion before each epoch; the first has none. Wheels measure along the rover, so up counts as along."""
+    if noise.wheel_sigma_m is None:
+        return [None] * len(drive.times_s)
+    steps_m = np.diff(drive.places_m, axis=0)
+    along_m = np.linalg.norm(steps_m, axis=1)
+    errors_m = noise.wheel_sigma_m * generator.standard_normal((len(steps_m), 2))
+    turned_rad = (noise.heading_sigma_rad or 0.0) * generator.standard_normal(len(steps_m))
+    headings_rad = np.arctan2(steps_m[:, 0], steps_m[:, 1]) + turned_rad
+    motions: list[OdometryIncrement | None] = [None]
+    for n, duration_s in enumerate(np.diff(drive.times_s).tolist()):
+        wheel_m = (float(along_m[n] + errors_m[n, 0]), float(errors_m[n, 1]))
+        heading_rad = None if noise.heading_sigma_rad is None else float(headings_rad[n])
+        motions.append(OdometryIncrement(duration_s, wheel_m, heading_rad=heading_rad))
+    return motions
