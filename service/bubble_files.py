@@ -16,15 +16,15 @@ from terrain import to_lon_lat
 from .finished_bubbles import FinishedBubbles
 from .layers.features import LOCAL_METRES
 from .pictures.bubble_picture import write_bubble_map, write_bubble_profile
+from .replacing import replacing
 
-__all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_files"]
+__all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_file"]
 
 
-def write_bubble_files(finished: FinishedBubbles, folder: Path) -> list[Path]:
-    """Write every file into an existing folder."""
-    for name, write in BUBBLE_FILES.items():
-        write(finished, folder / name)
-    return [folder / name for name in BUBBLE_FILES]
+def write_bubble_file(finished: FinishedBubbles, name: str, path: Path) -> None:
+    """Write the file of that name to a path, whole or not at all."""
+    with replacing(path) as unfinished:
+        BUBBLE_FILES[name](finished, unfinished)
 
 
 def _write_json(finished: FinishedBubbles, path: Path) -> None:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from service.errors import RequestError
 from service.schemas import AnchorIn, sentence_of
 
-__all__ = ["anchor_from_text", "position_fields"]
+__all__ = ["anchor_from_text", "height_field", "position_fields"]
 
 HEIGHT = re.compile(r"(?P<metres>[^a-zA-Z]+(?:[eE][-+]?\d+)?)(?P<above>agl|msl)", re.IGNORECASE)
 FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (altitude)"
@@ -31,11 +31,11 @@ def anchor_from_text(text: str, *, lonlat: bool) -> AnchorIn:
 def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, Any]:
     """EAST,NORTH,HEIGHT as the fields of a request. Raises RequestError with the given complaint."""
     parts = [part.strip() for part in text.split(",")]
-    height = HEIGHT.fullmatch(parts[-1])
-    if len(parts) != 3 or height is None:
+    if len(parts) != 3:
         raise RequestError(complaint)
+    height = height_field(parts[-1], complaint)
     try:
-        first, second, metres = float(parts[0]), float(parts[1]), float(height["metres"])
+        first, second = float(parts[0]), float(parts[1])
     except ValueError as error:
         raise RequestError(complaint) from error
     if lonlat and abs(first) <= 90.0 < abs(second) <= 360.0:
@@ -43,5 +43,15 @@ def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, Any
             f"{second:g} degrees is no latitude; --lonlat takes the longitude first: {second:g},{first:g}."
         )
     pair = ("lon_deg", "lat_deg") if lonlat else ("east_m", "north_m")
-    kind = "above_ground_m" if height["above"].lower() == "agl" else "altitude_m"
-    return {pair[0]: first, pair[1]: second, kind: metres}
+    return {pair[0]: first, pair[1]: second, **height}
+
+
+def height_field(text: str, complaint: str) -> dict[str, float]:
+    """80agl or 612msl as a field of a request. Raises RequestError with the given complaint."""
+    height = HEIGHT.fullmatch(text.strip())
+    if height is None:
+        raise RequestError(complaint)
+    try:
+        return {"above_ground_m" if height["above"].lower() == "agl" else "altitude_m": float(height["metres"])}
+    except ValueError as error:
+        raise RequestError(complaint) from error

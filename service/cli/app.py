@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from .bubble_options import bubble
 from .detect_options import detect
 from .failures import INTERRUPTED, exit_code_of, interrupted, unheard
 from .options import (
@@ -111,6 +112,7 @@ def visibility(
 
 app.command()(dop)
 app.command()(morph)
+app.command()(bubble)
 app.command()(detect)
 app.command()(place)
 

@@ -6,13 +6,12 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from rich.table import Table
 
 from service.errors import RequestError
 from service.layers import write_layer
-from service.products import FinishedMap
 from service.replacing import replacing
 from service.schemas import AnchorIn
 from terrain import ElevationGrid, read_dem
@@ -26,12 +25,21 @@ __all__ = ["MapFiles", "anchors_of", "make_map", "output_folder"]
 Asked = TypeVar("Asked")
 
 
+class Finished(Protocol):
+    """What can be told in numbers once it is calculated."""
+
+    def summary(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class MapFiles:
-    """What a command writes: the name of the summary, and layers by name."""
+    """What a command writes: the name of the summary, and layers by name; write: their writer, where it is no map's."""
 
     summary: str
     layers: tuple[str, ...]
+    write: Callable[[Any, str, Path], None] | None = None
 
 
 def anchors_of(texts: list[str], files: list[Path], *, lonlat: bool) -> list[AnchorIn]:
@@ -43,7 +51,7 @@ def anchors_of(texts: list[str], files: list[Path], *, lonlat: bool) -> list[Anc
 def make_map(
     dem: str,
     parameters: Asked,
-    calculate: Callable[[ElevationGrid, Asked, Callable[[float], None] | None], FinishedMap],
+    calculate: Callable[[ElevationGrid, Asked, Callable[[float], None] | None], Finished],
     files: MapFiles,
     tables: Callable[[dict[str, Any]], tuple[Table, ...]],
     *,
@@ -78,10 +86,11 @@ def output_folder(out: Path) -> Path:
     return out
 
 
-def _write_files(finished: FinishedMap, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
+def _write_files(finished: Finished, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
+    write: Callable[[Any, str, Path], None] = files.write or write_layer
     for name in files.layers:
-        write_layer(finished, name, folder / name)
+        write(finished, name, folder / name)
     with replacing(folder / files.summary) as unfinished:
         unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
     return [folder / name for name in (files.summary, *files.layers)]

@@ -20,7 +20,7 @@ from service.placement import calculate_placement
 from service.schemas import sentence_of
 from service.schemas.placements import PlacementParameters
 
-from .anchor_texts import HEIGHT, position_fields
+from .anchor_texts import height_field, position_fields
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table, share_text
 from .shape_files import path_fields, place_fields, polygon_fields, stand_off_fields, weight_fields
@@ -126,14 +126,9 @@ def _candidates(options: dict[str, Any]) -> list[dict[str, Any]]:
 def _heights(texts: list[str]) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {"above_ground_m": [], "altitude_m": []}
     for text in texts:
-        height = HEIGHT.fullmatch(text.strip())
-        try:
-            metres = float(height["metres"]) if height is not None else None
-        except ValueError:
-            metres = None
-        if height is None or metres is None:
-            raise RequestError(f"The height {text!r} is not of the form 120agl (above ground) or 900msl (altitude).")
-        found["above_ground_m" if height["above"].lower() == "agl" else "altitude_m"].append(metres)
+        form = f"The height {text!r} is not of the form 120agl (above ground) or 900msl (altitude)."
+        for field, metres in height_field(text, form).items():
+            found[field].append(metres)
     return found
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from service.bubble_files import write_bubble_files
+from service.bubble_files import BUBBLE_FILES, write_bubble_file
 from service.bubble_question import check_bubble_question
 from service.errors import LimitError
 from service.estimates import estimate_map, refuse_beyond_limits
@@ -64,6 +64,7 @@ def calculate_safety_bubbles(context: TaskContext, arguments: Mapping[str, Any])
     parameters = BubbleParameters.model_validate_json(path.read_bytes())
     finished = calculate_bubbles(context.grid(arguments["dem_id"]), parameters, context.progress)
     context.work.mkdir(parents=True)
-    write_bubble_files(finished, context.work)
+    for name in BUBBLE_FILES:
+        write_bubble_file(finished, name, context.work / name)
     make_durable(context.work)
     return {"digest": digest_of(context.work), "summary": finished.summary()}

@@ -1,0 +1,108 @@
+"""``sightline bubble``: a path or a history of poses in; radius, clearance and verdict along it out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from rich.table import Table
+
+from service.bubble_files import BUBBLE_FILES, write_bubble_file
+from service.errors import RequestError
+from service.safety_bubble import calculate_bubbles
+from service.schemas import PointIn, sentence_of
+from service.schemas.safety_bubbles import BubbleParameters
+
+from .anchor_texts import height_field
+from .maps import MapFiles, anchors_of, make_map
+from .output import facts_table
+from .path_files import points_and_columns
+from .positioning import SatelliteOptions, sources_table
+from .shape_files import path_fields
+
+__all__ = ["make_bubbles"]
+
+COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
+HEIGHT_FORM = "--height {} is not of the form 30agl (above ground) or 1500msl (altitude)."
+
+
+def make_bubbles(
+    dem: str,
+    path: Path,
+    height: str | None,
+    *,
+    anchor_texts: list[str],
+    anchor_files: list[Path],
+    lonlat: bool,
+    satellites: SatelliteOptions,
+    range_sigma_m: float | None,
+    asked: dict[str, Any],
+    **rest: Any,
+) -> None:
+    """Read, calculate, write and print; ``rest`` as for make_map. Raises RequestError and what the packages raise."""
+    anchors = [anchor.model_dump(exclude_none=True) for anchor in anchors_of(anchor_texts, anchor_files, lonlat=lonlat)]
+    sky = satellites.fields()
+    if range_sigma_m is not None:
+        for source in (*anchors, *([] if sky is None else [sky])):
+            source["ranging_sigma_m"] = range_sigma_m
+    given = {name: value for name, value in asked.items() if value is not None}
+    parameters = BubbleParameters.model_validate(
+        {"anchors": anchors, "satellites": sky, **_path(path, height), **given}
+    )
+    files = MapFiles("bubble.json", tuple(BUBBLE_FILES), write_bubble_file)
+    make_map(dem, parameters, calculate_bubbles, files, _tables, what="Safety bubbles", **rest)
+
+
+def _path(path: Path, height: str | None) -> dict[str, Any]:
+    """The fields of a request that tell the path. Raises RequestError."""
+    if path.suffix.lower() in (".geojson", ".json"):
+        if height is None:
+            raise RequestError("A path in GeoJSON needs --height, such as 30agl or 1500msl.")
+        metres = height_field(height, HEIGHT_FORM.format(repr(height)))
+        return {"points": [_point(path.name, {**place, **metres}) for place in path_fields(path)]}
+    if height is not None:
+        raise RequestError("--height is for paths in GeoJSON; a CSV file has the column above_ground_m or altitude_m.")
+    points, told = points_and_columns(path, ("time_s", *COVARIANCE))
+    fields: dict[str, Any] = {"points": points}
+    if "time_s" in told:
+        fields["times_s"] = told["time_s"]
+    there = [column for column in COVARIANCE if column in told]
+    if there:
+        missing = [column for column in COVARIANCE if column not in told]
+        if missing:
+            raise RequestError(
+                f"The path file {path.name} has {there[0]} but not {missing[0]}; a covariance needs all."
+            )
+        fields["covariances_m2"] = list(zip(*(told[column] for column in COVARIANCE), strict=True))
+    return fields
+
+
+def _point(name: str, fields: dict[str, float]) -> PointIn:
+    try:
+        return PointIn.model_validate(fields)
+    except ValidationError as error:
+        raise RequestError(f"{name}: {sentence_of(error)}") from error
+
+
+def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
+    radius_m, first = summary["radius_quantiles_m"], summary["first_violation"]
+    facts = [
+        ("points", f"{summary['points']:,}"),
+        ("clear of the ground", f"{summary['ok']:,}"),
+        ("violated", f"{summary['violated']:,}"),
+        ("near unknown ground", f"{summary['unknown']:,}"),
+        ("first violation", "none" if first is None else _violation(first)),
+        ("least margin", f"{summary['least_margin_m']:.1f} m"),
+        *((f"radius {name}", f"{metres:.1f} m") for name, metres in radius_m.items()),
+        ("promise of the bubbles, at least", f"{100.0 * summary['least_promise']:.1f} %"),
+    ]
+    table = facts_table(f"{summary['dem']['name']}: bubble of {summary['epsilon']:g} sigma", facts)
+    return (sources_table(summary), table) if summary["curvature"] is not None else (table,)
+
+
+def _violation(first: dict[str, Any]) -> str:
+    sight = first["in_sight"]
+    seen = "" if sight is None else f"; in sight: {', '.join(sight) or 'none'}"
+    where = f"point {first['point']} at {first['distance_m']:.0f} m, {first['time_s']:g} s"
+    return f"{where}: radius {first['radius_m']:.1f} m, clearance {first['clearance_m']:.1f} m{seen}"
