@@ -85,11 +85,13 @@ class PlanBudget:
     """How much planning is paid for.
 
     iterations: of the sampling planner; the count that makes one seed give one path. seconds: time-out of the whole
-    plan; a plan that it ends says so. Raises PathProblemError.
+    plan; a plan that it ends says so. sampling: whether the sampling planner runs at all; without it the answer is the
+    grid's way, pulled straight. Raises PathProblemError.
     """
 
-    iterations: int = 2000
+    iterations: int = 60_000
     seconds: float = 60.0
+    sampling: bool = True
 
     def __post_init__(self) -> None:
         if self.iterations < 1 or not self.seconds > 0.0:

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import math
 import time
 from collections.abc import Callable
 
+import numpy as np
+import numpy.typing as npt
+
 from visibility import MinimumVisibleAltitude, min_visible_altitude
 
+from .corridors import CorridorTask
 from .describing import described
-from .ends import ends_of
+from .ends import Ends, ends_of
 from .fields import CostField, cost_field
 from .outcomes import Path, PathOutcome, PathStatus, Unreachable
+from .own_process import OwnProcess
 from .problems import PathProblem
 from .proof import proof_of
 from .sight_checks import without_hidden_squares
-from .ways import EIGHT, SIXTEEN, Way, grid_way, straightened
+from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
 
 __all__ = ["plan_path"]
 
 Stop = Callable[[], bool]
+Places = npt.NDArray[np.float64]
 
 # a path that exact sight lines refuse somewhere is planned again without those squares, at most so often
 MOST_REPAIRS = 40
+# how much more the very first way may cost than the cheapest, for being found sooner
+GREED = 3.0
+# half the width of the corridor in which the sampling planner looks for a cheaper way, in cells
+CORRIDOR = 0.5
 
 
 def plan_path(
@@ -35,62 +46,85 @@ def plan_path(
     """Plan a path that keeps every limit at every point, as cheap as the budget allows.
 
     progress: called with the finished share 0..1. stop: asked again and again; once it says True the plan ends as out
-    of budget. Raises PathProblemError, AreaError, PlaceError, NoCoverageError, AnchorError.
+    of budget. Raises PathProblemError, AreaError, PlaceError, NoCoverageError, PlanningProcessError, AnchorError.
     """
-    plan = _Plan(problem, progress or (lambda _: None), stop or (lambda: False))
-    return plan.outcome()
+    with contextlib.ExitStack() as processes:
+        # loads while maps and grid are worked at
+        own = processes.enter_context(OwnProcess()) if problem.budget.sampling else None
+        return _Plan(problem, own, progress or (lambda _: None), stop or (lambda: False)).outcome()
 
 
 class _Plan:
     """One run of ``plan_path``: what is known so far."""
 
-    def __init__(self, problem: PathProblem, told: Callable[[float], None], stop: Stop) -> None:
-        self.problem, self.told, self.stop = problem, told, stop
+    def __init__(self, problem: PathProblem, own: OwnProcess | None, told: Callable[[float], None], stop: Stop) -> None:
+        self.problem, self.own, self.told, self.stop = problem, own, told, stop
         self.begin_s = time.perf_counter()
         self.first_path_s = math.nan
+        self.warnings: tuple[str, ...] = ()
 
     def ended(self) -> bool:
         """Whether the plan was stopped or its time is up."""
         return self.stop() or time.perf_counter() - self.begin_s > self.problem.budget.seconds
 
     def outcome(self) -> PathOutcome:
+        """The whole way from maps to answer."""
         problem = self.problem
         minimum = _minimum(problem)
+        self.warnings = minimum.warnings if minimum is not None else ()
         self.told(0.3)
         field = cost_field(problem, minimum)
-        ready_s = time.perf_counter()
-        for _ in range(MOST_REPAIRS):
+        self.ready_s = time.perf_counter()
+        for repairs in range(MOST_REPAIRS):
             ends = ends_of(problem, field)
-            first, leg = grid_way(field.for_kernels(), ends, EIGHT)
-            if first is None:
-                first, leg = grid_way(field.for_kernels(), ends, SIXTEEN)
-            if first is None:
+            way, leg = self._grid_way(field, ends)
+            if way is None:
                 return self._unreachable(proof_of(problem, field, ends, leg))
-            if math.isnan(self.first_path_s):
-                self.first_path_s = time.perf_counter() - ready_s
-            fixed = [end.places[0] for end in ends[1:-1]]
-            searched = grid_way(field.for_kernels(), ends, SIXTEEN)[0]
-            assert searched is not None, "more moves reach no less"
-            best = straightened(field.for_kernels(), searched, fixed, stop=self.ended)
-            reference = best.cost
             if self.ended():
-                return self._out_of_budget("The time for planning was over before the path was checked.")
-            repaired = without_hidden_squares(problem, field, minimum, best.places)
+                return self._out_of_budget("The time for planning was over before a path was checked.")
+            repaired = without_hidden_squares(problem, field, minimum, way.places)
             if repaired is None:
-                return self._found(field, minimum, best, reference)
+                self.told(0.5 + 0.4 * (repairs > 0))
+                return self._improved(field, minimum, ends, way)
             field = repaired
         return self._out_of_budget(
             f"The exact sight lines refused {MOST_REPAIRS} paths in a row; give limits on positioning more room."
         )
 
-    def _found(
-        self, field: CostField, minimum: MinimumVisibleAltitude | None, way: Way, reference: float
+    def _grid_way(self, field: CostField, ends: tuple[Ends, ...]) -> tuple[Way | None, int]:
+        """The grid's cheapest way at any angle; some way is known long before it."""
+        kernel_field = field.for_kernels()
+        if math.isnan(self.first_path_s):
+            first, _ = grid_way(kernel_field, ends, EIGHT, GREED)
+            if first is not None:
+                self.first_path_s = time.perf_counter() - self.ready_s
+        way, leg = grid_way(kernel_field, ends, SIXTEEN)
+        return (None if way is None else straightened(kernel_field, way, _fixed(ends), stop=self.ended)), leg
+
+    def _improved(
+        self, field: CostField, minimum: MinimumVisibleAltitude | None, ends: tuple[Ends, ...], way: Way
     ) -> PathOutcome:
-        path = described(self.problem, field, minimum, way.places)
+        """The grid's way, or the cheaper one that the sampling planner found in the corridor around it."""
+        problem, kernel_field, best, planner = self.problem, field.for_kernels(), way, "any-angle grid"
+        completed = True
+        if self.own is not None:
+            half_m, iterations = CORRIDOR * max(kernel_field[4]), problem.budget.iterations
+            self.own.begin(CorridorTask(kernel_field, way.places, _fixed(ends), half_m, iterations, problem.seed))
+            completed, places = self.own.answer(self.ended)
+            if places is not None:
+                sampled = Way(places, cost_of(kernel_field, places))
+                fine = without_hidden_squares(problem, field, minimum, places) is None
+                if fine and sampled.cost < way.cost:
+                    best, planner = sampled, "BIT* in the corridor of the any-angle grid"
+        if self.stop():
+            return self._out_of_budget("The plan was stopped.")
+        path = described(problem, field, minimum, best.places)
+        return self._found(path, way.cost, planner, "count" if completed else "time")
+
+    def _found(self, path: Path, reference: float, planner: str, stopped_by: str) -> PathOutcome:
         self.told(1.0)
-        totals = path.totals
-        sentence = f"A path of {totals.length_m:,.0f} m was found, {totals.time_s:,.0f} s long."
-        return self._answer(PathStatus.FOUND, sentence, path, None, reference, "count")
+        sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {path.totals.time_s:,.0f} s."
+        return self._answer(PathStatus.FOUND, sentence, path, None, reference, planner, stopped_by)
 
     def _unreachable(self, unreachable: Unreachable) -> PathOutcome:
         east_m, north_m = unreachable.where_m
@@ -99,10 +133,10 @@ class _Plan:
             sentence += f" There is one {unreachable.relaxations[0].sentence}."
         else:
             sentence += " No single limit would open one by giving way."
-        return self._answer(PathStatus.UNREACHABLE, sentence, None, unreachable, math.nan, "proof")
+        return self._answer(PathStatus.UNREACHABLE, sentence, None, unreachable, math.nan, "grid", "proof")
 
     def _out_of_budget(self, sentence: str) -> PathOutcome:
-        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, None, None, math.nan, "time")
+        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, None, None, math.nan, "none", "time")
 
     def _answer(
         self,
@@ -111,6 +145,7 @@ class _Plan:
         path: Path | None,
         unreachable: Unreachable | None,
         reference: float,
+        planner: str,
         stopped_by: str,
     ) -> PathOutcome:
         return PathOutcome(
@@ -120,14 +155,19 @@ class _Plan:
             unreachable=unreachable,
             reference_cost=reference,
             ratio=math.nan if path is None else path.cost / reference,
-            planner="grid",
+            planner=planner,
             stopped_by=stopped_by,
             seed=self.problem.seed,
-            warnings=(),
+            warnings=self.warnings,
             first_path_s=self.first_path_s,
             elapsed_s=time.perf_counter() - self.begin_s,
             version=importlib.metadata.version("sightline"),
         )
+
+
+def _fixed(ends: tuple[Ends, ...]) -> tuple[Places, ...]:
+    """The way-points, which stay on the way."""
+    return tuple(end.places[0] for end in ends[1:-1])
 
 
 def _minimum(problem: PathProblem) -> MinimumVisibleAltitude | None:

@@ -15,7 +15,7 @@ from planning.kernels.path_smoothing import pull, relax, way_cost
 from .ends import Ends
 from .fields import KernelField
 
-__all__ = ["EIGHT", "SIXTEEN", "Way", "cost_of", "drop_repeats", "grid_way", "straightened"]
+__all__ = ["EIGHT", "SIXTEEN", "Way", "cost_of", "drop_repeats", "grid_way", "pieces", "straightened"]
 
 Places = npt.NDArray[np.float64]
 
@@ -48,15 +48,15 @@ def grid_way(
 
     greed: above 1 a way is found sooner, that may cost up to so many times more.
     """
-    pieces: list[Places] = []
+    legs: list[Places] = []
     for leg, (begin, end) in enumerate(itertools.pairwise(ends)):
         cost, nodes = search(field, moves, begin.nodes, begin.costs, end.nodes, end.costs, greed)
         if not np.isfinite(cost):
             return None, leg
         middles = np.column_stack(np.divmod(nodes, field[1].shape[1])) + 0.5
         last = end.places[np.flatnonzero(end.nodes == nodes[-1])[0]]
-        pieces += [begin.places[:1], middles, last[None, :]]
-    places = drop_repeats(np.concatenate(pieces))
+        legs += [begin.places[:1], middles, last[None, :]]
+    places = drop_repeats(np.concatenate(legs))
     return Way(places, cost_of(field, places)), -1
 
 
@@ -83,8 +83,8 @@ def straightened(
     for number in range(rounds):
         if stop is not None and stop():
             break
-        pieces = [_tightened(field, piece, 2.0 / (1 + number)) for piece in _pieces(best.places, fixed)]
-        places = drop_repeats(np.concatenate(pieces))
+        tight = [_tightened(field, piece, 2.0 / (1 + number)) for piece in pieces(best.places, fixed)]
+        places = drop_repeats(np.concatenate(tight))
         cost = cost_of(field, places)
         if not cost < best.cost * (1.0 - 1e-4):
             if cost < best.cost:
@@ -94,7 +94,7 @@ def straightened(
     return best
 
 
-def _pieces(places: Places, fixed: Sequence[Places]) -> list[Places]:
+def pieces(places: Places, fixed: Sequence[Places]) -> list[Places]:
     """The way cut at the places that stay."""
     cuts, begin = [], 0
     for place in fixed:

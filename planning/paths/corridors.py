@@ -1,0 +1,128 @@
+"""The corridor around a way, and OMPL within it: how the sampling planner is warm-started.
+
+States are not places but (metres along the way, metres to its right), so that sampling evenly is sampling near the way.
+BIT* won over RRT*, Informed RRT* and RRTConnect here, see docs/planning.md.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.kernels.path_segments import segment_cost
+
+from .fields import KernelField
+from .sampling import State, box_space, solved
+from .ways import Way, cost_of, drop_repeats, pieces, straightened
+
+__all__ = ["Corridor", "CorridorTask"]
+
+Places = npt.NDArray[np.float64]
+
+# a way is improved in pieces of so many cells: a planner that samples all of a long one has few samples anywhere
+PIECE = 64.0
+
+
+class Corridor:
+    """Places, as fractional (row, col), by (metres along a way, metres to its right)."""
+
+    def __init__(self, way: Places, cells: tuple[float, float]) -> None:
+        self._cells = cells
+        self._ends = tuple(way[0].tolist()), tuple(way[-1].tolist())
+        at_m = np.column_stack([way[:, 1] * cells[0], -way[:, 0] * cells[1]])
+        along_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(at_m, axis=0).T))])
+        self.length_m = float(along_m[-1])
+        # sideways turns evenly from knot to knot, so that no gap opens outside of a bend
+        knots = np.linspace(0.0, self.length_m, max(int(self.length_m / min(cells)), 2) + 1)
+        east_m, north_m = (np.interp(knots, along_m, axis) for axis in at_m.T)
+        ahead = np.gradient(np.column_stack([east_m, north_m]), axis=0)
+        ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
+        self._knots = np.column_stack([east_m, north_m, ahead[:, 1], -ahead[:, 0]])
+        self._per_m = (len(knots) - 1) / self.length_m
+
+    def place(self, along_m: float, right_m: float) -> tuple[float, float]:
+        """Fractional (row, col); the ends are the way's own to the last bit."""
+        if right_m == 0.0 and along_m in (0.0, self.length_m):
+            return self._ends[0 if along_m == 0.0 else 1]
+        at = min(max(along_m * self._per_m, 0.0), len(self._knots) - 1.0)
+        n = min(int(at), len(self._knots) - 2)
+        share = at - n
+        east_m, north_m, right_e, right_n = ((1.0 - share) * self._knots[n] + share * self._knots[n + 1]).tolist()
+        return -(north_m + right_m * right_n) / self._cells[1], (east_m + right_m * right_e) / self._cells[0]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CorridorTask:
+    """Find a cheaper way near a given one, between each of the places that it has to pass and the next.
+
+    way: (n, 2) fractional posts. fixed: those of its places that stay. half_width_m: of the corridor, which in each
+    round is around what the round before found.
+    """
+
+    field: KernelField
+    way: Places
+    fixed: tuple[Places, ...]
+    half_width_m: float
+    iterations: int
+    seed: int
+    planner: str = "BITstar"
+    rounds: int = 2
+
+    def solve(self) -> Places | None:
+        """Places of the cheapest way that was found; None where none was cheaper."""
+        first = best = Way(self.way, cost_of(self.field, self.way))
+        for number in range(self.rounds):
+            # every second round the cuts lie in the middle of the pieces of the round before
+            cut = [piece for leg in pieces(best.places, self.fixed) for piece in _cut(leg, PIECE, number % 2 == 1)]
+            share = self.iterations / self.rounds / sum(_cells(piece) for piece in cut)
+            found = [self._of_piece(piece, int(share * _cells(piece))) for piece in cut]
+            places = drop_repeats(np.concatenate(found))
+            way = straightened(self.field, Way(places, cost_of(self.field, places)), self.fixed)
+            best = way if way.cost < best.cost else best
+        return None if best is first else best.places
+
+    def _of_piece(self, piece: Places, iterations: int) -> Places:
+        """A cheaper way between the ends of a piece, or the piece."""
+        corridor = Corridor(piece, self.field[4])
+        bounds = ((0.0, corridor.length_m), (-self.half_width_m, self.half_width_m))
+        ends = ((0.0, 0.0), (corridor.length_m, 0.0))
+        found = solved(box_space(bounds), _InCorridor(self.field, corridor), self.planner, *ends, iterations)
+        if found is None:
+            return piece
+        places = drop_repeats(np.array([corridor.place(state[0], state[1]) for state in found]))
+        straight = straightened(self.field, Way(places, cost_of(self.field, places)))
+        return straight.places if straight.cost < cost_of(self.field, piece) else piece
+
+
+def _cells(places: Places) -> float:
+    """How many cells a way crosses."""
+    return float(np.hypot(*np.diff(places, axis=0).T).sum())
+
+
+def _cut(leg: Places, cells: float, halfway: bool) -> list[Places]:
+    """A leg in pieces of about so many cells, cut at its own places; the first one half as long, or not."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(leg, axis=0).T))])
+    wanted = np.arange(cells * (0.5 if halfway else 1.0), along[-1] - 0.25 * cells, cells)
+    at = np.unique(np.concatenate([[0], np.searchsorted(along, wanted), [len(leg) - 1]]))
+    return [leg[begin : end + 1] for begin, end in itertools.pairwise(at.tolist())]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _InCorridor:
+    field: KernelField
+    corridor: Corridor
+
+    def allowed(self, state: State) -> bool:
+        row, col = self.corridor.place(state[0], state[1])
+        allowed = self.field[1]
+        rows, cols = allowed.shape
+        return 0.0 <= row < rows and 0.0 <= col < cols and bool(allowed[int(row), int(col)])
+
+    def cost(self, begin: State, end: State) -> float:
+        ends = (*self.corridor.place(begin[0], begin[1]), *self.corridor.place(end[0], end[1]))
+        cost = segment_cost(self.field, *ends)[1]
+        return float(cost) if math.isfinite(cost) else math.inf

@@ -1,0 +1,139 @@
+"""OMPL's objects around exact segments, for a process that plans and does nothing else.
+
+OMPL's own checking at a resolution is not used: it jumps thin walls. Each motion is judged and costed exactly, once.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Motions", "SamplingTask", "box_space", "solved"]
+
+Places = npt.NDArray[np.float64]
+State = Any
+
+# how often, in questions of the planner whether to stop, it is asked whether anybody still waits for the answer
+QUESTIONS_BETWEEN = 256
+
+
+class SamplingTask(Protocol):
+    """Something for the process to solve; pickled on its way there and back."""
+
+    @property
+    def seed(self) -> int:
+        """What the planner's random numbers come of."""
+
+    def solve(self) -> Places | None:
+        """Corners of a path as the task defines them, None where none was found."""
+
+
+class Motions(Protocol):
+    """What a planner has to know of states, which are OMPL's."""
+
+    def allowed(self, state: State) -> bool:
+        """Whether a state can be held."""
+
+    def cost(self, begin: State, end: State) -> float:
+        """Of the motion from state to state; +inf where it breaks a limit."""
+
+
+def box_space(bounds: Sequence[tuple[float, float]]) -> Any:
+    """OMPL's space of real numbers within bounds."""
+    from ompl import base
+
+    space = base.RealVectorStateSpace(len(bounds))
+    limits = base.RealVectorBounds(len(bounds))
+    for axis, (low, high) in enumerate(bounds):
+        limits.setLow(axis, float(low))
+        limits.setHigh(axis, float(high))
+    space.setBounds(limits)
+    return space
+
+
+def solved(
+    space: Any,
+    motions: Motions,
+    planner_name: str,
+    begin: Sequence[float],
+    end: Sequence[float],
+    iterations: int,
+    set_up: Callable[[Any], None] = lambda planner: None,
+) -> list[State] | None:
+    """States of a path from begin to end that is exact, after so many iterations; None where none was found."""
+    from ompl import base, geometric
+
+    information = base.SpaceInformation(space)
+    judges = _judges(base, information, motions)
+    information.setStateValidityChecker(judges[0])
+    information.setMotionValidator(judges[1])
+    information.setup()
+    definition = base.ProblemDefinition(information)
+    states = [space.allocState(), space.allocState()]
+    for state, values in zip(states, (begin, end), strict=True):
+        for axis, value in enumerate(values):
+            state[axis] = float(value)
+    definition.setStartAndGoalStates(*states)
+    definition.setOptimizationObjective(judges[2])
+    planner = getattr(geometric, planner_name)(information)
+    set_up(planner)
+    planner.setProblemDefinition(definition)
+    planner.setup()
+    status = planner.solve(base.PlannerTerminationCondition(_counted(iterations)))
+    # a status is true of a path that stops short of the goal, too
+    if status.asString() != "Exact solution":
+        return None
+    path = definition.getSolutionPath()
+    return [path.getState(n) for n in range(path.getStateCount())]
+
+
+def _counted(iterations: int) -> Callable[[], bool]:
+    """A condition that stops by count, so that one seed gives one path; and where nobody waits any more."""
+    asked, parent = 0, os.getppid()
+
+    def over() -> bool:
+        nonlocal asked
+        asked += 1
+        if asked % QUESTIONS_BETWEEN == 0 and os.getppid() != parent:
+            os._exit(1)
+        return asked > iterations
+
+    return over
+
+
+def _judges(base: Any, information: Any, motions: Motions) -> tuple[Any, Any, Any]:
+    """Validity, segments and cost, as OMPL asks for them; it keeps no references of its own to what Python made."""
+    last: list[Any] = [None, math.inf]
+
+    def cost(a: State, b: State) -> float:
+        # validity and cost of one motion are asked one after the other
+        key = (*(a[axis] for axis in range(axes)), *(b[axis] for axis in range(axes)))
+        if key != last[0]:
+            last[0], last[1] = key, motions.cost(a, b)
+        return float(last[1])
+
+    class Checker(base.StateValidityChecker):  # type: ignore[misc]
+        def isValid(self, state: State) -> bool:  # noqa: N802 - OMPL's name
+            return motions.allowed(state)
+
+    class Segments(base.MotionValidator):  # type: ignore[misc]
+        def checkMotion(self, a: State, b: State) -> bool:  # noqa: N802 - OMPL's name
+            return cost(a, b) < math.inf
+
+    class Objective(base.OptimizationObjective):  # type: ignore[misc]
+        def stateCost(self, _state: State) -> Any:  # noqa: N802 - OMPL's name
+            return base.Cost(0.0)
+
+        def motionCost(self, a: State, b: State) -> Any:  # noqa: N802 - OMPL's name
+            return base.Cost(cost(a, b))
+
+        def isSymmetric(self) -> bool:  # noqa: N802 - OMPL's name; uphill costs more than downhill
+            return False
+
+    axes = information.getStateDimension()
+    return Checker(information), Segments(information), Objective(information)

@@ -1,0 +1,34 @@
+"""What the process that plans does: read a task, seed OMPL, solve, answer. See ``own_process``."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sys
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Answer the one task that comes over standard input."""
+    # whatever a library prints must not get between the bytes of the answer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+
+    from ompl import util
+
+    import planning.paths.corridors  # noqa: F401 - loads the kernels while the task is still being prepared
+
+    util.setLogLevel(util.LogLevel.LOG_NONE)
+    try:
+        task = pickle.load(sys.stdin.buffer)
+    except EOFError:  # the plan needed no sampling after all
+        return
+    # 0 would mean a seed by the clock
+    util.RNG.setSeed(task.seed + 1)
+    pickle.dump({"corners": task.solve()}, answers)
+    answers.close()
+
+
+if __name__ == "__main__":
+    main()
