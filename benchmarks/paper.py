@@ -27,7 +27,7 @@ from .paper_case import (
 from .paper_flight import TAKE_OFF, Flight, fly
 from .paper_pictures import draw_flight, draw_horizontal_cut, draw_morphing, draw_sections, draw_sky
 
-__all__ = ["main", "write_case"]
+__all__ = ["main", "write_case", "write_png"]
 
 DPI = 100
 COLOURS = 256  # of a palette: a third of the bytes, and nothing to be seen of it
@@ -46,7 +46,7 @@ def write_case(dem: Path, almanac_file: Path, folder: Path) -> tuple[list[Path],
         "flight": draw_flight(flown, good.grid),
     }
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [_write(figure, folder / f"{name}.png") for name, figure in pictures.items()]
+    paths = [write_png(figure, folder / f"{name}.png") for name, figure in pictures.items()]
     return paths, [*(_told(shown) for shown in (good, bad)), _told_flight(flown)]
 
 
@@ -64,7 +64,8 @@ def main() -> int:
     return 0
 
 
-def _write(figure: Figure, path: Path) -> Path:
+def write_png(figure: Figure, path: Path) -> Path:
+    """The figure as PNG with a palette."""
     FigureCanvasAgg(figure)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)

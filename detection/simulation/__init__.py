@@ -1,7 +1,7 @@
 """Rehearsal of the detector: drives with known occlusions, noise of a given size, and how well the detector did."""
 
 from .drives import SimulatedDrive, drive_along
-from .metrics import Estimate, Metrics, metrics_of
+from .metrics import Estimate, Metrics, metrics_of, response_times_s
 from .noise import RangingNoise, draw_epochs
 from .occlusions import Occlusion, occluded_by, random_occlusions
 from .outcomes import DriveOutcome, judge_by_epoch, judge_drive, locate_without_detector
@@ -21,4 +21,5 @@ __all__ = [
     "metrics_of",
     "occluded_by",
     "random_occlusions",
+    "response_times_s",
 ]

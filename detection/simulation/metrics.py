@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from detection.errors import DetectionInputError
 from .drives import Floats
 from .outcomes import DriveOutcome
 
-__all__ = ["Estimate", "Metrics", "metrics_of"]
+__all__ = ["Estimate", "Metrics", "metrics_of", "response_times_s"]
 
 CONFIDENCE = 0.95
 RESAMPLES = 2000
@@ -71,7 +71,7 @@ def metrics_of(
     called = [outcome.sight == 1 for outcome in outcomes]
     harmful = [heard_ & (o.drive.excess_m > harmful_m) for heard_, o in zip(heard, outcomes, strict=True)]
     clear = [heard_ & (o.drive.excess_m == 0.0) for heard_, o in zip(heard, outcomes, strict=True)]
-    waits_s = [list(_waits_s(outcome, harmful_m)) for outcome in outcomes]
+    waits_s = [response_times_s(outcome, harmful_m) for outcome in outcomes]
     placed = [np.isfinite(outcome.sigma_m) for outcome in outcomes]
     errors_m = [outcome.position_error_m[there] for outcome, there in zip(outcomes, placed, strict=True)]
     noticed_s = np.array([wait_s for drive_s in waits_s for wait_s in drive_s if wait_s is not None])
@@ -87,9 +87,10 @@ def metrics_of(
     )
 
 
-def _waits_s(outcome: DriveOutcome, harmful_m: float) -> Iterator[float | None]:
+def response_times_s(outcome: DriveOutcome, harmful_m: float) -> list[float | None]:
     """Seconds from each onset to the first call in its occlusion; None where there was none before it ended."""
     times_s = outcome.drive.times_s
+    waits_s: list[float | None] = []
     for k in range(outcome.sight.shape[1]):
         rows = np.flatnonzero(outcome.sight[:, k] != 255)
         harmful = outcome.drive.excess_m[rows, k] > harmful_m
@@ -99,7 +100,8 @@ def _waits_s(outcome: DriveOutcome, harmful_m: float) -> Iterator[float | None]:
             ends = np.flatnonzero(~harmful[begin:])
             end = begin + int(ends[0]) if len(ends) else len(rows)
             calls = np.flatnonzero(called[begin:end])
-            yield float(times_s[rows[begin + calls[0]]] - times_s[rows[begin]]) if len(calls) else None
+            waits_s.append(float(times_s[rows[begin + calls[0]]] - times_s[rows[begin]]) if len(calls) else None)
+    return waits_s
 
 
 def _rate(parts: Sequence[int], wholes: Sequence[int], generator: np.random.Generator) -> Estimate:
