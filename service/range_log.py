@@ -1,23 +1,26 @@
-"""Range logs: CSV of what a rover measured, row by row, gathered into epochs as a detector takes them."""
+"""Range logs: CSV of what a rover measured, a range in each row, or all ranges of a moment in one."""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from detection import OdometryIncrement, RangeEpoch, RangeMeasurement
+from detection import OdometryIncrement, RangeMeasurement
 from service.errors import RequestError
 
-__all__ = ["COLUMNS", "epochs_of", "read_range_log"]
+__all__ = ["COLUMNS", "Row", "read_range_log"]
 
 RANGE = ("anchor_id", "range_m", "sigma_m", "p_sight")
 WHEELS = ("wheel_x_m", "wheel_y_m")
 ACCELEROMETER = ("accel_x_m", "accel_y_m", "accel_z_m")
 ODOMETRY = ("duration_s", *WHEELS, *ACCELEROMETER, "heading_deg")
 COLUMNS = ("time_s", *RANGE, *ODOMETRY)
+# with all ranges of a moment in one row: range_m.D1, sigma_m.D1, p_sight.D1
+WIDE = ("range_m.", "sigma_m.", "p_sight.")
+DELIMITERS = ",;\t"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +35,8 @@ class Row:
 def read_range_log(path: Path) -> list[Row]:
     """The rows of a log, in the file's order; numbers that no sensor should deliver stay as they are.
 
-    A row with anchor_id is a range; one without is the motion in the duration_s before its time_s. Raises RequestError.
+    A row with anchor_id is a range; one without is the motion in the duration_s before its time_s. A log with columns
+    range_m.ID has in each row the ranges of one moment and the motion before it. Raises RequestError.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -45,94 +49,55 @@ def read_range_log(path: Path) -> list[Row]:
         raise RequestError(f"The log {str(path)!r} cannot be read: {error.strerror}.") from error
 
 
-def epochs_of(rows: Sequence[Row], epoch_s: float = 0.0) -> list[RangeEpoch]:
-    """Gather rows into epochs, each with the motion since the one before.
-
-    epoch_s: ranges within so many seconds belong together, until an anchor comes again; 0 = those of equal time.
-    """
-    epochs: list[RangeEpoch] = []
-    ranges: list[Row] = []
-    motions: list[Row] = []
-    for row in rows:
-        if row.measured is None:
-            motions.append(row)
-            continue
-        if ranges and not _belongs(row, ranges, epoch_s):
-            motions = _close(epochs, ranges, motions)
-            ranges = []
-        ranges.append(row)
-    if ranges:
-        _close(epochs, ranges, motions)
-    return epochs
-
-
-def _close(epochs: list[RangeEpoch], ranges: Sequence[Row], motions: Sequence[Row]) -> list[Row]:
-    """Add the epoch of these ranges with the motion until its last one; returns the motions after that."""
-    end_s = ranges[-1].time_s
-    later = [row for row in motions if row.time_s > end_s]
-    until = [row.motion for row in motions if row.motion is not None and not row.time_s > end_s]
-    measured = tuple(row.measured for row in ranges if row.measured is not None)
-    epochs.append(RangeEpoch(end_s, measured, _sum(until)))
-    return later
-
-
-def _belongs(row: Row, before: Sequence[Row], epoch_s: float) -> bool:
-    since_s = row.time_s - before[0].time_s
-    if epoch_s == 0.0 or row.measured is None:
-        return since_s == 0.0
-    known = {earlier.measured.anchor_id for earlier in before if earlier.measured is not None}
-    return 0.0 <= since_s <= epoch_s and row.measured.anchor_id not in known
-
-
-def _sum(motions: Sequence[OdometryIncrement]) -> OdometryIncrement | None:
-    """One motion out of several in a row: displacements add up as vectors; what one of them lacks the sum lacks."""
-    if not motions:
-        return None
-    duration_s = sum(motion.duration_s for motion in motions)
-    wheels = [motion.wheel_m for motion in motions if motion.wheel_m is not None]
-    felt = [motion.accelerometer_m for motion in motions if motion.accelerometer_m is not None]
-    wheel_m = _total(wheels) if len(wheels) == len(motions) else None
-    accelerometer_m = _total(felt) if len(felt) == len(motions) else None
-    return OdometryIncrement(
-        duration_s,
-        None if wheel_m is None else (wheel_m[0], wheel_m[1]),
-        None if accelerometer_m is None else (accelerometer_m[0], accelerometer_m[1], accelerometer_m[2]),
-        _heading_rad(motions),
-    )
-
-
-def _total(vectors: Sequence[Sequence[float]]) -> tuple[float, ...]:
-    return tuple(math.fsum(parts) for parts in zip(*vectors, strict=True))
-
-
-def _heading_rad(motions: Sequence[OdometryIncrement]) -> float | None:
-    """Where all of them together led, each as long as its displacement; None unless each has a heading."""
-    if len(motions) == 1:
-        return motions[0].heading_rad
-    east_m = north_m = 0.0
-    for motion in motions:
-        level_m = motion.wheel_m or (motion.accelerometer_m or ())[:2]
-        if motion.heading_rad is None or not level_m:
-            return None
-        east_m += math.hypot(*level_m) * math.sin(motion.heading_rad)
-        north_m += math.hypot(*level_m) * math.cos(motion.heading_rad)
-    return math.atan2(east_m, north_m)
-
-
 def _rows(name: str, lines: Iterator[str]) -> Iterator[Row]:
-    reader = csv.DictReader(lines, skipinitialspace=True, restkey="", strict=True)
-    header = [column.strip() for column in reader.fieldnames or []]
-    strange = [column for column in header if column not in COLUMNS]
-    missing = [column for column in ("time_s", "anchor_id", "range_m") if column not in header]
-    if strange or missing:
-        wrong = f"unknown column {strange[0]!r}" if strange else f"no column {missing[0]!r}"
-        raise RequestError(f"The log {name} has {wrong}; its first line names columns out of {', '.join(COLUMNS)}.")
-    reader.fieldnames = header
-    for cells in reader:
-        where = f"{name}, line {reader.line_num}"
-        if "" in cells:
+    first = next(lines, "")
+    delimiter = max(DELIMITERS, key=first.count)
+    header = [column.strip() for column in next(csv.reader([first], delimiter=delimiter, strict=True), [])]
+    wide = any(column.startswith(WIDE) for column in header)
+    _check_header(name, header, wide)
+    reader = csv.DictReader(lines, header, skipinitialspace=True, restkey="", strict=True, delimiter=delimiter)
+    for raw in reader:
+        where = f"{name}, line {reader.line_num + 1}"
+        if "" in raw:
             raise RequestError(f"{where}: more cells than columns.")
-        yield _row(where, {column: (cell or "").strip() for column, cell in cells.items()})
+        cells = {column: (cell or "").strip() for column, cell in raw.items()}
+        if wide:
+            yield from _wide_rows(where, cells)
+        else:
+            yield _row(where, cells)
+
+
+def _check_header(name: str, header: Sequence[str], wide: bool) -> None:
+    known = ("time_s", *ODOMETRY) if wide else COLUMNS
+    strange = [column for column in header if column not in known and not (wide and column.startswith(WIDE))]
+    missing = [column for column in ("time_s",) if column not in header]
+    if not wide:
+        missing += [column for column in ("anchor_id", "range_m") if column not in header]
+    for column in header:
+        _, _, anchor_id = column.partition(".")
+        if wide and column.startswith(WIDE) and f"range_m.{anchor_id}" not in header:
+            missing.append(f"range_m.{anchor_id}")
+    twice = [column for column in header if header.count(column) > 1]
+    if strange or missing or twice:
+        wrong = f"unknown column {strange[0]!r}" if strange else f"no column {missing[0]!r}" if missing else ""
+        wrong = wrong or f"the column {twice[0]!r} twice"
+        names = f"{', '.join(COLUMNS)}, or range_m.ID, sigma_m.ID, p_sight.ID for each anchor"
+        raise RequestError(f"The log {name} has {wrong}; its first line names columns out of {names}.")
+
+
+def _wide_rows(where: str, cells: Mapping[str, str]) -> Iterator[Row]:
+    """The motion, if the row has one, then a range for every anchor whose cell is not empty."""
+    numbers = {column: _number(where, column, cell) for column, cell in cells.items()}
+    time_s = numbers["time_s"]
+    if time_s is None:
+        raise RequestError(f"{where}: time_s is missing.")
+    if any(numbers.get(column) is not None for column in ODOMETRY):
+        yield Row(time_s, None, _motion(where, {column: numbers.get(column) for column in ODOMETRY}))
+    for column, range_m in numbers.items():
+        if column.startswith("range_m.") and range_m is not None:
+            anchor_id = column.removeprefix("range_m.")
+            sigma_m, p_sight = numbers.get(f"sigma_m.{anchor_id}"), numbers.get(f"p_sight.{anchor_id}")
+            yield Row(time_s, RangeMeasurement(anchor_id, range_m, sigma_m, p_sight, time_s), None)
 
 
 def _row(where: str, cells: dict[str, str]) -> Row:

@@ -16,7 +16,7 @@ from rich.table import Table
 from detection import AnchorVerdict, EpochResult
 from service.errors import RequestError
 from service.pictures import write_verdict_picture
-from service.range_log import epochs_of, read_range_log
+from service.range_log_messages import read_epochs
 from service.replacing import replacing
 from service.replay import Replay, replay
 from service.schemas import sentence_of
@@ -49,7 +49,7 @@ def replay_log(
     anchors = ranging_anchors(anchor_texts, anchor_files, level=settings.dimension == 2)
     if not (math.isfinite(epoch_s) and epoch_s >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {epoch_s}.")
-    epochs = epochs_of(read_range_log(log), epoch_s)
+    epochs = read_epochs(log, epoch_s)
     if not epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
     folder = None if out is None else output_folder(out)

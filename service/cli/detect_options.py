@@ -17,7 +17,8 @@ def detect(
         Path,
         typer.Argument(
             metavar="LOG.csv",
-            help="Ranges as time_s,anchor_id,range_m[,sigma_m][,p_sight]; odometry in rows without anchor_id.",
+            help="CSV with a range a row (time_s,anchor_id,range_m …) or a moment a row (time_s,range_m.D1 …), "
+            "or JSON Lines (.jsonl) of the epochs that a stream takes.",
         ),
     ],
     anchor: Annotated[

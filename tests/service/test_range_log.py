@@ -4,8 +4,11 @@ import math
 
 import pytest
 
-from detection import OdometryIncrement, RangeMeasurement
-from service.range_log import COLUMNS, epochs_of, read_range_log
+from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
+from service.errors import RequestError
+from service.range_log import COLUMNS, read_range_log
+from service.range_log_epochs import epochs_of
+from service.range_log_messages import read_epochs
 
 
 def rows_of(tmp_path, *lines):
@@ -63,3 +66,83 @@ def test_what_one_motion_lacks_the_sum_lacks(tmp_path):
 @pytest.mark.parametrize("epoch_s", [0.0, 1.0])
 def test_a_log_of_motions_alone_has_no_epochs(tmp_path, epoch_s):
     assert epochs_of(rows_of(tmp_path, "0.5,,,,,0.5,1,0,,,,"), epoch_s) == []
+
+
+def epochs_from(tmp_path, name, text, epoch_s=0.0):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return read_epochs(path, epoch_s)
+
+
+LONG = """time_s,anchor_id,range_m,sigma_m,p_sight,duration_s,wheel_x_m,wheel_y_m,heading_deg
+1,A,5,0.2,,,,,
+1,B,6,,0.9,,,,
+2,,,,,1,0.5,0,90
+2,A,5.5,0.2,,,,,
+3,,,,,1,0.5,0,90
+3,A,nan,0.2,,,,,
+3,B,7,,0.1,,,,
+"""
+WIDE = """time_s,range_m.A,range_m.B,sigma_m.A,p_sight.B,duration_s,wheel_x_m,wheel_y_m,heading_deg
+1,5,6,0.2,0.9,,,,
+2,5.5,,0.2,,1,0.5,0,90
+3,nan,7,0.2,0.1,1,0.5,0,90
+"""
+
+
+def test_a_moment_a_row_says_the_same_as_a_range_a_row(tmp_path):
+    long = epochs_from(tmp_path, "long.csv", LONG)
+    wide = epochs_from(tmp_path, "wide.csv", WIDE)
+    assert [len(epoch.ranges) for epoch in long] == [2, 1, 2]
+    assert repr(wide) == repr(long)  # nan is not nan
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+@pytest.mark.parametrize("text", [LONG, WIDE], ids=["long", "wide"])
+def test_semicolons_and_tabs_separate_cells_as_commas_do(tmp_path, text, delimiter):
+    with_commas = epochs_from(tmp_path, "log.csv", text)
+    assert repr(epochs_from(tmp_path, "log.csv", text.replace(",", delimiter))) == repr(with_commas)
+
+
+def test_a_line_of_json_is_an_epoch_as_a_stream_takes_it(tmp_path):
+    lines = (
+        '{"time_s": 1.0, "sequence": 7, "ranges": [{"anchor_id": "A", "range_m": null}]}',
+        "",
+        '{"time_s": 2.0, "ranges": [], "odometry": {"duration_s": 1.0, "wheel_m": [0.5, 0.0]}, '
+        '"moved": [{"id": "A", "east_m": 1.0, "north_m": 2.0, "altitude_m": 3.0}]}',
+    )
+    first, second = epochs_from(tmp_path, "log.jsonl", "\n".join(lines))
+    assert (first.sequence, first.ranges[0].anchor_id) == (7, "A")
+    assert math.isnan(first.ranges[0].range_m)
+    assert second == RangeEpoch(2.0, (), OdometryIncrement(1.0, (0.5, 0.0)), None, (RangingAnchor("A", 1.0, 2.0, 3.0),))
+
+
+BAD_FILES = {
+    "wide.csv, line 2: time_s is missing": "time_s,range_m.A\n,5\n",
+    "no column 'range_m.B'": "time_s,range_m.A,sigma_m.B\n",
+    "unknown column 'anchor_id'": "time_s,anchor_id,range_m.A\n",
+    "has the column 'range_m.A' twice": "time_s,range_m.A,range_m.A\n",
+    "line 3: range_m.A is 'far', not a number": "time_s,range_m.A\n1,5\n2,far\n",
+    "line 2: a motion needs duration_s": "time_s,range_m.A,duration_s,wheel_x_m,wheel_y_m\n1,5,,1,0\n",
+}
+
+
+@pytest.mark.parametrize("sentence", BAD_FILES)
+def test_a_wide_log_that_is_none_is_told_in_a_sentence(tmp_path, sentence):
+    with pytest.raises(RequestError, match=sentence):
+        epochs_from(tmp_path, "wide.csv", BAD_FILES[sentence])
+
+
+def test_lines_that_are_no_epochs_are_told_with_their_number(tmp_path):
+    good = '{"time_s": 1.0, "ranges": []}'
+    with pytest.raises(RequestError, match=r"log\.jsonl, line 2: .*Invalid JSON"):
+        epochs_from(tmp_path, "log.jsonl", f"{good}\nnonsense\n")
+    with pytest.raises(RequestError, match=r"log\.jsonl, line 1: rangs: this field is not known here"):
+        epochs_from(tmp_path, "log.jsonl", good.replace("}", ', "rangs": []}'))
+    with pytest.raises(RequestError, match="--epoch is for CSV"):
+        epochs_from(tmp_path, "log.jsonl", good, epoch_s=0.5)
+    with pytest.raises(RequestError, match="cannot be read"):
+        read_epochs(tmp_path / "none.jsonl")
+    (tmp_path / "latin.jsonl").write_bytes(b"\xff\xfe")
+    with pytest.raises(RequestError, match="is not UTF-8 text"):
+        read_epochs(tmp_path / "latin.jsonl")
