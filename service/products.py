@@ -16,9 +16,11 @@ from .dop_volumes import check_air
 from .estimates import refuse_map, refuse_placement, refuse_volume
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
+from .path_plan import FinishedPath, calculate_path, check_path_request
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
 from .positions import resolve_anchor
 from .ranging_sources import check_sources, ranging_sources
+from .schemas.paths import PathParameters
 from .schemas.placements import PlacementParameters
 from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters
 from .schemas.sight import SightParameters
@@ -26,7 +28,17 @@ from .schemas.visibility_maps import VisibilityMapParameters
 from .settings import Settings
 from .visibility_map import VisibilityMap, calculate
 
-__all__ = ["DOP_MAP", "MORPHING_MAP", "PLACEMENT", "PRODUCTS", "VISIBILITY_MAP", "FinishedMap", "Product", "product_of"]
+__all__ = [
+    "DOP_MAP",
+    "MORPHING_MAP",
+    "PATH",
+    "PLACEMENT",
+    "PRODUCTS",
+    "VISIBILITY_MAP",
+    "FinishedMap",
+    "Product",
+    "product_of",
+]
 
 
 class FinishedMap(Protocol):
@@ -137,8 +149,17 @@ PLACEMENT = Product(
     ("answer",),
     searches=True,
 )
+PATH = Product(
+    "path",
+    PathParameters,
+    check_path_request,
+    calculate_path,
+    FinishedPath,
+    ("vertices", "visible", "corners", "dop", "count", "reasons"),
+    plain=("answer",),
+)
 PRODUCTS: Mapping[str, Product] = MappingProxyType(
-    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT)}
+    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT, PATH)}
 )
 
 

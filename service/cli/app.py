@@ -29,6 +29,7 @@ from .options import (
     UnknownOption,
 )
 from .place_options import place
+from .plan_options import plan
 from .positioning_options import dop, morph
 
 __all__ = ["app", "main"]
@@ -115,6 +116,7 @@ app.command()(morph)
 app.command()(bubble)
 app.command()(detect)
 app.command()(place)
+app.command()(plan)
 
 
 @app.command()

@@ -11,7 +11,8 @@ from typing import Any, Protocol, TypeVar
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import write_layer
+from service.layers import LAYERS, write_layer
+from service.products import product_of
 from service.replacing import replacing
 from service.schemas import AnchorIn
 from terrain import ElevationGrid, read_dem
@@ -86,11 +87,17 @@ def output_folder(out: Path) -> Path:
     return out
 
 
-def _write_files(finished: Finished, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
+def _write_files(finished: Any, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
-    write: Callable[[Any, str, Path], None] = files.write or write_layer
-    for name in files.layers:
+    layers, write = files.layers, files.write
+    if write is None:
+        write, offered = write_layer, LAYERS[product_of(finished).name]
+        layers = tuple(name for name in layers if offered[name].is_in(summary))
+    for name in set(files.layers).difference(layers):
+        # of a run before; it would be taken for this one's
+        (folder / name).unlink(missing_ok=True)
+    for name in layers:
         write(finished, name, folder / name)
     with replacing(folder / files.summary) as unfinished:
         unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
-    return [folder / name for name in (files.summary, *files.layers)]
+    return [folder / name for name in (files.summary, *layers)]

@@ -20,6 +20,7 @@ PATHS = {
     JobKind.DOP_MAP: "/dop-maps",
     JobKind.MORPHING_MAP: "/morphing-maps",
     JobKind.PLACEMENT: "/placements",
+    JobKind.PATH: "/paths",
     JobKind.LINES_OF_SIGHT: "/lines-of-sight",
     JobKind.SAFETY_BUBBLES: "/safety-bubbles",
 }

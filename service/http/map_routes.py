@@ -10,7 +10,7 @@ from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import LimitError, NotFoundError
 from service.jobs.records import JobKind, JobRecord
-from service.layers import LAYERS
+from service.layers import LAYERS, Layer
 from service.schemas.map_answers import LayerLink, MapOut
 from service.schemas.pages import Limit, Offset, Page
 from service.schemas.satellites import ORBIT_TEXTS
@@ -136,7 +136,7 @@ def add_shared_routes(router: APIRouter, resource: MapResource) -> None:
     )
     async def download_layer(map_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
         job = await finished(service, kind, map_id)
-        if layer not in layers or not layers[layer].is_of(job.request["parameters"]):
+        if layer not in layers or not _has(job, layers[layer]):
             raise NotFoundError("layer", layer)
         assert job.digest is not None
         path = await service.drawings.layer(job.digest, layer)
@@ -171,6 +171,10 @@ def _refuse_too_many(anchors: int, service: Service) -> None:
         )
 
 
+def _has(job: JobRecord, layer: Layer) -> bool:
+    return layer.is_of(job.request["parameters"]) and layer.is_in(job.summary or {})
+
+
 def _answer(resource: MapResource, service: Service, job: JobRecord) -> MapOut:
     layers = [
         LayerLink(
@@ -180,7 +184,7 @@ def _answer(resource: MapResource, service: Service, job: JobRecord) -> MapOut:
             description=layer.description,
         )
         for layer in LAYERS[resource.kind].values()
-        if layer.is_of(job.request["parameters"])
+        if _has(job, layer)
     ]
     told: dict[str, Any] = state_of(service, job)
     return resource.out.model_validate(

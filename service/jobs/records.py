@@ -17,6 +17,7 @@ class JobKind(StrEnum):
     DOP_MAP = "dop-map"
     MORPHING_MAP = "morphing-map"
     PLACEMENT = "placement"
+    PATH = "path"
     LINES_OF_SIGHT = "lines-of-sight"
     SAFETY_BUBBLES = "safety-bubbles"
 

@@ -20,6 +20,7 @@ class Layer:
     """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path.
 
     needs: the parameter without which a map does not have it. at_least: as many entries of it.
+    status: of a result that alone has it. in_degrees: whether it needs a DEM with a CRS.
     """
 
     name: str
@@ -28,6 +29,8 @@ class Layer:
     write: Writer
     needs: str | None = None
     at_least: int = 1
+    status: str | None = None
+    in_degrees: bool = False
 
     def is_of(self, parameters: Mapping[str, Any]) -> bool:
         """Whether a map that was asked for with these parameters has this layer."""
@@ -35,6 +38,12 @@ class Layer:
             return True
         given = parameters.get(self.needs)
         return len(given) >= self.at_least if isinstance(given, list) else given is not None
+
+    def is_in(self, result: Mapping[str, Any]) -> bool:
+        """Whether there is something to put into it."""
+        if self.in_degrees and result.get("dem", {}).get("crs") is None:
+            return False
+        return self.status is None or result.get("status") == self.status
 
 
 def later(module: str, function: str) -> Writer:

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from service.products import DOP_MAP, MORPHING_MAP, PLACEMENT, VISIBILITY_MAP, FinishedMap, product_of
+from service.products import DOP_MAP, MORPHING_MAP, PATH, PLACEMENT, VISIBILITY_MAP, FinishedMap, product_of
 from service.replacing import replacing
 
 from .layer import Layer
+from .path_layers import PATH_LAYERS
 from .placement_layers import PLACEMENT_LAYERS
 from .positioning_layers import DOP_LAYERS, MORPHING_LAYERS
 from .visibility_layers import VISIBILITY_LAYERS
@@ -24,6 +25,7 @@ LAYERS: Mapping[str, Mapping[str, Layer]] = MappingProxyType(
             (DOP_MAP, DOP_LAYERS),
             (MORPHING_MAP, MORPHING_LAYERS),
             (PLACEMENT, PLACEMENT_LAYERS),
+            (PATH, PATH_LAYERS),
         )
     }
 )

@@ -1,0 +1,151 @@
+"""``sightline plan``: its options; the work is done in plan.py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import (
+    AlmanacFile,
+    AnchorFiles,
+    AnchorTexts,
+    AsJson,
+    ConeDeg,
+    Crs,
+    CurvatureWord,
+    DemPath,
+    Kind,
+    Measure,
+    Mode,
+    NavigationFile,
+    Nodata,
+    OutFolder,
+    ReferenceDate,
+    SatelliteTime,
+    SkyAt,
+    UnknownGround,
+)
+
+__all__ = ["plan"]
+
+Place = "EAST,NORTH"
+
+
+def plan(
+    dem: DemPath,
+    start: Annotated[
+        str | None, typer.Option(metavar=Place, help="Where the rover is, metres in the DEM's CRS.")
+    ] = None,
+    goal: Annotated[
+        list[str] | None,
+        typer.Option(metavar=f"{Place}|FILE", help="Where to: a place, or GeoJSON polygons. Repeatable: any will do."),
+    ] = None,
+    via: Annotated[list[str] | None, typer.Option(metavar=Place, help="A place to pass; in order. Repeatable.")] = None,
+    heading: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Where the rover looks at the start, from grid north.")
+    ] = None,
+    max_slope: Annotated[float | None, typer.Option(metavar="DEG", help="Steepest ground. (default 25)")] = None,
+    max_pitch: Annotated[float | None, typer.Option(metavar="DEG", help="Steepest along the way.")] = None,
+    max_roll: Annotated[float | None, typer.Option(metavar="DEG", help="Steepest across the way.")] = None,
+    max_step: Annotated[float | None, typer.Option(metavar="M", help="Highest step under the rover.")] = None,
+    footprint: Annotated[float | None, typer.Option(metavar="M", help="Radius of the rover. (default 0.5)")] = None,
+    antenna_height: Annotated[
+        float | None, typer.Option(metavar="M", help="Of its antenna over the ground. (default 1.5)")
+    ] = None,
+    turning_radius: Annotated[
+        float | None, typer.Option(metavar="M", help="Tightest arc; 0 = turns on the spot. (default 0)")
+    ] = None,
+    reverse: Annotated[bool, typer.Option("--reverse", help="It also drives backwards.")] = False,
+    speed: Annotated[float | None, typer.Option(metavar="M/S", help="On level ground. (default 1)")] = None,
+    min_anchors: Annotated[int | None, typer.Option(metavar="K", help="At least so many in sight everywhere.")] = None,
+    max_dop: Annotated[float | None, typer.Option(metavar="NUMBER", help="Largest dilution of precision.")] = None,
+    kind: Annotated[Kind | None, typer.Option(help="What is measured. (default ranging)")] = None,
+    measure: Annotated[Measure | None, typer.Option(help="Which dilution of precision. (default pdop)")] = None,
+    surface: Annotated[bool, typer.Option("--surface", help="Only motion along the ground is unknown.")] = False,
+    weight: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=NUMBER", help="Of length, climb, time, dop, out-of-sight. Repeatable."),
+    ] = None,
+    no_go: Annotated[list[Path] | None, typer.Option(metavar="FILE", help="GeoJSON polygons to stay out of.")] = None,
+    keep_in: Annotated[list[Path] | None, typer.Option(metavar="FILE", help="GeoJSON polygons to stay within.")] = None,
+    anchor: AnchorTexts = None,
+    lonlat: Annotated[bool, typer.Option("--lonlat", help="All pairs are longitude,latitude.")] = False,
+    anchors: AnchorFiles = None,
+    map: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="visibility.json, dop.json or morph.json: its anchors and limits."),
+    ] = None,
+    almanac: AlmanacFile = None,
+    navigation: NavigationFile = None,
+    time: SatelliteTime = None,
+    reference_date: ReferenceDate = None,
+    cone_deg: ConeDeg = None,
+    sky_at: SkyAt = None,
+    iterations: Annotated[int | None, typer.Option(metavar="N", help="Of the planner. (default 2000)")] = None,
+    seconds: Annotated[float | None, typer.Option(metavar="S", help="Time-out of the plan. (default 60)")] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", help="The same seed gives the same path. (default 0)")
+    ] = None,
+    request: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The request as JSON, as over HTTP, in place of all the above.")
+    ] = None,
+    mode: Annotated[Mode | None, typer.Option(help="How maps of sight are made. (default exact)")] = None,
+    unknown: Annotated[UnknownGround | None, typer.Option(help="What a line over unknown ground is.")] = None,
+    curvature: Annotated[CurvatureWord | None, typer.Option(help="auto: as the DEM's CRS implies; flat: none.")] = None,
+    nodata: Nodata = None,
+    crs: Crs = None,
+    out: OutFolder = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan a path on which the anchors stay in sight, or tell what blocks every path and the least that would open one.
+
+    Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx, path.plan and profile.png into --out.
+    """
+    from .plan import make_path, request_of
+    from .positioning import SatelliteOptions
+
+    asked = request_of(
+        request,
+        map,
+        {
+            "start": start,
+            "goals": goal or [],
+            "via": via or [],
+            "heading": heading,
+            "weights": weight or [],
+            "no_go": no_go or [],
+            "keep_in": keep_in or [],
+            "anchor_texts": anchor or [],
+            "anchor_files": anchors or [],
+            "lonlat": lonlat,
+            "seed": seed,
+            "mode": mode,
+            "unknown": unknown,
+            "curvature": curvature,
+        },
+        {
+            "rover": {
+                "footprint_radius_m": footprint,
+                "antenna_height_m": antenna_height,
+                "max_slope_deg": max_slope,
+                "max_pitch_deg": max_pitch,
+                "max_roll_deg": max_roll,
+                "max_step_m": max_step,
+                "min_turning_radius_m": turning_radius,
+                "can_reverse": reverse or None,
+                "speed_m_per_s": speed,
+            },
+            "limits": {
+                "min_anchors": min_anchors,
+                "max_dop": max_dop,
+                "kind": kind,
+                "measure": measure,
+                "on_surface": surface or None,
+            },
+            "budget": {"iterations": iterations, "seconds": seconds},
+        },
+        SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
+    )
+    make_path(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)

@@ -1,0 +1,57 @@
+"""The layers of planned paths."""
+
+from __future__ import annotations
+
+from .layer import GEOJSON, PNG, Layer, later
+
+__all__ = ["PATH_LAYERS"]
+
+FILES = "service.layers.path_files"
+MISSIONS = "service.layers.path_missions"
+FOUND = "found"
+
+PATH_LAYERS = (
+    Layer(
+        "path.geojson",
+        GEOJSON,
+        "The path as a LineString with totals, and each vertex as a point with what holds there; without a path the "
+        "start, the goals and where the way is cut.",
+        later(FILES, "write_geojson"),
+    ),
+    Layer(
+        "path.csv",
+        "text/csv; charset=utf-8",
+        "A row per vertex: metres in the DEM's CRS, degrees, seconds, anchors in sight, dilution, margin.",
+        later(FILES, "write_csv"),
+        status=FOUND,
+    ),
+    Layer(
+        "path.gpx",
+        "application/gpx+xml",
+        "The path as a GPX 1.1 track with altitudes and seconds from its start, a route of its corners. Needs a CRS.",
+        later(MISSIONS, "write_gpx"),
+        status=FOUND,
+        in_degrees=True,
+    ),
+    Layer(
+        "path.plan",
+        "application/json",
+        "The corners of the path as a QGroundControl mission for a rover. Needs a DEM with a CRS.",
+        later(MISSIONS, "write_plan"),
+        status=FOUND,
+        in_degrees=True,
+    ),
+    Layer(
+        "map.png",
+        PNG,
+        "The path over shaded relief with the dilution of precision and the ground that may not be driven.",
+        later("service.pictures.path_picture", "write_path_picture"),
+    ),
+    Layer(
+        "profile.png",
+        PNG,
+        "Height, slope, anchors in sight, dilution and clearances along the path.",
+        later("service.pictures.path_profile", "write_profile"),
+        status=FOUND,
+    ),
+)

@@ -1,0 +1,129 @@
+"""What a path is asked for: from where to where, with which rover, under which limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from .areas import Areas, GoalIn, StandingPlace
+from .points import NotNegativeMetres, StrictModel
+from .positioning import MorphingMapParameters, RangingParameters
+
+__all__ = ["BudgetIn", "PathLimitsIn", "PathParameters", "RoverIn", "SpeedIn", "WeightsIn"]
+
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
+SteepestDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=90.0)]
+SlopeDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90.0, lt=90.0)]
+HeadingDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
+
+
+class SpeedIn(StrictModel):
+    """How fast it drives on ground that rises by so much along the way."""
+
+    slope_deg: SlopeDeg = Field(description="Slope along the way, degrees, uphill positive.")
+    speed_m_per_s: Positive = Field(description="Speed there, metres per second.")
+
+
+class RoverIn(StrictModel):
+    """What the rover can do."""
+
+    footprint_radius_m: NotNegativeMetres = Field(0.5, description="Radius of the disc that it covers, metres.")
+    antenna_height_m: NotNegativeMetres = Field(1.5, description="Height of its antenna above the ground, metres.")
+    max_slope_deg: SteepestDeg = Field(25.0, description="Steepest ground that it stands on, degrees.")
+    max_pitch_deg: SteepestDeg = Field(90.0, description="Steepest ground along its way, degrees; 90 = no limit.")
+    max_roll_deg: SteepestDeg = Field(90.0, description="Steepest ground across its way, degrees; 90 = no limit.")
+    max_step_m: Positive | None = Field(
+        None, description="How far ground under it may depart from the plane it stands on, metres; none = no limit."
+    )
+    min_turning_radius_m: NotNegativeMetres = Field(
+        0.0, description="Tightest arc that it drives, metres; 0 = it turns on the spot."
+    )
+    can_reverse: bool = Field(
+        False, strict=True, description="Whether a rover that cannot turn on the spot also drives backwards."
+    )
+    speed_m_per_s: Positive = Field(1.0, description="Speed on level ground, metres per second.")
+    speed_over_slope: Annotated[list[SpeedIn], Field(max_length=64)] = Field(
+        [], description="Speeds over ascending slopes, linear between; left out = the same speed everywhere."
+    )
+
+
+class PathLimitsIn(StrictModel):
+    """What positioning has to be like at every point of the path."""
+
+    min_anchors: Annotated[int, Field(strict=True, ge=0, le=1024)] = Field(
+        0, description="At least so many anchors in sight; 0 = no limit."
+    )
+    max_dop: Positive | None = Field(None, description="Largest dilution of precision, no unit; none = no limit.")
+    kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
+        "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
+    )
+    measure: Literal["gdop", "pdop", "hdop", "vdop", "tdop"] = Field("pdop", description="Which dilution of precision.")
+    on_surface: bool = Field(
+        False, strict=True, description="Only motion along the ground is unknown, for the rover is on it."
+    )
+    in_sight_from: Annotated[int, Field(strict=True, ge=1, le=1024)] | None = Field(
+        None, description="So many anchors make a place count as in sight; none = as many as a fix needs."
+    )
+
+
+class WeightsIn(StrictModel):
+    """What a path costs, in units of a metre on level ground."""
+
+    length: NotNegative = Field(1.0, description="Of a metre along the ground, no unit.")
+    climb: NotNegative = Field(2.0, description="Of a metre climbed, no unit.")
+    time: NotNegative = Field(0.0, description="Of a second on the way, metres per second.")
+    dop: NotNegative = Field(0.0, description="Of a metre for each unit of dilution, no unit.")
+    out_of_sight: NotNegative = Field(
+        2.0, description="Of a second with fewer anchors in sight than a fix needs, metres per second."
+    )
+
+
+class BudgetIn(StrictModel):
+    """How much planning is paid for."""
+
+    iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] = Field(
+        2000, description="Of the planner, a number: one seed and one number make one path."
+    )
+    seconds: Positive = Field(60.0, description="Time-out of the whole plan, seconds.")
+
+
+class PathParameters(RangingParameters):
+    """From where to where, with which rover, under which limits; ``anchors`` are what the rover ranges to."""
+
+    mode: Literal["fast", "exact"] = Field(
+        "exact", description="How maps of sight are made; every path is checked with exact sight lines in the end."
+    )
+    start: StandingPlace = Field(description="Where the rover is.")
+    goals: Annotated[list[GoalIn], Field(min_length=1, max_length=256)] = Field(
+        description="Places or areas, any of which will do."
+    )
+    way_points: Annotated[list[StandingPlace], Field(max_length=256)] = Field(
+        [], description="Places to pass, in order."
+    )
+    start_heading_deg: HeadingDeg | None = Field(
+        None, description="Where a rover that cannot turn on the spot looks, degrees clockwise from grid north."
+    )
+    rover: RoverIn = Field(default_factory=lambda: RoverIn.model_validate({}))
+    limits: PathLimitsIn = Field(default_factory=lambda: PathLimitsIn.model_validate({}))
+    weights: WeightsIn = Field(default_factory=lambda: WeightsIn.model_validate({}))
+    budget: BudgetIn = Field(default_factory=lambda: BudgetIn.model_validate({}))
+    no_go: Areas = Field([], description="Areas to stay out of, with the whole footprint.")
+    keep_in: Areas = Field([], description="Areas to stay within, with the whole footprint; none = the whole DEM.")
+    morphing_map: MorphingMapParameters | None = Field(
+        None, description="Stay where the antenna is above this morphing map, which then takes the place of anchors."
+    )
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = Field(
+        0, description="A number; the same seed and iterations give the same path."
+    )
+
+    @model_validator(mode="after")
+    def _limits_need_anchors(self) -> Self:
+        ranged = bool(self.anchors) or self.satellites is not None
+        asked = self.limits.min_anchors > 0 or self.limits.max_dop is not None
+        if asked and not ranged:
+            raise ValueError("Limits on anchors in sight or dilution need anchors, satellites, or a map of them.")
+        if ranged and self.morphing_map is not None:
+            raise ValueError("Give anchors and satellites, or a morphing map with its own, not both.")
+        return self
