@@ -8,13 +8,23 @@ from typing import Literal
 from .errors import LimitError
 from .settings import GIB, Settings
 
-__all__ = ["Estimate", "estimate_map", "refuse_beyond_limits", "refuse_map", "refuse_placement", "refuse_volume"]
+__all__ = [
+    "Estimate",
+    "estimate_map",
+    "refuse_beyond_limits",
+    "refuse_frames",
+    "refuse_map",
+    "refuse_placement",
+    "refuse_volume",
+]
 
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
 BYTES_PER_CELL = 24
 # places, normals, weights and what each target has in sight
 BYTES_PER_TARGET = 320
+# of a frame over time: altitude and state of a column, and working it out
+BYTES_PER_FRAME, SECONDS_PER_COLUMN = 5, 2e-6
 # altitude, hidden-below and visible: float32, float32, uint8
 BYTES_PER_CELL_AND_ANCHOR = 9
 
@@ -72,14 +82,25 @@ def refuse_placement(cells: int, candidates: int, mode: Literal["fast", "exact"]
         )
     memory_bytes = cells * (BYTES_PER_TARGET + candidates // 4)
     seconds = cells * candidates * SECONDS_PER_CELL_AND_ANCHOR[mode]
+    _refuse_beyond(f"{candidates:,} candidates over {cells:,} cells", "candidates", memory_bytes, seconds, settings)
+
+
+def refuse_frames(cells: int, frames: int, moving: int, mode: Literal["fast", "exact"], settings: Settings) -> None:
+    """Raises LimitError for a morphing map over time that would take too much; moving: anchors and satellites."""
+    memory_bytes = cells * (frames * BYTES_PER_FRAME + BYTES_PER_CELL)
+    seconds = cells * frames * (moving * SECONDS_PER_CELL_AND_ANCHOR[mode] + SECONDS_PER_COLUMN)
+    _refuse_beyond(f"{frames} frames over {cells:,} cells", "frames", memory_bytes, seconds, settings)
+
+
+def _refuse_beyond(what: str, fewer: str, memory_bytes: int, seconds: float, settings: Settings) -> None:
     for name, asked, limit, words in (
         ("max_worker_memory_bytes", memory_bytes, settings.max_worker_memory_bytes, "bytes of memory"),
         ("max_job_s", seconds, settings.max_job_s, "s"),
     ):
         if asked > limit:
             raise LimitError(
-                f"{candidates:,} candidates over {cells:,} cells would take about {asked:,.3g} {words}, more than the "
-                f"limit of {limit:,.3g} {words}; ask for fewer candidates, or a smaller DEM",
+                f"{what} would take about {asked:,.3g} {words}, more than the limit of {limit:,.3g} {words}; ask for "
+                f"fewer {fewer}, or a smaller DEM",
                 limit_name=name,
                 limit=limit,
                 given=asked,

@@ -97,7 +97,7 @@ def _anchors(
             limits=asked.antenna_limits(),
             pose_covariance_m2=asked.pose_covariance(),
         )
-        for asked, (east_m, north_m, altitude_m) in zip(parameters.anchors, positions_m, strict=True)
+        for asked, (east_m, north_m, altitude_m) in zip(parameters.near_sources(), positions_m, strict=True)
     )
     return (*near, *(DistantAnchor(**fields) for fields in distant))
 

@@ -10,15 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility import NO_GO, Anchor, ColumnState, DistantAnchor, MorphingMap, dop_map, morphing_map
+from visibility import NO_GO, Anchor, ColumnState, DistantAnchor, dop_map, morphing_map
 
 from .map_facts import Calculation, share_of
-from .ranging_sources import calculation_of, common_summary, limit_of, sight_lines
+from .morphing_frames import find_frames, frames_summary
+from .ranging_sources import RangingSources, calculation_of, common_summary, limit_of, sight_lines
 from .schemas.positioning import MorphingMapParameters
 
 __all__ = ["FinishedMorphingMap", "calculate_morphing_map"]
 
 SHARE_OF_SIGHT_LINES = 0.5
+
+FrameArrays = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8], npt.NDArray[np.float64], list[dict[str, Any]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,8 @@ class FinishedMorphingMap:
     """A finished morphing map; arrays (rows, cols) as in ``visibility.MorphingMap``.
 
     dop, no_go: at the antenna of a rover on the ground, as in FinishedDopMap.
+    frame_altitude_m, frame_state, available, frame_sources: over time, as in FoundFrames; empty without frames, and
+        with them all the rest is that of the first.
     """
 
     grid: ElevationGrid
@@ -38,6 +43,10 @@ class FinishedMorphingMap:
     no_flight_intervals: npt.NDArray[np.uint8]
     dop: npt.NDArray[np.float32]
     no_go: npt.NDArray[np.uint8]
+    frame_altitude_m: npt.NDArray[np.float32]
+    frame_state: npt.NDArray[np.uint8]
+    available: npt.NDArray[np.float64]
+    frame_sources: list[dict[str, Any]]
 
     @property
     def above_ground_m(self) -> npt.NDArray[np.float32]:
@@ -76,6 +85,12 @@ class FinishedMorphingMap:
                 name: float(np.quantile(above_m, share)) if above_m.size else None
                 for name, share in (("p05", 0.05), ("p50", 0.5), ("p95", 0.95))
             },
+            "over_time": None
+            if parameters.frames is None
+            else frames_summary(
+                *(parameters.frames, parameters, self.frame_sources, self.frame_state, self.available),
+                ~np.isnan(self.grid.heights_m),
+            ),
         }
 
 
@@ -86,24 +101,34 @@ def calculate_morphing_map(
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
-    ceiling_m, above_ground = parameters.ceiling()
     limit = limit_of(parameters)
-    found: MorphingMap = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
+    nothing = np.empty((0, 0, 0), np.float32)
+    over_time: FrameArrays = nothing, nothing.astype(np.uint8), nothing.astype(np.float64), []
+    if parameters.frames is not None:
+        frames = find_frames(grid, parameters, parameters.frames, progress)
+        sources = RangingSources(frames.first.anchors, frames.unhealthy)
+        found, lines = frames.first.map, frames.first_lines
+        own, elapsed_s = frames.warnings, frames.elapsed_s
+        over_time = frames.altitude_m, frames.state, frames.available, frames.sources
+    else:
+        lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+        ceiling_m, above_ground = parameters.ceiling()
+        found = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
+        # the map's warnings are the sight lines' and its own
+        own, elapsed_s = found.warnings[len(lines.warnings) :], found.elapsed_s
     rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, dilution=parameters.measure)
     if progress is not None:
         progress(1.0)
-    # the map's warnings are the sight lines' and its own
-    own = found.warnings[len(lines.warnings) :]
     return FinishedMorphingMap(
         grid,
         lines.anchors,
         parameters,
-        calculation_of(grid, lines, sources, found.elapsed_s + rover.elapsed_s, own),
+        calculation_of(grid, lines, sources, elapsed_s + rover.elapsed_s, own),
         found.altitude_m,
         found.safe_above_m,
         found.state,
         found.no_flight_intervals,
         rover.dop,
         rover.no_go(limit.dop_limit, limit.needed_anchors),
+        *over_time,
     )

@@ -9,13 +9,15 @@ from typing import Any, Literal, Protocol
 
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, check_anchors
+from visibility.morphing_maps import check_ceiling
 
 from .dop_map import FinishedDopMap, calculate_dop_map
 from .dop_paths import path_points
 from .dop_volumes import check_air
-from .estimates import refuse_map, refuse_placement, refuse_volume
+from .estimates import refuse_frames, refuse_map, refuse_placement, refuse_volume
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
+from .moving_sources import check_moving_sources, moving_sources
 from .path_plan import FinishedPath, calculate_path, check_path_request
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
 from .positions import resolve_anchor
@@ -109,6 +111,20 @@ def _check_dop_map(grid: ElevationGrid, parameters: DopMapParameters) -> int:
     return _check_positioning(grid, parameters)
 
 
+def _check_morphing_map(grid: ElevationGrid, parameters: MorphingMapParameters) -> int:
+    if parameters.frames is None:
+        return _check_positioning(grid, parameters)
+    check_ceiling(grid, *parameters.ceiling())
+    return max(len(here) for here in check_moving_sources(grid, parameters, parameters.frames))
+
+
+def _refuse_frames(grid: ElevationGrid, parameters: MorphingMapParameters, settings: Settings) -> None:
+    if parameters.frames is not None:
+        sources = moving_sources(grid, parameters, parameters.frames)
+        frames = len(parameters.frames.times_s())
+        refuse_frames(grid.heights_m.size, frames, sources.moving, parameters.mode, settings)
+
+
 def _refuse_air(grid: ElevationGrid, parameters: DopMapParameters, settings: Settings) -> None:
     refuse_volume(check_air(grid, parameters), settings)
 
@@ -133,10 +149,15 @@ DOP_MAP = Product(
 MORPHING_MAP = Product(
     "morphing-map",
     MorphingMapParameters,
-    _check_positioning,
+    _check_morphing_map,
     calculate_morphing_map,
     FinishedMorphingMap,
-    ("altitude_m", "safe_above_m", "state", "no_flight_intervals", "dop", "no_go"),
+    (
+        *("altitude_m", "safe_above_m", "state", "no_flight_intervals", "dop", "no_go"),
+        *("frame_altitude_m", "frame_state", "available"),
+    ),
+    plain=("frame_sources",),
+    refuse_more=_refuse_frames,
 )
 PLACEMENT = Product(
     "placement",

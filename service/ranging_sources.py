@@ -204,6 +204,6 @@ def common_summary(
         "warnings": list(calculation.warnings),
         "timing": {"calculation_s": calculation.elapsed_s},
         "parameters": parameters.model_dump(
-            mode="json", exclude_none=True, exclude={"satellites": set(ORBIT_TEXTS), "path": True}
+            mode="json", exclude_none=True, exclude={"satellites": set(ORBIT_TEXTS), "path": True, "tracks": True}
         ),
     }

@@ -12,7 +12,7 @@ from .dop_questions import Dilution, DopKind, Sources, kind_code, least_anchors
 from .errors import VisibilityInputError
 from .kernels import dilution as kernel
 
-__all__ = ["FlightLimit", "check_geometry"]
+__all__ = ["FlightLimit", "check_geometry", "geometry_fault"]
 
 MEASURES = {
     "gdop": kernel.GDOP,
@@ -68,22 +68,28 @@ def check_geometry(limit: FlightLimit, sources: Sources) -> None:
 
     Raises VisibilityInputError.
     """
+    fault = geometry_fault(limit, sources)
+    if fault is not None:
+        raise VisibilityInputError(fault)
+
+
+def geometry_fault(limit: FlightLimit, sources: Sources) -> str | None:
+    """Why these anchors fix no position anywhere, in a sentence; None where they may."""
     anchors, distant, _ = sources
     if len(anchors) < limit.needed_anchors:
         have = f"{len(anchors)} {'is' if len(anchors) == 1 else 'are'} given"
-        raise VisibilityInputError(
-            f"A map of {limit.dilution} from {limit.kind} needs at least {limit.needed_anchors} anchors; {have}."
-        )
+        return f"A map of {limit.dilution} from {limit.kind} needs at least {limit.needed_anchors} anchors; {have}."
     if not distant.any():
         spread = np.linalg.svd(anchors - anchors.mean(axis=0), compute_uv=False)
         if spread[1] <= SAME_LINE * spread[0]:
-            raise VisibilityInputError(
+            return (
                 f"All {len(anchors)} anchors stand on one line, from which no position can be fixed; move one off it."
             )
     elif distant.all():
         spread = np.linalg.svd(anchors, compute_uv=False)
         if len(spread) < 3 or spread[2] <= SAME_LINE * spread[0]:
-            raise VisibilityInputError(
+            return (
                 f"All {len(anchors)} distant anchors lie in one plane with the receiver, so no position can be fixed; "
                 "add one in another direction."
             )
+    return None

@@ -18,7 +18,7 @@ from .flight_limits import FlightLimit, check_geometry
 from .kernels import morphing as kernel
 from .minimum_altitude import MinimumVisibleAltitude
 
-__all__ = ["RESOLUTION_M", "ColumnState", "MorphingMap", "check_ceiling", "morphing_map"]
+__all__ = ["RESOLUTION_M", "ColumnState", "MorphingMap", "check_ceiling", "closed_map", "morphing_map"]
 
 # no-flight air thinner than this may go unnoticed, and bounds of the thicker are off by half of it
 RESOLUTION_M = 0.02
@@ -118,6 +118,32 @@ def morphing_map(
         no_flight_intervals=intervals,
         warnings=(*surfaces.warnings, *_warnings(state)),
         elapsed_s=time.perf_counter() - started_s,
+    )
+
+
+def closed_map(
+    grid: ElevationGrid, limit: FlightLimit, ceiling_m: float, ceiling_above_ground: bool, why: str
+) -> MorphingMap:
+    """The map while no anchors fix a position anywhere: one stretch of no-flight air over every post.
+
+    why: a sentence that becomes its warning.
+    """
+    ground_m = grid.heights_m
+    state = np.full(grid.shape, ColumnState.NOWHERE, np.uint8)
+    if not ceiling_above_ground:
+        state[ground_m >= ceiling_m] = ColumnState.OUTSIDE
+    state[np.isnan(ground_m)] = ColumnState.UNKNOWN
+    return MorphingMap(
+        grid=grid,
+        limit=limit,
+        ceiling_m=float(ceiling_m),
+        ceiling_above_ground=ceiling_above_ground,
+        altitude_m=np.full(grid.shape, np.nan, np.float32),
+        safe_above_m=np.full(grid.shape, np.inf, np.float32),
+        state=state,
+        no_flight_intervals=(state == ColumnState.NOWHERE).astype(np.uint8),
+        warnings=(why, *_warnings(state)),
+        elapsed_s=0.0,
     )
 
 

@@ -12,14 +12,15 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 
 from .anchor_tracks import MovingAnchor, anchors_at
-from .anchors import Anchor
+from .anchors import Anchor, check_anchors
+from .columns_of_air import sources_of_anchors
 from .distant import DistantAnchor
-from .errors import VisibilityInputError
-from .flight_limits import FlightLimit
-from .morphing_maps import ColumnState, MorphingMap, morphing_map
+from .errors import AnchorError, VisibilityInputError
+from .flight_limits import FlightLimit, geometry_fault
+from .morphing_maps import ColumnState, MorphingMap, check_ceiling, closed_map, morphing_map
 from .surface_cache import SurfaceCache
 
-__all__ = ["Availability", "MorphingFrame", "availability", "morphing_frames"]
+__all__ = ["Availability", "MorphingFrame", "anchors_over", "availability", "morphing_frames"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,23 +46,54 @@ def morphing_frames(
 
     times_s: ascending. cache: None makes one for the grid with the fast mode; give one to choose mode and curvature,
     and to read how many surfaces were computed. All anchors are looked up at all times before the first frame.
-    Raises VisibilityInputError (a time outside a track, times that do not ascend, and as morphing_map), AnchorError.
+    While satellites are too few or anchors pass through one line nobody can fly: such a frame is closed and warns.
+    Raises VisibilityInputError (a time outside a track, times that do not ascend, anchors that fix no position at any
+    time, and as morphing_map), AnchorError.
     """
     times = [float(time_s) for time_s in times_s]
-    _check_times(times)
     if cache is not None and cache.grid is not grid:
         raise VisibilityInputError("The surface cache belongs to another grid; make one for this grid.")
     cache = SurfaceCache(grid) if cache is None else cache
-    moments = [anchors_at(tuple(anchors), time_s) for time_s in times]
+    moments = anchors_over(grid, anchors, times, limit)
+    check_ceiling(grid, ceiling_m, ceiling_above_ground)
 
     def frames() -> Iterator[MorphingFrame]:
         for time_s, here in zip(times, moments, strict=True):
+            fault = geometry_fault(limit, sources_of_anchors(here))
+            if fault is not None:
+                why = f"At {time_s:g} s there is no fix anywhere: {fault}"
+                yield MorphingFrame(time_s, here, closed_map(grid, limit, ceiling_m, ceiling_above_ground, why))
+                continue
             found = morphing_map(
                 cache.surfaces(here), limit, ceiling_m=ceiling_m, ceiling_above_ground=ceiling_above_ground
             )
             yield MorphingFrame(time_s, here, found)
 
     return frames()
+
+
+def anchors_over(
+    grid: ElevationGrid,
+    anchors: Sequence[Anchor | DistantAnchor | MovingAnchor],
+    times_s: Sequence[float],
+    limit: FlightLimit,
+) -> list[tuple[Anchor | DistantAnchor, ...]]:
+    """Who is there at each time; refuses what ``morphing_frames`` refuses of anchors, before anything is calculated.
+
+    Raises VisibilityInputError, AnchorError.
+    """
+    _check_times(list(times_s))
+    moments = [anchors_at(tuple(anchors), time_s) for time_s in times_s]
+    for time_s, here in zip(times_s, moments, strict=True):
+        try:
+            if here:
+                check_anchors(grid, here)
+        except AnchorError as error:
+            raise AnchorError(f"At {time_s:g} s: {error}") from error
+    faults = [geometry_fault(limit, sources_of_anchors(here)) for here in moments]
+    if all(fault is not None for fault in faults):
+        raise VisibilityInputError(faults[0])
+    return moments
 
 
 @dataclass(frozen=True, eq=False)

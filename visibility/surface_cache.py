@@ -45,10 +45,12 @@ class SurfaceCache:
     def surfaces(self, anchors: tuple[Anchor | DistantAnchor, ...]) -> MinimumVisibleAltitude:
         """As ``min_visible_altitude`` of these anchors; forgets those of the last answer that are not among them.
 
+        Unlike there, none at all are an answer too: there may be times without any.
+
         Raises AnchorError, VisibilityInputError.
         """
         started_s = time.perf_counter()
-        warnings = check_anchors(self.grid, anchors)
+        warnings = check_anchors(self.grid, anchors) if anchors else ()
         missing = tuple(anchor for anchor in anchors if anchor not in self._surfaces)
         kept = {anchor: self._surfaces[anchor] for anchor in anchors if anchor in self._surfaces}
         if missing:
@@ -58,7 +60,8 @@ class SurfaceCache:
         self.computed += len(missing)
         self.reused += len(anchors) - len(missing)
         self._surfaces = kept
-        altitude_m = np.stack([kept[anchor][0] for anchor in anchors])
+        nothing = np.empty((0, *self.grid.shape), np.float32)
+        altitude_m = np.stack([kept[anchor][0] for anchor in anchors]) if anchors else nothing
         same = all(kept[anchor][0] is kept[anchor][1] for anchor in anchors) or not self.grid.unknown_posts
         hidden_below_m = altitude_m if same else np.stack([kept[anchor][1] for anchor in anchors])
         return MinimumVisibleAltitude(

@@ -87,7 +87,7 @@ def make_positioning_map(
     """
     anchors = anchors_of(anchor_texts, anchor_files, lonlat=lonlat)
     sky = satellites.fields()
-    if not anchors and sky is None:
+    if not anchors and not asked.get("tracks") and sky is None:
         raise RequestError(
             "Nothing to range to: give --anchor ID,EAST,NORTH,80agl, --anchors FILE or --almanac FILE with --time."
         )
@@ -154,6 +154,17 @@ def _morphing_tables(summary: dict[str, Any]) -> tuple[Table, ...]:
         ("posts with several no-flight intervals", f"{summary['posts_with_several_intervals']:,}"),
         *((f"flyable above ground {name}", "–" if m is None else f"{m:.0f} m") for name, m in above_m.items()),
     ]
+    over_time = summary["over_time"]
+    if over_time is not None:
+        ((height, metres),) = over_time["available_at"].items()
+        facts += [
+            ("frames", f"{len(over_time['frames'])}"),
+            (f"available at {metres:g} m {'agl' if height == 'above_ground_m' else 'msl'}", ""),
+            *(
+                (f"  {how}", share_text(over_time[f"share_{how}_available"]))
+                for how in ("always", "sometimes", "never")
+            ),
+        ]
     title = (
         f"{summary['dem']['name']}: {summary['measure'].upper()} of {summary['kind']} < {summary['dop_limit']:g} "
         f"up to {top}"

@@ -166,6 +166,22 @@ def morph(
     mesh_layer: Annotated[
         float | None, typer.Option(metavar="M", help="Thickness of their voxels, metres. (default the smaller cell)")
     ] = None,
+    track: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Anchors that move: CSV of id,time_s,east_m,north_m,above_ground_m (or altitude_m), or .json. "
+            "Repeatable.",
+        ),
+    ] = None,
+    frames: Annotated[
+        str | None,
+        typer.Option(metavar="FROM,TO,STEP", help="Frames over time, seconds; 0 is --time. Adds files and animation."),
+    ] = None,
+    available_at: Annotated[
+        str | None,
+        typer.Option(metavar="HEIGHT", help="Availability at 60agl or 1500msl. (default --receiver-height)"),
+    ] = None,
     mode: ModeOption = Mode.FAST,
     unknown: UnknownOption = UnknownGround.UNKNOWN,
     curvature: CurvatureOption = CurvatureWord.AUTO,
@@ -177,9 +193,11 @@ def morph(
     """Calculate the Digital Morphing Map: above which altitude positioning is good enough.
 
     Writes morph.json, altitude.tif, above_ground.tif, flags.tif, no_go.geojson, contours.geojson and map.png into
-    --out, and with --mesh surface.glb and surface.stl.
+    --out; with --mesh surface.glb and surface.stl; with --frames frames_altitude.tif, frames_state.tif,
+    availability.tif, availability.png and animation.gif.
     """
     from .positioning import SatelliteOptions, make_positioning_map
+    from .track_files import frames_fields, tracks_from_file
     from .volume_texts import ceiling_fields
 
     make_positioning_map(
@@ -199,6 +217,8 @@ def morph(
             **ceiling_fields(ceiling),
             "receiver_above_ground_m": receiver_height,
             "surface_layer_m": mesh_layer,
+            "tracks": [one for file in track or [] for one in tracks_from_file(file)],
+            "frames": frames_fields(frames, available_at),
             "mode": mode.value,
             "unknown": unknown.value,
             "curvature": curvature.value,

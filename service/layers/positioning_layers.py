@@ -174,4 +174,40 @@ MORPHING_LAYERS = (
         "A picture of the height above ground from which one may fly, over shaded relief.",
         later("service.pictures", "write_morphing_picture"),
     ),
+    Layer(
+        "frames_altitude.tif",
+        COG,
+        "float32 metres, a band for each frame: what altitude.tif is then.",
+        later(RASTERS, "write_frames_altitude"),
+        needs="frames",
+    ),
+    Layer(
+        "frames_state.tif",
+        COG,
+        "uint8, a band for each frame: what band 1 of flags.tif is then.",
+        later(RASTERS, "write_frames_state"),
+        needs="frames",
+    ),
+    Layer(
+        "availability.tif",
+        COG,
+        "float64: the first and last frame at which a place is in flyable air, from when to when the longest run of "
+        "such frames lasts, all in seconds, NaN never; share of frames at which it is, and at which that is unknown.",
+        later(RASTERS, "write_availability"),
+        needs="frames",
+    ),
+    Layer(
+        "availability.png",
+        PNG,
+        "A picture of the share of the time at which each place is in flyable air, over shaded relief.",
+        later("service.pictures.frame_pictures", "write_availability_picture"),
+        needs="frames",
+    ),
+    Layer(
+        "animation.gif",
+        "image/gif",
+        "The picture of map.png, frame by frame, with anchors where they are then.",
+        later("service.pictures.frame_pictures", "write_animation"),
+        needs="frames",
+    ),
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from service.dop_map import FinishedDopMap
+from service.morphing_frames import AVAILABLE_BANDS, available_at, frame_words
 from service.morphing_map import FinishedMorphingMap
 from visibility import UNKNOWN, ColumnState, DopReason
 
@@ -15,9 +16,12 @@ from .cog import BYTES, FLOATS, common_tags, write_cog
 __all__ = [
     "write_above_ground",
     "write_altitude",
+    "write_availability",
     "write_count_of_dop",
     "write_dop",
     "write_flags",
+    "write_frames_altitude",
+    "write_frames_state",
     "write_no_go",
     "write_position_error",
 ]
@@ -67,11 +71,47 @@ def write_above_ground(finished: FinishedMorphingMap, path: Path) -> None:
 
 def write_flags(finished: FinishedMorphingMap, path: Path) -> None:
     """uint8: state of each column of air, and how many stretches of no-flight air it has."""
-    states = ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
-    tags = {**_morphing_tags(finished), "units": f"class: {states}"}
+    tags = {**_morphing_tags(finished), "units": _states()}
     bands = (finished.state, finished.no_flight_intervals)
     # every value says something, also those of unknown air
     write_cog(path, finished.grid, bands, ["state", "no-flight intervals"], None, tags, BYTES)
+
+
+def write_frames_altitude(finished: FinishedMorphingMap, path: Path) -> None:
+    """float32 metres, a band per frame: NaN (nodata) where there is none."""
+    tags = {**_morphing_tags(finished), "units": "metre"}
+    bands = finished.frame_altitude_m
+    write_cog(
+        path, finished.grid, bands, frame_words(finished.parameters, finished.frame_sources), float("nan"), tags, FLOATS
+    )
+
+
+def write_frames_state(finished: FinishedMorphingMap, path: Path) -> None:
+    """uint8, a band per frame: state of each column of air."""
+    tags = {**_morphing_tags(finished), "units": _states()}
+    write_cog(
+        path,
+        finished.grid,
+        finished.frame_state,
+        frame_words(finished.parameters, finished.frame_sources),
+        None,
+        tags,
+        BYTES,
+    )
+
+
+def write_availability(finished: FinishedMorphingMap, path: Path) -> None:
+    """float64: seconds of the first, last and longest availability, NaN (nodata) never; shares of the frames."""
+    assert finished.parameters.frames is not None, "the layer needs frames"
+    ((height, metres),) = available_at(finished.parameters, finished.parameters.frames).items()
+    where = {"available_at": f"{height.removesuffix('_m').replace('_', ' ')} {metres:g} m"}
+    tags = {**_morphing_tags(finished), **where, "units": "second; shares 0..1"}
+    names = [name.replace("_", " ").removesuffix(" s") for name in AVAILABLE_BANDS]
+    write_cog(path, finished.grid, finished.available, names, float("nan"), tags, FLOATS)
+
+
+def _states() -> str:
+    return "class: " + ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
 
 
 def _dop_tags(finished: FinishedDopMap) -> dict[str, str]:

@@ -18,7 +18,7 @@ from .classes import NONE_COLOUR
 from .dop_picture import sources_words
 from .sheet import ground_figure, save_png
 
-__all__ = ["draw_morphing_map", "write_morphing_picture"]
+__all__ = ["draw_morphing_map", "morphing_classes", "round_edges", "write_morphing_picture"]
 
 # Low is good: it leaves the most air to fly in.
 COLOURS = ("#e9f3d5", "#b5dcc3", "#72b9c6", "#3f86b5", "#2c4f8e", "#27306b")
@@ -34,7 +34,8 @@ def write_morphing_picture(finished: FinishedMorphingMap, path: Path) -> None:
 def draw_morphing_map(finished: FinishedMorphingMap) -> Figure:
     """The map as a figure with one Axes in kilometres of the grid's frame."""
     parameters, grid = finished.parameters, finished.grid
-    classes, numbers = _classes(finished)
+    above_m = finished.above_ground_m
+    classes, numbers = morphing_classes(above_m, finished.state, round_edges(above_m))
     few = "" if parameters.min_anchors is None else f", at least {parameters.min_anchors} anchors"
     figure, axes = ground_figure(
         grid,
@@ -48,9 +49,10 @@ def draw_morphing_map(finished: FinishedMorphingMap) -> Figure:
     return figure
 
 
-def _classes(finished: FinishedMorphingMap) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
-    above_m = finished.above_ground_m
-    edges = _edges(above_m[np.isfinite(above_m) & (above_m > 0.0)])
+def morphing_classes(
+    above_m: npt.NDArray[np.float32], state: npt.NDArray[np.uint8], edges: list[float]
+) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
+    """Classes of heights above ground between the edges and of states without one, and the class of each post."""
     between = (f"{low:g}–{high:g}" for low, high in pairwise(edges))
     labels = ["ground up", f"< {edges[0]:g}", *between, f"> {edges[-1]:g}"]
     classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
@@ -61,7 +63,6 @@ def _classes(finished: FinishedMorphingMap) -> tuple[list[MapClass], npt.NDArray
         MapClass("no air", OUTSIDE_COLOUR),
     ]
     numbers = (1 + np.digitize(above_m, np.array(edges, np.float32))).astype(np.uint8)
-    state = finished.state
     numbers[state == ColumnState.EVERYWHERE] = 0
     for number, kind in enumerate((ColumnState.CLOSED_AT_CEILING, ColumnState.NOWHERE, ColumnState.OUTSIDE)):
         numbers[state == kind] = first_state + number
@@ -69,8 +70,9 @@ def _classes(finished: FinishedMorphingMap) -> tuple[list[MapClass], npt.NDArray
     return classes, numbers
 
 
-def _edges(above_m: npt.NDArray[np.float32]) -> list[float]:
+def round_edges(above_m: npt.NDArray[np.float32]) -> list[float]:
     """Four round heights, evenly spaced, that part the heights from the 2nd to the 95th percentile."""
+    above_m = above_m[np.isfinite(above_m) & (above_m > 0.0)]
     low_m, high_m = np.quantile(above_m, (0.02, 0.95)).tolist() if above_m.size else (0.0, 100.0)
     steps = len(COLOURS) - 2
     least_m = max((high_m - low_m) / steps, 0.1)

@@ -10,9 +10,9 @@ from pydantic import ConfigDict, Field, model_validator
 from visibility import AnchorError, AntennaLimits
 from visibility.anchors import Covariance
 
-from .points import Metres, NotNegativeMetres, PointIn
+from .points import Metres, NotNegativeMetres, PointIn, StrictModel
 
-__all__ = ["AnchorIn"]
+__all__ = ["AnchorIn", "AntennaIn"]
 
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 Elevation = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
@@ -22,17 +22,8 @@ CovarianceRow = Annotated[list[SquareMetres], Field(min_length=3, max_length=3)]
 AnchorId = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f]+$")]
 
 
-class AnchorIn(PointIn):
-    """A ranging anchor: its id, where it is, and what its antenna can reach."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
-                {"id": "D2", "lon_deg": -118.05, "lat_deg": 34.29, "altitude_m": 1612.0, "max_range_m": 15000.0},
-            ]
-        }
-    )
+class AntennaIn(StrictModel):
+    """What is known of a ranging anchor besides its place: its id, and what its antenna can reach."""
 
     id: AnchorId = Field(description="Name of the anchor, unique in the request, 1 to 64 characters.")
     min_range_m: NotNegativeMetres | None = Field(None, description="Shortest slant range it measures, metres.")
@@ -91,6 +82,19 @@ class AnchorIn(PointIn):
 
     def _called(self) -> str:
         return f"Anchor {self.id}"
+
+
+class AnchorIn(AntennaIn, PointIn):
+    """A ranging anchor: its id, where it is, and what its antenna can reach."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
+                {"id": "D2", "lon_deg": -118.05, "lat_deg": 34.29, "altitude_m": 1612.0, "max_range_m": 15000.0},
+            ]
+        }
+    )
 
 
 def _radians_or_none(angle_deg: float | None) -> float | None:

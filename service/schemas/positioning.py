@@ -6,6 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from .anchors import AntennaIn
+from .frames import FramesIn, TrackIn
 from .points import Metres, NotNegativeMetres, PointIn
 from .satellites import SatellitesIn
 from .sight import SightParameters
@@ -46,7 +48,7 @@ class PositioningParameters(RangingParameters):
 
     @model_validator(mode="after")
     def _something_to_range_to(self) -> Self:
-        if not self.anchors and self.satellites is None:
+        if not self.near_sources() and self.satellites is None:
             raise ValueError("Give anchors or satellites; there is nothing to range to.")
         return self
 
@@ -136,3 +138,19 @@ class MorphingMapParameters(CeilingParameters):
         description="Thickness of the voxels that surface.glb and surface.stl are made from, metres; left out = the "
         "DEM's smaller cell, and at most 100 layers.",
     )
+    tracks: list[TrackIn] = Field([], description="Anchors that move; they need frames, all of them within the tracks.")
+    frames: FramesIn | None = Field(
+        None,
+        description="The map at several times: frames as GeoTIFFs and as an animation, and from when to when each "
+        "place is available. All other files are of the first of them.",
+    )
+
+    def near_sources(self) -> tuple[AntennaIn, ...]:
+        """Anchors, then tracks."""
+        return (*self.anchors, *self.tracks)
+
+    @model_validator(mode="after")
+    def _frames_for_tracks(self) -> Self:
+        if self.tracks and self.frames is None:
+            raise ValueError("Anchors on tracks need frames; say from when to when.")
+        return self

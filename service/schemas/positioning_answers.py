@@ -118,6 +118,30 @@ class StateShare(BaseModel):
     share: float | None = Field(description="The same as part of all posts, 0..1.")
 
 
+class FrameFacts(BaseModel):
+    """One frame of a morphing map over time."""
+
+    time_s: float = Field(description="When, seconds on the clock of the frames.")
+    time: str | None = Field(description="The same as an instant, where satellites give it.")
+    anchors: int = Field(description="Number of anchors then.")
+    satellites: int = Field(description="Number of satellites in view then.")
+    share_flyable: float | None = Field(description="Part of the known posts flyable up to the ceiling, 0..1.")
+
+
+class TimeFacts(BaseModel):
+    """What a morphing map says about time."""
+
+    frames: list[FrameFacts]
+    available_at: dict[str, float] = Field(
+        description="Height of which availability is told: altitude_m or above_ground_m, metres."
+    )
+    share_always_available: float | None = Field(
+        description="Part of the known posts in flyable air at that height in all frames, 0..1."
+    )
+    share_sometimes_available: float | None = Field(description="The same in some frames, 0..1.")
+    share_never_available: float | None = Field(description="The same in none, 0..1.")
+
+
 class MorphingMapSummary(PositioningSummary):
     """What a morphing map says in numbers, and how far to trust it."""
 
@@ -129,6 +153,7 @@ class MorphingMapSummary(PositioningSummary):
     above_ground_m: dict[str, float | None] = Field(
         description="p05, p50 and p95 of the height above ground from which one may fly, metres; null where nobody may."
     )
+    over_time: TimeFacts | None = Field(None, description="Frames and availability, where frames were asked for.")
 
 
 class DopMapOut(MapOut):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from .anchors import AnchorIn
+from .anchors import AnchorIn, AntennaIn
 from .points import StrictModel
 
 __all__ = ["CurvatureChoice", "CurvatureIn", "SightParameters"]
@@ -47,9 +47,13 @@ class SightParameters(StrictModel):
         "auto", description="auto: what the DEM's CRS implies (flat without a CRS); flat: none; or numbers."
     )
 
+    def near_sources(self) -> tuple[AntennaIn, ...]:
+        """All that has a place over the DEM, in the order of answers."""
+        return tuple(self.anchors)
+
     @model_validator(mode="after")
     def _unique_ids(self) -> Self:
-        ids = [anchor.id for anchor in self.anchors]
+        ids = [anchor.id for anchor in self.near_sources()]
         twice = sorted({i for i in ids if ids.count(i) > 1})
         if twice:
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.reference.column_scan import runs
 from tests.visibility.morphing_cases import low_anchors
-from visibility import Anchor, AnchorError, DistantAnchor, VisibilityInputError, min_visible_altitude
+from visibility import (
+    Anchor,
+    AnchorError,
+    AntennaLimits,
+    DistantAnchor,
+    VisibilityInputError,
+    min_visible_altitude,
+)
 from visibility.anchor_tracks import AnchorTrack
 from visibility.flight_limits import FlightLimit
 from visibility.morphing_maps import morphing_map
@@ -160,3 +168,43 @@ def test_times_must_ascend_and_a_cache_must_be_of_the_grid():
     other = low_anchors(4, size=17)[0]
     with pytest.raises(VisibilityInputError, match="belongs to another grid"):
         morphing_frames(grid, anchors, [0.0], LIMIT, ceiling_m=ceiling_m, cache=SurfaceCache(other))
+
+
+class Rising:
+    """A satellite-like anchor that is there from a time on."""
+
+    def __init__(self, anchor, from_s):
+        self.anchor, self.from_s = anchor, from_s
+
+    def at(self, time_s):
+        return self.anchor if time_s >= self.from_s else None
+
+
+@pytest.mark.parametrize("left", [0, 1, 2])
+@pytest.mark.parametrize("above_ground", [False, True])
+def test_while_there_are_too_few_anchors_the_frame_is_closed_and_says_so(left, above_ground):
+    grid, anchors, ceiling_m = low_anchors(5)
+    ceiling = {"ceiling_m": 200.0 if above_ground else ceiling_m, "ceiling_above_ground": above_ground}
+    moving = [*anchors[:left], *(Rising(anchor, 10.0) for anchor in anchors[left:])]
+    early, late = morphing_frames(grid, moving, [0.0, 10.0], LIMIT, **ceiling)
+    assert early.map.warnings[0].startswith("At 0 s there is no fix anywhere: A map of pdop from ranging needs at")
+    blind = [replace(anchor, limits=AntennaLimits(max_range_m=1e-3)) for anchor in anchors]
+    expected = morphing_map(min_visible_altitude(grid, blind), LIMIT, **ceiling)
+    for name in ("altitude_m", "safe_above_m", "state", "no_flight_intervals"):
+        assert np.array_equal(getattr(early.map, name), getattr(expected, name), equal_nan=True), name
+    open_map = morphing_map(min_visible_altitude(grid, anchors), LIMIT, **ceiling)
+    assert np.array_equal(late.map.altitude_m, open_map.altitude_m, equal_nan=True)
+
+
+def test_anchors_that_never_fix_a_position_are_refused_before_the_first_frame():
+    grid, anchors, ceiling_m = low_anchors(5)
+    with pytest.raises(VisibilityInputError, match="needs at least 3 anchors; 2 are given"):
+        morphing_frames(grid, anchors[:2], [0.0, 1.0], LIMIT, ceiling_m=ceiling_m)
+
+
+def test_a_track_into_the_ground_is_refused_before_the_first_frame():
+    grid, anchors, ceiling_m = low_anchors(5)
+    place = (anchors[0].east_m, anchors[0].north_m)
+    diving = AnchorTrack("T", [0.0, 10.0], [(*place, 900.0), (*place, -900.0)])
+    with pytest.raises(AnchorError, match="T"):
+        morphing_frames(grid, [*anchors[1:], diving], [0.0, 10.0], LIMIT, ceiling_m=ceiling_m)

@@ -15,6 +15,7 @@ ONE_LINE = [
     {"id": f"L{n}", "east_m": WEST_M + 9000.0 + 1000.0 * n, "north_m": NORTH_M - 9000.0, "altitude_m": 2500.0}
     for n in range(4)
 ]
+TRACK = {"id": "T", "points": [{**{k: v for k, v in ANCHORS[0].items() if k != "id"}, "time_s": 0.0}]}
 BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
     "nothing to range to": ("/dop-maps", {}, "validation", "Give anchors or satellites"),
     "too few anchors": ("/dop-maps", {"anchors": ANCHORS[:2]}, "visibility-input", "at least 3 anchors; 2 are given"),
@@ -86,6 +87,30 @@ BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
         {"anchors": ANCHORS, "on_surface": True, "volume": CEILING},
         "validation",
         "Air has no slope",
+    ),
+    "a time outside a track": (
+        "/morphing-maps",
+        {"anchors": ANCHORS, "tracks": [TRACK], "frames": {"to_s": 60.0, "step_s": 30.0}, **CEILING},
+        "visibility-input",
+        "runs from 0 s to 0 s",
+    ),
+    "a track without frames": (
+        "/morphing-maps",
+        {"anchors": ANCHORS, "tracks": [TRACK], **CEILING},
+        "validation",
+        "Anchors on tracks need frames",
+    ),
+    "frames beyond the calendar": (
+        "/morphing-maps",
+        {"satellites": {**SKY, "time": "9999-12-31T23:59:59Z"}, "frames": {"to_s": 60.0, "step_s": 30.0}, **CEILING},
+        "visibility-input",
+        "lies beyond the calendar",
+    ),
+    "an almanac that ends before the frames": (
+        "/morphing-maps",
+        {"satellites": SKY, "frames": {"to_s": 1e8, "step_s": 1e8}, "kind": "pseudorange", **CEILING},
+        "almanac",
+        "days before",
     ),
     "two sources of orbits": (
         "/dop-maps",

@@ -158,3 +158,37 @@ def test_a_volume_and_its_cuts_are_layers_of_a_dop_map(
                                 receiver_above_ground_m=300.0), "dop.tif")[0]  # fmt: skip
     assert np.array_equal(above_m[3], ground, equal_nan=True)
     assert not np.array_equal(above_m[0], ground, equal_nan=True)
+
+
+def test_a_morphing_map_over_time_has_frames_and_an_animation(
+    server: Server, jacksboro: dict[str, Any], morphing: dict[str, Any]
+) -> None:
+    points = [{"time_s": 60.0 * n, **{k: v for k, v in ANCHORS[n].items() if k != "id"}} for n in (1, 2)]
+    map_ = made(
+        server,
+        "/morphing-maps",
+        dem_id=jacksboro["id"],
+        anchors=[ANCHORS[0], ANCHORS[3]],
+        tracks=[{"id": "T", "points": points}],
+        satellites={**SKY, "time": "2007-01-27T06:00:00+00:00"},
+        kind="pseudorange",
+        frames={"from_s": 60.0, "to_s": 120.0, "step_s": 30.0, "above_ground_m": 50.0},
+        **CEILING,
+    )
+    told = map_["result"]["over_time"]
+    assert [frame["time"] for frame in told["frames"]] == [
+        f"2007-01-27T06:{time}+00:00" for time in ("01:00", "01:30", "02:00")
+    ]
+    assert {frame["anchors"] for frame in told["frames"]} == {3}
+    assert bands(server, map_, "frames_altitude.tif").shape[0] == 3
+    first_s, last_s, _, _, share, _ = bands(server, map_, "availability.tif")
+    assert np.array_equal(np.isnan(first_s), share == 0.0)
+    assert (first_s[share == 1.0] == 60.0).all()
+    assert (last_s[share == 1.0] == 120.0).all()
+    content = server.client.get(f"{map_['links']['self']}/layers/animation.gif").raise_for_status()
+    assert content.headers["Content-Type"] == "image/gif"
+    with Image.open(io.BytesIO(content.content)) as animation:
+        assert animation.n_frames == 3
+    for name in ("frames_state.tif", "availability.png", "map.png", "no_go.geojson"):
+        assert server.client.get(f"{map_['links']['self']}/layers/{name}").status_code == 200, name
+    assert not {"animation.gif", "availability.tif"} & {layer["name"] for layer in morphing["layers"]}
