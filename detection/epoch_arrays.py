@@ -65,6 +65,7 @@ def arrays_of(
     time_s: float,
     settings: DetectorSettings,
     scale: float,
+    speed_m_per_s: float,
 ) -> EpochArrays:
     """Ranges that passed the intake, as arrays. numbers: index of each anchor; scale: on all tolerances."""
     index, ranges_m, sigmas_m, times_s, p_sight = [], [], [], [], []
@@ -77,6 +78,8 @@ def arrays_of(
                 settings.range_sigma_m if measured.sigma_m is None else measured.sigma_m,
                 anchor.sigma_m or settings.anchor_sigma_m,
                 settings.calculation_sigma_m,
+                speed_m_per_s,
+                settings.time_sigma_s,
             )
         )
         times_s.append(time_s if measured.time_s is None else min(measured.time_s - settings.ranging_offset_s, time_s))

@@ -57,8 +57,11 @@ class Judge:
         settings = self._settings
         time_s = epoch.time_s - settings.ranging_offset_s
         motion = self._driven(intake)
-        arrays = arrays_of(intake.ranges, self._anchors, self._numbers, self._places_m, time_s, settings, self._scale)
         self._tracker.foretell(time_s, motion)
+        speed = 0.0 if self.track is None else self.track.speed_m_per_s
+        arrays = arrays_of(
+            intake.ranges, self._anchors, self._numbers, self._places_m, time_s, settings, self._scale, speed
+        )
         moment = arrays.at_one_moment(self._tracker.track, time_s, settings.max_speed_m_per_s)
         geometry = detect_ranges(
             moment,

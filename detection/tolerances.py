@@ -10,9 +10,19 @@ from .errors import DetectionInputError
 __all__ = ["false_positive_rate", "k_for_false_positive_rate", "sigma_geometric_m", "sigma_odometry_m"]
 
 
-def sigma_geometric_m(range_sigma_m: float, anchor_sigma_m: float = 0.0, calculation_sigma_m: float = 0.0) -> float:
-    """One sigma of a range against the geometry: ranging, the anchor's place along the range, and the calculation."""
-    return math.sqrt(range_sigma_m**2 + anchor_sigma_m**2 + calculation_sigma_m**2)
+def sigma_geometric_m(
+    range_sigma_m: float,
+    anchor_sigma_m: float = 0.0,
+    calculation_sigma_m: float = 0.0,
+    speed_m_per_s: float = 0.0,
+    time_sigma_s: float = 0.0,
+) -> float:
+    """One sigma of a range against the geometry: ranging, the anchor's place along the range, and the calculation.
+
+    A rover that moves adds what its speed makes of times that are not known better (seed 000 has that for odometry).
+    """
+    moved_m = speed_m_per_s * time_sigma_s
+    return math.sqrt(range_sigma_m**2 + anchor_sigma_m**2 + calculation_sigma_m**2 + moved_m**2)
 
 
 def sigma_odometry_m(

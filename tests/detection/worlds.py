@@ -1,0 +1,48 @@
+"""Rovers, anchors and ranges that the tests of the detector share."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
+
+Floats = npt.NDArray[np.float64]
+
+# eight drones around and above a valley, no three on a line, no four in a plane
+DRONES_M = np.array(
+    [
+        (0, 0, 120), (400, 30, 60), (380, 420, 140), (-20, 390, 80), (240, 150, 160), (90, 250, 40), (300, 300, 90),
+        (60, 90, 70),
+    ],
+    np.float64,
+)  # fmt: skip
+ROVER_M = np.array([150.0, 160.0, 2.0])
+
+
+def drones(count: int = 8) -> list[RangingAnchor]:
+    return [RangingAnchor(f"D{i + 1}", *map(float, place)) for i, place in enumerate(DRONES_M[:count])]
+
+
+def true_ranges(anchors_m: Floats, place_m: Floats) -> Floats:
+    distances: Floats = np.linalg.norm(anchors_m - place_m, axis=1)
+    return distances
+
+
+def heard(
+    time_s: float, ranges_m: dict[str, float], odometry: OdometryIncrement | None = None, **p_sight: float
+) -> RangeEpoch:
+    measured = tuple(RangeMeasurement(name, r, p_sight=p_sight.get(name)) for name, r in ranges_m.items())
+    return RangeEpoch(time_s, measured, odometry)
+
+
+def named(
+    anchors: list[RangingAnchor], place_m: Floats, too_long_m: dict[str, float] | None = None
+) -> dict[str, float]:
+    """True ranges by anchor id, some too long."""
+    return {
+        a.id: math.dist((a.east_m, a.north_m, a.altitude_m), place_m) + (too_long_m or {}).get(a.id, 0.0)
+        for a in anchors
+    }
