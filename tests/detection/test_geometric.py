@@ -1,4 +1,4 @@
-"""The geometric step: which ranges meet in one point, held against brute force, and every way it can be unable to tell."""
+"""The geometric step: which ranges meet in one point, held against brute force, and when it is unable to tell."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_one_range_more_than_unknowns_detects_an_occlusion_but_cannot_tell_which
 
 
 def test_one_of_five_is_flagged_only_where_the_others_cannot_as_well_be_it() -> None:
-    """Any four of five ranges that meet by chance explain them too: then nobody is flagged, and what it takes is told."""
+    """Any four of five ranges that meet by chance explain them too: then nobody is flagged, and the remedy is told."""
     told = {"right": 0, "wrong": 0, "undetermined": 0}
     for seed in range(100):
         anchors_m, rover_m = world(seed, 5, 3)

@@ -94,11 +94,11 @@ def test_clear_ranges_exceed_k_sigma_of_odometry_as_often_as_k_says(k: float, ra
     beyond = judged = 0
     for _ in range(25):
         detector = Detector(anchors, settings)
-        place_m = ROVER_M + (0.0, -100.0, 0.0)
+        place_m = ROVER_M + np.array([0.0, -100.0, 0.0])
         for second in range(100):
             odometry = None
             if second:
-                place_m = place_m + (0.0, 2.0, 0.0)
+                place_m = place_m + np.array([0.0, 2.0, 0.0])
                 odometry = OdometryIncrement(1.0, (2.0 + 0.05 * rng.normal(), 0.0), heading_rad=0.0)
             ranges_m = true_ranges(DRONES_M, place_m) + 0.1 * rng.normal(size=8)
             answer = detector.process(
