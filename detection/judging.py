@@ -81,17 +81,15 @@ class Judge:
         verdicts = []
         for i, measured in enumerate(intake.ranges):
             harmful_m = float(arrays.harmful_m[i])
-            settled = bool(sigma_m[i] <= 0.5 * harmful_m)
             least_m = float(0.5 * arrays.heard.sigmas_m[i])
             says = (
                 geometry_says(geometry, i, weights[0]),
                 odometry_says(changes[i], weights[1]),
-                motion_says(
-                    float(excess_m[i]), max(float(sigma_m[i]), least_m), harmful_m, MOTION_WEIGHT if settled else 0.0
-                ),
+                motion_says(float(excess_m[i]), float(sigma_m[i]), least_m, harmful_m, MOTION_WEIGHT),
                 prediction_says(measured.p_sight),
             )
-            best_m = float(excess_m[i] if settled else geometry.excess_m[i])
+            by_track = says[2].says is not Say.SILENT
+            best_m = float(excess_m[i] if by_track else geometry.excess_m[i])
             verdicts.append(verdict_on(measured, best_m, harmful_m, says, settings))
         self._learn(verdicts, changes, arrays, direction)
         position = self._position(geometry, verdicts, time_s)
@@ -131,7 +129,7 @@ class Judge:
             good = is_good_geometry(math.sqrt(float(np.trace(geometry.covariance_m2))) / mean_sigma_m)
         reliable = motion is not None and motion.reliable and not self.monitor.odometry_fails
         # many violations at once speak against odometry that cannot be cross-checked, not against all anchors
-        violations = sum(change is not None and change.violated and not change.shorter for change in changes)
+        violations = sum(change is not None and change.violated for change in changes)
         if violations > 1 and 2 * violations > len(changes):
             reliable = False
         geometry_weight = GEOMETRY_WEIGHTS[0 if good else 1] * self.monitor.accuracy("geometry")

@@ -10,6 +10,10 @@ from .verdicts import Classification, Say, Witness, WitnessSay
 
 __all__ = ["geometry_says", "motion_says", "odometry_says", "prediction_says"]
 
+# A track is settled that knows a distance to this share of what is harmful.
+SETTLED = 0.5
+SURELY = 0.9987  # three sigma beyond what is harmful
+
 
 def geometry_says(geometry: GeometricDetection, i: int, weight: float) -> WitnessSay:
     """Whether range i meets the others of its epoch."""
@@ -45,12 +49,18 @@ def odometry_says(change: Change | None, weight: float) -> WitnessSay:
     return WitnessSay(Witness.ODOMETRY, Say.CLEAR, evidence, weight, "it changed no more than the rover moved", 0.0)
 
 
-def motion_says(excess_m: float, sigma_m: float, harmful_m: float, weight: float) -> WitnessSay:
-    """Whether the range fits where the track leads: by how much it does not, and how surely that is too much."""
+def motion_says(excess_m: float, sigma_m: float, least_m: float, harmful_m: float, weight: float) -> WitnessSay:
+    """Whether the range fits where the track leads: by how much it does not, and how surely that is too much.
+
+    sigma_m: of the distance from the track, inf without one; it counts as ``least_m`` at least. A track that is not
+    settled speaks only of what is surely too much.
+    """
     evidence = abs(excess_m) / harmful_m
-    if weight == 0.0:
+    unsure_m = max(sigma_m, least_m)
+    probability = 0.5 * math.erfc((harmful_m - abs(excess_m)) / (unsure_m * math.sqrt(2.0)))
+    settled = sigma_m <= SETTLED * harmful_m
+    if not settled and not probability > SURELY:
         return WitnessSay(Witness.MOTION, Say.SILENT, evidence, 0.0, "the track is not settled yet")
-    probability = 0.5 * math.erfc((harmful_m - abs(excess_m)) / (sigma_m * math.sqrt(2.0)))
     says = Say.OCCLUDED if probability > 0.5 else Say.CLEAR
     why = f"it is {excess_m:+.2f} m off where the track leads"
     return WitnessSay(Witness.MOTION, says, evidence, weight, why, probability)

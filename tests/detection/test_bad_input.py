@@ -4,9 +4,23 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from detection import Detector, DetectorSettings, RangeEpoch, RangeMeasurement, RangingAnchor, Rejection
+from detection import (
+    DetectionInputError,
+    Detector,
+    DetectorSettings,
+    OdometryIncrement,
+    RangeEpoch,
+    RangeMeasurement,
+    RangingAnchor,
+    Rejection,
+    detect_3d,
+)
+from tests.detection.worlds import DRONES_M
 
 ANCHORS = [
     RangingAnchor(name, *place)
@@ -52,3 +66,130 @@ def test_epochs_that_come_twice_late_or_out_of_order_are_told_and_counted() -> N
     assert detector.process(epoch(6.0)).rejection is None
     assert detector.state.epochs == 7
     assert sum(detector.state.rejections.values()) == 4
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"tolerance_m": 0.0}, "tolerance_m must be finite and > 0"),
+        ({"tolerance_m": -1.0}, "tolerance_m must be finite and > 0"),
+        ({"tolerance_m": [0.1, 0.1]}, "tolerance_m must be one number or"),
+        ({"sigma_m": 0.0}, "sigma_m must be finite and > 0"),
+        ({"ranges_m": [1.0, np.nan, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]}, "ranges_m must be finite and > 0"),
+        ({"ranges_m": [[1.0]]}, "ranges_m must be"),
+        ({"anchor_positions_m": DRONES_M[:, :2]}, "anchor_positions_m must be"),
+        ({"anchor_positions_m": np.full((8, 3), np.inf)}, "anchor_positions_m must be"),
+        ({"hint_m": (0.0, 0.0)}, "hint_m must be"),
+        ({"method": "guess"}, "method must be refined or seed"),
+        ({"search_limit": 0}, "search_limit must be at least 1"),
+    ],
+)
+def test_misuse_is_told_in_one_sentence(change: dict[str, object], words: str) -> None:
+    asked: dict[str, object] = {"anchor_positions_m": DRONES_M, "ranges_m": np.full(8, 100.0)} | change
+    with pytest.raises(DetectionInputError, match=words):
+        detect_3d(**asked)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("measured", "reason"),
+    [
+        (RangeMeasurement("Z", 50.0), Rejection.UNKNOWN_ANCHOR),
+        (RangeMeasurement("B", 50.0, sigma_m=0.0), Rejection.BAD_SIGMA),
+        (RangeMeasurement("B", 50.0, sigma_m=math.nan), Rejection.BAD_SIGMA),
+        (RangeMeasurement("B", 50.0, p_sight=1.5), Rejection.BAD_PRIOR),
+        (RangeMeasurement("B", 50.0, p_sight=math.nan), Rejection.BAD_PRIOR),
+        (RangeMeasurement("B", 50.0, time_s=math.inf), Rejection.BAD_TIME),
+    ],
+)
+def test_what_else_can_be_wrong_with_a_range_is_named_too(measured: RangeMeasurement, reason: Rejection) -> None:
+    good = tuple(one for one in epoch(0.0).ranges if one.anchor_id != "B")
+    answer = Detector(ANCHORS).process(RangeEpoch(0.0, (*good, measured)))
+    assert [(one.anchor_id, one.reason) for one in answer.rejected] == [(measured.anchor_id, reason)]
+    assert len(answer.verdicts) == 4
+
+
+def test_of_an_anchor_that_comes_twice_neither_range_is_used() -> None:
+    ranges = epoch(0.0).ranges
+    answer = Detector(ANCHORS).process(RangeEpoch(0.0, (*ranges, RangeMeasurement("B", 12.0))))
+    assert [one.reason for one in answer.rejected] == [Rejection.ANCHOR_TWICE] * 2
+    assert [verdict.anchor_id for verdict in answer.verdicts] == ["A", "C", "D", "E"]
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_too_few_ranges_are_an_answer_and_the_session_goes_on(count: int) -> None:
+    detector = Detector(ANCHORS)
+    answer = detector.process(RangeEpoch(0.0, epoch(0.0).ranges[:count]))
+    assert answer.classification == "undetermined"
+    assert answer.planning in ("no position", "unchecked")
+    assert answer.excluded == ()
+    assert answer.needed
+    assert detector.process(epoch(1.0)).classification == "none"
+
+
+@pytest.mark.parametrize(
+    "odometry",
+    [
+        OdometryIncrement(0.0, (1.0, 0.0)),
+        OdometryIncrement(-1.0, (1.0, 0.0)),
+        OdometryIncrement(1.0, (math.nan, 0.0)),
+        OdometryIncrement(1.0, None, (0.0, math.inf, 0.0)),
+        OdometryIncrement(1.0, (1.0, 0.0), heading_rad=math.nan),
+    ],
+)
+def test_odometry_that_cannot_be_is_set_aside_and_the_ranges_are_judged(odometry: OdometryIncrement) -> None:
+    detector = Detector(ANCHORS)
+    answer = detector.process(RangeEpoch(0.0, epoch(0.0).ranges, odometry))
+    assert answer.odometry == "missing"
+    assert detector.state.rejections == {Rejection.BAD_ODOMETRY: 1}
+    assert len(answer.verdicts) == 5
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"geometric_tolerance_m": 0.0}, "geometric_tolerance_m must be a number > 0"),
+        ({"odometry_tolerance_m": -0.1}, "odometry_tolerance_m must be a number > 0"),
+        ({"k_geometric": 0.0}, "k_geometric must be a number > 0"),
+        ({"range_sigma_m": math.nan}, "range_sigma_m must be a number > 0"),
+        ({"wheel_sigma_m": -1.0}, "wheel_sigma_m must be a number >= 0"),
+        ({"base_offset_s": math.inf}, "base_offset_s must be a number finite"),
+        ({"persistence": 0.0}, "persistence must lie above 0"),
+        ({"window": 0}, "window must be at least 1"),
+        ({"search_limit": 0}, "search_limit must be at least 1"),
+        ({"start_m": (1.0, 2.0)}, "start_m must be 3 finite metres"),
+        ({"dimension": 4}, "dimension must be 2 or 3"),
+        ({"terrain": "sea"}, "terrain must be open, mixed or complex"),
+        ({"criticality": "none"}, "criticality must be low, normal or high"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused_in_one_sentence(change: dict[str, object], words: str) -> None:
+    with pytest.raises(DetectionInputError, match=words):
+        DetectorSettings(**change)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"id": ""}, "needs a non-empty id"),
+        ({"north_m": math.nan}, "north_m must be finite"),
+        ({"sigma_m": -1.0}, "sigma_m must be >= 0"),
+    ],
+)
+def test_an_anchor_that_makes_no_sense_is_refused(change: dict[str, object], words: str) -> None:
+    anchor: dict[str, object] = {"id": "A", "east_m": 0.0, "north_m": 0.0} | change
+    with pytest.raises(DetectionInputError, match=words):
+        RangingAnchor(**anchor)  # type: ignore[arg-type]
+
+
+@given(
+    numbers=st.lists(
+        st.tuples(st.sampled_from("ABCDEZ"), st.floats(allow_nan=True, allow_infinity=True), st.floats(-1.0, 30.0)),
+        max_size=30,
+    )
+)
+@settings(max_examples=50, deadline=None)
+def test_no_number_that_a_sensor_may_deliver_ends_a_session(numbers: list[tuple[str, float, float]]) -> None:
+    detector = Detector(ANCHORS)
+    for name, range_m, time_s in numbers:
+        detector.process(RangeEpoch(time_s, (RangeMeasurement(name, range_m), RangeMeasurement("A", 40.0))))
+    assert detector.process(epoch(40.0)).rejection is None

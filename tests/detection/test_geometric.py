@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from detection import Classification, DetectionInputError, detect_2d, detect_3d
+from detection import Classification, detect_2d, detect_3d
 from tests.detection.worlds import DRONES_M, ROVER_M, Floats, true_ranges
 from tests.reference import occlusion
 
@@ -280,25 +280,3 @@ def test_the_answer_turns_moves_and_reorders_with_the_world(angle: float, east_m
     found = detect_3d(moved_m[swap], ranges_m[swap], TOLERANCE_M)
     assert {swap[i] for i in np.flatnonzero(found.occluded).tolist()} == {1, 4}
     assert found.position_m == pytest.approx(turn @ ROVER_M + (east_m, 0.0, 0.0), abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"tolerance_m": 0.0}, "tolerance_m must be finite and > 0"),
-        ({"tolerance_m": -1.0}, "tolerance_m must be finite and > 0"),
-        ({"tolerance_m": [0.1, 0.1]}, "tolerance_m must be one number or"),
-        ({"sigma_m": 0.0}, "sigma_m must be finite and > 0"),
-        ({"ranges_m": [1.0, np.nan, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]}, "ranges_m must be finite and > 0"),
-        ({"ranges_m": [[1.0]]}, "ranges_m must be"),
-        ({"anchor_positions_m": DRONES_M[:, :2]}, "anchor_positions_m must be"),
-        ({"anchor_positions_m": np.full((8, 3), np.inf)}, "anchor_positions_m must be"),
-        ({"hint_m": (0.0, 0.0)}, "hint_m must be"),
-        ({"method": "guess"}, "method must be refined or seed"),
-        ({"search_limit": 0}, "search_limit must be at least 1"),
-    ],
-)
-def test_misuse_is_told_in_one_sentence(change: dict[str, object], words: str) -> None:
-    asked: dict[str, object] = {"anchor_positions_m": DRONES_M, "ranges_m": np.full(8, 100.0)} | change
-    with pytest.raises(DetectionInputError, match=words):
-        detect_3d(**asked)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
+from detection import Detector, EpochResult, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 
 Floats = npt.NDArray[np.float64]
 
@@ -20,6 +20,7 @@ DRONES_M = np.array(
     np.float64,
 )  # fmt: skip
 ROVER_M = np.array([150.0, 160.0, 2.0])
+STEP_M = np.array([1.2, 0.5, 0.0])  # a second
 
 
 def drones(count: int = 8) -> list[RangingAnchor]:
@@ -46,3 +47,28 @@ def named(
         a.id: math.dist((a.east_m, a.north_m, a.altitude_m), place_m) + (too_long_m or {}).get(a.id, 0.0)
         for a in anchors
     }
+
+
+def drive(
+    detector: Detector,
+    anchors: list[RangingAnchor],
+    epochs: range,
+    too_long_m: dict[str, float] | None = None,
+    silent: tuple[str, ...] = (),
+    noise: np.random.Generator | None = None,
+    **p_sight: float,
+) -> list[EpochResult]:
+    """Answers for a rover that goes 1.3 m/s, ten epochs a second."""
+    answers = []
+    for number in epochs:
+        ranges_m = named(anchors, ROVER_M + 0.1 * number * STEP_M, too_long_m)
+        if noise is not None:
+            ranges_m = {name: r + 0.1 * noise.normal() for name, r in ranges_m.items()}
+        kept = {name: r for name, r in ranges_m.items() if name not in silent}
+        answers.append(detector.process(heard(0.1 * number, kept, None, **p_sight)))
+    return answers
+
+
+def off_m(answer: EpochResult, number: int) -> float:
+    assert answer.position is not None
+    return float(np.linalg.norm(answer.position.position_m - (ROVER_M + 0.1 * number * STEP_M)))
