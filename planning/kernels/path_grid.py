@@ -11,7 +11,7 @@ from terrain.kernel_options import scalar_kernel
 
 from .path_segments import segment_cost, step_cost
 
-__all__ = ["lift", "search", "sink"]
+__all__ = ["costs_from", "lift", "search", "sink"]
 
 
 @scalar_kernel
@@ -129,3 +129,41 @@ def search(field, moves, starts, start_costs, goals, goal_costs, greed):
         nodes[i] = node
         node = before[node]
     return best, nodes
+
+
+@scalar_kernel
+def costs_from(field, starts, start_costs):
+    """(rows · cols,) cost of the cheapest way over the eight neighbours from any start to each node; +inf = none."""
+    rows, cols = field[1].shape
+    known = np.full(rows * cols, math.inf)
+    closed = np.zeros(rows * cols, np.uint8)
+    keys, items, size = np.empty(4096), np.empty(4096, np.int64), 0
+    for i in range(starts.shape[0]):
+        known[starts[i]] = min(known[starts[i]], start_costs[i])
+        if size == keys.shape[0]:
+            keys, items = np.append(keys, np.empty(size)), np.append(items, np.empty(size, np.int64))
+        keys[size], items[size] = start_costs[i], starts[i]
+        lift(keys, items, size)
+        size += 1
+    while size > 0:
+        node = items[0]
+        sink(keys, items, size)
+        size -= 1
+        if closed[node]:
+            continue
+        closed[node] = 1
+        row, col = node // cols, node % cols
+        for r in range(max(row - 1, 0), min(row + 2, rows)):
+            for c in range(max(col - 1, 0), min(col + 2, cols)):
+                there = r * cols + c
+                if closed[there] or field[1][r, c] != 1:
+                    continue
+                found = known[node] + step_cost(field, row, col, r, c)
+                if found < known[there]:
+                    known[there] = found
+                    if size == keys.shape[0]:
+                        keys, items = np.append(keys, np.empty(size)), np.append(items, np.empty(size, np.int64))
+                    keys[size], items[size] = found, there
+                    lift(keys, items, size)
+                    size += 1
+    return known

@@ -1,6 +1,7 @@
 """Ways for a rover over the ground: cheap, within every limit, and where the anchors are in sight."""
 
 from .limits import CostWeights, PathLimits, PlanBudget
+from .navigation_models import NavigationModel
 from .outcomes import Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable
 from .planning import plan_path
 from .problems import Goal, PathProblem, Place
@@ -9,6 +10,7 @@ from .rovers import RoverModel
 __all__ = [
     "CostWeights",
     "Goal",
+    "NavigationModel",
     "Path",
     "PathLimits",
     "PathOutcome",

@@ -14,17 +14,17 @@ from planning.errors import NoCoverageError, PathProblemError
 from planning.kernels import path_fields as kernel
 from planning.kernels.path_segments import tally
 from terrain import ElevationGrid
-from visibility import MinimumVisibleAltitude, MorphingMap
-from visibility.columns_of_air import column_tables
-from visibility.dop_questions import kind_code
+from visibility import MorphingMap
 
 from .areas import outside_of, squares_touched
-from .limits import DILUTIONS, CostWeights
+from .beliefs import expected_sigma_m
+from .limits import CostWeights
 from .outcomes import Reason
 from .problems import PathProblem
 from .rovers import RoverModel
+from .sight_maps import Positioning, SightMaps
 
-__all__ = ["CostField", "KernelField", "bit_of", "cost_field", "metres_of", "reasons_of", "running_sums"]
+__all__ = ["CostField", "KernelField", "bit_of", "cost_field", "reasons_of", "running_sums"]
 
 Floats = npt.NDArray[np.float32]
 Square = tuple[int, int]
@@ -40,6 +40,7 @@ KernelField = tuple[
 
 # dilution counts up to this, and no fix counts as this
 WORST_DILUTION = 20.0
+OBSTACLES = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.NO_GO, Reason.KEEP_IN)
 BITS = {reason: np.uint16(1 << number) for number, reason in enumerate(Reason)}
 
 
@@ -61,7 +62,8 @@ class CostField:
     the field knows. reasons: uint16, the bits of every Reason against a square, 0 = may be driven.
     slope: tangent of the steeper triangle, NaN = unknown. count: anchors that all four posts see. dop: the worst at the
     posts from those anchors, +inf = no fix, 0 where nothing asks for it. step_m: NaN where nothing asks for it.
-    added: cost per metre on the ground besides driving it. hidden: 1 where fewer anchors than a fix needs are in sight.
+    added: cost per metre on the ground besides driving it, dop_cost the part of it for dilution.
+    hidden: 1 where fewer anchors than a fix needs are in sight.
     numbers, pace: see ``planning.kernels.path_segments``.
     """
 
@@ -71,6 +73,7 @@ class CostField:
     step_m: Floats
     count: npt.NDArray[np.uint16]
     dop: Floats
+    dop_cost: Floats
     added: Floats
     hidden: npt.NDArray[np.uint8]
     numbers: tuple[float, ...]
@@ -82,14 +85,23 @@ class CostField:
         allowed = (self.reasons == 0).astype(np.uint8)
         return self.grid.heights_m, allowed, self.added, self.hidden, cells, self.numbers, self.pace
 
+    def obstacles(self) -> npt.NDArray[np.uint8]:
+        """1 where the ground or an area forbids a square, whatever the anchors give."""
+        bits = np.bitwise_or.reduce([BITS[reason] for reason in OBSTACLES])
+        against: npt.NDArray[np.uint8] = ((self.reasons & bits) != 0).astype(np.uint8)
+        return against
+
     def square_at(self, row: float, col: float) -> Square:
         """The square around a fractional post inside the grid."""
         return min(int(row), self.grid.rows - 2), min(int(col), self.grid.cols - 2)
 
 
-def cost_field(problem: PathProblem, minimum: MinimumVisibleAltitude | None) -> CostField:
-    """The field of a problem from its ground, its areas and the minimum visible altitudes of its anchors.
+def cost_field(
+    problem: PathProblem, maps: SightMaps | None, arrival_s: npt.NDArray[np.float64] | None = None
+) -> CostField:
+    """The field of a problem from its ground, its areas and what its anchors give.
 
+    arrival_s: (rows - 1, cols - 1) when the rover gets to each square, for anchors that move; None = at once.
     Raises PathProblemError, NoCoverageError.
     """
     grid, rover = problem.grid, problem.rover
@@ -103,15 +115,19 @@ def cost_field(problem: PathProblem, minimum: MinimumVisibleAltitude | None) -> 
     reasons[slope > math.tan(rover.max_slope_rad)] |= BITS[Reason.SLOPE]
     reasons[step_m > rover.max_step_m] |= BITS[Reason.STEP]
     _mark_areas(problem, reasons)
-    count, dop = _positioning(problem, minimum, shape)
-    _mark_positioning(problem, minimum, count, dop, reasons, unknown)
+    given = maps.positioning(arrival_s) if maps is not None else None
+    count = given.count if given is not None else np.zeros(shape, np.uint16)
+    dop = given.dop if given is not None else np.zeros(shape, np.float32)
+    _mark_positioning(problem, given, reasons, unknown)
     weights = problem.weights
-    added = (weights.dop * np.minimum(dop, WORST_DILUTION)).astype(np.float32)
-    hidden = np.zeros(shape, np.uint8)
-    if minimum is not None:
+    dop_cost = (weights.dop * np.fmin(dop, WORST_DILUTION)).astype(np.float32)
+    added, hidden = dop_cost, np.zeros(shape, np.uint8)
+    if given is not None:
         hidden[count < problem.limits.needed_in_sight] = 1
+        if weights.position_error > 0.0:
+            added = dop_cost + np.float32(weights.position_error) * expected_sigma_m(problem, given)
     numbers, pace = _numbers(rover, weights)
-    return CostField(grid, reasons, slope, step_m, count, dop, added, hidden, numbers, pace)
+    return CostField(grid, reasons, slope, step_m, count, dop, dop_cost, added, hidden, numbers, pace)
 
 
 def _ground(grid: ElevationGrid, rover: RoverModel) -> tuple[Floats, Floats]:
@@ -150,57 +166,36 @@ def _mark_areas(problem: PathProblem, reasons: npt.NDArray[np.uint16]) -> None:
         reasons[squares_touched(grid, zone, apart_m)] |= BITS[Reason.KEEP_IN]
 
 
-def _positioning(
-    problem: PathProblem, minimum: MinimumVisibleAltitude | None, shape: Square
-) -> tuple[npt.NDArray[np.uint16], Floats]:
-    count, dop = np.zeros(shape, np.uint16), np.zeros(shape, np.float32)
-    if minimum is None:
-        return count, dop
-    grid, limits, antenna_m = problem.grid, problem.limits, problem.rover.antenna_height_m
-    seen = minimum.visible(above_ground_m=antenna_m)
-    if math.isinf(limits.max_dop) and problem.weights.dop == 0.0:
-        kernel.fill_counts(seen, count)
-        return count, dop
-    place = (grid.origin_east_m, grid.origin_north_m, grid.cell_east_m, grid.cell_north_m, antenna_m)
-    question = (kind_code(limits.kind), DILUTIONS.index(limits.dilution), limits.on_surface)
-    kernel.fill_positioning(grid.heights_m, seen, place, column_tables(minimum).sources, question, count, dop)
-    return count, dop
-
-
 def _mark_positioning(
     problem: PathProblem,
-    minimum: MinimumVisibleAltitude | None,
-    count: npt.NDArray[np.uint16],
-    dop: Floats,
+    given: Positioning | None,
     reasons: npt.NDArray[np.uint16],
     unknown: npt.NDArray[np.bool_],
 ) -> None:
     """Raises NoCoverageError where limits on positioning hold nowhere."""
     limits, against = problem.limits, np.zeros(reasons.shape, np.uint16)
-    if minimum is not None:
-        against[count < limits.min_anchors] |= BITS[Reason.ANCHORS]
+    if given is not None:
+        against[given.count < limits.min_anchors] |= BITS[Reason.ANCHORS]
         # NaN, over unknown ground, is not below a limit
-        against[~(dop <= limits.max_dop)] |= BITS[Reason.DOP]
+        against[~(given.dop <= limits.max_dop)] |= BITS[Reason.DOP]
     if isinstance(problem.maps, MorphingMap):
         antenna_m = problem.grid.heights_m + np.float32(problem.rover.antenna_height_m)
         good = antenna_m >= problem.maps.safe_above_m
         against[~(good[:-1, :-1] & good[1:, :-1] & good[:-1, 1:] & good[1:, 1:])] |= BITS[Reason.MORPHING_MAP]
     if (against[~unknown] != 0).all() and not unknown.all():
-        raise NoCoverageError(_no_coverage(problem, against, count, dop))
+        raise NoCoverageError(_no_coverage(problem, against, given))
     reasons |= against
 
 
-def _no_coverage(
-    problem: PathProblem, against: npt.NDArray[np.uint16], count: npt.NDArray[np.uint16], dop: Floats
-) -> str:
+def _no_coverage(problem: PathProblem, against: npt.NDArray[np.uint16], given: Positioning | None) -> str:
     limits = problem.limits
-    if (against & BITS[Reason.ANCHORS]).all():
+    if given is not None and (against & BITS[Reason.ANCHORS]).all():
         return (
-            f"Nowhere on the map are {limits.min_anchors} anchors in sight at the same time (at most {count.max()} "
-            "are); ask for fewer, raise the anchors or add some."
+            f"Nowhere on the map are {limits.min_anchors} anchors in sight at the same time (at most "
+            f"{given.count.max()} are); ask for fewer, raise the anchors or add some."
         )
-    if (against & BITS[Reason.DOP]).all():
-        best = float(np.nanmin(dop))
+    if given is not None and (against & BITS[Reason.DOP]).all():
+        best = float(np.nanmin(given.dop))
         least = f"its least is {best:.2f}" if math.isfinite(best) else "there is no fix anywhere"
         return f"Nowhere on the map is the dilution {limits.max_dop:g} or less: {least}."
     return "Nowhere on the map do the limits on positioning hold together; relax one of them or add anchors."
@@ -215,15 +210,6 @@ def _numbers(rover: RoverModel, weights: CostWeights) -> tuple[tuple[float, ...]
     )
     numbers = (least, steepest, limit_pitch, limit_roll, weights.length, weights.climb, weights.time)
     return (*numbers, weights.out_of_sight), pace
-
-
-def metres_of(
-    grid: ElevationGrid, places: npt.NDArray[np.float64]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """(east_m, north_m), each (n,), of fractional posts (n, 2)."""
-    east_m = grid.origin_east_m + places[:, 1] * grid.cell_east_m
-    north_m = grid.origin_north_m - places[:, 0] * grid.cell_north_m
-    return east_m, north_m
 
 
 def running_sums(field: KernelField, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

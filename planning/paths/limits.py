@@ -23,6 +23,8 @@ class PathLimits:
     kind, dilution, on_surface: which dilution, as in ``visibility.dop_map``.
     in_sight_from: how many anchors in sight make a place count as in sight; None = as many as a fix needs. A soft
         limit: see CostWeights.out_of_sight.
+    bubble_epsilon: with a number above 0, what may not be driven stays further away than r = epsilon·sqrt(trace P) +
+        dem_sigma_m at every point, P the covariance that the filter will have there (De Vivo et al., eqs. 25, 27).
     Raises PathProblemError, also where limits contradict one another.
     """
 
@@ -32,6 +34,8 @@ class PathLimits:
     dilution: Dilution = "pdop"
     on_surface: bool = False
     in_sight_from: int | None = None
+    bubble_epsilon: float = 0.0
+    dem_sigma_m: float = 0.0
 
     def __post_init__(self) -> None:
         if self.kind not in get_args(DopKind):
@@ -40,6 +44,9 @@ class PathLimits:
             raise PathProblemError(f"dilution must be one of {', '.join(DILUTIONS)}, not {self.dilution!r}.")
         if self.min_anchors < 0 or (self.in_sight_from is not None and self.in_sight_from < 1):
             raise PathProblemError("min_anchors must be >= 0 and in_sight_from >= 1.")
+        for name in ("bubble_epsilon", "dem_sigma_m"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise PathProblemError(f"{name} must be a number >= 0, not {getattr(self, name)}.")
         if not self.max_dop > 0.0:
             raise PathProblemError(f"max_dop must be a number > 0, not {self.max_dop}.")
 
@@ -53,7 +60,7 @@ class PathLimits:
     @property
     def on_positioning(self) -> bool:
         """Whether anything is asked of the anchors."""
-        return self.min_anchors > 0 or math.isfinite(self.max_dop)
+        return self.min_anchors > 0 or math.isfinite(self.max_dop) or self.bubble_epsilon > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +69,7 @@ class CostWeights:
 
     length: of a metre along the ground. climb: of a metre climbed. time: of a second. dop: of a metre for each unit of
     dilution, which counts up to 20. out_of_sight: of a second with fewer anchors in sight than a fix needs.
+    position_error: of a metre for each metre of predicted one-sigma position error, up to 100 m: the belief-aware mode.
     Raises PathProblemError.
     """
 
@@ -70,6 +78,7 @@ class CostWeights:
     time: float = 0.0
     dop: float = 0.0
     out_of_sight: float = 2.0
+    position_error: float = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):

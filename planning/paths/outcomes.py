@@ -40,7 +40,10 @@ class Reason(enum.StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class PathTotals:
-    """What a whole path amounts to; worst_dop is NaN without anchors, +inf where there is no fix somewhere."""
+    """What a whole path amounts to; worst_dop is NaN without anchors, +inf where there is no fix somewhere.
+
+    mean_position_sigma_m: over the time of the path; NaN without anchors.
+    """
 
     length_m: float
     climb_m: float
@@ -50,6 +53,7 @@ class PathTotals:
     longest_out_of_sight_s: float
     worst_dop: float
     fewest_anchors: int
+    mean_position_sigma_m: float
     steepest_rad: float
 
 
@@ -62,8 +66,9 @@ class Path:
     slope_rad: of the steeper ground at the vertex; pitch_rad: of the way on, uphill positive; roll_rad: across it.
     visible: (n, anchors) bool by exact sight lines; anchor_count: (n,). dop: (n,), NaN without anchors.
     margin_m: sight clearance, metres, of the anchor that counts last for in-sight; negative = out of sight.
-    clearance_m: from the edge of the footprint to what may not be driven. bubble_radius_m: NaN where no bubble is asked
-        for.
+    clearance_m: to the nearest square that may not be driven for its ground or an area, or the border of the grid.
+    position_sigma_m: root of the trace of the position's covariance that the filter will have; NaN without anchors.
+    bubble_radius_m: NaN where no bubble is asked for.
     corners: (m,) vertices at which the way turns. cost, cost_split: in the units of the weights.
     """
 
@@ -81,6 +86,7 @@ class Path:
     dop: Numbers
     margin_m: Numbers
     clearance_m: Numbers
+    position_sigma_m: Numbers
     bubble_radius_m: Numbers
     corners: npt.NDArray[np.int64]
     cost: float

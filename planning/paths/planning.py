@@ -11,8 +11,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from visibility import MinimumVisibleAltitude, min_visible_altitude
-
+from .arrivals import arrivals_along, fastest_arrivals_s
+from .checks import without_broken_squares
 from .corridors import CorridorTask
 from .describing import described
 from .ends import Ends, ends_of
@@ -21,7 +21,7 @@ from .outcomes import Path, PathOutcome, PathStatus, Unreachable
 from .own_process import OwnProcess
 from .problems import PathProblem
 from .proof import proof_of
-from .sight_checks import without_hidden_squares
+from .sight_maps import SightMaps, sight_maps
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
 
 __all__ = ["plan_path"]
@@ -31,6 +31,8 @@ Places = npt.NDArray[np.float64]
 
 # a path that exact sight lines refuse somewhere is planned again without those squares, at most so often
 MOST_REPAIRS = 40
+# with moving anchors, times of arrival and the path that they come of are found in turn, so often
+ARRIVAL_ROUNDS = 3
 # how much more the very first way may cost than the cheapest, for being found sooner
 GREED = 3.0
 # half the width of the corridor in which the sampling planner looks for a cheaper way, in cells
@@ -70,11 +72,13 @@ class _Plan:
     def outcome(self) -> PathOutcome:
         """The whole way from maps to answer."""
         problem = self.problem
-        minimum = _minimum(problem)
-        self.warnings = minimum.warnings if minimum is not None else ()
+        maps = sight_maps(problem)
         self.told(0.3)
-        field = cost_field(problem, minimum)
+        field = cost_field(problem, maps)
         self.ready_s = time.perf_counter()
+        if problem.moves:
+            field = self._at_arrival(field, maps)
+        self.warnings = maps.warnings if maps is not None else ()
         for repairs in range(MOST_REPAIRS):
             ends = ends_of(problem, field)
             way, leg = self._grid_way(field, ends)
@@ -82,14 +86,26 @@ class _Plan:
                 return self._unreachable(proof_of(problem, field, ends, leg))
             if self.ended():
                 return self._out_of_budget("The time for planning was over before a path was checked.")
-            repaired = without_hidden_squares(problem, field, minimum, way.places)
+            repaired = without_broken_squares(problem, field, maps, way.places)
             if repaired is None:
                 self.told(0.5 + 0.4 * (repairs > 0))
-                return self._improved(field, minimum, ends, way)
+                return self._improved(field, maps, ends, way)
             field = repaired
         return self._out_of_budget(
-            f"The exact sight lines refused {MOST_REPAIRS} paths in a row; give limits on positioning more room."
+            f"Sight lines or bubble refused {MOST_REPAIRS} paths in a row; give limits on positioning more room."
         )
+
+    def _at_arrival(self, field: CostField, maps: SightMaps | None) -> CostField:
+        """The field that the rover meets: each square at the time at which a path to the goal passes by."""
+        fastest_s = fastest_arrivals_s(self.problem, field)
+        arrival_s = fastest_s
+        for _ in range(ARRIVAL_ROUNDS):
+            field = cost_field(self.problem, maps, arrival_s)
+            way, _ = grid_way(field.for_kernels(), ends_of(self.problem, field), EIGHT)
+            if way is None:
+                break
+            arrival_s = arrivals_along(field, fastest_s, way.places)
+        return field
 
     def _grid_way(self, field: CostField, ends: tuple[Ends, ...]) -> tuple[Way | None, int]:
         """The grid's cheapest way at any angle; some way is known long before it."""
@@ -101,9 +117,7 @@ class _Plan:
         way, leg = grid_way(kernel_field, ends, SIXTEEN)
         return (None if way is None else straightened(kernel_field, way, _fixed(ends), stop=self.ended)), leg
 
-    def _improved(
-        self, field: CostField, minimum: MinimumVisibleAltitude | None, ends: tuple[Ends, ...], way: Way
-    ) -> PathOutcome:
+    def _improved(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], way: Way) -> PathOutcome:
         """The grid's way, or the cheaper one that the sampling planner found in the corridor around it."""
         problem, kernel_field, best, planner = self.problem, field.for_kernels(), way, "any-angle grid"
         completed = True
@@ -113,12 +127,12 @@ class _Plan:
             completed, places = self.own.answer(self.ended)
             if places is not None:
                 sampled = Way(places, cost_of(kernel_field, places))
-                fine = without_hidden_squares(problem, field, minimum, places) is None
+                fine = without_broken_squares(problem, field, maps, places) is None
                 if fine and sampled.cost < way.cost:
                     best, planner = sampled, "BIT* in the corridor of the any-angle grid"
         if self.stop():
             return self._out_of_budget("The plan was stopped.")
-        path = described(problem, field, minimum, best.places)
+        path = described(problem, field, maps, best.places)
         return self._found(path, way.cost, planner, "count" if completed else "time")
 
     def _found(self, path: Path, reference: float, planner: str, stopped_by: str) -> PathOutcome:
@@ -168,9 +182,3 @@ class _Plan:
 def _fixed(ends: tuple[Ends, ...]) -> tuple[Places, ...]:
     """The way-points, which stay on the way."""
     return tuple(end.places[0] for end in ends[1:-1])
-
-
-def _minimum(problem: PathProblem) -> MinimumVisibleAltitude | None:
-    if problem.minimum is not None:
-        return problem.minimum
-    return min_visible_altitude(problem.grid, problem.anchors, "exact") if problem.anchors else None

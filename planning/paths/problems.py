@@ -12,9 +12,10 @@ from pyproj.exceptions import CRSError
 
 from planning.errors import AreaError, PathProblemError
 from terrain import ElevationGrid
-from visibility import Anchor, DistantAnchor, DopMap, MinimumVisibleAltitude, MorphingMap
+from visibility import Anchor, DistantAnchor, DopMap, MinimumVisibleAltitude, MorphingMap, MovingAnchor
 
 from .limits import CostWeights, PathLimits, PlanBudget
+from .navigation_models import NavigationModel
 from .rovers import RoverModel
 
 __all__ = ["Goal", "PathProblem", "Place"]
@@ -33,6 +34,8 @@ class PathProblem:
         on the spot; None = any.
     anchors: what the rover ranges to. maps: what was calculated for them before, which saves its time: minimum visible
         altitudes, a dilution map of them, or a morphing map; None = calculated here, in exact mode.
+    navigation: how the rover will estimate where it is. departure_s: when it leaves, in the anchors' time.
+    frame_s: with moving anchors, a place has the map of the time at which the rover gets there, to so many seconds.
     no_go, keep_in: polygons to stay out of and within, with the whole footprint. areas_crs: their CRS, which must be
         the grid's; None = the grid's.
     Raises PathProblemError, AreaError.
@@ -45,12 +48,15 @@ class PathProblem:
     rover: RoverModel = field(default_factory=RoverModel)
     limits: PathLimits = field(default_factory=PathLimits)
     weights: CostWeights = field(default_factory=CostWeights)
-    anchors: tuple[Anchor | DistantAnchor, ...] = ()
+    anchors: tuple[Anchor | DistantAnchor | MovingAnchor, ...] = ()
     maps: MinimumVisibleAltitude | DopMap | MorphingMap | None = None
     no_go: tuple[Area, ...] = ()
     keep_in: tuple[Area, ...] = ()
     areas_crs: Any = None
     start_heading_rad: float | None = None
+    navigation: NavigationModel = field(default_factory=NavigationModel)
+    departure_s: float = 0.0
+    frame_s: float = 60.0
     seed: int = 0
     budget: PlanBudget = field(default_factory=PlanBudget)
 
@@ -72,6 +78,13 @@ class PathProblem:
         heading = self.start_heading_rad
         if heading is not None and not math.isfinite(heading):
             raise PathProblemError(f"start_heading_rad must be a finite angle, not {heading}.")
+        if not (math.isfinite(self.departure_s) and math.isfinite(self.frame_s) and self.frame_s > 0.0):
+            raise PathProblemError("departure_s must be a finite time, and frame_s more than 0 s.")
+        if self.moves and self.way_points:
+            raise PathProblemError(
+                "With moving anchors each leg is a plan of its own: plan to the first way-point, then on from there "
+                "with the time of arrival as departure_s."
+            )
         minimum = self.minimum
         of_grid = self.maps.grid if isinstance(self.maps, MorphingMap) else minimum.grid if minimum else self.grid
         if of_grid is not self.grid and of_grid.digest != self.grid.digest:
@@ -86,6 +99,11 @@ class PathProblem:
             raise PathProblemError(
                 f"{self.limits.min_anchors} anchors in sight are asked for, and there are only {len(self.anchors)}."
             )
+
+    @property
+    def moves(self) -> bool:
+        """Whether any anchor moves."""
+        return any(not isinstance(anchor, Anchor | DistantAnchor) for anchor in self.anchors)
 
     @property
     def minimum(self) -> MinimumVisibleAltitude | None:
