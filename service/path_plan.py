@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from planning.paths import PathOutcome, PathProblem, plan_path
-from planning.paths.fields import cost_field
-from planning.validation import PathValidation, validate_path
+from planning.paths import PathProblem, plan_path
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
@@ -110,7 +108,7 @@ def calculate_path(
     started_s = time.perf_counter()
     problem, lines, warnings = _problem_with_maps(grid, asked, _part(progress, 0.0, SHARE_OF_SIGHT_LINES))
     outcome = plan_path(problem, progress=_part(progress, SHARE_OF_SIGHT_LINES, SHARE_OF_PLAN), stop=stop)
-    validation = _validated(problem, outcome)
+    validation = outcome.validation
     rows, cols = grid.shape
     dop, count = np.full((rows, cols), np.nan, np.float32), np.zeros((rows, cols), np.uint16)
     if lines is not None:
@@ -142,7 +140,7 @@ def calculate_path(
         np.zeros(0, np.int64) if path is None else path.corners,
         dop,
         count,
-        cost_field(problem, problem.minimum).reasons,
+        outcome.reasons,
         answer,
     )
 
@@ -161,12 +159,6 @@ def _problem_with_maps(
         return path_question(grid, asked, sources), None, ()
     lines = lines_to(grid, sources.all, asked, progress)
     return path_question(grid, asked, sources, lines), lines, (*lines.warnings, *sources.warnings)
-
-
-def _validated(problem: PathProblem, outcome: PathOutcome) -> PathValidation | None:
-    if outcome.path is None:
-        return None
-    return validate_path(problem, np.column_stack([outcome.path.east_m, outcome.path.north_m]))
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

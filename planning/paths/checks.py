@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -21,13 +22,18 @@ from .places import sampled
 from .problems import PathProblem
 from .sight_maps import Sightings, SightMaps
 
-__all__ = ["without_broken_squares"]
+if TYPE_CHECKING:
+    from planning.validation import PathValidation
+
+__all__ = ["without_broken_squares", "without_refused_squares"]
 
 Floats = npt.NDArray[np.float64]
 
 # how closely sight lines are asked along a path, in cells: everywhere, and where a line that counts is near the ground
 COARSE, FINE = 0.5, 0.0625
 NEAR_M_PER_CELL = 0.25
+# limits, as the validator calls them, that a path around the place keeps
+REPAIRED = ("anchors in sight", "dilution", "height over the morphing map", "room for the safety bubble")
 
 
 def without_broken_squares(
@@ -42,6 +48,16 @@ def without_broken_squares(
     if problem.limits.bubble_epsilon == 0.0:
         return None
     return _without_tight(problem, field, described(problem, field, maps, places), places)
+
+
+def without_refused_squares(field: CostField, validation: PathValidation) -> CostField | None:
+    """The field without the squares where the validator found a limit on sight broken; None where that is not it."""
+    first_m = [check.first_m for check in validation.failures if str(check.limit) in REPAIRED]
+    posts = [field.square_at(*field.grid.post_at(*place)) for place in first_m if place is not None]
+    if len(posts) == 0 or len(posts) < len(validation.failures):
+        return None
+    rows, cols = np.array(posts, np.intp).T
+    return _without(field, rows, cols, Reason.SIGHT_LINE)
 
 
 def _without(field: CostField, rows: npt.NDArray[np.intp], cols: npt.NDArray[np.intp], reason: Reason) -> CostField:

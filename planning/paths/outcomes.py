@@ -5,9 +5,13 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:  # the validator takes its question from this package
+    from planning.validation import PathValidation
 
 __all__ = ["Path", "PathOutcome", "PathStatus", "PathTotals", "Reason", "Relaxation", "Unreachable"]
 
@@ -15,9 +19,10 @@ Numbers = npt.NDArray[np.float64]
 
 
 class PathStatus(enum.StrEnum):
-    """How a plan ended. FOUND paths have passed the validator."""
+    """How a plan ended. FOUND paths have passed the validator; REFUSED: the validator found a fault in each."""
 
     FOUND = "found"
+    REFUSED = "refused"
     UNREACHABLE = "unreachable"
     OUT_OF_BUDGET = "out_of_budget"
 
@@ -119,6 +124,8 @@ class PathOutcome:
 
     sentence: the outcome in words. path: only when FOUND. unreachable: only when UNREACHABLE.
     reference_cost: of the any-angle optimum over the same field; ratio: the path's cost over that; NaN without a path.
+    validation: what the validator says of the path, and where REFUSED of the last one that it refused.
+    reasons: (rows - 1, cols - 1) uint16, why squares of the field may not be driven: bits in the order of Reason.
     planner: which planner the path came from. first_path_s: until the first valid path was known, without maps.
     stopped_by: "count" where the budget's iterations ended the plan (one seed, one path), "time" or "proof".
     """
@@ -127,6 +134,8 @@ class PathOutcome:
     sentence: str
     path: Path | None
     unreachable: Unreachable | None
+    validation: PathValidation | None
+    reasons: npt.NDArray[np.uint16]
     reference_cost: float
     ratio: float
     planner: str

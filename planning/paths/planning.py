@@ -7,12 +7,14 @@ import importlib.metadata
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from .arrivals import arrivals_along, fastest_arrivals_s
-from .checks import without_broken_squares
+from .checks import without_broken_squares, without_refused_squares
 from .corridors import CorridorTask
 from .describing import described
 from .ends import Ends, ends_of
@@ -23,6 +25,9 @@ from .problems import PathProblem
 from .proof import proof_of
 from .sight_maps import SightMaps, sight_maps
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
+
+if TYPE_CHECKING:
+    from planning.validation import PathValidation
 
 __all__ = ["plan_path"]
 
@@ -79,8 +84,9 @@ class _Plan:
         if problem.moves:
             field = self._at_arrival(field, maps)
         self.warnings = maps.warnings if maps is not None else ()
-        for repairs in range(MOST_REPAIRS):
+        for _ in range(MOST_REPAIRS):
             ends = ends_of(problem, field)
+            self.field = field
             way, leg = self._grid_way(field, ends)
             if way is None:
                 return self._unreachable(proof_of(problem, field, ends, leg))
@@ -88,8 +94,13 @@ class _Plan:
                 return self._out_of_budget("The time for planning was over before a path was checked.")
             repaired = without_broken_squares(problem, field, maps, way.places)
             if repaired is None:
-                self.told(0.5 + 0.4 * (repairs > 0))
-                return self._improved(field, maps, ends, way)
+                self.told(0.6)
+                path, validation = self._judged(field, maps, way)
+                repaired = without_refused_squares(field, validation)
+                if validation.passed:
+                    return self._improved(field, maps, ends, way, (path, validation))
+            if repaired is None:
+                return self._refused(validation)
             field = repaired
         return self._out_of_budget(
             f"Sight lines or bubble refused {MOST_REPAIRS} paths in a row; give limits on positioning more room."
@@ -117,28 +128,52 @@ class _Plan:
         way, leg = grid_way(kernel_field, ends, SIXTEEN)
         return (None if way is None else straightened(kernel_field, way, _fixed(ends), stop=self.ended)), leg
 
-    def _improved(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], way: Way) -> PathOutcome:
+    def _judged(self, field: CostField, maps: SightMaps | None, way: Way) -> tuple[Path, PathValidation]:
+        """The path over a way, and what the validator says of it."""
+        from planning.validation import validate_path  # it takes its question from this package
+
+        path = described(self.problem, field, maps, way.places)
+        return path, validate_path(self.problem, np.column_stack([path.east_m, path.north_m]))
+
+    def _improved(
+        self,
+        field: CostField,
+        maps: SightMaps | None,
+        ends: tuple[Ends, ...],
+        way: Way,
+        judged: tuple[Path, PathValidation],
+    ) -> PathOutcome:
         """The grid's way, or the cheaper one that the sampling planner found in the corridor around it."""
-        problem, kernel_field, best, planner = self.problem, field.for_kernels(), way, "any-angle grid"
-        completed = True
+        problem, kernel_field, planner, completed = self.problem, field.for_kernels(), "any-angle grid", True
         if self.own is not None:
             half_m, iterations = CORRIDOR * max(kernel_field[4]), problem.budget.iterations
             self.own.begin(CorridorTask(kernel_field, way.places, _fixed(ends), half_m, iterations, problem.seed))
             completed, places = self.own.answer(self.ended)
-            if places is not None:
-                sampled = Way(places, cost_of(kernel_field, places))
-                fine = without_broken_squares(problem, field, maps, places) is None
-                if fine and sampled.cost < way.cost:
-                    best, planner = sampled, "BIT* in the corridor of the any-angle grid"
+            sampled = None if places is None else Way(places, cost_of(kernel_field, places))
+            if (
+                sampled is not None
+                and sampled.cost < way.cost
+                and without_broken_squares(problem, field, maps, sampled.places) is None
+            ):
+                also_judged = self._judged(field, maps, sampled)
+                if also_judged[1].passed:
+                    judged, planner = also_judged, "BIT* in the corridor of the any-angle grid"
         if self.stop():
             return self._out_of_budget("The plan was stopped.")
-        path = described(problem, field, maps, best.places)
-        return self._found(path, way.cost, planner, "count" if completed else "time")
-
-    def _found(self, path: Path, reference: float, planner: str, stopped_by: str) -> PathOutcome:
         self.told(1.0)
+        path, validation = judged
         sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {path.totals.time_s:,.0f} s."
-        return self._answer(PathStatus.FOUND, sentence, path, None, reference, planner, stopped_by)
+        return replace(
+            self._answer(PathStatus.FOUND, sentence, planner, "count" if completed else "time"),
+            path=path,
+            validation=validation,
+            reference_cost=way.cost,
+            ratio=path.cost / way.cost,
+        )
+
+    def _refused(self, validation: PathValidation) -> PathOutcome:
+        sentence = f"A path was planned that the validator refuses: {validation.sentence}"
+        return replace(self._answer(PathStatus.REFUSED, sentence, "none", "count"), validation=validation)
 
     def _unreachable(self, unreachable: Unreachable) -> PathOutcome:
         east_m, north_m = unreachable.where_m
@@ -147,28 +182,22 @@ class _Plan:
             sentence += f" There is one {unreachable.relaxations[0].sentence}."
         else:
             sentence += " No single limit would open one by giving way."
-        return self._answer(PathStatus.UNREACHABLE, sentence, None, unreachable, math.nan, "grid", "proof")
+        return replace(self._answer(PathStatus.UNREACHABLE, sentence, "grid", "proof"), unreachable=unreachable)
 
     def _out_of_budget(self, sentence: str) -> PathOutcome:
-        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, None, None, math.nan, "none", "time")
+        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, "none", "time")
 
-    def _answer(
-        self,
-        status: PathStatus,
-        sentence: str,
-        path: Path | None,
-        unreachable: Unreachable | None,
-        reference: float,
-        planner: str,
-        stopped_by: str,
-    ) -> PathOutcome:
+    def _answer(self, status: PathStatus, sentence: str, planner: str, stopped_by: str) -> PathOutcome:
+        """What every outcome has; a path or a proof is added by its own."""
         return PathOutcome(
             status=status,
             sentence=sentence,
-            path=path,
-            unreachable=unreachable,
-            reference_cost=reference,
-            ratio=math.nan if path is None else path.cost / reference,
+            path=None,
+            unreachable=None,
+            validation=None,
+            reasons=self.field.reasons,
+            reference_cost=math.nan,
+            ratio=math.nan,
             planner=planner,
             stopped_by=stopped_by,
             seed=self.problem.seed,

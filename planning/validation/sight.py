@@ -20,6 +20,7 @@ from visibility import (
     DistantAnchor,
     DopKind,
     MovingAnchor,
+    VisibilityInputError,
     dop,
     lines_of_sight,
 )
@@ -121,7 +122,14 @@ def _states(anchor: AnyAnchor, time_s: Numbers) -> list[Anchor | DistantAnchor |
     """The anchor at each moment; None while it is not there."""
     if isinstance(anchor, Anchor | DistantAnchor):
         return [anchor] * len(time_s)
-    return [anchor.at(moment_s) for moment_s in time_s.tolist()]
+    return [_state(anchor, moment_s) for moment_s in time_s.tolist()]
+
+
+def _state(anchor: MovingAnchor, moment_s: float) -> Anchor | DistantAnchor | None:
+    try:
+        return anchor.at(moment_s)
+    except VisibilityInputError:  # nothing is known of it beyond its track, so nobody may count on it
+        return None
 
 
 def _source(state: Anchor | DistantAnchor | None) -> tuple[float, float, float]:

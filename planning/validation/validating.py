@@ -102,7 +102,7 @@ def _sight(problem: PathProblem, walk: Walk, antenna_m: Numbers) -> SightAlong:
     minimum = problem.minimum
     curvature = Curvature.of(problem.grid) if minimum is None else minimum.curvature
     unknown = "unknown" if minimum is None else minimum.unknown
-    return sight_along(problem.grid, antenna_m, walk.time_s, problem.anchors, curvature, unknown)
+    return sight_along(problem.grid, antenna_m, problem.departure_s + walk.time_s, problem.anchors, curvature, unknown)
 
 
 def _worst_dilution(problem: PathProblem, walk: Walk, sight: SightAlong) -> Numbers:
