@@ -125,8 +125,9 @@ def _share(rate: Estimate) -> str:
 def _with_interval(estimate: Estimate, form: str, unit: str) -> str:
     if estimate.count == 0:
         return "–"
-    value, low, high = (form.format(number) for number in (estimate.value, estimate.low, estimate.high))
-    return f"{value}{unit} ({low}–{high})"
+    numbers = (estimate.value, estimate.low, estimate.high)
+    value, low, high = (form.format(number).replace("100.0", "100") for number in numbers)
+    return f"{value}{unit}" if low == value == high else f"{value}{unit} ({low}–{high})"
 
 
 def _without_map(epoch: RangeEpoch) -> RangeEpoch:
