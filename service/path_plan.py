@@ -15,14 +15,17 @@ from planning.paths import PathProblem, plan_path
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
+from .errors import LimitError
+from .estimates import refuse_map
 from .map_facts import Calculation, dem_summary
 from .path_answers import VERTEX_COLUMNS, outcome_answer, validation_answer, vertex_table
 from .path_question import path_question, path_sources
 from .ranging_sources import RangingSources, limit_of, lines_to, sight_lines, source_summary
 from .schemas.paths import PathParameters
 from .schemas.satellites import ORBIT_TEXTS
+from .settings import Settings
 
-__all__ = ["FinishedPath", "calculate_path", "check_path_request"]
+__all__ = ["FinishedPath", "calculate_path", "check_path_request", "refuse_path"]
 
 SHARE_OF_SIGHT_LINES = 0.3
 SHARE_OF_PLAN = 0.9
@@ -92,6 +95,19 @@ def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
     sources = path_sources(grid, asked)
     path_question(grid, asked, sources)
     return len(sources.all)
+
+
+def refuse_path(grid: ElevationGrid, asked: PathParameters, settings: Settings) -> None:
+    """Raises LimitError for a plan that may take longer than a job may run."""
+    if asked.budget.seconds > settings.max_job_s:
+        raise LimitError(
+            f"A budget of {asked.budget.seconds:g} s is more than the limit of {settings.max_job_s:g} s for one job",
+            limit_name="max_job_s",
+            limit=settings.max_job_s,
+            given=asked.budget.seconds,
+        )
+    if asked.morphing_map is not None:
+        refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
 
 
 def calculate_path(

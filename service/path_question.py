@@ -49,7 +49,7 @@ def path_question(
         keep_in=_areas(grid, asked.keep_in, "keep_in"),
         start_heading_rad=None if heading_deg is None else math.radians(heading_deg),
         seed=asked.seed,
-        budget=PlanBudget(asked.budget.iterations, asked.budget.seconds),
+        budget=PlanBudget(**asked.budget.model_dump()),
     )
 
 

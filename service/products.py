@@ -18,7 +18,7 @@ from .estimates import refuse_frames, refuse_map, refuse_placement, refuse_volum
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
 from .moving_sources import check_moving_sources, moving_sources
-from .path_plan import FinishedPath, calculate_path, check_path_request
+from .path_plan import FinishedPath, calculate_path, check_path_request, refuse_path
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
 from .positions import resolve_anchor
 from .ranging_sources import check_sources, ranging_sources
@@ -178,6 +178,7 @@ PATH = Product(
     FinishedPath,
     ("vertices", "visible", "corners", "dop", "count", "reasons"),
     plain=("answer",),
+    refuse_more=refuse_path,
 )
 PRODUCTS: Mapping[str, Product] = MappingProxyType(
     {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT, PATH)}

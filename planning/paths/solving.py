@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
+import signal
 import sys
 
 __all__ = ["main"]
 
+PR_SET_PDEATHSIG = 1
+
 
 def main() -> None:
     """Answer the one task that comes over standard input."""
+    if sys.platform == "linux":
+        # whoever asked may be killed while OMPL holds the interpreter; nobody would wait for the answer then
+        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     # whatever a library prints must not get between the bytes of the answer
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -83,7 +83,12 @@ def plan(
     reference_date: ReferenceDate = None,
     cone_deg: ConeDeg = None,
     sky_at: SkyAt = None,
-    iterations: Annotated[int | None, typer.Option(metavar="N", help="Of the planner. (default 2000)")] = None,
+    iterations: Annotated[
+        int | None, typer.Option(metavar="N", help="Of the sampling planner, which betters the grid's way.")
+    ] = None,
+    no_sampling: Annotated[
+        bool, typer.Option("--no-sampling", help="Take the grid's way: sooner, and a little dearer.")
+    ] = False,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Time-out of the plan. (default 60)")] = None,
     seed: Annotated[
         int | None, typer.Option(metavar="N", help="The same seed gives the same path. (default 0)")
@@ -144,7 +149,7 @@ def plan(
                 "measure": measure,
                 "on_surface": surface or None,
             },
-            "budget": {"iterations": iterations, "seconds": seconds},
+            "budget": {"iterations": iterations, "seconds": seconds, "sampling": False if no_sampling else None},
         },
         SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
     )

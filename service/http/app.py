@@ -27,6 +27,7 @@ from .routes import (
     health,
     lines_of_sight,
     morphing_maps,
+    paths,
     placements,
     problem_list,
     safety_bubbles,
@@ -73,7 +74,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     maps = (visibility_maps, dop_maps, morphing_maps)
-    answers = (placements, lines_of_sight, safety_bubbles, detections, detectors)
+    answers = (paths, placements, lines_of_sight, safety_bubbles, detections, detectors)
     for part in (dems, *maps, *answers, health, problem_list):
         allow_head(part.router)
         app.include_router(part.router)

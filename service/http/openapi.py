@@ -17,6 +17,7 @@ TAGS = [
     {"name": "Visibility maps", "description": "Which anchors are seen from where, over a whole DEM."},
     {"name": "DOP maps", "description": "How good positioning is for a rover, and where it is not good enough."},
     {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
+    {"name": "Paths", "description": "Which way a rover should go so that the anchors stay in sight."},
     {"name": "Placements", "description": "Where to put anchors."},
     {"name": "Lines of sight", "description": "Clearance between pairs of points."},
     {

@@ -51,7 +51,7 @@ class Failure:
     def of(cls, error: Exception) -> Failure:
         """The same from an exception; numbers and words that it carries come along."""
         name = f"{type(error).__module__.partition('.')[0]}.{type(error).__name__}"
-        data = {key: value for key, value in vars(error).items() if isinstance(value, (int, float, str, dict))}
+        data = {key: value for key, value in vars(error).items() if isinstance(value, (int, float, str, dict, tuple))}
         return cls(name, str(error), data)
 
 

@@ -6,11 +6,22 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from planning.paths import PlanBudget
+
 from .areas import Areas, GoalIn, StandingPlace
 from .points import NotNegativeMetres, StrictModel
 from .positioning import MorphingMapParameters, RangingParameters
 
-__all__ = ["BudgetIn", "PathLimitsIn", "PathParameters", "RoverIn", "SpeedIn", "WeightsIn"]
+__all__ = [
+    "BudgetIn",
+    "PathLimitsIn",
+    "PathParameters",
+    "PathQuestion",
+    "RoverIn",
+    "SpeedIn",
+    "WeightsIn",
+    "check_limits_have_anchors",
+]
 
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
@@ -84,12 +95,15 @@ class BudgetIn(StrictModel):
     """How much planning is paid for."""
 
     iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] = Field(
-        2000, description="Of the planner, a number: one seed and one number make one path."
+        PlanBudget().iterations, description="Of the sampling planner, a number: with one seed it makes one path."
     )
     seconds: Positive = Field(60.0, description="Time-out of the whole plan, seconds.")
+    sampling: bool = Field(
+        True, strict=True, description="Whether the sampling planner betters the grid's way; it takes seconds longer."
+    )
 
 
-class PathParameters(RangingParameters):
+class PathQuestion(RangingParameters):
     """From where to where, with which rover, under which limits; ``anchors`` are what the rover ranges to."""
 
     mode: Literal["fast", "exact"] = Field(
@@ -118,12 +132,20 @@ class PathParameters(RangingParameters):
         0, description="A number; the same seed and iterations give the same path."
     )
 
+
+class PathParameters(PathQuestion):
+    """The same, with everything that it ranges to in it."""
+
     @model_validator(mode="after")
     def _limits_need_anchors(self) -> Self:
-        ranged = bool(self.anchors) or self.satellites is not None
-        asked = self.limits.min_anchors > 0 or self.limits.max_dop is not None
-        if asked and not ranged:
-            raise ValueError("Limits on anchors in sight or dilution need anchors, satellites, or a map of them.")
-        if ranged and self.morphing_map is not None:
-            raise ValueError("Give anchors and satellites, or a morphing map with its own, not both.")
+        check_limits_have_anchors(self)
         return self
+
+
+def check_limits_have_anchors(asked: PathQuestion) -> None:
+    """Raises ValueError for limits on anchors without any, and for anchors beside a morphing map."""
+    ranged = bool(asked.anchors) or asked.satellites is not None
+    if (asked.limits.min_anchors > 0 or asked.limits.max_dop is not None) and not ranged:
+        raise ValueError("Limits on anchors in sight or dilution need anchors, satellites, or a map of them.")
+    if ranged and asked.morphing_map is not None:
+        raise ValueError("Give anchors and satellites, or a morphing map with its own, not both.")

@@ -26,7 +26,14 @@ NO_GO = {"ring": [at(150.0, 200.0), at(300.0, 200.0), at(300.0, 300.0), at(150.0
 
 def path_request(ends: tuple[dict[str, float], dict[str, float]] = WEST_OF_WALL, **changes: Any) -> dict[str, Any]:
     start, goal = ends
-    return {"start": start, "goals": [goal], "anchors": ANCHORS, "no_go": [NO_GO], **changes}
+    return {
+        "start": start,
+        "goals": [goal],
+        "anchors": ANCHORS,
+        "no_go": [NO_GO],
+        "budget": {"sampling": False},
+        **changes,
+    }
 
 
 def small_path(

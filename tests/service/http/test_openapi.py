@@ -62,6 +62,8 @@ def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> No
         "DopMapOut",
         "MorphingMapIn",
         "MorphingMapOut",
+        "PathIn",
+        "PathOut",
         "PlacementIn",
         "PlacementOut",
         "LinesOfSightIn",
