@@ -1,5 +1,6 @@
 """The demo goes the whole way over HTTP and leaves nothing running."""
 
+import contextlib
 import json
 import subprocess
 import sys
@@ -17,9 +18,13 @@ from service.errors import ServiceError
 
 
 def services():
-    """Processes that serve, started by this one."""
-    children = psutil.Process().children(recursive=True)
-    return [child.pid for child in children if child.is_running() and child.status() != psutil.STATUS_ZOMBIE]
+    """Processes that serve, started by this one; other tests may have left it helpers of their libraries."""
+    serving = []
+    for child in psutil.Process().children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
+            if "serve" in child.cmdline():
+                serving.append(child.pid)
+    return serving
 
 
 def test_the_demo_writes_the_layers_and_prints_what_it_found(sightline, tmp_path):
