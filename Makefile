@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.sightline-installed
 WARM := $(VENV)/.sightline-warm
-KERNELS := $(wildcard */kernel_options.py */kernels.py */kernels/*.py service/warm_up.py)
+KERNELS := $(wildcard */kernel_*.py */kernels.py */kernels/*.py service/warm_up.py)
 # the first Python on PATH that is new enough; PYTHON=/path/to/python overrides
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v $$p; break; }; done)

@@ -14,15 +14,17 @@ import numpy as np
 from numba import float32, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
+from terrain.kernel_vectors import LANES, pick, pick_near
 
-from .sweep_loops import NO_GROUND, NOT_BLOCKED, advance, answer, turn_in, turn_out
+from .sweep_loops import NEAR, NO_GROUND, NOT_BLOCKED, advance, answer, turn_in, turn_out, whole_places
 
 __all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "owned_posts", "sweep"]
 
 BLOCK_RAYS = 512
 COARSEST = 16  # near the eye only every 16th ray runs
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
-TILE = 32  # lines turned at once: two cache lines of float32
+TILE = 64  # lines turned at once: four cache lines of float32
+RAY_ROOM = 2 * BLOCK_RAYS + 2 * LANES  # a block has at most twice its rays, and whole vectors are written
 TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
 
 # one task = one block of rays in one sector of one eye
@@ -69,14 +71,14 @@ def owned_posts(task, real, along, width):
 
 
 @scalar_kernel
-def _load_rays(task, real, stride, rays):
+def _load_rays(task, real, stride, fan):
     """Per-ray numbers: bend (curvature), and how far back a ray meets a diagonal or a straight edge per post across."""
     for q in range((task[6] - 1) // stride + 1):
         t = real[3] + (task[5] + q * stride) * real[4]
-        rays[0, q] = real[5] + real[6] * t * t
+        fan[0, q] = real[5] + real[6] * t * t
         leaning = t * task[2]
-        rays[1, q] = 1.0 / (1.0 - leaning) if leaning < 1.0 else 1e30
-        rays[2, q] = 1.0 / leaning if leaning > 0.0 else 0.0
+        fan[1, q] = 1.0 / (1.0 - leaning) if leaning < 1.0 else 1e30
+        fan[2, q] = 1.0 / leaning if leaning > 0.0 else 0.0
 
 
 @scalar_kernel
@@ -90,7 +92,7 @@ def _first_stride(task, real):
 
 
 @scalar_kernel
-def _refine(along, task, real, stride, steepest, rays):
+def _refine(along, task, real, stride, steepest, fan):
     """Double the rays until they are close enough together at this distance; returns the new stride."""
     while stride > 1 and along * real[4] * stride > WIDEST_GAP:
         count = (task[6] - 1) // stride + 1
@@ -101,14 +103,15 @@ def _refine(along, task, real, stride, steepest, rays):
             steepest[2 * q - 1] = float32(0.5) * (left + right) if both else max(left, right)
         steepest[2 * count - 1] = steepest[2 * count - 2]
         stride //= 2
-        _load_rays(task, real, stride, rays)
+        _load_rays(task, real, stride, fan)
     return stride
 
 
 @scalar_kernel
-def _answer_line(owned, real, rays_fan, eye, lines, out, steepest):
+def _answer_line(owned, real, scale, eye, lines, out, state):
     """Answer the owned posts of a line; the outermost post of the map has no neighbour aside on one side."""
-    q_first, dq, width, lean = rays_fan
+    q_first, dq, count, width, lean = scale
+    steepest, fan, places = state
     ground, before, ground_start = lines
     start, stop = owned
     inner_start = max(start, 1) if lean < 0 else start
@@ -122,12 +125,21 @@ def _answer_line(owned, real, rays_fan, eye, lines, out, steepest):
             first, last, aside = inner_stop, stop, 0
         if last > first:
             q = float32(max((first - real[1]) * dq - q_first, 0.0))
-            fan = (q, float32(dq), float32(first - real[1]), drop_along, float32(real[6]), float32(lean))
-            answer(out, ground, before, steepest, (first - ground_start, last - first, aside), fan, eye)
+            here = (q, float32(dq), float32(first - real[1]), drop_along, float32(real[6]), float32(lean))
+            whole_places(places, last - first, q, here[1], count)
+            # near the eye, where rays are close together, eight posts span more of them
+            if dq <= 2.0:
+                pick_near(steepest, 0, places, last - first, fan, NEAR)
+                pick_near(steepest, 1, places, last - first, fan, NEAR + 1)
+            else:
+                pick(steepest, 0, places, last - first, fan, NEAR)
+                pick(steepest, 1, places, last - first, fan, NEAR + 1)
+            where = (first - ground_start, last - first, aside)
+            answer(out, ground, before, fan, places, where, here, eye)
 
 
 @scalar_kernel
-def _line(task, real, index, stride, lines, out, steepest, rays):
+def _line(task, real, index, stride, lines, out, state):
     """Answer the owned posts of one line, then let its edges raise the rays; returns (start, stop) of the owned.
 
     lines: (heights of this line, of the one before it, their first post, posts on a whole line); out starts like lines.
@@ -135,6 +147,7 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     eyes as far as satellites; ``level`` is its altitude on this line.
     """
     ground, before, ground_start, width = lines
+    steepest, fan, places = state
     along = abs(index - real[0])
     lean = task[2]
     count = (task[6] - 1) // stride + 1
@@ -142,8 +155,8 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     spacing = real[4] * stride * along
     eye = (float32(real[2] - real[7] * along), float32(along), float32(1.0 / along), float32(real[7]))
     owned = owned_posts(task, real, along, width)
-    fan = (t_first / (real[4] * stride), 1.0 / spacing, width, lean)
-    _answer_line(owned, real, fan, eye, (ground, before, ground_start), out, steepest)
+    scale = (t_first / (real[4] * stride), 1.0 / spacing, count, width, lean)
+    _answer_line(owned, real, scale, eye, (ground, before, ground_start), out, state)
 
     across = real[1] + t_first * along
     q_from, q_to = 0, count
@@ -157,9 +170,13 @@ def _line(task, real, index, stride, lines, out, steepest, rays):
     if q_to > q_from:
         across += q_from * spacing
         base = min(max(math.floor(across), 0), width - 2)
-        here = base - ground_start
-        where = (q_from, q_to - q_from, here, here + (0 if lean > 0 else 1), width - 2 - base, lean)
-        advance(ground, before, steepest, rays, where, (float32(across - base), float32(spacing)), eye)
+        here, n = base - ground_start, q_to - q_from
+        lateral = (float32(across - base), float32(spacing))
+        whole_places(places, n, lateral[0], lateral[1], width - 2 - base)
+        pick_near(ground, here, places, n, fan, NEAR)
+        pick_near(ground, here + 1, places, n, fan, NEAR + 1)
+        pick_near(before, here + (0 if lean > 0 else 1), places, n, fan, NEAR + 2)
+        advance(fan, places, steepest, (q_from, n, lean), lateral, eye)
         steepest[count] = steepest[count - 1]
     return owned
 
@@ -195,18 +212,18 @@ def _first_strip(lines, task, real, stride, steepest):
 
 
 @scalar_kernel
-def _sweep_rows(heights, out, task, real, stride, steepest, rays):
+def _sweep_rows(heights, out, task, real, stride, state):
     width = heights.shape[1]
     before = np.full(width, np.float32(np.nan))
     for i in range(task[4]):
         index = task[3] + task[2] * i
-        stride = _refine(abs(index - real[0]), task, real, stride, steepest, rays)
-        _line(task, real, index, stride, (heights[index], before, 0, width), out[index], steepest, rays)
+        stride = _refine(abs(index - real[0]), task, real, stride, state[0], state[1])
+        _line(task, real, index, stride, (heights[index], before, 0, width), out[index], state)
         before = heights[index]
 
 
 @scalar_kernel
-def _sweep_columns(heights, out, task, real, stride, steepest, rays, tile):
+def _sweep_columns(heights, out, task, real, stride, state, tile):
     rows = heights.shape[0]
     across_0, t_0, dt = real[1], real[3], real[4]
     t_first = t_0 + task[5] * dt
@@ -235,9 +252,9 @@ def _sweep_columns(heights, out, task, real, stride, steepest, rays, tile):
         for k in range(n):
             line = k if direction > 0 else n - 1 - k
             before = TILE if k == 0 else line - direction
-            stride = _refine(abs(west + line - real[0]), task, real, stride, steepest, rays)
+            stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
             lines = (ground[line], ground[before], top, rows)
-            start[line], stop[line] = _line(task, real, west + line, stride, lines, turned[line], steepest, rays)
+            start[line], stop[line] = _line(task, real, west + line, stride, lines, turned[line], state)
         first, last = start[:n].min(), stop[:n].max()
         if last > first:
             turn_out(turned[:, first - top :], out[first:last, west : west + n], start[:n] - first, stop[:n] - first)
@@ -254,10 +271,9 @@ def sweep(heights, out, tasks, reals, bins):
     bins: (workers, most) int64, the tasks of each worker, -1 = none.
     """
     for worker in prange(bins.shape[0]):
-        room = 2 * BLOCK_RAYS + 2
-        steepest = np.zeros(room, np.float32)
-        rays = np.zeros((3, room), np.float32)
-        tile = (np.zeros((TILE + 1, TILE_ROOM), np.float32), np.zeros((TILE, TILE_ROOM), np.float32))
+        steepest = np.zeros(RAY_ROOM, np.float32)
+        state = (steepest, np.zeros((NEAR + 3, RAY_ROOM), np.float32), np.zeros(RAY_ROOM, np.int32))
+        tile = (np.empty((TILE + 1, TILE_ROOM), np.float32), np.empty((TILE, TILE_ROOM), np.float32))
         for slot in range(bins.shape[1]):
             number = bins[worker, slot]
             if number >= 0:
@@ -269,10 +285,10 @@ def sweep(heights, out, tasks, reals, bins):
                 inside = 0.0 <= row_0 <= rows - 1 and 0.0 <= col_0 <= cols - 1
                 steepest[:] = NOT_BLOCKED if inside else NO_GROUND
                 stride = _first_stride(task, real)
-                _load_rays(task, real, stride, rays)
+                _load_rays(task, real, stride, state[1])
                 if task[1] == 0:
                     _first_strip(heights, task, real, stride, steepest)
-                    _sweep_rows(heights, out[task[0]], task, real, stride, steepest, rays)
+                    _sweep_rows(heights, out[task[0]], task, real, stride, state)
                 else:
                     _first_strip(heights.T, task, real, stride, steepest)
-                    _sweep_columns(heights, out[task[0]], task, real, stride, steepest, rays, tile)
+                    _sweep_columns(heights, out[task[0]], task, real, stride, state, tile)
