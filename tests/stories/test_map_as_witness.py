@@ -1,0 +1,163 @@
+"""A planner's map rides along: what it predicts of each drone's sight settles what five ranges cannot, over real HTTP.
+
+Where the drones are hidden on the drive, and by how much the way over the ground is longer, the service itself tells.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+import rasterio
+from websockets.sync.client import connect
+
+from dem_samples import sample_path
+from detection import RangingAnchor
+from detection.simulation import RangingNoise, SimulatedDrive, draw_epochs, drive_along
+from terrain import height_at, read_dem
+from tests.service.running import Server
+
+DRONES = [
+    {"id": "D1", "east_m": 748920.0, "north_m": 4023535.5, "altitude_m": 754.8},
+    {"id": "D2", "east_m": 751420.0, "north_m": 4021035.5, "altitude_m": 435.0},
+    {"id": "D3", "east_m": 748920.0, "north_m": 4018535.5, "altitude_m": 802.9},
+    {"id": "D4", "east_m": 747152.2, "north_m": 4019267.7, "altitude_m": 983.1},
+    {"id": "D5", "east_m": 747152.2, "north_m": 4022803.2, "altitude_m": 866.8},
+]
+# 200 m down into a hollow: the ground hides D2 ever deeper, by 8 mm a step
+WAY_M = [(750609.1, 4020739.0), (750410.6, 4020714.9)]
+ANTENNA_M, SPEED_M_PER_S = 1.5, 1.0
+SIGMA_M, HARMFUL_M = 0.1, 0.5
+# how far a planner trusts the map: in sight where it says so, hidden where it says so
+SURE = 0.95
+SETTINGS = {"range_sigma_m": SIGMA_M, "harmful_m": HARMFUL_M, "max_speed_m_per_s": 2.0, "wheel_sigma_m": 0.02}
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The drive as it was, and as messages without and with what the map predicts."""
+
+    truth: SimulatedDrive
+    blind: list[dict[str, Any]]
+    foretold: list[dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def drive(server: Server) -> Drive:
+    dem_id = server.sample("jacksboro")["id"]
+    anchors = [RangingAnchor(**drone) for drone in DRONES]
+    level = drive_along(anchors, [(*place_m, 0.0) for place_m in WAY_M], SPEED_M_PER_S)
+    ground = read_dem(sample_path("jacksboro"))
+    places_m = level.places_m.copy()
+    places_m[:, 2] = height_at(ground, places_m[:, 0], places_m[:, 1]) + ANTENNA_M
+    truth = SimulatedDrive(tuple(anchors), level.times_s, places_m, excess_over_ground(server, dem_id, places_m))
+    epochs = draw_epochs(truth, RangingNoise(SIGMA_M), np.random.default_rng(2))
+    p_sight = predicted(server, dem_id, places_m)
+    blind = [
+        {
+            "time_s": epoch.time_s,
+            "sequence": epoch.sequence,
+            "ranges": [{"anchor_id": r.anchor_id, "range_m": r.range_m} for r in epoch.ranges],
+            "odometry": epoch.odometry and {"duration_s": 1.0, "wheel_m": epoch.odometry.wheel_m},
+        }
+        for epoch in epochs
+    ]
+    foretold = [
+        {**message, "ranges": [{**r, "p_sight": p} for r, p in zip(message["ranges"], row, strict=True)]}
+        for message, row in zip(blind, p_sight.tolist(), strict=True)
+    ]
+    return Drive(truth, blind, foretold)
+
+
+def excess_over_ground(server: Server, dem_id: str, places_m: Any) -> Any:
+    drones_m = [[drone["east_m"], drone["north_m"], drone["altitude_m"]] for drone in DRONES]
+    asked = {
+        "dem_id": dem_id,
+        "from_points_m": [place for place in places_m.tolist() for _ in drones_m],
+        "to_points_m": drones_m * len(places_m),
+    }
+    answer = server.client.post("/lines-of-sight", json=asked, headers={"Prefer": "wait=60"})
+    assert answer.status_code == 201, answer.text
+    arrays = next(path for path in answer.json()["files"] if path.endswith(".npz"))
+    with np.load(io.BytesIO(server.client.get(arrays).content)) as lines:
+        return lines["excess_path_m"].reshape(len(places_m), len(DRONES))
+
+
+def predicted(server: Server, dem_id: str, places_m: Any) -> Any:
+    """The planner's map, made before the drive: who is in sight at the rover's places."""
+    asked = {"dem_id": dem_id, "anchors": DRONES, "receiver_above_ground_m": ANTENNA_M}
+    answer = server.client.post("/visibility-maps", json=asked, headers={"Prefer": "wait=60"})
+    assert answer.status_code == 201, answer.text
+    layers = {layer["name"]: layer["href"] for layer in answer.json()["layers"]}
+    with rasterio.open(io.BytesIO(server.client.get(layers["visible.tif"]).content)) as visible:
+        bands = np.array(list(visible.sample(places_m[:, :2])))
+    assert set(np.unique(bands)) <= {0, 1}
+    return np.where(bands == 1, SURE, 1.0 - SURE)
+
+
+def streamed(server: Server, messages: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    session = server.client.post("/detectors", json={"anchors": DRONES, "settings": SETTINGS}).headers["Location"]
+    answers = []
+    with connect(f"{server.url.replace('http', 'ws')}{session}/stream", proxy=None) as stream:
+        for message in messages:
+            stream.send(json.dumps(message))
+            answers.append(json.loads(stream.recv(timeout=20)))
+    server.client.delete(session)
+    assert [answer["rejection"] for answer in answers] == [None] * len(messages)
+    return answers
+
+
+def alone(server: Server, ranges: list[dict[str, Any]]) -> dict[str, Any]:
+    asked = {"anchors": DRONES, "settings": SETTINGS, "ranges": ranges}
+    return dict(server.client.post("/detections", json=asked).raise_for_status().json())
+
+
+def calls_of_d2(answers: list[dict[str, Any]]) -> Any:
+    return np.array([answer["verdicts"][1]["occluded"] for answer in answers])
+
+
+def level_errors_m(drive: Drive, answers: list[dict[str, Any]]) -> Any:
+    places_m = np.array([[answer["position"][axis] for axis in ("east_m", "north_m")] for answer in answers])
+    return np.linalg.norm(places_m - drive.truth.places_m[:, :2], axis=1)
+
+
+def test_the_ground_hides_one_drone_and_its_ranges_grow_too_long(drive: Drive) -> None:
+    excess_m = drive.truth.excess_m
+    assert not (excess_m[:, [0, 2, 3, 4]] > 0.0).any()
+    assert excess_m[0, 1] < 2.0 * SIGMA_M
+    assert 2.0 < excess_m[-1, 1] < 2.5
+
+
+def test_the_five_ranges_of_an_epoch_do_not_tell_which_lies_and_the_map_does(server: Server, drive: Drive) -> None:
+    blind, foretold = (
+        [alone(server, message["ranges"]) for message in messages[-12:]] for messages in (drive.blind, drive.foretold)
+    )
+    assert calls_of_d2(blind).mean() < 0.25
+    assert any(answer["classification"] == "undetermined" and answer["needed"] for answer in blind)
+    assert calls_of_d2(foretold).mean() > 0.5
+    witness = next(answer for answer in foretold if answer["excluded"])["verdicts"][1]["says"][-1]
+    assert (witness["witness"], witness["says"]) == ("prediction", "occluded")
+    assert "5%" in witness["reason"]
+
+
+def test_only_the_session_with_the_map_notices_what_grows_slowly(server: Server, drive: Drive) -> None:
+    bad = drive.truth.excess_m[:, 1] > 2.0 * HARMFUL_M
+    blind, foretold = (streamed(server, messages) for messages in (drive.blind, drive.foretold))
+    assert calls_of_d2(blind)[bad].mean() < 0.5 < 0.9 < calls_of_d2(foretold)[bad].mean()
+    wronged = [name for answer in foretold for name in answer["excluded"] if name != "D2"]
+    assert len(wronged) <= 0.01 * 4 * len(foretold)
+    assert foretold[-1]["planning"] == "degraded"
+    assert np.median(level_errors_m(drive, foretold)[bad]) < 0.5 * np.median(level_errors_m(drive, blind)[bad])
+
+
+def test_a_map_that_is_wrong_does_not_outvote_what_is_measured(server: Server, drive: Drive) -> None:
+    wrong = {"D4": 1.0 - SURE}
+    begin = [
+        {**message, "ranges": [{**r, "p_sight": wrong.get(r["anchor_id"], SURE)} for r in message["ranges"]]}
+        for message in drive.blind[:12]
+    ]
+    assert [answer["excluded"] for answer in streamed(server, begin)] == [[]] * 12
