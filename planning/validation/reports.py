@@ -31,8 +31,8 @@ class PathLimit(enum.StrEnum):
     KEEP_IN = "distance to the edge of the keep-in areas"
     ANCHORS = "anchors in sight"
     DOP = "dilution"
-    MORPHING_MAP = "height over the morphing map"
     BUBBLE = "room for the safety bubble"
+    MORPHING_MAP = "height over the morphing map"
     TURNING = "turning radius"
     START_HEADING = "angle from the heading at the start"
 

@@ -12,6 +12,7 @@ from planning.errors import PathError
 from terrain import ElevationGrid, height_at
 from visibility import Curvature, MorphingMap
 
+from .bubble import bubble_check
 from .ground import ground_checks
 from .places import area_checks, place_checks
 from .reports import LimitCheck, PathLimit, PathValidation, check_of
@@ -84,7 +85,7 @@ def _checked(vertices_m: npt.ArrayLike) -> Numbers:
 def _positioning_checks(problem: PathProblem, walk: Walk) -> list[LimitCheck]:
     limits = problem.limits
     antenna_m = np.column_stack([walk.place_m, walk.ground_m + problem.rover.antenna_height_m])
-    checks = []
+    checks: list[LimitCheck] = []
     if problem.anchors and limits.on_positioning:
         sight = _sight(problem, walk, antenna_m)
         if limits.min_anchors > 0:
@@ -92,6 +93,8 @@ def _positioning_checks(problem: PathProblem, walk: Walk) -> list[LimitCheck]:
         if math.isfinite(limits.max_dop):
             worst = _worst_dilution(problem, walk, sight)
             checks.append(check_of(walk, PathLimit.DOP, worst, limits.max_dop, slack=DOP_SLACK))
+        if limits.bubble_epsilon > 0.0:
+            checks.append(bubble_check(problem, walk, sight))
     if isinstance(problem.maps, MorphingMap):
         above_m = antenna_m[:, 2] - _between_posts(problem.grid, problem.maps.safe_above_m, walk)
         checks.append(check_of(walk, PathLimit.MORPHING_MAP, above_m, 0.0, at_least=True, slack=ALTITUDE_SLACK_M))
