@@ -6,7 +6,7 @@ paper's. At both instants 12 satellites are in the cone of 85°; at the second t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from pathlib import Path
 
@@ -91,9 +91,7 @@ def mountain_almanac(path: Path = ALMANAC_FILE) -> satellites.Almanac:
 
 def paper_window(whole: ElevationGrid) -> ElevationGrid:
     """The 10 km × 13 km of the case, out of the whole map."""
-    east_m, north_m = whole.position_of(FIRST_ROW, FIRST_COL)
-    heights_m = whole.heights_m[FIRST_ROW : FIRST_ROW + ROWS, FIRST_COL : FIRST_COL + COLS]
-    return replace(whole, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m)
+    return whole.window(FIRST_ROW, FIRST_ROW + ROWS - 1, FIRST_COL, FIRST_COL + COLS - 1)
 
 
 def cut_out(surfaces: MinimumVisibleAltitude) -> MinimumVisibleAltitude:

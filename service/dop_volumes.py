@@ -47,8 +47,7 @@ def check_air(grid: ElevationGrid, parameters: DopMapParameters) -> int:
     """
     if not asks_for_air(parameters):
         return 0
-    layers = _layers(grid, parameters)
-    first_row, last_row, first_col, last_col = posts_within(grid, layers, _bounds_m(parameters))
+    layers, (first_row, last_row, first_col, last_col) = _layers_and_posts(grid, parameters)
     for number, cut in enumerate(parameters.cuts):
         line_m = cut_line_m(grid, cut)
         if line_m is None:
@@ -72,8 +71,7 @@ def air_summary(grid: ElevationGrid, parameters: DopMapParameters) -> dict[str, 
     """The volume asked for in numbers, ready for JSON; None without one."""
     if parameters.volume is None:
         return None
-    layers = _layers(grid, parameters)
-    first_row, last_row, first_col, last_col = posts_within(grid, layers, _bounds_m(parameters))
+    layers, (first_row, last_row, first_col, last_col) = _layers_and_posts(grid, parameters)
     rows, cols = last_row - first_row + 1, last_col - first_col + 1
     return {
         "layers": len(layers),
@@ -90,7 +88,7 @@ def volume_of(surfaces: MinimumVisibleAltitude, parameters: DopMapParameters) ->
     """The volume that is asked for, or the one that cuts go through. Raises VisibilityInputError."""
     return control_volume(
         surfaces,
-        _layers(surfaces.grid, parameters),
+        _layers_and_posts(surfaces.grid, parameters)[0],
         bounds_m=_bounds_m(parameters),
         dilution=parameters.measure,
         kind=parameters.kind,
@@ -114,7 +112,15 @@ def cut_line_m(grid: ElevationGrid, cut: CutIn) -> npt.NDArray[np.float64] | Non
     return None if cut.line is None else places_in_grid(grid, cut.line)
 
 
+def _layers_and_posts(
+    grid: ElevationGrid, parameters: DopMapParameters
+) -> tuple[AltitudeLayers, tuple[int, int, int, int]]:
+    posts = posts_within(grid, _bounds_m(parameters))
+    return _layers(grid.window(*posts), parameters), posts
+
+
 def _layers(grid: ElevationGrid, parameters: DopMapParameters) -> AltitudeLayers:
+    """Layers over the ground of the volume."""
     asked = parameters.volume
     if asked is None:
         if grid.unknown_posts == grid.rows * grid.cols:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -129,6 +129,12 @@ class ElevationGrid:
     def position_of(self, row: float, col: float) -> tuple[float, float]:
         """(east_m, north_m) of a fractional post position."""
         return self.origin_east_m + col * self.cell_east_m, self.origin_north_m - row * self.cell_north_m
+
+    def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> ElevationGrid:
+        """The ground of some of the posts, ends included."""
+        east_m, north_m = self.position_of(first_row, first_col)
+        heights_m = self.heights_m[first_row : last_row + 1, first_col : last_col + 1]
+        return replace(self, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m)
 
     def contains(self, east_m: float, north_m: float) -> bool:
         """Whether a position lies between the outermost posts (borders included)."""

@@ -67,10 +67,7 @@ class ControlVolume:
     @property
     def grid(self) -> ElevationGrid:
         """The ground of the volume's part of the map."""
-        grid = self.surfaces.grid
-        east_m, north_m = grid.position_of(self.first_row, self.first_col)
-        heights_m = grid.heights_m[self.first_row : self.last_row + 1, self.first_col : self.last_col + 1]
-        return replace(grid, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m)
+        return self.surfaces.grid.window(self.first_row, self.last_row, self.first_col, self.last_col)
 
     @property
     def middle_position_m(self) -> tuple[float, float, float]:
@@ -131,16 +128,23 @@ def control_volume(
         raise VisibilityInputError(f"dilution must be one of {', '.join(MEASURES)}, not {dilution!r}.")
     if dilution == "tdop" and kind != "pseudorange":
         raise VisibilityInputError(f"tdop needs kind 'pseudorange'; {kind!r} solves for no clock.")
-    posts = posts_within(surfaces.grid, layers, bounds_m)
+    posts = posts_within(surfaces.grid, bounds_m)
+    heights_m = surfaces.grid.window(*posts).heights_m
+    known = heights_m[~np.isnan(heights_m)]
+    if not layers.above_ground and known.size and layers.altitudes_m[-1] < known.min():
+        raise VisibilityInputError(
+            f"The ceiling, the highest layer at {layers.altitudes_m[-1]:g} m, is below the ground, which begins at "
+            f"{known.min():.1f} m; raise it."
+        )
     return ControlVolume(surfaces, layers, *posts, dilution, kind, one_dop_per_set)
 
 
 def posts_within(
-    grid: ElevationGrid, layers: AltitudeLayers, bounds_m: tuple[float, float, float, float] | None = None
+    grid: ElevationGrid, bounds_m: tuple[float, float, float, float] | None = None
 ) -> tuple[int, int, int, int]:
-    """(first_row, last_row, first_col, last_col) of the volume that ``control_volume`` makes, both ends included.
+    """(first_row, last_row, first_col, last_col) of the posts within bounds_m, ends included; None = all.
 
-    Raises VisibilityInputError as there.
+    Raises VisibilityInputError where there are none.
     """
     rows, cols = (0, grid.rows - 1), (0, grid.cols - 1)
     if bounds_m is not None:
@@ -155,13 +159,6 @@ def posts_within(
                 f"No post lies within west {west_m:g}, south {south_m:g}, east {east_m:g}, north {north_m:g} m; the "
                 "DEM spans {:g}, {:g}, {:g}, {:g} m.".format(*grid.bounds_m)
             )
-    heights_m = grid.heights_m[rows[0] : rows[1] + 1, cols[0] : cols[1] + 1]
-    known = heights_m[~np.isnan(heights_m)]
-    if not layers.above_ground and known.size and layers.altitudes_m[-1] < known.min():
-        raise VisibilityInputError(
-            f"The ceiling, the highest layer at {layers.altitudes_m[-1]:g} m, is below the ground, which begins at "
-            f"{known.min():.1f} m; raise it."
-        )
     return *rows, *cols
 
 

@@ -86,13 +86,12 @@ class MinimumVisibleAltitude:
 
     def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> MinimumVisibleAltitude:
         """The same over some of the posts, ends included: ground around them hides as before."""
-        east_m, north_m = self.grid.position_of(first_row, first_col)
         part = (slice(first_row, last_row + 1), slice(first_col, last_col + 1))
         altitude_m = np.ascontiguousarray(self.altitude_m[:, *part])
         same = self.hidden_below_m is self.altitude_m
         return replace(
             self,
-            grid=replace(self.grid, heights_m=self.grid.heights_m[part], origin_east_m=east_m, origin_north_m=north_m),
+            grid=self.grid.window(first_row, last_row, first_col, last_col),
             altitude_m=altitude_m,
             hidden_below_m=altitude_m if same else np.ascontiguousarray(self.hidden_below_m[:, *part]),
         )

@@ -33,10 +33,10 @@ class CountClass:
         return str(self.first) if self.first == self.last else f"{self.first}–{self.last}"
 
 
-def count_classes(n_anchors: int) -> tuple[CountClass, ...]:
-    """None, then one class per count; with many anchors, classes of about equal width."""
-    n_classes = min(n_anchors, MOST_CLASSES - 1)
-    edges = np.linspace(0, n_anchors, n_classes + 1).round().astype(int)
+def count_classes(n_anchors: int, fewest: int = 1) -> tuple[CountClass, ...]:
+    """None, then one class per count from the fewest on; with many anchors, classes of about equal width."""
+    n_classes = min(n_anchors - fewest + 1, MOST_CLASSES - 1)
+    edges = np.linspace(fewest - 1, n_anchors, n_classes + 1).round().astype(int)
     ramp = matplotlib.colormaps[RAMP](np.linspace(RAMP_FROM, RAMP_TO, n_classes) if n_classes > 1 else [0.6])
     ramped = (
         CountClass(int(low) + 1, int(high), (float(r), float(g), float(b)))

@@ -125,7 +125,8 @@ def _rock() -> MapClass:
 
 def _counted(cut: VerticalSection | HorizontalSection, anchors: int) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
     """Classes of how many are in sight, and the class number of each count."""
-    classes = count_classes(anchors)
+    fewest = int(cut.count[cut.count > 0].min(initial=anchors))  # nobody is in sight below the ground
+    classes = count_classes(anchors, fewest)
     edges = np.array([kind.first for kind in classes[1:]])
     numbers = np.digitize(cut.count, edges).astype(np.uint8)
     numbers[(cut.count == 0) & (cut.unknown_count > 0)] = UNDECIDED

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rasterio
 
 from benchmarks.paper import write_case
 from benchmarks.paper_case import (
     ALMANAC_FILE,
     BAD,
+    COLS,
     DEM_FILE,
+    FIRST_COL,
+    FIRST_ROW,
     GOOD,
     LIMIT,
+    ROWS,
     Scene,
     mountain_almanac,
     open_sky_pdop,
@@ -89,3 +97,38 @@ def test_the_pictures_of_the_page_are_those_that_the_command_writes_and_small(tm
         assert f"images/paper/{path.name}" in page
         assert path.stat().st_size < 200_000
     assert len(sentences) == 3
+
+
+def commands_of_the_page() -> list[str]:
+    page = (Path(__file__).parents[2] / "docs" / "paper-case.md").read_text()
+    return [line for line in page.splitlines() if line.startswith("sightline ")]
+
+
+def test_the_commands_of_the_page_make_its_files(tmp_path: Path, scenes: tuple[Scene, Scene]) -> None:
+    (tmp_path / "canyon.tif").symlink_to(DEM_FILE.resolve())
+    (tmp_path / "almanac.yuma").symlink_to(ALMANAC_FILE.resolve())
+    way_m = valley_path(scenes[0].grid)[::50]
+    lines = (f"{east_m},{north_m},{ABOVE_GROUND_M}\n" for east_m, north_m in way_m[:, :2])
+    (tmp_path / "flight.csv").write_text("east_m,north_m,above_ground_m\n" + "".join(lines))
+    # the volume is written to 40 MB, and six hours are 25 maps: shorter here
+    shorter = {
+        "--layer 12 --bounds 381728,3792212,391719,3805203 --volume": "--layer 300 --volume",
+        "0,21600,900": "0,900,900",
+    }
+    for command in commands_of_the_page():
+        for long, short in shorter.items():
+            command = command.replace(long, short)
+        run = subprocess.run(
+            [sys.executable, "-m", "service.cli", *command.split()[1:]],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+            capture_output=True,
+            text=True,
+        )
+        assert run.returncode == 0, f"{command}\n{run.stderr}"
+    for name in ("good/cut-1.png", "good/cut-2.png", "volume/volume.nc", "flight/path.csv", "day/animation.gif"):
+        assert (tmp_path / name).stat().st_size > 10_000, name
+    for folder, shown in zip(("good-morph", "bad-morph"), scenes, strict=True):
+        with rasterio.open(tmp_path / folder / "above_ground.tif") as dataset:
+            window = dataset.read(1)[FIRST_ROW : FIRST_ROW + ROWS, FIRST_COL : FIRST_COL + COLS]
+        assert np.mean(window > 0.0) == pytest.approx(np.mean(shown.morphing.above_ground_m > 0.0), abs=1e-3)
