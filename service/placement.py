@@ -28,7 +28,7 @@ from .map_facts import Calculation, curvature_of, dem_summary
 from .placement_question import placement_question
 from .schemas.placements import PlacementParameters
 
-__all__ = ["FinishedPlacement", "calculate_placement", "check_placement_request", "cluster_of"]
+__all__ = ["FinishedPlacement", "calculate_placement", "check_placement_request", "cluster_of", "place_of"]
 
 HOVER_M = 10.0
 SHARE_OF_SEARCH = 0.9
@@ -194,14 +194,14 @@ def _answer(grid: ElevationGrid, placement: Placement) -> dict[str, Any]:
         "goal": goal.sentence(),
         "placed": [
             {
-                **_place(grid, anchor),
+                **place_of(grid, anchor),
                 "what": what,
                 f"marginal_{unit}": float(gain),
                 f"after_loss_{unit}": check.after_loss[anchor.id],
             }
             for anchor, gain, what in zip(placement.anchors, placement.marginal, _whats(placement), strict=True)
         ],
-        "fixed": [_place(grid, anchor) for anchor in placement.fixed],
+        "fixed": [place_of(grid, anchor) for anchor in placement.fixed],
         f"before_{unit}": placement.before,
         f"value_{unit}": placement.value,
         f"bound_{unit}": placement.bound,
@@ -248,7 +248,8 @@ def _whats(placement: Placement) -> tuple[str, ...]:
     return tuple(at[int(number)] for number in placement.candidate)
 
 
-def _place(grid: ElevationGrid, anchor: Anchor) -> dict[str, Any]:
+def place_of(grid: ElevationGrid, anchor: Anchor) -> dict[str, Any]:
+    """Where an anchor stands, ready for JSON."""
     ground_m = float(height_at(grid, anchor.east_m, anchor.north_m))
     return {
         "id": anchor.id,

@@ -26,6 +26,7 @@ from visibility import Anchor
 from .map_facts import curvature_of
 from .positions import resolve_anchor, resolve_point
 from .schemas.placements import CandidatesIn, GoalIn, PlacementParameters, RulesIn, TargetsIn
+from .schemas.sight import SightParameters
 from .shapes_in_grid import places_in_grid, polygon_in_grid, stand_off_in_grid, weights_in_grid
 
 __all__ = ["PlacementQuestion", "candidates_of", "goal_of", "placement_question", "rules_of", "sight_of", "targets_of"]
@@ -115,7 +116,7 @@ def rules_of(grid: ElevationGrid, asked: RulesIn) -> PlacementRules:
     )
 
 
-def sight_of(asked: PlacementParameters) -> SightOptions:
+def sight_of(asked: SightParameters) -> SightOptions:
     """How sight is worked out."""
     return SightOptions(asked.mode, curvature_of(asked), unknown="open" if asked.unknown == "open" else "unknown")
 

@@ -22,9 +22,16 @@ from .path_plan import FinishedPath, calculate_path, check_path_request, refuse_
 from .placement import FinishedPlacement, calculate_placement, check_placement_request
 from .positions import resolve_anchor
 from .ranging_sources import check_sources, ranging_sources
+from .repositioning import (
+    FinishedRepositioning,
+    calculate_repositioning,
+    check_repositioning_request,
+    refuse_repositioning,
+)
 from .schemas.paths import PathParameters
 from .schemas.placements import PlacementParameters
 from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters
+from .schemas.repositionings import RepositioningParameters
 from .schemas.sight import SightParameters
 from .schemas.visibility_maps import VisibilityMapParameters
 from .settings import Settings
@@ -36,6 +43,7 @@ __all__ = [
     "PATH",
     "PLACEMENT",
     "PRODUCTS",
+    "REPOSITIONING",
     "VISIBILITY_MAP",
     "FinishedMap",
     "Product",
@@ -180,8 +188,18 @@ PATH = Product(
     plain=("answer",),
     refuse_more=refuse_path,
 )
+REPOSITIONING = Product(
+    "repositioning",
+    RepositioningParameters,
+    check_repositioning_request,
+    calculate_repositioning,
+    FinishedRepositioning,
+    ("point_m", "good"),
+    plain=("answer",),
+    refuse_more=refuse_repositioning,
+)
 PRODUCTS: Mapping[str, Product] = MappingProxyType(
-    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT, PATH)}
+    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT, PATH, REPOSITIONING)}
 )
 
 

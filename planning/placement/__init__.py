@@ -12,6 +12,7 @@ from .repositioning import Move, Repositioning, reposition
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import SearchOptions
 from .sight import SightOptions
+from .stretch_values import good_along
 from .stretches import path_between, straight_ahead
 from .targets import Targets, area_targets, corridor_targets, path_targets
 
@@ -40,6 +41,7 @@ __all__ = [
     "check_placement",
     "corridor_targets",
     "feasible_candidates",
+    "good_along",
     "hover_sensitivity",
     "join_candidates",
     "leapfrog",

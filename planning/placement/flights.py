@@ -15,6 +15,7 @@ __all__ = ["Flight", "flight_costs"]
 
 Floats = npt.NDArray[np.float64]
 SAMPLES = 96  # of the ground below each flight, at most
+AT_ONCE = 16_384  # flights, so that their samples stay in the cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,9 @@ def flight_costs(grid: ElevationGrid, flight: Flight, from_m: Floats, to_m: Floa
     Straight up to a level that clears the ground below the whole way, level, straight down. Ground outside the DEM or
     unknown is not cleared.
     """
-    level_m = np.maximum(np.maximum(from_m[2], to_m[:, 2]), _highest_below(grid, from_m, to_m) + flight.clearance_m)
+    parts = [to_m[start : start + AT_ONCE] for start in range(0, max(len(to_m), 1), AT_ONCE)]
+    below_m = np.concatenate([_highest_below(grid, from_m, part) for part in parts])
+    level_m = np.maximum(np.maximum(from_m[2], to_m[:, 2]), below_m + flight.clearance_m)
     across_m = np.hypot(to_m[:, 0] - from_m[0], to_m[:, 1] - from_m[1])
     still = across_m == 0.0
     level_m[still] = np.maximum(from_m[2], to_m[still, 2])

@@ -17,9 +17,10 @@ from visibility import Anchor, check_anchors
 
 from .flights import Flight
 from .goals import Goal
-from .repositioning import Move, reposition_for, value_over
+from .repositioning import Move, reposition_for
 from .rules import PlacementRules
 from .sight import SightOptions
+from .stretch_values import value_over
 from .stretches import SeenStretch, path_between
 
 __all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
@@ -41,8 +42,9 @@ class TimedMove:
 class StretchPlan:
     """A stretch of the path: where it lies, metres along the path, when it is driven, and who stands where.
 
-    waited_s: how long the rover waits at its start for drones. unmoved, value: the goal's share over the stretch with
-    the anchors as they were at the start of the path, and as they stand then.
+    waited_s: how long the rover waits at its start for drones. counted: the anchors without those that stay occluded.
+    unmoved, value: the goal's share over the stretch with the anchors as they were at the start of the path, and as
+    they stand then.
     """
 
     from_m: float
@@ -51,6 +53,7 @@ class StretchPlan:
     arrive_s: float
     waited_s: float
     anchors: tuple[Anchor, ...]
+    counted: tuple[Anchor, ...]
     unmoved: float
     value: float
 
@@ -100,6 +103,7 @@ def leapfrog(
     *,
     stretch_m: float,
     rover_m_per_s: float = 1.0,
+    occluded: Collection[str] = (),
     movable: Collection[str] | None = None,
     share: float = 1.0,
     above_ground_m: Sequence[float] = (60.0, 120.0),
@@ -115,6 +119,7 @@ def leapfrog(
     Before each stretch drones move, one after the other, until the share holds or no move gains. A drone that the
     stretch before does not need flies while the rover still drives there; for any other the rover waits, since a drone
     on its way is no anchor. The rover drives on over a stretch that cannot be served.
+    occluded: ids that count only once they are moved.
     Raises PlacementError, AnchorError.
     """
     if not (math.isfinite(stretch_m) and stretch_m > 0.0 and math.isfinite(rover_m_per_s) and rover_m_per_s > 0.0):
@@ -125,7 +130,8 @@ def leapfrog(
     path = np.asarray(path_m, np.float64)
     length_m = float(np.hypot(*np.diff(path, axis=0).T).sum())
     edges_m = np.linspace(0.0, length_m, max(math.ceil(length_m / stretch_m - 1e-9), 1) + 1)
-    standing, start = tuple(anchors), tuple(anchors)
+    hidden = frozenset(occluded)
+    standing, start = tuple(anchors), _without(anchors, hidden)
     plans: list[StretchPlan] = []
     moves: list[TimedMove] = []
     last: SeenStretch | None = None
@@ -133,26 +139,31 @@ def leapfrog(
     for number, (from_m, to_m) in enumerate(pairwise(edges_m.tolist())):
         stretch = SeenStretch.of(grid, path_between(path, from_m, to_m), receiver_above_ground_m, options)
         ready_s = clock_s
+        moved: set[str] = set()
         for _ in range(len(anchors)):
             found = reposition_for(
                 stretch,
                 standing,
                 goal,
-                occluded=(),
-                movable=movable,
+                occluded=hidden,
+                # who has moved for this stretch stays: another flight would be for less than the first
+                movable=[a.id for a in anchors if a.id not in moved and (movable is None or a.id in movable)],
                 share=share,
                 above_ground_m=above_ground_m,
                 cheapest=cheapest,
                 flight=flight,
                 rules=rules,
+                toward=True,
             )
             if found.move is None:
                 break
-            earliest_s = _free_from(last, plans, moves, standing, found.move, goal, clock_s)
+            earliest_s = _free_from(last, plans, moves, found.move, goal, clock_s)
             end_s = earliest_s + found.move.flight_s
             moves.append(TimedMove(found.move, earliest_s, end_s, number))
             ready_s = max(ready_s, end_s)
             standing = found.anchors_after(standing)
+            hidden -= {found.move.anchor.id}
+            moved.add(found.move.anchor.id)
         arrive_s = ready_s + float(to_m - from_m) / rover_m_per_s
         plans.append(
             StretchPlan(
@@ -162,8 +173,9 @@ def leapfrog(
                 arrive_s,
                 ready_s - clock_s,
                 standing,
+                _without(standing, hidden),
                 value_over(stretch, start, goal),
-                value_over(stretch, standing, goal),
+                value_over(stretch, _without(standing, hidden), goal),
             )
         )
         clock_s, last = arrive_s, stretch
@@ -172,11 +184,14 @@ def leapfrog(
     return Leapfrog(tuple(plans), tuple(moves))
 
 
+def _without(anchors: Sequence[Anchor], ids: Collection[str]) -> tuple[Anchor, ...]:
+    return tuple(anchor for anchor in anchors if anchor.id not in ids)
+
+
 def _free_from(
     last: SeenStretch | None,
     plans: list[StretchPlan],
     moves: list[TimedMove],
-    standing: Sequence[Anchor],
     move: Move,
     goal: Goal,
     clock_s: float,
@@ -190,6 +205,6 @@ def _free_from(
         return arrived_s
     before = plans[-1]
     away = {timed.move.anchor.id for timed in moves if timed.stretch == len(plans)} | {move.anchor.id}
-    left = [anchor for anchor in before.anchors if anchor.id not in away]
+    left = _without(before.counted, away)
     free_s = before.depart_s if value_over(last, left, goal) >= before.value - ROUNDING else clock_s
     return max(free_s, arrived_s)

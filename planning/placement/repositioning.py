@@ -18,18 +18,19 @@ from visibility import Anchor, check_anchors
 from .candidates import Candidates
 from .flights import Flight, flight_costs
 from .goals import Goal
-from .judges import Problem, judge_of, shown_value
-from .placing import anchor_rows, positions_of
+from .judges import CountJudge, judge_of
+from .placing import positions_of
 from .rules import PlacementRules, feasible_candidates
-from .sight import SightOptions, SightTable
+from .sight import SightOptions
+from .stretch_values import problem_along, worth_over
 from .stretches import SeenStretch
-from .targets import Targets
-from .together import Together
+from .together import may_stand_beside
 
 __all__ = ["Move", "Repositioning", "reposition", "reposition_for"]
 
 Floats = npt.NDArray[np.float64]
 MOST_CHECKS = 400  # places whose lines are traced exactly, cheapest first
+TRIES = 8  # places of each drone that are traced when none restores
 ROUNDING = 1e-9
 
 
@@ -118,11 +119,15 @@ def reposition_for(
     cheapest: Literal["distance", "time"],
     flight: Flight,
     rules: PlacementRules,
+    toward: bool = False,
 ) -> Repositioning:
-    """The same over a stretch that is swept already."""
+    """The same over a stretch that is swept already.
+
+    toward: where no move restores or gains, take one that brings points nearer to what the goal needs in sight.
+    """
     _check(anchors, goal, occluded, movable, share)
     counted = [anchor for anchor in anchors if anchor.id not in occluded]
-    before = value_over(stretch, counted, goal)
+    before, partly = worth_over(stretch, counted, goal)
     if before >= share - ROUNDING:
         return Repositioning(
             None, before, before, True, 0, f"Nothing has to move: {before:.1%} of the stretch as it is."
@@ -131,14 +136,15 @@ def reposition_for(
     for anchor in anchors:
         if movable is None or anchor.id in movable:
             others = [other for other in counted if other.id != anchor.id]
-            found = _places_of(stretch, anchor, others, goal, above_ground_m, flight, rules)
+            standing = [other for other in anchors if other.id != anchor.id]
+            found = _places_of(stretch, anchor, others, standing, goal, above_ground_m, flight, rules)
             if found is not None:
                 options.append(found)
     looked_at = sum(len(some.position_m) for some in options)
     chosen = _cheapest_that_restores(stretch, options, goal, share, cheapest)
     restored = chosen is not None
     if chosen is None:
-        chosen = _best_effort(stretch, options, goal, before)
+        chosen = _best_effort(stretch, options, goal, (before, partly if toward else 1.0))
     if chosen is None:
         told = f"No move of one drone helps: {before:.1%} of the stretch before, and {looked_at:,} places give no more."
         return Repositioning(None, before, before, False, looked_at, told)
@@ -151,22 +157,18 @@ def reposition_for(
     return Repositioning(move, before, after, restored, looked_at, told)
 
 
-def value_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> float:
-    """The goal's share over all points of a stretch, line by line."""
-    bits = stretch.seen_from(positions_of(anchors), stretch.targets)
-    return shown_value(
-        _problem(stretch.targets, goal, anchors, bits, np.zeros((0, 4)), None), list(range(len(anchors)))
-    )
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Places:
-    """Where one drone could go: places (n, 3), their shares over the few points, and what the flights cost."""
+    """Where one drone could go: places (n, 3), their shares over the few points, and what the flights cost.
+
+    partly: mean part of the anchors that the goal needs in sight.
+    """
 
     anchor: Anchor
     others: list[Anchor]
     position_m: Floats
     share: Floats
+    partly: Floats
     flight_m: Floats
     flight_s: Floats
 
@@ -175,23 +177,32 @@ def _places_of(
     stretch: SeenStretch,
     anchor: Anchor,
     others: list[Anchor],
+    standing: list[Anchor],
     goal: Goal,
     above_ground_m: Sequence[float],
     flight: Flight,
     rules: PlacementRules,
 ) -> _Places | None:
-    """Every post within the flight range at every height, as far as the rules allow; None where none is left."""
+    """Every post within the flight range at every height, as far as the rules allow; None where none is left.
+
+    others: those that count; standing: all that stay where they are.
+    """
     grid = stretch.grid
     here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
     post, candidates = _around(grid, here_m, above_ground_m, flight.max_flight_m)
-    numbers = np.arange(len(candidates))
+    relayed = rules.link is not None and rules.link.relays > 0
     try:
-        feasible = feasible_candidates(grid, candidates, rules, stretch.targets)
+        feasible = feasible_candidates(
+            grid, candidates, replace(rules, link=None) if relayed else rules, stretch.targets
+        )
     except NoCandidateError:
         return None
     numbers = feasible.number
-    together = Together(grid, candidates.position_m[numbers], positions_of(others), rules.min_separation_m, None)
-    numbers = numbers[together.may_join([])]
+    numbers = numbers[
+        may_stand_beside(
+            grid, candidates.position_m[numbers], positions_of(standing), rules.min_separation_m, rules.link
+        )
+    ]
     place_m = candidates.position_m[numbers]
     flight_m, flight_s = flight_costs(grid, flight, here_m, place_m)
     keep = flight_m <= flight.max_flight_m
@@ -207,9 +218,11 @@ def _places_of(
     numbers, place_m = numbers[keep], place_m[keep]
     bits = stretch.seen_from_posts(post[numbers], place_m)
     rows = np.hstack([place_m, np.ones((len(place_m), 1))])
-    problem = _problem(stretch.few, goal, others, stretch.seen_from(positions_of(others), stretch.few), rows, bits)
-    share = judge_of(problem).with_each([], np.arange(len(place_m)))
-    return _Places(anchor, others, place_m, share, flight_m[keep], flight_s[keep])
+    problem = problem_along(stretch.few, goal, others, stretch.seen_from(positions_of(others), stretch.few), rows, bits)
+    everyone = np.arange(len(place_m))
+    share = judge_of(problem).with_each([], everyone)
+    partly = CountJudge(problem, goal.needed_with_spare, partial=True).with_each([], everyone)
+    return _Places(anchor, others, place_m, share, partly, flight_m[keep], flight_s[keep])
 
 
 def _around(
@@ -229,24 +242,6 @@ def _around(
     return np.tile(post, len(altitudes)), candidates
 
 
-def _problem(
-    targets: Targets,
-    goal: Goal,
-    others: Sequence[Anchor],
-    others_bits: npt.NDArray[np.uint64],
-    rows: Floats,
-    bits: npt.NDArray[np.uint64] | None,
-) -> Problem:
-    """Others fixed and places as candidates; or the others as candidates where there are no places."""
-    points = len(targets)
-    words = others_bits.shape[1]
-    none = SightTable(np.zeros((0, words), np.uint64), points)
-    seen = SightTable(others_bits, points)
-    if bits is None:
-        return Problem(targets, goal, anchor_rows(others, goal), seen, np.zeros((0, 4)), none)
-    return Problem(targets, goal, rows, SightTable(bits, points), anchor_rows(others, goal), seen)
-
-
 def _cheapest_that_restores(
     stretch: SeenStretch, options: list[_Places], goal: Goal, share: float, cheapest: str
 ) -> tuple[Move, float] | None:
@@ -259,28 +254,33 @@ def _cheapest_that_restores(
         for n in np.flatnonzero(some.share >= enough)
     ]
     for _, option, number in sorted(queue)[:MOST_CHECKS]:
-        move, after = _tried(stretch, options[option], number, goal)
+        move, (after, _) = _tried(stretch, options[option], number, goal)
         if after >= share - ROUNDING:
             return move, after
     return None
 
 
-def _best_effort(stretch: SeenStretch, options: list[_Places], goal: Goal, before: float) -> tuple[Move, float] | None:
-    """The place that leaves most, when nothing restores all that was asked for; None where nothing leaves more."""
-    best: tuple[Move, float] | None = None
+def _best_effort(
+    stretch: SeenStretch, options: list[_Places], goal: Goal, before: tuple[float, float]
+) -> tuple[Move, float] | None:
+    """The place that leaves most, when nothing restores all that was asked for; None where nothing leaves more.
+
+    before: (share, mean part of the anchors needed in sight) to better.
+    """
+    best, chosen = before, None
     for some in options:
-        for number in np.lexsort((some.flight_m, -some.share))[:8]:
+        for number in np.lexsort((some.flight_m, -some.partly, -some.share))[:TRIES]:
             move, after = _tried(stretch, some, int(number), goal)
-            if after > max(before, best[1] if best is not None else before) + ROUNDING:
-                best = move, after
-    return best
+            if after[0] > best[0] + ROUNDING or (after[0] > best[0] - ROUNDING and after[1] > best[1] + ROUNDING):
+                best, chosen = after, move
+    return None if chosen is None else (chosen, best[0])
 
 
-def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tuple[Move, float]:
+def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tuple[Move, tuple[float, float]]:
     east_m, north_m, altitude_m = some.position_m[number].tolist()
     to = replace(some.anchor, east_m=east_m, north_m=north_m, altitude_m=altitude_m)
     move = Move(some.anchor, to, float(some.flight_m[number]), float(some.flight_s[number]))
-    return move, value_over(stretch, [*some.others, to], goal)
+    return move, worth_over(stretch, [*some.others, to], goal)
 
 
 def _check(

@@ -16,6 +16,7 @@ from visibility import surface_normals
 __all__ = ["Targets", "area_targets", "corridor_targets", "path_targets"]
 
 Floats = npt.NDArray[np.float64]
+MOST_PATH_POINTS = 2_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +89,11 @@ def path_targets(
     if not (math.isfinite(spacing_m) and spacing_m > 0.0):
         raise PlacementError(f"The spacing along a path must be a number of metres > 0, not {spacing_m}.")
     along_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    if not along_m[-1] / spacing_m <= MOST_PATH_POINTS:
+        raise PlacementError(
+            f"A path of {along_m[-1] / 1000:,.4g} km has more than {MOST_PATH_POINTS:,} points {spacing_m:g} m apart; "
+            "are its coordinates metres in the DEM's CRS?"
+        )
     pieces = max(math.ceil(along_m[-1] / spacing_m - 1e-9), 1)
     edges_m = np.linspace(0.0, along_m[-1], pieces + 1)
     middle_m = (edges_m[:-1] + edges_m[1:]) / 2.0

@@ -9,7 +9,7 @@ from terrain import ElevationGrid
 
 from .links import FAR, Link, linked_pairs
 
-__all__ = ["Together"]
+__all__ = ["Together", "may_stand_beside"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -132,3 +132,16 @@ class Together:
                         following.append(other)
             frontier = following
         return reached
+
+
+def may_stand_beside(
+    grid: ElevationGrid, place_m: Floats, standing_m: Floats, min_separation_m: float, link: Link | None
+) -> Mask:
+    """(n,) which places (n, 3) are far enough from those who stand (k, 3), and leave every link over them whole."""
+    apart = Together(grid, place_m, standing_m, min_separation_m, None).may_join([])
+    if link is None or link.relays == 0:
+        return apart
+    some = np.flatnonzero(apart)
+    linked = Together(grid, np.concatenate([standing_m, place_m[some]]), np.zeros((0, 3)), 0.0, link)
+    apart[some] = linked.may_join(list(range(len(standing_m))))[len(standing_m) :]
+    return apart

@@ -31,6 +31,7 @@ from .options import (
 from .place_options import place
 from .plan_options import plan
 from .positioning_options import dop, morph
+from .reposition_options import reposition
 
 __all__ = ["app", "main"]
 
@@ -117,6 +118,7 @@ app.command()(bubble)
 app.command()(detect)
 app.command()(place)
 app.command()(plan)
+app.command()(reposition)
 
 
 @app.command()

@@ -10,19 +10,18 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from pydantic import ValidationError
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
 from service.layers import LAYERS
 from service.placement import calculate_placement
-from service.schemas import sentence_of
 from service.schemas.placements import PlacementParameters
 
 from .anchor_texts import height_field, position_fields
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table, share_text
+from .request_files import given, request_from_file
 from .shape_files import path_fields, place_fields, polygon_fields, stand_off_fields, weight_fields
 
 __all__ = ["make_placement", "request_of"]
@@ -35,7 +34,7 @@ def request_of(
 ) -> PlacementParameters:
     """What the options ask for, or a file that holds the whole request. Raises RequestError."""
     if file is not None:
-        return _from_file(file)
+        return request_from_file(file, PlacementParameters)
     candidates = _candidates(options)
     if not candidates:
         raise RequestError("No candidates: give --spacing with --height, --mast, --site or --request.")
@@ -52,14 +51,14 @@ def request_of(
     fields = {
         "anchors": anchors_of(options["anchor_texts"], options["anchor_files"], lonlat=options["lonlat"]),
         "candidates": candidates,
-        "targets": _given(targets),
+        "targets": given(targets),
         "goal": goal,
-        "rules": {**_given(rules), **_shapes(options), **_link(options)},
+        "rules": {**given(rules), **_shapes(options), **_link(options)},
         "count": options["count"],
         "reach": options["reach"],
         **rest,
     }
-    return PlacementParameters.model_validate(_given(fields))
+    return PlacementParameters.model_validate(given(fields))
 
 
 def make_placement(dem: str, asked: PlacementParameters, scheduler: str | None, *, or_local: bool, **rest: Any) -> None:
@@ -95,15 +94,6 @@ def _interrupt_as_stop() -> Iterator[Any]:
         signal.signal(signal.SIGINT, before)
 
 
-def _from_file(file: Path) -> PlacementParameters:
-    try:
-        return PlacementParameters.model_validate_json(file.read_bytes())
-    except OSError as error:
-        raise RequestError(f"The request {str(file)!r} cannot be read: {error.strerror}.") from error
-    except ValidationError as error:
-        raise RequestError(f"The request {file.name}: {sentence_of(error)}") from error
-
-
 def _candidates(options: dict[str, Any]) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     if options["spacing"] is not None:
@@ -111,7 +101,7 @@ def _candidates(options: dict[str, Any]) -> list[dict[str, Any]]:
             raise RequestError("--spacing needs at least one --height, such as 120agl or 900msl.")
         lattice = {"spacing_m": options["spacing"], **_heights(options["heights"])}
         areas = [None] if options["where"] is None else polygon_fields(options["where"])
-        found += [_given({**lattice, "area": area}) for area in areas]
+        found += [given({**lattice, "area": area}) for area in areas]
     elif options["heights"] or options["where"] is not None:
         raise RequestError("--height and --where need --spacing.")
     for what, texts in (("mast", options["masts"]), ("site", options["sites"])):
@@ -148,11 +138,7 @@ def _link(options: dict[str, Any]) -> dict[str, Any]:
         position_fields(text, lonlat=options["lonlat"], complaint=BASE_FORM.format(repr(text)))
         for text in options["bases"]
     ]
-    return {"link": _given({"bases": bases, "max_range_m": options["link_range"], "relays": options["relays"]})}
-
-
-def _given(fields: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in fields.items() if value is not None}
+    return {"link": given({"bases": bases, "max_range_m": options["link_range"], "relays": options["relays"]})}
 
 
 def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:

@@ -13,6 +13,7 @@ from service.schemas.detections import DetectorIn, EpochIn
 
 from .answers import as_json, epoch_answer, state_answer
 from .limits import DetectorLimits
+from .occlusions import Occlusions
 
 __all__ = ["DetectorSession", "Watcher"]
 
@@ -61,6 +62,7 @@ class DetectorSession:
         self.malformed_messages = 0
         self._anchor_ids = [anchor.id for anchor in asked.anchors]
         self._settings = asked.settings.model_dump()
+        self.occlusions = Occlusions()
         self._detector = Detector([anchor.anchor() for anchor in asked.anchors], asked.settings.settings())
         self._limits = limits
         self._floor = floor
@@ -79,7 +81,9 @@ class DetectorSession:
     def answer(self, asked: EpochIn) -> bytes:
         """The detector's answer to one epoch that was checked, as JSON; every watcher gets it too."""
         self.touch()
-        answer = as_json(epoch_answer(self._detector.process(asked.epoch()), asked.sequence))
+        result = self._detector.process(asked.epoch())
+        self.occlusions.take_in(result)
+        answer = as_json(epoch_answer(result, asked.sequence))
         for watcher in self._watchers:
             watcher.tell(answer)
         return answer

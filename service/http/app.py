@@ -30,6 +30,7 @@ from .routes import (
     paths,
     placements,
     problem_list,
+    repositionings,
     safety_bubbles,
     visibility_maps,
 )
@@ -74,7 +75,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     maps = (visibility_maps, dop_maps, morphing_maps)
-    answers = (paths, placements, lines_of_sight, safety_bubbles, detections, detectors)
+    answers = (paths, placements, repositionings, lines_of_sight, safety_bubbles, detections, detectors)
     for part in (dems, *maps, *answers, health, problem_list):
         allow_head(part.router)
         app.include_router(part.router)

@@ -19,6 +19,7 @@ TAGS = [
     {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
     {"name": "Paths", "description": "Which way a rover should go so that the anchors stay in sight."},
     {"name": "Placements", "description": "Where to put anchors."},
+    {"name": "Repositionings", "description": "Which drone moves where while a mission runs."},
     {"name": "Lines of sight", "description": "Clearance between pairs of points."},
     {
         "name": "Detectors",

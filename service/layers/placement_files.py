@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,11 @@ from service.placement import FinishedPlacement
 from terrain import height_at, to_lon_lat
 
 from .features import LOCAL_METRES
-from .qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
+from .qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text, zip_plans
 
 __all__ = ["plan_texts", "write_beacons", "write_csv", "write_geojson", "write_plans"]
 
 CLEAR_OF_GROUND_M = 10.0
-# a zip's entries carry a time; one for all makes files of equal placements equal
-ZIP_TIME = (2020, 1, 1, 0, 0, 0)
 
 
 def write_geojson(finished: FinishedPlacement, path: Path) -> None:
@@ -68,9 +65,7 @@ def plan_texts(finished: FinishedPlacement) -> dict[str, str]:
 
 def write_plans(finished: FinishedPlacement, path: Path) -> None:
     """All of them in a zip. Raises FrameError for a DEM without CRS."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in plan_texts(finished).items():
-            archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), text)
+    zip_plans(plan_texts(finished), path)
 
 
 def write_beacons(finished: FinishedPlacement, path: Path) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import zipfile
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-__all__ = ["COPTER", "LOITER", "ROVER", "TAKE_OFF", "WAYPOINT", "PlanItem", "plan_text"]
+__all__ = ["COPTER", "LOITER", "ROVER", "TAKE_OFF", "WAYPOINT", "PlanItem", "plan_text", "zip_plans"]
 
 # MAV_CMD
 WAYPOINT, LOITER, TAKE_OFF = 16, 17, 22
@@ -16,6 +18,8 @@ COPTER, ROVER = 2, 10
 GENERIC_FIRMWARE = 0  # MAV_AUTOPILOT
 ABSOLUTE = 0  # MAV_FRAME_GLOBAL: altitudes count from mean sea level
 ABSOLUTE_MODE = 2  # how QGroundControl shows them
+# a zip's entries carry a time; one for all makes files of equal plans equal
+ZIP_TIME = (2020, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,13 @@ def plan_text(
         },
     }
     return json.dumps(document, allow_nan=False, indent=1)
+
+
+def zip_plans(texts: Mapping[str, str], path: Path) -> None:
+    """Plans by their file names in a zip."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in texts.items():
+            archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), text)
 
 
 def _item(number: int, item: PlanItem) -> dict[str, Any]:

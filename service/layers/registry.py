@@ -6,13 +6,23 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from service.products import DOP_MAP, MORPHING_MAP, PATH, PLACEMENT, VISIBILITY_MAP, FinishedMap, product_of
+from service.products import (
+    DOP_MAP,
+    MORPHING_MAP,
+    PATH,
+    PLACEMENT,
+    REPOSITIONING,
+    VISIBILITY_MAP,
+    FinishedMap,
+    product_of,
+)
 from service.replacing import replacing
 
 from .layer import Layer
 from .path_layers import PATH_LAYERS
 from .placement_layers import PLACEMENT_LAYERS
 from .positioning_layers import DOP_LAYERS, MORPHING_LAYERS
+from .repositioning_layers import REPOSITIONING_LAYERS
 from .visibility_layers import VISIBILITY_LAYERS
 
 __all__ = ["LAYERS", "write_layer"]
@@ -26,6 +36,7 @@ LAYERS: Mapping[str, Mapping[str, Layer]] = MappingProxyType(
             (MORPHING_MAP, MORPHING_LAYERS),
             (PLACEMENT, PLACEMENT_LAYERS),
             (PATH, PATH_LAYERS),
+            (REPOSITIONING, REPOSITIONING_LAYERS),
         )
     }
 )

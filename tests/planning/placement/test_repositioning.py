@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.placing_baselines import any_move_can
 from planning import PlacementError
 from planning.placement import (
     Flight,
@@ -45,45 +46,19 @@ def ahead(grid: ElevationGrid, seed: int = 0, length_m: float = 300.0) -> np.nda
     return straight_ahead(*place, toward, length_m)
 
 
-def any_move_can(grid: ElevationGrid, anchors: list[Anchor], hidden: str, path_m: np.ndarray, reach_m: float) -> bool:
-    """Every drone to every post within reach at every height, all lines traced."""
-    point_m = path_targets(grid, path_m).point_m
-    counted = [a for a in anchors if a.id != hidden]
-    row, col = np.divmod(np.arange(grid.heights_m.size), grid.cols)
-    east_m, north_m = grid.origin_east_m + col * grid.cell_east_m, grid.origin_north_m - row * grid.cell_north_m
-    for anchor in anchors:
-        others = np.array([(a.east_m, a.north_m, a.altitude_m) for a in counted if a.id != anchor.id])
-        count = exact_sight(grid, others, point_m).sum(axis=0)
-        short = point_m[count < GOAL.visible]
-        if (count < GOAL.visible - 1).any():
-            continue
-        near = np.flatnonzero(np.hypot(east_m - anchor.east_m, north_m - anchor.north_m) <= reach_m)
-        ground_m = grid.heights_m.reshape(-1)[near]
-        for altitude_m in (ground_m + 60.0, ground_m + 120.0, np.full(len(near), anchor.altitude_m)):
-            place_m = np.column_stack([east_m[near], north_m[near], altitude_m])[altitude_m >= ground_m]
-            here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
-            flight_m, _ = flight_costs(grid, Flight(max_flight_m=reach_m), here_m, place_m)
-            for point in short:
-                keep = exact_sight(grid, point[None, :], place_m)[0]
-                place_m, flight_m = place_m[keep], flight_m[keep]
-            if (flight_m <= reach_m).any():
-                return True
-    return False
-
-
 def test_most_that_any_move_can_restore_is_restored() -> None:
     reach_m, can, does = 500.0, 0, 0
-    for seed in range(40):
+    for seed in range(16):
         grid = rough_grid(32, seed=seed, relief_m=120.0)
         anchors, path_m = crew(grid, 4, seed), ahead(grid, seed, 150.0)
         found = reposition(grid, anchors, path_m, GOAL, occluded=["D0"], flight=Flight(max_flight_m=reach_m))
         if found.move is None and found.restored:
             continue
-        possible = any_move_can(grid, anchors, "D0", path_m, reach_m)
+        possible = any_move_can(grid, anchors, "D0", path_m, GOAL, reach_m)
         can += possible
         does += found.restored
         assert possible or not found.restored
-    assert can >= 8
+    assert can >= 3
     assert does >= 0.95 * can
 
 

@@ -66,6 +66,8 @@ def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> No
         "PathOut",
         "PlacementIn",
         "PlacementOut",
+        "RepositioningIn",
+        "RepositioningOut",
         "LinesOfSightIn",
         "SafetyBubblesIn",
         "AnchorIn",

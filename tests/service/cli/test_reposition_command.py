@@ -1,0 +1,90 @@
+"""sightline reposition: advice, files and every wrong line told in a sentence."""
+
+import csv
+import json
+
+import pytest
+
+from tests.service.small_maps import NORTH_M, WEST_M
+
+CREW = (
+    *("--anchor", f"D1,{WEST_M + 700},{NORTH_M - 60},30agl"),
+    *("--anchor", f"D2,{WEST_M + 100},{NORTH_M - 200},30agl"),
+    *("--anchor", f"D3,{WEST_M + 780},{NORTH_M - 300},30agl"),
+)
+ROVER = ("--rover", f"{WEST_M + 640},{NORTH_M - 380}", "--heading", 20, "--ahead", 120)
+QUESTION = (*CREW, *ROVER, "--visible", 2, "--height", 60)
+
+
+def verdicts(path, last="occluded", to_s=30.0):
+    episodes = [{"anchor_id": "D1", "from_s": 10.0, "to_s": to_s}]
+    path.write_text(json.dumps({"anchors": [{"id": "D1", "last_sight": last}], "episodes": episodes}))
+    return path
+
+
+def test_a_drone_is_sent_where_it_restores_what_is_asked(sightline, dem_file, tmp_path):
+    done = sightline("reposition", dem_file, *QUESTION, "--occluded", "D1", "--out", tmp_path / "out")
+    assert done.code == 0, done.stderr
+    assert "restored everywhere" in done.stdout
+    told = json.loads((tmp_path / "out" / "reposition.json").read_text())
+    assert told["restored"]
+    assert told["sentence"] in done.stdout
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"reposition.json", "moves.geojson", "schedule.csv", "anchors.csv", "plans.zip", "map.png"}
+    # where they stand then is the next command's input, and nobody has to move any more
+    again = sightline("reposition", dem_file, "--anchors", tmp_path / "out" / "anchors.csv", *QUESTION[6:], "--json")
+    assert json.loads(again.stdout)["moves"] == []
+
+
+def test_a_replayed_log_tells_who_is_occluded_for_good(sightline, dem_file, tmp_path):
+    def occluded(path, *more):
+        done = sightline("reposition", dem_file, *QUESTION, "--verdicts", path, *more, "--json")
+        assert done.code == 0, done.stderr
+        return json.loads(done.stdout)["occluded"]
+
+    assert occluded(verdicts(tmp_path / "detection.json")) == ["D1"]
+    assert occluded(verdicts(tmp_path / "detection.json"), "--persistent", 25) == []
+    assert occluded(verdicts(tmp_path / "detection.json", last="clear")) == []
+
+
+def test_a_crew_follows_a_path(sightline, dem_file, tmp_path):
+    line = {"type": "LineString", "coordinates": [[WEST_M + 60, NORTH_M - 400], [WEST_M + 800, NORTH_M - 400]]}
+    path = tmp_path / "path.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [line], "coordinates_are": "metres"}))
+    words = (*CREW, "--visible", 2, "--height", 60, "--path", path, "--stretch", 250, "--out", tmp_path)
+    done = sightline("reposition", dem_file, *words, "--json")
+    assert done.code == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert len(told["stretches"]) == 3
+    rows = list(csv.DictReader((tmp_path / "schedule.csv").read_text().splitlines()))
+    assert [float(row["start_s"]) for row in rows] == sorted(move["start_s"] for move in told["moves"])
+
+
+BAD = {
+    "no way ahead": (CREW, "exactly one of path and rover"),
+    "a rover without heading": ((*CREW, "--rover", "1,2"), "--rover needs --heading"),
+    "a heading without rover": ((*CREW, "--heading", 20), "go with --rover"),
+    "a rover of nothing": ((*CREW, "--rover", "here", "--heading", 20), "is not of the form EAST,NORTH"),
+    "no anchors": (ROVER, "nothing to move"),
+    "an unknown occluded anchor": ((*CREW, *ROVER, "--occluded", "X"), "no anchor X"),
+    "a share of too much": ((*CREW, *ROVER, "--share", 2), "less than or equal to 1"),
+    "a standing drone": ((*CREW, *ROVER, "--speed", 0), "greater than 0"),
+    "no verdicts": ((*CREW, *ROVER, "--verdicts", "nowhere.json"), "cannot be read"),
+    "a rover outside": ((*CREW, "--rover", "1,2", "--heading", 20), "no known ground"),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_a_wrong_line_is_told_in_one_sentence(sightline, dem_file, what):
+    words, sentence = BAD[what]
+    ended = sightline("reposition", dem_file, *words)
+    assert ended.code == 2, ended
+    assert sentence in ended.stderr
+    assert ended.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("content", ["no JSON", "[]", '{"anchors": [{}], "episodes": []}'])
+def test_a_file_that_holds_no_verdicts_is_refused(sightline, dem_file, tmp_path, content):
+    (tmp_path / "detection.json").write_text(content)
+    ended = sightline("reposition", dem_file, *QUESTION, "--verdicts", tmp_path / "detection.json")
+    assert (ended.code, "is no detection.json" in ended.stderr) == (2, True)
