@@ -14,6 +14,9 @@ from pathlib import Path
 
 from . import (
     accuracy,
+    detector_odometry,
+    detector_proof,
+    detector_speed,
     detector_streams,
     dilution,
     exactness,
@@ -41,6 +44,12 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "memory": (memory.memory,),
     "service": (first_request.first_request, over_http.requests),
     "detectors": (detector_streams.streams,),
+    "detection": (
+        detector_proof.real_ranges,
+        detector_odometry.odometry_on_plaza,
+        detector_proof.false_positive_rates,
+        detector_speed.detector_speed,
+    ),
 }
 # the same tables on small grounds: to see that everything runs, not to be believed
 QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
@@ -66,6 +75,12 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "memory": (partial(memory.memory, posts=512),),
     "service": (first_request.first_request, partial(over_http.requests, posts=128)),
     "detectors": (partial(detector_streams.streams, seconds=2.0),),
+    "detection": (
+        detector_proof.real_ranges,
+        detector_odometry.odometry_on_plaza,
+        partial(detector_proof.false_positive_rates, epochs=20_000, searched=200),
+        partial(detector_speed.detector_speed, epochs=100),
+    ),
 }
 
 

@@ -39,6 +39,13 @@ class RangeLog:
     truth_is_wrong: npt.NDArray[np.bool_]
     dimension: int
 
+    def first(self, epochs: int) -> RangeLog:
+        """The beginning of the log."""
+        return RangeLog(
+            self.name, self.anchors, self.epochs[:epochs], self.errors_m[:epochs], self.places_m[:epochs],
+            self.truth_is_wrong[:epochs], self.dimension,
+        )  # fmt: skip
+
 
 def starloc_sequences(folder: Path = RANGING / "starloc") -> list[Path]:
     """The sequences there are."""

@@ -28,6 +28,8 @@ MEAN = 0.2  # of the sigma: signals arrive late rather than early
 CLIMB_FORGOTTEN_PER_S = 4.0
 OCCLUSIONS_PER_S, CLEARINGS_PER_S = 0.8, 1.0
 NEW_SIGMA = 0.7  # of the typical excess
+# One occlusion in ten is an order of magnitude longer: a range so far off must not pull the track along.
+FAR_SHARE, FAR_SIGMA = 0.1, 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +115,16 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
         end_s,
         (settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2, CLIMB_FORGOTTEN_PER_S),
         (CREEP * sigma_m, CREEP_OF_ITSELF, BACK_PER_S, MEAN * sigma_m),
-        (OCCLUSIONS_PER_S, CLEARINGS_PER_S, settings.excess_m, NEW_SIGMA * settings.excess_m, NOISE, CLEARED),
+        (
+            OCCLUSIONS_PER_S,
+            CLEARINGS_PER_S,
+            settings.excess_m,
+            NEW_SIGMA * settings.excess_m,
+            NOISE,
+            CLEARED,
+            FAR_SHARE,
+            FAR_SIGMA * settings.excess_m,
+        ),
         settings.dimension == 2,
     )
     back = np.argsort(order)

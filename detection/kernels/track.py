@@ -2,9 +2,9 @@
 
 The state is Gaussian: place (3), velocity (3), the excess all ranges share, and the excess of each anchor (n). Between
 ranges the rover keeps its level velocity but for accelerations, and soon forgets a vertical one; excesses creep. At a
-range its anchor's excess goes on, is cleared, or is new; the three outcomes are weighed by how well they foretell the
-range, and their mixture is made one Gaussian again (seed 000 has no such witness; it is an interacting mixture of the
-first order).
+range its anchor's excess goes on, is cleared, or is new; the outcomes are weighed by how well they foretell the range,
+and their mixture is made one Gaussian again (seed 000 has no such witness; it is an interacting mixture of the first
+order).
 """
 
 import math
@@ -17,7 +17,7 @@ __all__ = ["SHARED", "STATES", "follow", "pull"]
 
 STATES = 7  # place, velocity, shared excess; then one excess per anchor
 SHARED = 6
-OUTCOMES = 3  # the excess goes on, is cleared, is new
+OUTCOMES = 4  # the excess goes on, is cleared, is new, is new and far longer than usual
 FORGOTTEN_S = 2.0  # what was known of an anchor's excess so long ago says no more of when it changed
 
 
@@ -72,7 +72,7 @@ def _direction(state, anchor):
 def _weigh(state, covariance, anchor, own, range_m, noise, outcomes, work):
     """Update with one range, in place; log-likelihood of the range. own: index of the anchor's excess.
 
-    noise: variance of a range, m². outcomes: (3, 3) rows of odds, mean, variance of the excess; the first row's mean
+    noise: variance of a range, m². outcomes: (4, 3) rows of odds, mean, variance of the excess; the first row's mean
     and variance are the state's own. work: scratch (3 + OUTCOMES, size).
     """
     size = state.shape[0]
@@ -111,13 +111,14 @@ def _weigh(state, covariance, anchor, own, range_m, noise, outcomes, work):
             prior = outcomes[h, 1] if k == own else state[k]
             total += outcomes[h, 0] * (prior + work[3 + h, k] / work[1, h] * work[2, h])
         mean[k] = total
-    anew = outcomes[1, 0] + outcomes[2, 0]
+    anew = 1.0 - outcomes[0, 0]
     for k in range(size):
         for j in range(k + 1):
             if k == own or j == own:
                 value = outcomes[0, 0] * covariance[k, j]
                 if k == j:
-                    value += outcomes[1, 0] * outcomes[1, 2] + outcomes[2, 0] * outcomes[2, 2]
+                    for h in range(1, OUTCOMES):
+                        value += outcomes[h, 0] * outcomes[h, 2]
             else:
                 value = (outcomes[0, 0] + anew) * covariance[k, j]
             for h in range(OUTCOMES):
@@ -152,7 +153,8 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
 
     track: state (7 + n,), covariance, time of the state, times (n,) each anchor was last heard. measured: anchors
     (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s of occlusion, 1/s of
-    clearing, mean and sigma of a new excess (m), noise, cleared sigma, as shares of a range's sigma.
+    clearing, mean and sigma of a new excess (m), noise, cleared sigma, as shares of a range's sigma; share of new
+    excesses that are far longer, and their sigma (m).
     excess_m, sigma_m: of every range against the place at its time, as known at the end.
     """
     state, covariance, heard_s = track[0].copy(), track[1].copy(), track[3].copy()
@@ -172,7 +174,8 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
         clearing = (1.0 - math.exp(-odds[1] * since_s)) * 2.0 * min(max(p_sight[m], 0.01), 0.99)
         outcomes[0, 0] = max(1.0 - occluding - clearing, 0.01)
         outcomes[1, 0], outcomes[1, 1], outcomes[1, 2] = clearing, creep[3], (odds[5] * sigmas[m]) ** 2
-        outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding, odds[2], odds[3] * odds[3]
+        outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding * (1.0 - odds[6]), odds[2], odds[3] * odds[3]
+        outcomes[3, 0], outcomes[3, 1], outcomes[3, 2] = occluding * odds[6], odds[2], odds[7] * odds[7]
         noise = (odds[4] * sigmas[m]) ** 2
         log_likelihood += _weigh(state, covariance, anchors[i], STATES + i, ranges[m], noise, outcomes, work)
     _predict(state, covariance, end_s - now_s, motion, creep, flat)

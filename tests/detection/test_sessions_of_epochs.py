@@ -243,3 +243,19 @@ def test_anchors_that_share_an_id_or_are_too_many_are_refused() -> None:
         Detector([*drones(2), drones(1)[0]])
     with pytest.raises(DetectionInputError, match="at most 62 anchors"):
         Detector([RangingAnchor(f"A{i}", float(i), 0.0) for i in range(63)])
+
+
+@pytest.mark.parametrize("too_long_m", [0.6, 5.0, 60.0, 900.0])
+def test_a_range_that_is_far_too_long_does_not_pull_the_track_along(too_long_m: float) -> None:
+    """One anchor after the other, so that each range is judged by the track alone."""
+    anchors = drones(5)
+    detector = Detector(anchors)
+    for number in range(400):
+        anchor = anchors[number % 5]
+        hidden = {"D2": too_long_m} if number > 250 else None
+        ranges_m = named([anchor], ROVER_M + 0.05 * number * STEP_M, hidden)
+        answer = detector.process(heard(0.05 * number, ranges_m))
+        if number > 260:
+            assert answer.excluded == (("D2",) if anchor.id == "D2" else ())
+            assert answer.position is not None
+            assert np.linalg.norm(answer.position.position_m - (ROVER_M + 0.05 * number * STEP_M)) < 0.4
