@@ -119,6 +119,12 @@ def _paths(grid: ElevationGrid) -> None:
     cliff_m[6:] = 900.0
     cliff = ElevationGrid(cliff_m, 30.0, 25.0)
     paths.plan_path(paths.PathProblem(cliff, (20.0, -20.0), (40.0, -250.0)))
+    track = visibility.AnchorTrack("T", np.array([0.0, 900.0]), np.array([[60.0, -50.0, 90.0], [90.0, -50.0, 90.0]]))
+    turning = paths.RoverModel(min_turning_radius_m=5.0)
+    few = paths.PlanBudget(iterations=200)
+    moving = paths.PathProblem(grid, (20.0, -20.0), (40.0, -250.0), anchors=(track,), rover=turning, budget=few)
+    paths.plan_path(moving)
+    paths.plan_flight(paths.FlightProblem(grid, (20.0, -20.0, 90.0), (40.0, -250.0, 90.0), budget=few))
 
 
 def _detections(_grid: ElevationGrid) -> None:

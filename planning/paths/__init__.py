@@ -1,5 +1,6 @@
 """Ways for a rover over the ground: cheap, within every limit, and where the anchors are in sight."""
 
+from .flights import FlightOutcome, FlightProblem, plan_flight
 from .limits import CostWeights, PathLimits, PlanBudget
 from .navigation_models import NavigationModel
 from .outcomes import Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable
@@ -9,6 +10,8 @@ from .rovers import RoverModel
 
 __all__ = [
     "CostWeights",
+    "FlightOutcome",
+    "FlightProblem",
     "Goal",
     "NavigationModel",
     "Path",
@@ -23,5 +26,6 @@ __all__ = [
     "Relaxation",
     "RoverModel",
     "Unreachable",
+    "plan_flight",
     "plan_path",
 ]

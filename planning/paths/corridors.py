@@ -43,15 +43,29 @@ class Corridor:
         ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
         self._knots = np.column_stack([east_m, north_m, ahead[:, 1], -ahead[:, 0]])
         self._per_m = (len(knots) - 1) / self.length_m
+        self._way, self._along_m = way, along_m
+
+    def along_m(self, place: Places) -> float:
+        """Metres along the way of one of its own places."""
+        return float(self._along_m[int(np.flatnonzero((self._way == place).all(axis=1))[0])])
+
+    def heading_rad(self, along_m: float) -> float:
+        """Of the way, clockwise from grid north."""
+        _, _, right_e, right_n = self._knot(along_m)
+        return math.atan2(-right_n, right_e)
+
+    def _knot(self, along_m: float) -> list[float]:
+        at = min(max(along_m * self._per_m, 0.0), len(self._knots) - 1.0)
+        n = min(int(at), len(self._knots) - 2)
+        share = at - n
+        mixed: list[float] = ((1.0 - share) * self._knots[n] + share * self._knots[n + 1]).tolist()
+        return mixed
 
     def place(self, along_m: float, right_m: float) -> tuple[float, float]:
         """Fractional (row, col); the ends are the way's own to the last bit."""
         if right_m == 0.0 and along_m in (0.0, self.length_m):
             return self._ends[0 if along_m == 0.0 else 1]
-        at = min(max(along_m * self._per_m, 0.0), len(self._knots) - 1.0)
-        n = min(int(at), len(self._knots) - 2)
-        share = at - n
-        east_m, north_m, right_e, right_n = ((1.0 - share) * self._knots[n] + share * self._knots[n + 1]).tolist()
+        east_m, north_m, right_e, right_n = self._knot(along_m)
         return -(north_m + right_m * right_n) / self._cells[1], (east_m + right_m * right_e) / self._cells[0]
 
 

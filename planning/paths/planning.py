@@ -24,6 +24,7 @@ from .own_process import OwnProcess
 from .problems import PathProblem
 from .proof import proof_of
 from .sight_maps import SightMaps, sight_maps
+from .turning import TurningTask
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ Places = npt.NDArray[np.float64]
 MOST_REPAIRS = 40
 # with moving anchors, times of arrival and the path that they come of are found in turn, so often
 ARRIVAL_ROUNDS = 3
+# the same for one that is driven with a turning radius
+TURNING_REPAIRS = 4
 # how much more the very first way may cost than the cheapest, for being found sooner
 GREED = 3.0
 # half the width of the corridor in which the sampling planner looks for a cheaper way, in cells
@@ -57,7 +60,8 @@ def plan_path(
     """
     with contextlib.ExitStack() as processes:
         # loads while maps and grid are worked at
-        own = processes.enter_context(OwnProcess()) if problem.budget.sampling else None
+        turns = problem.rover.min_turning_radius_m > 0.0
+        own = processes.enter_context(OwnProcess()) if problem.budget.sampling and not turns else None
         return _Plan(problem, own, progress or (lambda _: None), stop or (lambda: False)).outcome()
 
 
@@ -92,6 +96,8 @@ class _Plan:
                 return self._unreachable(proof_of(problem, field, ends, leg))
             if self.ended():
                 return self._out_of_budget("The time for planning was over before a path was checked.")
+            if problem.rover.min_turning_radius_m > 0.0:
+                return self._turning(field, maps, ends, way)
             repaired = without_broken_squares(problem, field, maps, way.places)
             if repaired is None:
                 self.told(0.6)
@@ -160,15 +166,52 @@ class _Plan:
                     judged, planner = also_judged, "BIT* in the corridor of the any-angle grid"
         if self.stop():
             return self._out_of_budget("The plan was stopped.")
+        return self._found(*judged, way.cost, planner, completed)
+
+    def _turning(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], way: Way) -> PathOutcome:
+        """The way as it can be driven with the rover's turning radius."""
+        problem, rover, kernel_field = self.problem, self.problem.rover, field.for_kernels()
+        for _ in range(TURNING_REPAIRS):
+            task = TurningTask(
+                kernel_field,
+                way.places,
+                _fixed(ends),
+                rover.min_turning_radius_m,
+                rover.can_reverse,
+                problem.start_heading_rad,
+                problem.budget.iterations,
+                problem.seed,
+            )
+            with OwnProcess() as own:
+                own.begin(task)
+                completed, places = own.answer(self.ended)
+            if places is None:
+                return self._out_of_budget(
+                    f"There is a way, but none with a turning radius of {rover.min_turning_radius_m:g} m was found in "
+                    f"{problem.budget.iterations} iterations; give more, or let the rover reverse."
+                )
+            repaired = without_broken_squares(problem, field, maps, places)
+            if repaired is None:
+                driven = Way(places, cost_of(kernel_field, places))
+                path, validation = self._judged(field, maps, driven)
+                if not validation.passed:
+                    return self._refused(validation)
+                planner = "BIT* over Reeds-Shepp curves" if rover.can_reverse else "BIT* over Dubins curves"
+                return self._found(path, validation, way.cost, planner, completed)
+            field, kernel_field = repaired, repaired.for_kernels()
+        return self._out_of_budget("Sight lines refused every path with that turning radius.")
+
+    def _found(
+        self, path: Path, validation: PathValidation, reference: float, planner: str, completed: bool
+    ) -> PathOutcome:
         self.told(1.0)
-        path, validation = judged
         sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {path.totals.time_s:,.0f} s."
         return replace(
             self._answer(PathStatus.FOUND, sentence, planner, "count" if completed else "time"),
             path=path,
             validation=validation,
-            reference_cost=way.cost,
-            ratio=path.cost / way.cost,
+            reference_cost=reference,
+            ratio=path.cost / reference,
         )
 
     def _refused(self, validation: PathValidation) -> PathOutcome:

@@ -24,7 +24,7 @@ def main() -> None:
 
     from ompl import util
 
-    import planning.paths.corridors  # noqa: F401 - loads the kernels while the task is still being prepared
+    import planning.paths.turning  # noqa: F401 - loads the kernels while the task is still being prepared
 
     util.setLogLevel(util.LogLevel.LOG_NONE)
     try:

@@ -1,0 +1,275 @@
+"""Paths through the air for the anchors themselves: above the morphing map, a bubble away from the ground.
+
+De Vivo et al. use the Digital Morphing Map so: air above it is where the vehicle's own positioning is good enough.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from planning.errors import PathProblemError, PlaceError
+from planning.kernels.flight_segments import flight_cost, pull_flight
+from planning.kernels.path_proof import least_worst_way
+from terrain import ElevationGrid, nearest_surface
+from visibility import MorphingMap
+
+from .limits import PlanBudget
+from .outcomes import PathStatus, Reason
+from .own_process import OwnProcess
+from .sampling import State, box_space, solved
+
+__all__ = ["FlightOutcome", "FlightProblem", "plan_flight"]
+
+Floats = npt.NDArray[np.float64]
+Point = tuple[float, float, float]
+Air = tuple[Floats, Floats, tuple[float, float], float]
+
+# a planned bubble counts as kept to this much, for heights are kept as float32
+ROUNDING_M = 2e-3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FlightProblem:
+    """From where to where, (east_m, north_m, altitude_m), above what.
+
+    above: a morphing map whose safe_above_m is the floor and whose ceiling is the ceiling; None = the ground alone, up
+        to ceiling_m. bubble_m: distance that is kept from all ground, d >= r of eq. 25.
+    climb_weight: what a metre of climb costs besides a metre of way. Raises PathProblemError.
+    """
+
+    grid: ElevationGrid
+    start: Point
+    goal: Point
+    above: MorphingMap | None = None
+    ceiling_m: float = math.inf
+    bubble_m: float = 20.0
+    climb_weight: float = 1.0
+    seed: int = 0
+    budget: PlanBudget = field(default_factory=lambda: PlanBudget(iterations=20_000))
+
+    def __post_init__(self) -> None:
+        for name in ("start", "goal"):
+            if len(getattr(self, name)) != 3 or not all(math.isfinite(number) for number in getattr(self, name)):
+                raise PathProblemError(f"The {name} of a flight must be east_m, north_m and altitude_m, finite.")
+        if tuple(self.start) == tuple(self.goal):
+            raise PathProblemError("The start and the goal are the same place, so there is no flight to plan.")
+        for name in ("bubble_m", "climb_weight"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise PathProblemError(f"{name} must be a number >= 0, not {getattr(self, name)}.")
+        if self.above is not None and self.above.grid.digest != self.grid.digest:
+            raise PathProblemError("The morphing map belongs to another grid; calculate it for this one.")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FlightOutcome:
+    """The answer to ``plan_flight``: corners (n, 3) east, north, altitude; empty unless FOUND.
+
+    margin_m: (n,) height over the floor at each corner; clearance_m: least distance to the ground along the whole way.
+    """
+
+    status: PathStatus
+    sentence: str
+    corners_m: Floats
+    margin_m: Floats
+    clearance_m: float
+    cost: float
+    planner: str
+    elapsed_s: float
+
+
+def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = None) -> FlightOutcome:
+    """Plan a flight that stays above the floor, below the ceiling and a bubble away from the ground.
+
+    Raises PathProblemError, PlaceError, PlanningProcessError.
+    """
+    begin_s = time.perf_counter()
+
+    def ended() -> bool:
+        return (stop is not None and stop()) or time.perf_counter() - begin_s > problem.budget.seconds
+
+    with OwnProcess() as own:
+        air = _air(problem)
+        ends = [_place_in(problem, air, name) for name in ("start", "goal")]
+        along = _over_the_squares(air, *ends)
+        if along is None:
+            sentence = "There is no way: between start and goal the floor meets the ceiling everywhere."
+            return _nothing(PathStatus.UNREACHABLE, sentence, begin_s)
+        best, planner = pull_flight(*air, along), "grid"
+        own.begin(FlightTask(air, ends[0], ends[1], problem.budget.iterations, problem.seed))
+        _, sampled = own.answer(ended)
+    if stop is not None and stop():
+        return _nothing(PathStatus.OUT_OF_BUDGET, "The plan was stopped.", begin_s)
+    if sampled is not None:
+        shorter = pull_flight(*air, sampled)
+        if shorter[0] < best[0]:
+            best, planner = shorter, "RRTConnect, then BIT*"
+    cost, places = best
+    corners_m = _metres(problem.grid, places)
+    clearance_m = _clearance_m(problem.grid, corners_m)
+    if not clearance_m >= problem.bubble_m - ROUNDING_M:
+        sentence = f"A flight was planned that comes within {clearance_m:.2f} m of the ground."
+        return _nothing(PathStatus.REFUSED, sentence, begin_s)
+    length_m = float(np.linalg.norm(np.diff(corners_m, axis=0), axis=1).sum())
+    return FlightOutcome(
+        PathStatus.FOUND,
+        f"A flight of {length_m:,.0f} m was found, {clearance_m:.1f} m and more from the ground.",
+        corners_m,
+        np.array([place[2] - _floor_at(air, place) for place in places.tolist()]),
+        clearance_m,
+        float(cost),
+        planner,
+        time.perf_counter() - begin_s,
+    )
+
+
+def _nothing(status: PathStatus, sentence: str, begin_s: float) -> FlightOutcome:
+    none = np.zeros((0, 3))
+    return FlightOutcome(status, sentence, none, np.zeros(0), math.nan, math.nan, "none", time.perf_counter() - begin_s)
+
+
+def _air(problem: FlightProblem) -> Air:
+    """Floor and ceiling of each square: the worst of its posts, the ground swollen by the bubble."""
+    grid = problem.grid
+    heights_m = grid.heights_m.astype(np.float64)
+    floor_m, ceiling_m = _swollen(grid, heights_m, problem.bubble_m), np.full(grid.shape, problem.ceiling_m)
+    if problem.above is not None:
+        above = problem.above
+        top_m = heights_m + above.ceiling_m if above.ceiling_above_ground else above.ceiling_m
+        floor_m, ceiling_m = np.maximum(floor_m, above.safe_above_m), np.minimum(ceiling_m, top_m)
+    # unknown ground may be of any height
+    floor_m[np.isnan(floor_m)], ceiling_m[np.isnan(ceiling_m)] = np.inf, -np.inf
+    highest = np.maximum.reduce([floor_m[:-1, :-1], floor_m[1:, :-1], floor_m[:-1, 1:], floor_m[1:, 1:]])
+    lowest = np.minimum.reduce([ceiling_m[:-1, :-1], ceiling_m[1:, :-1], ceiling_m[:-1, 1:], ceiling_m[1:, 1:]])
+    shut = highest > lowest
+    highest[shut], lowest[shut] = np.inf, -np.inf
+    return highest, lowest, (grid.cell_east_m, grid.cell_north_m), problem.climb_weight
+
+
+def _swollen(grid: ElevationGrid, heights_m: Floats, bubble_m: float) -> Floats:
+    """Lowest altitude over each post that no sphere of that radius around any ground reaches; NaN near unknown ground.
+
+    Ground between posts is no higher than the highest post of its square, and no nearer than a cell further in.
+    """
+    if bubble_m == 0.0:
+        return heights_m
+    down, across = math.ceil(bubble_m / grid.cell_north_m) + 1, math.ceil(bubble_m / grid.cell_east_m) + 1
+    north_m = np.maximum(np.abs(np.arange(-down, down + 1)) - 1, 0)[:, None] * grid.cell_north_m
+    east_m = np.maximum(np.abs(np.arange(-across, across + 1)) - 1, 0) * grid.cell_east_m
+    cap_m = np.sqrt(np.maximum(bubble_m**2 - north_m**2 - east_m**2, 0.0))
+    within = north_m**2 + east_m**2 <= bubble_m**2
+    unknown = ndimage.binary_dilation(np.isnan(heights_m), within)
+    filled = np.where(np.isnan(heights_m), -np.inf, heights_m)
+    swollen: Floats = ndimage.grey_dilation(filled, footprint=within, structure=cap_m, mode="nearest")
+    swollen[unknown] = np.nan
+    return swollen
+
+
+def _place_in(problem: FlightProblem, air: Air, name: str) -> tuple[float, float, float]:
+    east_m, north_m, altitude_m = getattr(problem, name)
+    if not problem.grid.contains(east_m, north_m):
+        raise PlaceError(f"The {name} lies outside the DEM.", name, ("outside the DEM",), None)
+    place = (*problem.grid.post_at(east_m, north_m), float(altitude_m))
+    if not math.isfinite(flight_cost(*air, place, place)):
+        floor_m = _floor_at(air, place)
+        if math.isinf(floor_m):
+            raise PlaceError(f"The {name} is over air that may not be flown.", name, (Reason.MORPHING_MAP,), None)
+        what = f"below the floor at {floor_m:.1f} m" if altitude_m < floor_m else "above the ceiling"
+        reasons = (Reason.BUBBLE if problem.above is None else Reason.MORPHING_MAP,)
+        raise PlaceError(f"The {name} at {altitude_m:.1f} m is {what}.", name, reasons, (east_m, north_m))
+    return place
+
+
+def _floor_at(air: Air, place: Point | list[float]) -> float:
+    row, col = int(min(place[0], air[0].shape[0] - 1)), int(min(place[1], air[0].shape[1] - 1))
+    return float(air[0][row, col])
+
+
+def _over_the_squares(air: Air, begin: Point, end: Point) -> Floats | None:
+    """A flight from square to square as low as it may be; None where the air between is shut, which is a proof."""
+    floor_m, cols = air[0], air[0].shape[1]
+    nodes = [
+        np.array([min(int(at[0]), floor_m.shape[0] - 1) * cols + min(int(at[1]), cols - 1)], np.int64)
+        for at in (begin, end)
+    ]
+    worst, way = least_worst_way(floor_m, *nodes)
+    if not math.isfinite(worst):
+        return None
+    level_m = max(float(worst), begin[2], end[2])
+    rows, columns = np.divmod(way, cols)
+    highest = np.minimum.reduce(air[1][rows, columns])
+    if level_m <= highest:
+        middle = np.column_stack([rows + 0.5, columns + 0.5, np.full(len(way), level_m)])
+        up = [(begin[0], begin[1], level_m), (end[0], end[1], level_m)]
+        return np.concatenate([[begin, up[0]], middle, [up[1], end]])
+    return _hugging(air, begin, end, rows, columns)
+
+
+def _hugging(air: Air, begin: Point, end: Point, rows: npt.NDArray[np.int64], cols: npt.NDArray[np.int64]) -> Floats:
+    """The same where a ceiling follows the ground: over each line between squares as low as both allow."""
+    floor_m = air[0]
+    places: list[Point] = [begin]
+    for (r0, c0), (r1, c1) in zip(
+        zip(rows[:-1], cols[:-1], strict=True), zip(rows[1:], cols[1:], strict=True), strict=True
+    ):
+        around = floor_m[min(r0, r1) : max(r0, r1) + 1, min(c0, c1) : max(c0, c1) + 1]
+        places.append(((r0 + r1 + 1) / 2.0, (c0 + c1 + 1) / 2.0, float(around.max())))
+    return np.array([*places, end])
+
+
+def _metres(grid: ElevationGrid, places: Floats) -> Floats:
+    east_m = grid.origin_east_m + places[:, 1] * grid.cell_east_m
+    north_m = grid.origin_north_m - places[:, 0] * grid.cell_north_m
+    return np.column_stack([east_m, north_m, places[:, 2]])
+
+
+def _clearance_m(grid: ElevationGrid, corners_m: Floats) -> float:
+    """Least distance from the ground along a flight, by the exact distance to its triangles at fine steps."""
+    step_m = 0.25 * min(grid.cell_east_m, grid.cell_north_m)
+    fine = [corners_m[:1]]
+    for begin, end in itertools.pairwise(corners_m):
+        steps = max(math.ceil(float(np.linalg.norm(end - begin)) / step_m), 1)
+        fine.append(begin + np.arange(1, steps + 1)[:, None] / steps * (end - begin))
+    return float(nearest_surface(grid, np.concatenate(fine)).distance_m.min())
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FlightTask:
+    """Find a flight through the air from a place to a place, (row, col, altitude)."""
+
+    air: Air
+    begin: Point
+    end: Point
+    iterations: int
+    seed: int
+
+    def solve(self) -> Floats | None:
+        """Corners (n, 3); the cheaper of RRTConnect's first flight and what BIT* makes of the rest of the budget."""
+        floor_m, ceiling_m = self.air[:2]
+        open_m = floor_m[np.isfinite(floor_m)]
+        top_m = min(float(ceiling_m.max()), max(float(open_m.max()), self.begin[2], self.end[2]) + 1.0)
+        low_m = min(float(open_m.min()), self.begin[2], self.end[2])
+        space = box_space(((0.0, floor_m.shape[0]), (0.0, floor_m.shape[1]), (low_m, top_m)))
+        found = []
+        for planner, share in (("RRTConnect", 0.25), ("BITstar", 0.75)):
+            states = solved(space, self, planner, self.begin, self.end, int(share * self.iterations))
+            if states is not None:
+                found.append(np.array([[state[0], state[1], state[2]] for state in states]))
+        costs = [pull_flight(*self.air, places)[0] for places in found]
+        return found[int(np.argmin(costs))] if found else None
+
+    def allowed(self, state: State) -> bool:
+        """Whether the air at a state may be flown."""
+        place = (state[0], state[1], state[2])
+        return math.isfinite(flight_cost(*self.air, place, place))
+
+    def cost(self, begin: State, end: State) -> float:
+        """Of the straight flight between two states."""
+        return float(flight_cost(*self.air, (begin[0], begin[1], begin[2]), (end[0], end[1], end[2])))
