@@ -1,6 +1,6 @@
 """Published ranging logs as Sightline reads them: ``python -m benchmarks.ranging_logs labyrinth FOLDER OUT``.
 
-Writes log.csv and anchors.csv for ``sightline detect`` into OUT.
+Writes log.csv and anchors.csv for ``sightline detect`` into OUT; of starloc one pair per tag, tag-1.csv for log.csv.
 """
 
 from __future__ import annotations
@@ -8,11 +8,14 @@ from __future__ import annotations
 import argparse
 import csv
 import math
+import sys
 from pathlib import Path
 
 from service.range_log import COLUMNS
 
-__all__ = ["labyrinth", "write_labyrinth"]
+from .measured_ranges import RangeLog, plaza, starloc
+
+__all__ = ["labyrinth", "write_labyrinth", "write_log"]
 
 
 def labyrinth(folder: Path) -> tuple[list[dict[str, float | str]], list[dict[str, float | str]]]:
@@ -56,6 +59,30 @@ def write_labyrinth(folder: Path, out: Path) -> None:
     _write(out / "log.csv", list(COLUMNS), rows)
 
 
+def write_log(log: RangeLog, out: Path, name: str = "log") -> None:
+    """A log with its truth left out, a range a row, each at its own time, as files."""
+    out.mkdir(parents=True, exist_ok=True)
+    columns = ["id", "east_m", "north_m", "altitude_m"]
+    _write(
+        out / "anchors.csv",
+        columns,
+        [{column: getattr(anchor, column) for column in columns} for anchor in log.anchors],
+    )
+    rows: list[dict[str, float | str]] = []
+    for epoch in log.epochs:
+        motion = epoch.odometry
+        if motion is not None and motion.wheel_m is not None:
+            along_m, across_m = motion.wheel_m
+            wheels = {"duration_s": motion.duration_s, "wheel_x_m": along_m, "wheel_y_m": across_m}
+            heading = {} if motion.heading_rad is None else {"heading_deg": math.degrees(motion.heading_rad)}
+            rows.append({"time_s": epoch.time_s, **wheels, **heading})
+        for measured in epoch.ranges:
+            time_s = epoch.time_s if measured.time_s is None else measured.time_s
+            sigma = {} if measured.sigma_m is None else {"sigma_m": measured.sigma_m}
+            rows.append({"time_s": time_s, "anchor_id": measured.anchor_id, "range_m": measured.range_m, **sigma})
+    _write(out / f"{name}.csv", list(COLUMNS), rows)
+
+
 def _write(path: Path, columns: list[str], rows: list[dict[str, float | str]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, columns)
@@ -63,10 +90,23 @@ def _write(path: Path, columns: list[str], rows: list[dict[str, float | str]]) -
         writer.writerows(rows)
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", choices=["labyrinth"])
-    parser.add_argument("folder", type=Path)
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.ranging_logs", description=__doc__)
+    parser.add_argument("data", choices=["labyrinth", "plaza", "starloc"])
+    parser.add_argument("place", type=Path, help="folder of labyrinth or of a sequence of starloc; file of plaza")
     parser.add_argument("out", type=Path)
     arguments = parser.parse_args()
-    write_labyrinth(arguments.folder, arguments.out)
+    if not arguments.place.exists():
+        parser.error(f"{arguments.place} is not there.")
+    if arguments.data == "labyrinth":
+        write_labyrinth(arguments.place, arguments.out)
+    elif arguments.data == "plaza":
+        write_log(plaza(arguments.place), arguments.out)
+    else:
+        for log in starloc(arguments.place):
+            write_log(log, arguments.out, f"tag-{log.name.rpartition(' ')[2]}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
