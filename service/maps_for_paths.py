@@ -23,7 +23,7 @@ def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> 
     """
     if kind not in MAP_KINDS:
         raise RequestError(f"A path is planned on a visibility map, a DOP map or a morphing map, not on a {kind}.")
-    if fields.get("anchors") or fields.get("satellites") or fields.get("morphing_map"):
+    if any(fields.get(name) for name in ("anchors", "tracks", "satellites", "morphing_map")):
         raise RequestError("A map brings its own anchors along; give the map, or anchors and satellites.")
     if kind == "morphing-map":
         return {**fields, "morphing_map": dict(asked)}

@@ -19,7 +19,7 @@ from .ranging_sources import eyes_of, limit_of
 from .schemas.frames import FramesIn, TrackIn
 from .schemas.positioning import MorphingMapParameters
 
-__all__ = ["MovingSources", "check_moving_sources", "moving_sources", "time_of"]
+__all__ = ["MovingSources", "check_moving_sources", "moving_sources", "time_of", "track_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frame
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
     standing = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
-    tracks = tuple(_track(grid, track) for track in parameters.tracks)
+    tracks = tuple(track_of(grid, track) for track in parameters.tracks)
     if parameters.satellites is None:
         return MovingSources((*standing, *tracks), (), len(tracks))
     asked, times_s = parameters.satellites, frames.times_s()
@@ -65,7 +65,8 @@ def time_of(start: datetime, time_s: float) -> datetime:
         raise VisibilityInputError(f"{time_s:g} s after {start.isoformat()} lies beyond the calendar.") from error
 
 
-def _track(grid: ElevationGrid, asked: TrackIn) -> AnchorTrack:
+def track_of(grid: ElevationGrid, asked: TrackIn) -> AnchorTrack:
+    """The track in the grid's frame. Raises AnchorError, FrameError, VisibilityInputError."""
     name = asked.id.replace("{", "{{").replace("}", "}}")
     positions_m = points_in_grid(grid, asked.points, f"Point {{}} of track {name}")
     return AnchorTrack(

@@ -29,6 +29,7 @@ VERTEX_COLUMNS = (
     "dop",
     "margin_m",
     "clearance_m",
+    "position_sigma_m",
     "bubble_radius_m",
 )
 ANGLES = {PathLimit.SLOPE, PathLimit.PITCH, PathLimit.ROLL, PathLimit.START_HEADING}
@@ -50,6 +51,7 @@ def outcome_answer(problem: PathProblem, outcome: PathOutcome) -> dict[str, Any]
         "start": _place(problem.start),
         "goals": [_goal(goal) for goal in problem.goals],
         "way_points": [_place(place) for place in problem.way_points],
+        "ranged_to": [str(getattr(anchor, "id", "")) for anchor in problem.anchors],
         "needed_in_sight": problem.limits.needed_in_sight,
         "totals": None if path is None else _totals(path),
         "cost": None if path is None else path.cost,
@@ -104,6 +106,7 @@ def _totals(path: Path) -> dict[str, Any]:
         "longest_out_of_sight_s": totals.longest_out_of_sight_s,
         "worst_dop": _number(totals.worst_dop),
         "fewest_anchors": totals.fewest_anchors,
+        "mean_position_sigma_m": _number(totals.mean_position_sigma_m),
         "steepest_deg": math.degrees(totals.steepest_rad),
         "vertices": len(path.east_m),
     }

@@ -19,7 +19,7 @@ from .errors import LimitError
 from .estimates import refuse_map
 from .map_facts import Calculation, dem_summary
 from .path_answers import VERTEX_COLUMNS, outcome_answer, validation_answer, vertex_table
-from .path_question import path_question, path_sources
+from .path_question import path_question, path_sources, path_tracks
 from .ranging_sources import RangingSources, limit_of, lines_to, sight_lines, source_summary
 from .schemas.paths import PathParameters
 from .schemas.satellites import ORBIT_TEXTS
@@ -92,9 +92,11 @@ def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
     if asked.morphing_map is not None:
         path_question(grid, asked, RangingSources(()))
         return len(asked.morphing_map.anchors)
-    sources = path_sources(grid, asked)
-    path_question(grid, asked, sources)
-    return len(sources.all)
+    sources, tracks = path_sources(grid, asked), path_tracks(grid, asked)
+    for track in tracks:
+        track.at(asked.departure_s)
+    path_question(grid, asked, sources, tracks=tracks)
+    return len(sources.all) + len(tracks)
 
 
 def refuse_path(grid: ElevationGrid, asked: PathParameters, settings: Settings) -> None:
@@ -122,7 +124,8 @@ def calculate_path(
     Raises PathError, RequestError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s = time.perf_counter()
-    problem, lines, warnings = _problem_with_maps(grid, asked, _part(progress, 0.0, SHARE_OF_SIGHT_LINES))
+    mapped = _mapped(grid, asked, _part(progress, 0.0, SHARE_OF_SIGHT_LINES))
+    problem, lines = mapped.problem, mapped.lines
     outcome = plan_path(problem, progress=_part(progress, SHARE_OF_SIGHT_LINES, SHARE_OF_PLAN), stop=stop)
     validation = outcome.validation
     rows, cols = grid.shape
@@ -142,12 +145,12 @@ def calculate_path(
     path = outcome.path
     return FinishedPath(
         grid,
-        () if lines is None or asked.morphing_map is not None else lines.anchors,
+        mapped.standing,
         asked,
         Calculation(
             "" if lines is None else lines.error_statement,
             "" if lines is None else lines.curvature.sentence(),
-            (*grid.provenance.warnings, *warnings, *outcome.warnings),
+            tuple(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings))),
             time.perf_counter() - started_s,
             importlib.metadata.version("sightline"),
         ),
@@ -161,20 +164,31 @@ def calculate_path(
     )
 
 
-def _problem_with_maps(
-    grid: ElevationGrid, asked: PathParameters, progress: Progress | None
-) -> tuple[PathProblem, MinimumVisibleAltitude | None, tuple[str, ...]]:
-    """The problem with its maps, the sight lines they were made from, and what to know about them."""
+@dataclass(frozen=True, slots=True)
+class _Mapped:
+    """A problem, what stands of what it ranges to, and the sight lines that its picture shows."""
+
+    problem: PathProblem
+    standing: tuple[Anchor | DistantAnchor, ...]
+    lines: MinimumVisibleAltitude | None
+    warnings: tuple[str, ...]
+
+
+def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress | None) -> _Mapped:
     if asked.morphing_map is not None:
         lines, sources = sight_lines(grid, asked.morphing_map, progress, 1.0)
         ceiling_m, above_ground = asked.morphing_map.ceiling()
-        air = morphing_map(lines, limit_of(asked.morphing_map), ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
-        return path_question(grid, asked, RangingSources(()), air), lines, (*air.warnings, *sources.warnings)
-    sources = path_sources(grid, asked)
-    if not sources.all:
-        return path_question(grid, asked, sources), None, ()
-    lines = lines_to(grid, sources.all, asked, progress)
-    return path_question(grid, asked, sources, lines), lines, (*lines.warnings, *sources.warnings)
+        limit = limit_of(asked.morphing_map)
+        air = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
+        problem = path_question(grid, asked, RangingSources(()), air)
+        return _Mapped(problem, (), lines, (*air.warnings, *sources.warnings))
+    sources, tracks = path_sources(grid, asked), path_tracks(grid, asked)
+    here = (*sources.all, *(track.at(asked.departure_s) for track in tracks))
+    lines_here = lines_to(grid, here, asked, progress) if here else None
+    # the maps of anchors that move are the planner's own: one for each time
+    problem = path_question(grid, asked, sources, None if tracks else lines_here, tracks)
+    warnings = () if lines_here is None else lines_here.warnings
+    return _Mapped(problem, sources.all, lines_here, (*warnings, *sources.warnings))
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

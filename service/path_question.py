@@ -6,16 +6,18 @@ import math
 
 import shapely
 
-from planning.paths import CostWeights, PathLimits, PathProblem, PlanBudget, RoverModel
+from navigation import MotionNoise
+from planning.paths import CostWeights, NavigationModel, PathLimits, PathProblem, PlanBudget, RoverModel
 from terrain import ElevationGrid
-from visibility import MinimumVisibleAltitude, MorphingMap, check_anchors
+from visibility import AnchorTrack, MinimumVisibleAltitude, MorphingMap, check_anchors
 
+from .moving_sources import track_of
 from .ranging_sources import RangingSources, ranging_sources
-from .schemas.paths import PathLimitsIn, PathParameters, RoverIn
+from .schemas.paths import NavigationIn, PathLimitsIn, PathParameters, RoverIn
 from .schemas.shapes import PlaceIn, PolygonIn
 from .shapes_in_grid import places_in_grid, polygon_in_grid
 
-__all__ = ["path_question", "path_sources"]
+__all__ = ["limits_of", "navigation_of", "path_question", "path_sources", "path_tracks", "rover_of"]
 
 
 def path_sources(grid: ElevationGrid, asked: PathParameters) -> RangingSources:
@@ -26,13 +28,22 @@ def path_sources(grid: ElevationGrid, asked: PathParameters) -> RangingSources:
     return sources
 
 
+def path_tracks(grid: ElevationGrid, asked: PathParameters) -> tuple[AnchorTrack, ...]:
+    """The anchors that move. Raises AnchorError, FrameError, VisibilityInputError."""
+    return tuple(track_of(grid, track) for track in asked.tracks)
+
+
 def path_question(
     grid: ElevationGrid,
     asked: PathParameters,
     sources: RangingSources,
     maps: MinimumVisibleAltitude | MorphingMap | None = None,
+    tracks: tuple[AnchorTrack, ...] = (),
 ) -> PathProblem:
-    """The problem; maps: what was calculated of these sources. Raises PathError, RequestError, FrameError."""
+    """The problem; maps: what was calculated of these sources; tracks: anchors that move.
+
+    Raises PathError, RequestError, FrameError.
+    """
     start, *way_points = [(e, n) for e, n in places_in_grid(grid, [asked.start, *asked.way_points]).tolist()]
     heading_deg = asked.start_heading_deg
     return PathProblem(
@@ -43,11 +54,14 @@ def path_question(
         rover=rover_of(asked.rover),
         limits=limits_of(asked.limits),
         weights=CostWeights(**asked.weights.model_dump()),
-        anchors=sources.all,
+        anchors=(*sources.all, *tracks),
         maps=maps,
         no_go=_areas(grid, asked.no_go, "no_go"),
         keep_in=_areas(grid, asked.keep_in, "keep_in"),
         start_heading_rad=None if heading_deg is None else math.radians(heading_deg),
+        navigation=navigation_of(asked.navigation),
+        departure_s=asked.departure_s,
+        frame_s=asked.frame_s,
         seed=asked.seed,
         budget=PlanBudget(**asked.budget.model_dump()),
     )
@@ -78,7 +92,15 @@ def limits_of(asked: PathLimitsIn) -> PathLimits:
         dilution=asked.measure,
         on_surface=asked.on_surface,
         in_sight_from=asked.in_sight_from,
+        bubble_epsilon=asked.bubble_epsilon,
+        dem_sigma_m=asked.dem_sigma_m,
     )
+
+
+def navigation_of(asked: NavigationIn) -> NavigationModel:
+    """The filter. Raises PathProblemError."""
+    motion = MotionNoise(*[asked.motion_m2_per_s3] * 3)
+    return NavigationModel(motion, asked.interval_s, asked.initial_sigma_m, asked.ground_sigma_m)
 
 
 def _goal(grid: ElevationGrid, goal: PlaceIn | PolygonIn, number: int) -> tuple[float, float] | shapely.Polygon:

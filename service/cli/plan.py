@@ -22,6 +22,7 @@ from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table
 from .positioning import SatelliteOptions
 from .shape_files import polygon_fields
+from .track_files import tracks_from_file
 
 __all__ = ["make_path", "request_of"]
 
@@ -93,6 +94,10 @@ def _fields_of_options(
         **_given({name: options[name] for name in ("mode", "unknown", "curvature")}),
         "no_go": [polygon for file in options["no_go"] for polygon in polygon_fields(file)],
         "keep_in": [polygon for file in options["keep_in"] for polygon in polygon_fields(file)],
+        "tracks": [
+            track.model_dump(exclude_none=True) for file in options["tracks"] for track in tracks_from_file(file)
+        ],
+        **_given({"departure_s": options["departure"]}),
         **{name: _given(part) for name, part in parts.items()},
         "weights": weights_of(options["weights"]),
     }
@@ -134,7 +139,7 @@ def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
     facts = [("outcome", summary["status"].replace("_", " ")), ("in words", summary["sentence"])]
     if summary["totals"] is None:
         return (facts_table(f"Path over {summary['dem']['name']}", facts), *_cuts(summary))
-    totals, ranged = summary["totals"], bool(summary["anchors"] or summary["satellites"])
+    totals, ranged = summary["totals"], bool(summary["ranged_to"])
     facts += [
         ("length", f"{totals['length_m'] / 1000.0:.3f} km"),
         ("up, down", f"{totals['climb_m']:.0f} m, {totals['descent_m']:.0f} m"),
@@ -149,6 +154,7 @@ def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
             ("  longest at a stretch", time_words(totals["longest_out_of_sight_s"])),
             ("fewest in sight", str(totals["fewest_anchors"])),
             (f"worst {measure}", "no fix somewhere" if worst is None else f"{worst:.2f}"),
+            ("position error, mean", f"{totals['mean_position_sigma_m']:.2f} m, one sigma, predicted"),
         ]
     split = ", ".join(
         f"{name.replace('_', ' ')} {value:,.0f}" for name, value in summary["cost_split"].items() if value

@@ -64,15 +64,29 @@ def plan(
     kind: Annotated[Kind | None, typer.Option(help="What is measured. (default ranging)")] = None,
     measure: Annotated[Measure | None, typer.Option(help="Which dilution of precision. (default pdop)")] = None,
     surface: Annotated[bool, typer.Option("--surface", help="Only motion along the ground is unknown.")] = False,
+    bubble: Annotated[
+        float | None, typer.Option(metavar="EPSILON", help="Safety bubble of so many sigmas, kept clear everywhere.")
+    ] = None,
+    dem_sigma: Annotated[
+        float | None, typer.Option(metavar="M", help="Uncertainty of the ground, added to it.")
+    ] = None,
     weight: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=NUMBER", help="Of length, climb, time, dop, out-of-sight. Repeatable."),
+        typer.Option(
+            metavar="NAME=NUMBER", help="Of length, climb, time, dop, out-of-sight, position-error. Repeatable."
+        ),
     ] = None,
     no_go: Annotated[list[Path] | None, typer.Option(metavar="FILE", help="GeoJSON polygons to stay out of.")] = None,
     keep_in: Annotated[list[Path] | None, typer.Option(metavar="FILE", help="GeoJSON polygons to stay within.")] = None,
     anchor: AnchorTexts = None,
     lonlat: Annotated[bool, typer.Option("--lonlat", help="All pairs are longitude,latitude.")] = False,
     anchors: AnchorFiles = None,
+    track: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE", help="Anchors that move, as .json or .csv. Repeatable.")
+    ] = None,
+    departure: Annotated[
+        float | None, typer.Option(metavar="S", help="When the rover leaves, on the clock of the tracks. (default 0)")
+    ] = None,
     map: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="visibility.json, dop.json or morph.json: its anchors and limits."),
@@ -124,6 +138,8 @@ def plan(
             "keep_in": keep_in or [],
             "anchor_texts": anchor or [],
             "anchor_files": anchors or [],
+            "tracks": track or [],
+            "departure": departure,
             "lonlat": lonlat,
             "seed": seed,
             "mode": mode,
@@ -148,6 +164,8 @@ def plan(
                 "kind": kind,
                 "measure": measure,
                 "on_surface": surface or None,
+                "bubble_epsilon": bubble,
+                "dem_sigma_m": dem_sigma,
             },
             "budget": {"iterations": iterations, "seconds": seconds, "sampling": False if no_sampling else None},
         },

@@ -56,7 +56,7 @@ def write_csv(finished: FinishedPath, path: Path) -> None:
 
 def vertex_properties(finished: FinishedPath) -> list[dict[str, Any]]:
     """What holds at each vertex, ready for JSON: angles in degrees, None where there is no number."""
-    ids = np.array([anchor.id for anchor in finished.anchors])
+    ids = np.array(finished.answer["ranged_to"])
     columns: dict[str, list[Any]] = {}
     for name in VERTEX_COLUMNS:
         if name in PLACE:

@@ -23,6 +23,7 @@ from planning.paths.outcomes import Reason
 from service.map_facts import dem_name
 from service.path_answers import time_words
 from service.path_plan import FinishedPath
+from service.path_question import path_tracks
 from service.schemas.shapes import PolygonIn
 from service.shapes_in_grid import places_in_grid
 
@@ -54,7 +55,10 @@ def draw_path(finished: FinishedPath) -> Figure:
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
-        finished.anchors,
+        (
+            *finished.anchors,
+            *(track.at(finished.parameters.departure_s) for track in path_tracks(grid, finished.parameters)),
+        ),
         f"Path, {answer['status'].replace('_', ' ')}: {dem_name(grid)}",
         _subtitle(finished),
     )
@@ -75,7 +79,7 @@ def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uin
     for rows in (slice(0, -1), slice(1, None)):
         for cols in (slice(0, -1), slice(1, None)):
             barred[rows, cols] &= square
-    if not (finished.anchors or asked.morphing_map):
+    if not (finished.answer["ranged_to"] or asked.morphing_map):
         classes = [MapClass("may be driven", GROUND_COLOUR), MapClass("too steep", BARRED_COLOUR)]
         numbers = barred.astype(np.uint8)
         title = "Ground"
@@ -105,7 +109,7 @@ def _subtitle(finished: FinishedPath) -> str:
         f"{totals['climb_m']:.0f} m up",
         time_words(totals["time_s"]),
     ]
-    if finished.anchors:
+    if finished.answer["ranged_to"]:
         words.append(f"longest out of sight {time_words(totals['longest_out_of_sight_s'])}")
         worst = totals["worst_dop"]
         words.append("no fix somewhere" if worst is None else f"worst {finished.parameters.limits.measure} {worst:.2f}")
@@ -119,7 +123,7 @@ def _draw_way(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
     places = np.column_stack([finished.column("east_m"), finished.column("north_m")]) / 1000.0
     handles: list[tuple[str, Artist]] = [("way", Line2D([], [], color=WAY_COLOUR, lw=2.6))]
     needed = finished.answer["needed_in_sight"]
-    dark = finished.column("anchor_count") < needed if finished.anchors else np.zeros(len(places), np.bool_)
+    dark = finished.column("anchor_count") < needed if finished.answer["ranged_to"] else np.zeros(len(places), np.bool_)
     pieces = np.stack([places[:-1], places[1:]], axis=1)
     out = dark[:-1] | dark[1:]
     halo = [Stroke(linewidth=4.4, foreground="white"), Normal()]

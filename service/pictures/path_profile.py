@@ -37,8 +37,8 @@ def write_profile(finished: FinishedPath, path: Path) -> None:
 def draw_profile(finished: FinishedPath) -> Figure:
     """Panels over the distance in kilometres: the ground, and what the anchors give where there are any."""
     panels: list[Callable[[Axes, FinishedPath], None]] = [_ground, _slopes]
-    if finished.anchors:
-        panels += [_anchors, _margins, _dilution]
+    if finished.answer["ranged_to"]:
+        panels += [_anchors, _margins, _dilution, _errors]
     panels.append(_clearances)
     height_in = HEAD_IN + FOOT_IN + PANEL_IN * len(panels)
     figure = Figure(figsize=(WIDTH_IN, height_in), dpi=DPI, facecolor="white")
@@ -100,12 +100,12 @@ def _anchors(axes: Axes, finished: FinishedPath) -> None:
     needed = finished.answer["needed_in_sight"]
     axes.step(x, count, where="mid", color=COUNT_COLOUR, lw=1.3)
     axes.fill_between(
-        x, 0, len(finished.anchors), where=count < needed, color=DARK_COLOUR, alpha=0.16, lw=0, step="mid"
+        x, 0, len(finished.answer["ranged_to"]), where=count < needed, color=DARK_COLOUR, alpha=0.16, lw=0, step="mid"
     )
     least = finished.parameters.limits.min_anchors
     if least:
         axes.axhline(least, **LIMIT)
-    axes.set_ylim(0, len(finished.anchors) + 0.4)
+    axes.set_ylim(0, len(finished.answer["ranged_to"]) + 0.4)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel("in sight")
 
@@ -130,6 +130,12 @@ def _dilution(axes: Axes, finished: FinishedPath) -> None:
         axes.axhline(limits.max_dop, **LIMIT)
     axes.set_ylim(0.0, max(top, 1.0))
     axes.set_ylabel(limits.measure.upper())
+
+
+def _errors(axes: Axes, finished: FinishedPath) -> None:
+    axes.plot(_distance_km(finished), finished.column("position_sigma_m"), color=WAY_COLOUR, lw=1.2)
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("predicted σ, m")
 
 
 def _clearances(axes: Axes, finished: FinishedPath) -> None:

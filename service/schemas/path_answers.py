@@ -68,6 +68,9 @@ class PathTotalsOut(BaseModel):
     longest_out_of_sight_s: float = Field(description="The longest stretch of them, seconds.")
     worst_dop: float | None = Field(description="Largest dilution, no unit; null without anchors or without a fix.")
     fewest_anchors: int = Field(description="How many anchors are in sight where the fewest are.")
+    mean_position_sigma_m: float | None = Field(
+        description="Predicted one-sigma position error, mean over the time of the path, metres; null without anchors."
+    )
     steepest_deg: float = Field(description="Steepest ground under the way, degrees.")
 
 
@@ -112,9 +115,9 @@ class ValidationOut(BaseModel):
 class PathSummary(MapSummary):
     """How the plan ended, and the path."""
 
-    status: Literal["found", "unreachable", "out_of_budget"] = Field(
+    status: Literal["found", "unreachable", "out_of_budget", "refused"] = Field(
         description="found: a path that the validator passed; unreachable: proved, and what cuts it; out_of_budget: "
-        "the time was up."
+        "the time was up; refused: the validator found a fault in every path."
     )
     sentence: str = Field(description="The outcome in words.")
     totals: PathTotalsOut | None

@@ -6,14 +6,16 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from planning.paths import PlanBudget
+from planning.paths import NavigationModel, PlanBudget
 
 from .areas import Areas, GoalIn, StandingPlace
+from .frames import TrackIn
 from .points import NotNegativeMetres, StrictModel
 from .positioning import MorphingMapParameters, RangingParameters
 
 __all__ = [
     "BudgetIn",
+    "NavigationIn",
     "PathLimitsIn",
     "PathParameters",
     "PathQuestion",
@@ -27,6 +29,8 @@ Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
 SteepestDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=90.0)]
 SlopeDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90.0, lt=90.0)]
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]
+NAVIGATION = NavigationModel()
 HeadingDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 
 
@@ -77,6 +81,28 @@ class PathLimitsIn(StrictModel):
     in_sight_from: Annotated[int, Field(strict=True, ge=1, le=1024)] | None = Field(
         None, description="So many anchors make a place count as in sight; none = as many as a fix needs."
     )
+    bubble_epsilon: NotNegative = Field(
+        0.0,
+        description="How many sigmas the safety bubble is wide, no unit; what may not be driven stays further away. "
+        "0 = no bubble.",
+    )
+    dem_sigma_m: NotNegativeMetres = Field(0.0, description="Uncertainty of the ground, added to its radius, metres.")
+
+
+class NavigationIn(StrictModel):
+    """How the rover will estimate where it is: a filter of ranges, its height known from the DEM."""
+
+    interval_s: Positive = Field(NAVIGATION.interval_s, description="Between ranges to each anchor in sight, seconds.")
+    initial_sigma_m: Positive = Field(
+        NAVIGATION.initial_sigma_m, description="One sigma of each coordinate at the start, metres."
+    )
+    ground_sigma_m: Positive = Field(
+        NAVIGATION.ground_sigma_m, description="One sigma of the DEM's height under the rover, metres."
+    )
+    motion_m2_per_s3: Positive = Field(
+        NAVIGATION.motion.east_m2_per_s3,
+        description="White acceleration noise of its motion on each axis, metres² per second³.",
+    )
 
 
 class WeightsIn(StrictModel):
@@ -88,6 +114,9 @@ class WeightsIn(StrictModel):
     dop: NotNegative = Field(0.0, description="Of a metre for each unit of dilution, no unit.")
     out_of_sight: NotNegative = Field(
         2.0, description="Of a second with fewer anchors in sight than a fix needs, metres per second."
+    )
+    position_error: NotNegative = Field(
+        0.0, description="Of a metre for each metre of predicted one-sigma position error, no unit."
     )
 
 
@@ -125,6 +154,12 @@ class PathQuestion(RangingParameters):
     budget: BudgetIn = Field(default_factory=lambda: BudgetIn.model_validate({}))
     no_go: Areas = Field([], description="Areas to stay out of, with the whole footprint.")
     keep_in: Areas = Field([], description="Areas to stay within, with the whole footprint; none = the whole DEM.")
+    tracks: Annotated[list[TrackIn], Field(max_length=64)] = Field(
+        [], description="Anchors that move; a place has the map of the time at which the rover gets there."
+    )
+    departure_s: Seconds = Field(0.0, description="When the rover leaves, seconds on the clock of the tracks.")
+    frame_s: Positive = Field(60.0, description="How closely in time moving anchors are looked at, seconds.")
+    navigation: NavigationIn = Field(default_factory=lambda: NavigationIn.model_validate({}))
     morphing_map: MorphingMapParameters | None = Field(
         None, description="Stay where the antenna is above this morphing map, which then takes the place of anchors."
     )
@@ -137,6 +172,13 @@ class PathParameters(PathQuestion):
     """The same, with everything that it ranges to in it."""
 
     @model_validator(mode="after")
+    def _unique_among_tracks(self) -> Self:
+        ids = [one.id for one in (*self.anchors, *self.tracks)]
+        if len(set(ids)) < len(ids):
+            raise ValueError("Anchors and tracks need ids that are unique among all of them.")
+        return self
+
+    @model_validator(mode="after")
     def _limits_need_anchors(self) -> Self:
         check_limits_have_anchors(self)
         return self
@@ -144,8 +186,10 @@ class PathParameters(PathQuestion):
 
 def check_limits_have_anchors(asked: PathQuestion) -> None:
     """Raises ValueError for limits on anchors without any, and for anchors beside a morphing map."""
-    ranged = bool(asked.anchors) or asked.satellites is not None
-    if (asked.limits.min_anchors > 0 or asked.limits.max_dop is not None) and not ranged:
-        raise ValueError("Limits on anchors in sight or dilution need anchors, satellites, or a map of them.")
+    ranged, limits = bool(asked.anchors or asked.tracks) or asked.satellites is not None, asked.limits
+    if (limits.min_anchors > 0 or limits.max_dop is not None or limits.bubble_epsilon > 0.0) and not ranged:
+        raise ValueError("Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map of them.")
+    if asked.tracks and (asked.unknown, asked.curvature) != ("unknown", "auto"):
+        raise ValueError("With anchors on tracks, unknown and curvature keep their defaults.")
     if ranged and asked.morphing_map is not None:
         raise ValueError("Give anchors and satellites, or a morphing map with its own, not both.")

@@ -23,6 +23,7 @@ from service.schemas.paths import PathLimitsIn, PathParameters, RoverIn
 from terrain import height_at, to_grid_frame
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from tests.service.small_paths import ACROSS, WEST_OF_WALL, at, path_request, small_path
+from visibility import VisibilityInputError
 
 MILLIMETRE = 1e-3
 
@@ -199,7 +200,7 @@ def test_without_anchors_the_picture_shows_the_ground_alone(tmp_path):
 def test_the_profile_has_a_panel_for_everything_that_is_known(found):
     words = words_of(draw_profile(found))
     assert [word for word in words if word in ("altitude, m", "slope, °", "in sight", "sight margin, m", "PDOP")]
-    assert len(draw_profile(found).axes) == 6
+    assert len(draw_profile(found).axes) == 7
 
 
 def test_a_goal_may_be_an_area_and_degrees_and_metres_may_be_mixed():
@@ -220,6 +221,41 @@ def test_a_morphing_map_takes_the_place_of_anchors():
     assert np.isfinite(finished.dop).any()
 
 
+TRACK = {
+    "id": "T",
+    "points": [{"time_s": t, **at(e, 60.0), "above_ground_m": 80.0} for t, e in ((0.0, 60.0), (5000.0, 480.0))],
+}
+
+
+def test_an_anchor_on_a_track_is_ranged_to_and_drawn_where_it_is_at_the_start(written):
+    finished = small_path(tracks=[TRACK], departure_s=100.0, frame_s=300.0)
+    assert finished.found
+    assert finished.answer["ranged_to"] == ["W", "N", "S", "E", "T"]
+    assert finished.visible.shape[1] == 5
+    assert [anchor.id for anchor in finished.anchors] == ["W", "N", "S", "E"]
+    line = json.loads(written(finished, "path.geojson"))["features"][0]["properties"]
+    assert any("T" in vertex["visible_anchors"] for vertex in line["vertices"])
+    assert "T" in [text.get_text() for text in draw_path(finished).axes[0].texts]
+
+
+def test_a_safety_bubble_is_kept_told_and_drawn(written):
+    navigation = {"initial_sigma_m": 0.3, "ground_sigma_m": 0.2, "motion_m2_per_s3": 0.001}
+    finished = small_path(limits={"bubble_epsilon": 1.0, "dem_sigma_m": 0.1}, no_go=[], navigation=navigation)
+    assert finished.found, finished.answer["sentence"]
+    assert "room for the safety bubble" in {check["limit"] for check in finished.answer["validation"]["checks"]}
+    assert (finished.column("bubble_radius_m") > 0.1).all()
+    assert (finished.column("clearance_m") >= finished.column("bubble_radius_m") - 1e-3).all()
+    rows = list(csv.DictReader(written(finished, "path.csv").splitlines()))
+    assert float(rows[-1]["position_sigma_m"]) > 0.0
+    assert "radius of the safety bubble" in words_of(draw_profile(finished))
+
+
+def test_position_error_may_be_part_of_the_price():
+    finished = small_path(weights={"position_error": 5.0})
+    assert finished.answer["cost_split"]["position_error"] > 0.0
+    assert finished.answer["totals"]["mean_position_sigma_m"] > 0.0
+
+
 def test_a_start_that_cannot_be_stood_on_says_why_and_what_is_nearest():
     with pytest.raises(PlaceError, match="start cannot be stood on: slope") as raised:
         small_path((at(540.0, 200.0), at(470.0, 70.0)))
@@ -231,6 +267,8 @@ def test_a_start_that_cannot_be_stood_on_says_why_and_what_is_nearest():
     [
         ({"no_go": [{"ring": [at(0, 0), at(100, 100), at(100, 0), at(0, 100)]}]}, RequestError, "Self-intersection"),
         ({"limits": {"min_anchors": 9}}, PathProblemError, "9 anchors in sight are asked for, and there are only 4"),
+        ({"tracks": [TRACK], "departure_s": 6000.0}, VisibilityInputError, "runs from 0 s to 5000 s"),
+        ({"tracks": [TRACK], "way_points": [at(200, 100)]}, PathProblemError, "each leg is a plan of its own"),
         ({"weights": {"length": 0.0, "time": 0.0}}, PathProblemError, "must cost something"),
         (
             {"rover": {"speed_over_slope": [{"slope_deg": s, "speed_m_per_s": 1.0} for s in (5.0, -5.0)]}},

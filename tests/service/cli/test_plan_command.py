@@ -133,7 +133,10 @@ def bad(tmp_path, name, text):
         (("--start", place(START), "--goal", place(START)), "same place, so there is no path to plan."),
         ((*WEST, "--seconds", 0), "budget.seconds"),
         ((*WEST, "--iterations", 0), "budget.iterations"),
-        ((*WEST, "--min-anchors", 3), "Limits on anchors in sight or dilution need anchors, satellites, or a map"),
+        (
+            (*WEST, "--min-anchors", 3),
+            "Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map",
+        ),
         ((*WEST, *ANCHORS, "--min-anchors", 5), "5 anchors in sight are asked for, and there are only 4."),
         ((*WEST, *ANCHORS, "--max-dop", 0.01), "dilution"),
         ((*WEST, "--max-slope", 95), "rover.max_slope_deg"),

@@ -157,6 +157,7 @@ def test_a_map_that_is_not_there_or_of_another_dem_is_refused(
     assert_problem(both, 422, "request", "A map brings its own anchors along")
 
 
+TRACK = {"id": "T", "points": [{"time_s": t, **at(60.0 + t, 60.0), "above_ground_m": 80.0} for t in (0.0, 400.0)]}
 CROSSED = {"ring": [at(0, 0), at(100, 100), at(100, 0), at(0, 100)]}
 METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 3.8e6], [4e5, 3.8e6]]]}
 
@@ -181,6 +182,10 @@ METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 
         ),
         ({"budget": {"seconds": 0.0}}, "validation", "budget.seconds"),
         ({"budget": {"iterations": 0}}, "validation", "budget.iterations"),
+        ({"anchors": [], "limits": {"bubble_epsilon": 2.0}}, "validation", "bubble need anchors, satellites, or a map"),
+        ({"tracks": [TRACK | {"id": "W"}]}, "validation", "ids that are unique among all of them"),
+        ({"tracks": [TRACK], "curvature": "flat"}, "validation", "unknown and curvature keep their defaults"),
+        ({"tracks": [TRACK], "departure_s": -5.0}, "visibility-input", "nothing is known of it at -5 s"),
         ({"budget": {"seconds": 1e6}}, "limit", "A budget of 1e+06 s is more than the limit of 900 s for one job"),
         ({"goals": []}, "validation", "goals"),
         ({"goals": [{"type": "LineString", "coordinates": [[0, 0], [1, 1]]}]}, "validation", "goal holds no polygons"),
