@@ -110,6 +110,16 @@ def test_late_repeated_and_timeless_epochs_are_told_counted_and_change_nothing(s
     assert {**after, "rejections": {}} == {**before, "rejections": {}}
 
 
+def test_a_clock_that_was_set_back_is_believed_after_ten_epochs_in_order(server: Server, session: str) -> None:
+    times_s = [1000.0, 1001.0, *(float(second) for second in range(12))]
+    epochs = [{"time_s": time_s, "ranges": RANGES} for time_s in times_s]
+    answers = server.client.post(f"{session}/epochs", json={"epochs": epochs}).json()["answers"]
+    used = [answer["rejection"] is None for answer in answers]
+    assert used == [True] * 2 + [False] * 9 + [True] * 3
+    state = server.client.get(session).json()["state"]
+    assert (state["time_s"], state["epochs"], sum(state["rejections"].values())) == (11.0, 5, 9)
+
+
 def test_odometry_may_be_missing_or_useless(server: Server, session: str) -> None:
     moved = {"duration_s": 1.0, "wheel_m": [0.0, 0.0]}
     answers = send(
