@@ -88,7 +88,8 @@ class Judge:
                 motion_says(float(excess_m[i]), float(sigma_m[i]), least_m, harmful_m, MOTION_WEIGHT),
                 prediction_says(measured.p_sight),
             )
-            by_track = says[2].says is not Say.SILENT
+            # a track that is not settled still knows more than ranges that allow no position
+            by_track = says[2].says is not Say.SILENT or math.isnan(geometry.excess_m[i])
             best_m = float(excess_m[i] if by_track else geometry.excess_m[i])
             verdicts.append(verdict_on(measured, best_m, harmful_m, says, settings))
         self._learn(verdicts, changes, arrays, direction)
