@@ -39,7 +39,8 @@ class FoundFrames:
     """All frames: altitude_m (frames, rows, cols) float32, state the same in uint8, both as in MorphingMap.
 
     available: (AVAILABLE_BANDS, rows, cols) float64, as in Availability. sources: of each frame, where near anchors
-    are and which satellites there are, ready for JSON. first, first_lines: the first frame and its sight lines.
+        are, which satellites there are, and how many surfaces were calculated anew, ready for JSON.
+    first, first_lines: the first frame and its sight lines.
     """
 
     altitude_m: npt.NDArray[np.float32]
@@ -75,15 +76,17 @@ def find_frames(
     told: list[dict[str, Any]] = []
     warnings: dict[str, None] = {}
     firsts: list[tuple[MorphingFrame, MinimumVisibleAltitude]] = []
-    started_s = time.perf_counter()
+    started_s, computed = time.perf_counter(), 0
 
     def kept() -> Iterator[MorphingFrame]:
+        nonlocal computed
         for number, frame in enumerate(frames):
             if not firsts:
                 firsts.append((frame, cache.surfaces(frame.anchors)))
             altitude_m[number], state[number] = frame.map.altitude_m, frame.map.state
             warnings.update(dict.fromkeys(frame.map.warnings))
-            told.append(_sources(frame))
+            told.append({**_sources(frame), "surfaces_computed": cache.computed - computed})
+            computed = cache.computed
             if progress is not None:
                 progress((number + 1) / len(times_s))
             yield frame
@@ -118,6 +121,7 @@ def frames_summary(
                 "time": None if start is None else time_of(start, told["time_s"]).isoformat(),
                 "anchors": len(told["anchors"]),
                 "satellites": len(told["satellites"]),
+                "surfaces_computed": told["surfaces_computed"],
                 "share_flyable": share_of(int(np.count_nonzero(open_)), known_posts),
             }
             for told, open_ in zip(sources, flyable, strict=True)

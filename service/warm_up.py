@@ -12,6 +12,7 @@ import numpy as np
 import detection
 import navigation
 import visibility
+from dem_samples import load_sample
 from planning import PathError, paths, placement
 from terrain import ElevationGrid, height_at, nearest_surface
 
@@ -42,6 +43,7 @@ def _warm_up_part(number: int) -> None:
 
 
 def _minimum_altitudes(grid: ElevationGrid) -> None:
+    load_sample("jacksboro")  # in degrees, so it is warped
     height_at(grid, [10.0, 20.0], [-30.0, -40.0])
     anchors = (
         visibility.Anchor("inside", 101.0, -77.0, 60.0),
@@ -67,6 +69,8 @@ def _columns_of_air(grid: ElevationGrid) -> None:
     visibility.morphing_map(surfaces, visibility.FlightLimit(3.0), ceiling_m=200.0)
     for on_surface in (False, True):
         visibility.dop_map(surfaces, 1.5, on_surface=on_surface)
+        visibility.position_error_map(surfaces, 1.5, on_surface=on_surface)
+        visibility.position_error_along(surfaces, [[100.0, -100.0, 90.0]], on_surface=on_surface)
     layers = visibility.altitude_layers(0.0, 40.0, 20.0, above_ground=True)
     visibility.whole_volume(visibility.control_volume(surfaces, layers))
 

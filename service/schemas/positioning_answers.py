@@ -125,6 +125,9 @@ class FrameFacts(BaseModel):
     time: str | None = Field(description="The same as an instant, where satellites give it.")
     anchors: int = Field(description="Number of anchors then.")
     satellites: int = Field(description="Number of satellites in view then.")
+    surfaces_computed: int = Field(
+        description="Number of anchors and satellites that had moved, so that their sight lines were calculated anew."
+    )
     share_flyable: float | None = Field(description="Part of the known posts flyable up to the ceiling, 0..1.")
 
 

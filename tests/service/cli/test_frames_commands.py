@@ -53,6 +53,7 @@ def test_frames_and_availability_are_what_the_library_answers(sightline, dem_fil
     assert len(np.unique(expected.share)) > 2, "it should change"
     told = json.loads(ended.stdout)["over_time"]
     assert [frame["time_s"] for frame in told["frames"]] == [0.0, 20.0, 40.0, 60.0]
+    assert [frame["surfaces_computed"] for frame in told["frames"]] == [4, 1, 1, 1], "only the track has moved"
     assert told["available_at"] == {"above_ground_m": 100.0}
     known = ~np.isnan(grid.heights_m)
     assert told["share_always_available"] == pytest.approx(np.mean(expected.share[known] == 1.0))

@@ -10,9 +10,10 @@ import pytest
 import rasterio
 from PIL import Image
 
-from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_M
+from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_M, assert_problem
 from tests.service.running import Server
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
+from tests.visibility.satellites.constellation import shared_file
 from visibility import GO, NO_GO, UNKNOWN
 
 PLACES = {"A": (0.3, 0.3), "B": (0.7, 0.35), "C": (0.5, 0.75), "D": (0.45, 0.5)}
@@ -103,6 +104,16 @@ def test_satellites_come_with_the_request_and_orbits_stay_out_of_the_result(
     assert len(map_["result"]["satellites"]) >= 4
     assert "almanac" not in map_["request"]["satellites"]
     assert "almanac" not in map_["result"]["parameters"]["satellites"]
+
+
+def test_a_navigation_file_is_the_precise_source(server: Server, jacksboro: dict[str, Any]) -> None:
+    sky = {"navigation": shared_file("rtklib_brdc0910.09n").read_text(), "time": "2009-04-01T12:00:00Z"}
+    map_ = made(server, "/dop-maps", dem_id=jacksboro["id"], satellites=sky, kind="pseudorange", measure="tdop")
+    assert len(map_["result"]["satellites"]) >= 4
+    assert "navigation" not in map_["request"]["satellites"]
+    # an almanac would do weeks later, ephemerides do not
+    late = {"dem_id": jacksboro["id"], "satellites": {**sky, "time": "2009-04-03T12:00:00Z"}}
+    assert_problem(server.client.post("/dop-maps", json=late), 422, "almanac", "ephemer")
 
 
 @pytest.mark.parametrize("path", PATHS)

@@ -1,0 +1,86 @@
+"""After the warm-up no map of positioning, and no layer of one, waits for a compiler."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import dem_samples
+import terrain.kernels
+import visibility.kernels
+from service.layers import LAYERS, write_layer
+from service.map_store import load, save
+from service.products import DOP_MAP, MORPHING_MAP, Product
+from service.warm_up import warm_up
+from terrain import ElevationGrid
+
+PLACES = ((0.2, 0.2), (0.5, 0.3), (0.8, 0.25), (0.3, 0.7))
+
+
+def compiled() -> dict[str, int]:
+    """How many versions of each kernel this process has."""
+    versions = {}
+    for package in (terrain.kernels, visibility.kernels):
+        for found in pkgutil.iter_modules(package.__path__):
+            module = importlib.import_module(f"{package.__name__}.{found.name}")
+            for name, value in vars(module).items():
+                if hasattr(value, "signatures"):
+                    versions[f"{module.__name__}.{name}"] = len(value.signatures)
+    return versions
+
+
+def requests(grid: ElevationGrid) -> list[tuple[Product, dict[str, Any]]]:
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    places = [
+        {"east_m": west_m + x * (east_m - west_m), "north_m": south_m + y * (north_m - south_m)} for x, y in PLACES
+    ]
+    anchors = [{"id": f"D{n}", **place, "above_ground_m": 300.0} for n, place in enumerate(places)]
+    points = [{**place, "altitude_m": 3000.0, "time_s": 60.0 * n} for n, place in enumerate(places[:2])]
+    air = {
+        "volume": {"ceiling_above_ground_m": 90.0},
+        "cuts": [{"line": places[:2]}, {"altitude_m": 900.0}, {"above_ground_m": 9.0}],
+        "path": [{**places[0], "above_ground_m": 2.0}],
+    }
+    over_time = {"tracks": [{"id": "T", "points": points}], "frames": {"to_s": 60.0, "step_s": 30.0}}
+    asked: list[tuple[Product, dict[str, Any]]] = [
+        (DOP_MAP, {"on_surface": True}),
+        (DOP_MAP, {"kind": "pseudorange", **air}),
+        (DOP_MAP, {"one_dop_per_set": True, **air}),
+        (MORPHING_MAP, {"ceiling_above_ground_m": 500.0, **over_time}),
+        (MORPHING_MAP, {"ceiling_above_ground_m": 500.0, "kind": "pseudorange", "measure": "tdop"}),
+    ]
+    return [(product, {"anchors": anchors, **more}) for product, more in asked]
+
+
+def make_everything(folder: Path) -> None:
+    for sample in ("valley", "jacksboro"):
+        grid = dem_samples.load_sample(sample).window(0, 59, 0, 79)
+        for number, (product, asked) in enumerate(requests(grid)):
+            kept = folder / f"{sample}-{number}"
+            parameters = product.parameters.model_validate(asked)
+            save(product.calculate(grid, parameters, None), kept)
+            finished = load(kept)
+            for layer in LAYERS[product.name].values():
+                # pictures and text files call no kernels that rasters do not
+                if layer.is_of(asked) and layer.name.endswith((".tif", ".npz", ".nc", "cut-1.png", "cut-2.png")):
+                    write_layer(finished, layer.name, kept / layer.name)
+
+
+def main(folder: Path) -> None:
+    warm_up()
+    before = compiled()
+    make_everything(folder)
+    print(sorted(name for name, versions in compiled().items() if versions != before[name]))
+
+
+def test_no_kernel_is_compiled_after_the_warm_up(tmp_path: Path) -> None:
+    # in a process of its own: this one may have compiled anything
+    program = f"from pathlib import Path; from {__name__} import main; main(Path({str(tmp_path)!r}))"
+    root = Path(__file__).parents[2]
+    run = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.splitlines()[-1] == "[]"
