@@ -24,6 +24,8 @@ from . import (
     machine,
     memory,
     over_http,
+    path_benefit,
+    planning,
     report,
     speed,
     volumes,
@@ -49,6 +51,13 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_odometry.odometry_on_plaza,
         detector_proof.false_positive_rates,
         detector_speed.detector_speed,
+    ),
+    "planning": (
+        planning.random_paths,
+        planning.first_path,
+        planning.cost_in_three_seconds,
+        path_benefit.benefit,
+        planning.same_twice,
     ),
 }
 # the same tables on small grounds: to see that everything runs, not to be believed
@@ -80,6 +89,13 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_odometry.odometry_on_plaza,
         partial(detector_proof.false_positive_rates, epochs=20_000, searched=200),
         partial(detector_speed.detector_speed, epochs=100),
+    ),
+    "planning": (
+        partial(planning.random_paths, count=20, posts=60),
+        partial(planning.first_path, posts=128, count=4),
+        partial(planning.cost_in_three_seconds, posts=80, count=5),
+        partial(path_benefit.benefit, count=3, posts=60),
+        partial(planning.same_twice, count=1),
     ),
 }
 

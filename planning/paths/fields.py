@@ -141,19 +141,17 @@ def _ground(grid: ElevationGrid, rover: RoverModel) -> tuple[Floats, Floats]:
 
 
 def _within_footprint(unknown: npt.NDArray[np.bool_], grid: ElevationGrid, rover: RoverModel) -> npt.NDArray[np.bool_]:
-    """Squares from whose middle the footprint reaches an unknown one."""
-    down, across = (
-        max(math.ceil(rover.footprint_radius_m / cell_m - 0.5), 0) for cell_m in (grid.cell_north_m, grid.cell_east_m)
-    )
-    if (down == 0 and across == 0) or not unknown.any():
+    """Squares from somewhere in which the footprint reaches an unknown one, or beyond the grid."""
+    radius_m = rover.footprint_radius_m
+    if radius_m == 0.0:
         return unknown
-    # from the middle of a square to the near side of another
-    away_n = np.maximum(np.abs(np.arange(-down, down + 1)) - 0.5, 0.0)[:, None] * grid.cell_north_m
-    away_e = np.maximum(np.abs(np.arange(-across, across + 1)) - 0.5, 0.0) * grid.cell_east_m
-    reached: npt.NDArray[np.bool_] = ndimage.binary_dilation(
-        unknown, away_n**2 + away_e**2 < rover.footprint_radius_m**2
-    )
-    return reached
+    down, across = (math.ceil(radius_m / cell_m) for cell_m in (grid.cell_north_m, grid.cell_east_m))
+    # from side to side of two squares
+    away_n = np.maximum(np.abs(np.arange(-down, down + 1)) - 1.0, 0.0)[:, None] * grid.cell_north_m
+    away_e = np.maximum(np.abs(np.arange(-across, across + 1)) - 1.0, 0.0) * grid.cell_east_m
+    around = np.pad(unknown, 1, constant_values=True)
+    reached: npt.NDArray[np.bool_] = ndimage.binary_dilation(around, away_n**2 + away_e**2 < radius_m**2)
+    return reached[1:-1, 1:-1]
 
 
 def _mark_areas(problem: PathProblem, reasons: npt.NDArray[np.uint16]) -> None:

@@ -25,7 +25,7 @@ WEIGHTS = CostWeights(length=1.0, climb=3.0, out_of_sight=0.0)
 def field_of(seed: int, posts: int = 24, slope_deg: float = 18.0, cells: tuple[float, float] = (30.0, 20.0)):
     rough = fractal(posts, seed, relief_m=150.0, cell_m=30.0)
     grid = ElevationGrid(rough.heights_m, *cells)
-    rover = RoverModel(max_slope_rad=math.radians(slope_deg))
+    rover = RoverModel(footprint_radius_m=0.0, max_slope_rad=math.radians(slope_deg))
     problem = PathProblem(grid, (0.0, 0.0), ((1.0, 1.0),), rover=rover, weights=WEIGHTS)
     return problem, cost_field(problem, None)
 

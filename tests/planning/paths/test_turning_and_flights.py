@@ -99,8 +99,8 @@ def test_a_flight_stays_above_the_morphing_map() -> None:
     above = morphing_map(surfaces, FlightLimit(6.0), ceiling_m=200.0)
     problem = FlightProblem(
         grid,
-        (52.0, -100.0, 75.0),
-        (251.0, -102.0, 75.0),
+        (52.0, -100.0, 180.0),
+        (251.0, -102.0, 180.0),
         above=above,
         bubble_m=5.0,
         budget=PlanBudget(iterations=4_000),
