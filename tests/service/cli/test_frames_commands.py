@@ -7,6 +7,7 @@ import pytest
 import rasterio
 from PIL import Image
 
+from service.schemas.frames import FramesIn
 from tests.service.cli.positioning_words import ANCHORS, PLACES, band
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
@@ -137,3 +138,8 @@ def test_times_that_cannot_be_are_refused_in_one_sentence(sightline, dem_file, t
     )
     assert (ended.code, sentence in ended.stderr, ended.stderr.count("\n")) == (2, True, 1), ended.stderr
     assert not list((tmp_path / "out").glob("*"))
+
+
+def test_availability_is_told_of_one_height():
+    with pytest.raises(ValueError, match="only one of altitude_m and above_ground_m"):
+        FramesIn(to_s=1.0, step_s=1.0, altitude_m=1.0, above_ground_m=1.0)

@@ -1,6 +1,7 @@
 """sightline dop with a control volume: cuts as pictures, voxels as files that other programs read."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,11 +9,14 @@ import rasterio
 import xarray
 from PIL import Image
 
+from service.dop_volumes import check_air
+from service.schemas.positioning import DopMapParameters
 from terrain import to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS, PLACES
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from visibility import (
     Anchor,
+    VisibilityInputError,
     altitude_layers,
     anchor_above_ground,
     control_volume,
@@ -146,3 +150,22 @@ def test_air_that_cannot_be_is_refused_in_one_sentence(sightline, dem_file, tmp_
     ended = sightline("dop", dem_file, *ANCHORS, *words, "--out", tmp_path / "out", "--json")
     assert (ended.code, sentence in ended.stderr, ended.stderr.count("\n")) == (2, True, 1), ended.stderr
     assert not list((tmp_path / "out").glob("*"))
+
+
+def test_more_layers_than_a_tiff_has_bands_are_refused(sightline, dem_file, tmp_path, monkeypatch):
+    monkeypatch.setattr("service.layers.volume_files.MOST_BANDS", 3)
+    ended = sightline(
+        *("dop", dem_file, *ANCHORS, "--volume", "--ceiling", "60agl", "--layer", "20", "--out", tmp_path)
+    )
+    assert (ended.code, ended.stderr.count("\n")) == (2, 1)
+    assert "4 layers are more than the 3 bands that a GeoTIFF holds" in ended.stderr
+
+
+def test_over_unknown_ground_alone_there_is_no_air(sightline, dem_file):
+    hole = f"{WEST_M + 8 * 30},{NORTH_M - 6 * 20},{WEST_M + 10 * 30},{NORTH_M - 4 * 20}"
+    ended = sightline("dop", dem_file, *ANCHORS, "--volume", "--ceiling", "100msl", "--bounds", hole)
+    assert (ended.code, "No ground is known" in ended.stderr, ended.stderr.count("\n")) == (2, True, 1), ended.stderr
+    void = replace(small_grid(), heights_m=np.full((5, 6), np.nan, np.float32))
+    asked = {"anchors": [{"id": "A", "east_m": 1.0, "north_m": 1.0, "altitude_m": 9.0}], "cuts": [{"altitude_m": 1.0}]}
+    with pytest.raises(VisibilityInputError, match="No ground is known"):
+        check_air(void, DopMapParameters.model_validate(asked))
