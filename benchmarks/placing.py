@@ -41,8 +41,8 @@ SMALL_NOTE = """\
 All sets gone through by one line of numpy each; the search without its own exact step, and with it. The worst over
 all instances is judged: for coverage against equality, for dilutions and errors against 1 %."""
 LOSS_NOTE = """\
-Placed with one anchor to spare; sight recomputed edge by edge, then each anchor taken away in turn. What is stated must be
-no more than what is left after the worst loss."""
+Placed with one anchor to spare; sight recomputed edge by edge, then each anchor taken away in turn. What is stated must
+be no more than what is left after the worst loss."""
 COST_NOTE = "Sight alone, mode fast, one bit per candidate and post; the least of three runs."
 
 
@@ -61,6 +61,9 @@ def placing_speed(posts: int = 512, candidates: int = 400, real_candidates: int 
     real = real_grid("bigtujunga.tif")
     if real is not None:
         grounds.append(("bigtujunga.tif", real, (80.0, 120.0), real_candidates, 120.0))
+    small = fractal(48, 0, relief_m=300.0, cell_m=30.0)
+    for goal in GOALS.values():  # warm
+        place_anchors(small, candidate_grid(small, 200.0, above_ground_m=[80.0]), area_targets(small), 6, goal)
     for name, grid, heights_m, asked, limit_s in grounds:
         places = candidate_grid(grid, lattice_of(grid, asked // len(heights_m)), above_ground_m=heights_m)
         targets = area_targets(grid)

@@ -182,7 +182,9 @@ def additions(cells, states, present, present_bits, candidates, bits, question, 
         state = np.empty(STATE_COLUMNS)
         for i in range(targets):
             value = states[i, VALUE]
-            if states[i, COUNT] >= least_count and _sees(bits, c, i):
+            # what is good stays good: one more anchor takes no information away
+            good = question[0] == DOP and value == 1.0
+            if not good and states[i, COUNT] >= least_count and _sees(bits, c, i):
                 state[:] = states[i]
                 if question[6] != 0:
                     before = _worth(state, cells[1][i], question)

@@ -13,6 +13,7 @@ __all__ = ["Together", "may_stand_beside"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+CLEAR_OF_ANOTHER_M = 5.0
 
 
 class Together:
@@ -137,8 +138,11 @@ class Together:
 def may_stand_beside(
     grid: ElevationGrid, place_m: Floats, standing_m: Floats, min_separation_m: float, link: Link | None
 ) -> Mask:
-    """(n,) which places (n, 3) are far enough from those who stand (k, 3), and leave every link over them whole."""
-    apart = Together(grid, place_m, standing_m, min_separation_m, None).may_join([])
+    """(n,) which places (n, 3) are far enough from those who stand (k, 3), and leave every link over them whole.
+
+    Also without a rule nobody flies into another.
+    """
+    apart = Together(grid, place_m, standing_m, max(min_separation_m, CLEAR_OF_ANOTHER_M), None).may_join([])
     if link is None or link.relays == 0:
         return apart
     some = np.flatnonzero(apart)
