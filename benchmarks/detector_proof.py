@@ -107,7 +107,7 @@ def generality() -> Table:
 # Numbers of the track's model, as tracks.py has them
 MODEL = (
     "NOISE", "SHARED", "CLEARED", "CREEP", "CREEP_OF_ITSELF", "BACK_PER_S", "MEAN", "CLIMB_FORGOTTEN_PER_S",
-    "OCCLUSIONS_PER_S", "CLEARINGS_PER_S", "NEW_SIGMA",
+    "ANEW_PER_S", "NEW_SIGMA", "FAR_SHARE", "FAR_SIGMA",
 )  # fmt: skip
 
 

@@ -91,8 +91,7 @@ def arrays_of(
     harmful_m = tolerances_m if settings.harmful_m is None else np.full(len(sigmas), settings.harmful_m)
     heard = Heard(
         places_m, np.array(index, np.int64), np.array(ranges_m, np.float64), sigmas, np.array(times_s, np.float64),
-        # what nobody predicted leaves the track's own odds as they are
-        np.array([0.5 if measured.p_sight is None else measured.p_sight for measured in ranges], np.float64),
+        np.array(p_sight, np.float64),
     )  # fmt: skip
     penalties = np.array([2.0 * math.log(p / (1.0 - p)) for p in np.clip(p_sight, SURE, 1.0 - SURE).tolist()])
     return EpochArrays(heard, tolerances_m, harmful_m, penalties.reshape(len(sigmas)))

@@ -26,7 +26,8 @@ CREEP_OF_ITSELF = 1.3  # of an excess per square root of a second: what is long 
 BACK_PER_S = 1.7  # rate at which an excess returns to its mean
 MEAN = 0.2  # of the sigma: signals arrive late rather than early
 CLIMB_FORGOTTEN_PER_S = 4.0
-OCCLUSIONS_PER_S, CLEARINGS_PER_S = 0.8, 1.0
+# Sight of an anchor comes and goes about so often: what was known of it before says nothing after that.
+ANEW_PER_S = 1.8
 NEW_SIGMA = 0.7  # of the typical excess
 # One occlusion in ten is an order of magnitude longer: a range so far off must not pull the track along.
 FAR_SHARE, FAR_SIGMA = 0.1, 10.0
@@ -116,8 +117,7 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
         (settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2, CLIMB_FORGOTTEN_PER_S),
         (CREEP * sigma_m, CREEP_OF_ITSELF, BACK_PER_S, MEAN * sigma_m),
         (
-            OCCLUSIONS_PER_S,
-            CLEARINGS_PER_S,
+            ANEW_PER_S,
             settings.excess_m,
             NEW_SIGMA * settings.excess_m,
             NOISE,

@@ -152,8 +152,8 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
     """(state, covariance, heard_s, log-likelihood, excess_m, sigma_m) after an epoch's ranges, in the order of times.
 
     track: state (7 + n,), covariance, time of the state, times (n,) each anchor was last heard. measured: anchors
-    (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s of occlusion, 1/s of
-    clearing, mean and sigma of a new excess (m), noise, cleared sigma, as shares of a range's sigma; share of new
+    (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s at which an
+    anchor's sight is drawn anew, mean and sigma of a new excess (m), noise, cleared sigma, as shares of a range's sigma; share of new
     excesses that are far longer, and their sigma (m).
     excess_m, sigma_m: of every range against the place at its time, as known at the end.
     """
@@ -170,13 +170,14 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
         i = index[m]
         since_s = min(max(times_s[m] - heard_s[i], 0.0), FORGOTTEN_S)
         heard_s[i] = times_s[m]
-        occluding = (1.0 - math.exp(-odds[0] * since_s)) * 2.0 * min(max(1.0 - p_sight[m], 0.01), 0.99)
-        clearing = (1.0 - math.exp(-odds[1] * since_s)) * 2.0 * min(max(p_sight[m], 0.01), 0.99)
-        outcomes[0, 0] = max(1.0 - occluding - clearing, 0.01)
-        outcomes[1, 0], outcomes[1, 1], outcomes[1, 2] = clearing, creep[3], (odds[5] * sigmas[m]) ** 2
-        outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding * (1.0 - odds[6]), odds[2], odds[3] * odds[3]
-        outcomes[3, 0], outcomes[3, 1], outcomes[3, 2] = occluding * odds[6], odds[2], odds[7] * odds[7]
-        noise = (odds[4] * sigmas[m]) ** 2
+        anew = 1.0 - math.exp(-odds[0] * since_s)
+        clearing = anew * min(max(p_sight[m], 0.01), 0.99)
+        occluding = anew - clearing
+        outcomes[0, 0] = max(1.0 - anew, 0.01)
+        outcomes[1, 0], outcomes[1, 1], outcomes[1, 2] = clearing, creep[3], (odds[4] * sigmas[m]) ** 2
+        outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding * (1.0 - odds[5]), odds[1], odds[2] * odds[2]
+        outcomes[3, 0], outcomes[3, 1], outcomes[3, 2] = occluding * odds[5], odds[1], odds[6] * odds[6]
+        noise = (odds[3] * sigmas[m]) ** 2
         log_likelihood += _weigh(state, covariance, anchors[i], STATES + i, ranges[m], noise, outcomes, work)
     _predict(state, covariance, end_s - now_s, motion, creep, flat)
     excess, sigma = np.zeros(count), np.zeros(count)
