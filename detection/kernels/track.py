@@ -153,8 +153,8 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
 
     track: state (7 + n,), covariance, time of the state, times (n,) each anchor was last heard. measured: anchors
     (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s at which an
-    anchor's sight is drawn anew, mean and sigma of a new excess (m), noise, cleared sigma, as shares of a range's sigma; share of new
-    excesses that are far longer, and their sigma (m).
+    anchor's sight is drawn anew, mean and sigma of a new excess (m), noise and cleared sigma as shares of a range's
+    sigma, share of new excesses that are far longer, and their sigma (m).
     excess_m, sigma_m: of every range against the place at its time, as known at the end.
     """
     state, covariance, heard_s = track[0].copy(), track[1].copy(), track[3].copy()
