@@ -11,6 +11,7 @@ import httpx
 
 from dem_samples import sample_path
 from service.errors import ServiceError
+from service.layers import LAYERS
 from service.replacing import replacing
 from service.warm_up import warm_up
 
@@ -80,7 +81,8 @@ def _ask(client: httpx.Client, progress: Any) -> tuple[dict[str, Any], list[dict
         problem = (job.get("problem") or {}).get("detail", f"its status is {job['status']}")
         raise ServiceError(f"The visibility map was not made: {problem}")
     progress(0.7)
-    return job["result"], job["layers"]
+    files = LAYERS["visibility-map"]
+    return job["result"], [layer for layer in job["layers"] if not files[layer["name"]].for_screens]
 
 
 def _download(client: httpx.Client, layer: dict[str, Any], folder: Path) -> Path:

@@ -94,7 +94,8 @@ def make_positioning_map(
     given = {field: value for field, value in asked.items() if value is not None}
     product, summary, tables = COMMANDS[name]
     parameters = product.parameters.model_validate({"anchors": anchors, "satellites": sky, **given})
-    layers = tuple(layer.name for layer in LAYERS[name].values() if layer.name not in left_out and layer.is_of(given))
+    offered = (layer for layer in LAYERS[name].values() if layer.name not in left_out and not layer.for_screens)
+    layers = tuple(layer.name for layer in offered if layer.is_of(given))
     make_map(dem, parameters, product.calculate, MapFiles(summary, layers), tables, **rest)
 
 

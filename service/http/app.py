@@ -13,7 +13,7 @@ from service.detectors import rehearse
 from service.jobs.folder import DataFolder
 from service.settings import Settings
 
-from . import problems
+from . import problems, web_page
 from .body_limit import BodyLimit
 from .context import Service
 from .head import allow_head
@@ -80,6 +80,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         allow_head(part.router)
         app.include_router(part.router)
     app.include_router(detector_streams.router)
+    web_page.install(app)
     problems.install(app)
     app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight", "/safety-bubbles"))
     describe(app)

@@ -1,9 +1,10 @@
-"""Layers of finished results: drawn when first asked for, once, however many ask at the same time."""
+"""Pictures and files of DEMs and finished results: drawn when first asked for, once, however many ask at once."""
 
 from __future__ import annotations
 
 import asyncio
 import uuid
+from collections.abc import Mapping
 from pathlib import Path
 
 from service.errors import NotFoundError
@@ -15,7 +16,7 @@ __all__ = ["Drawings"]
 
 
 class Drawings:
-    """Draws layers in worker processes and keeps them beside their result."""
+    """Draws in worker processes and keeps what it drew beside what it was drawn from."""
 
     def __init__(self, folder: DataFolder, supervisor: Supervisor) -> None:
         self._folder = folder
@@ -24,26 +25,40 @@ class Drawings:
 
     async def layer(self, digest: str, name: str) -> Path:
         """The file of a layer; raises what Supervisor.ask raises, NotFoundError when the result was deleted."""
-        path = self._folder.layer(digest, name)
+        path, gone = self._folder.layer(digest, name), NotFoundError("result", digest)
+        return await self._drawn(
+            path, "draw-layer", {"digest": digest, "layer": name}, self._folder.result(digest), gone
+        )
+
+    async def hillshade(self, dem_id: str) -> Path:
+        """The picture of a DEM that the store knows; raises the same when it was deleted."""
+        path, source = self._folder.hillshade(dem_id), self._folder.dem(dem_id)
+        return await self._drawn(path, "draw-hillshade", {"dem_id": dem_id}, source, NotFoundError("DEM", dem_id))
+
+    async def _drawn(
+        self, path: Path, task: str, arguments: Mapping[str, str], source: Path, gone: NotFoundError
+    ) -> Path:
         if not await asyncio.to_thread(path.is_file):
             drawing = self._under_way.get(path)
             if drawing is None:
-                drawing = asyncio.create_task(self._draw(digest, name, path))
+                drawing = asyncio.create_task(self._draw(path, task, arguments, source, gone))
                 self._under_way[path] = drawing
                 drawing.add_done_callback(lambda _: self._under_way.pop(path, None))
             # whoever goes away early must not spoil it for the others
             await asyncio.shield(drawing)
         return path
 
-    async def _draw(self, digest: str, name: str, path: Path) -> None:
+    async def _draw(
+        self, path: Path, task: str, arguments: Mapping[str, str], source: Path, gone: NotFoundError
+    ) -> None:
         token = uuid.uuid4().hex
-        await self._supervisor.ask("draw-layer", {"digest": digest, "layer": name}, token)
-        await self._supervisor.in_store(self._keep, digest, self._folder.work(token), name, path)
+        await self._supervisor.ask(task, arguments, token)
+        await self._supervisor.in_store(self._keep, path, self._folder.work(token), source, gone)
 
-    def _keep(self, digest: str, work: Path, name: str, path: Path) -> None:
+    def _keep(self, path: Path, work: Path, source: Path, gone: NotFoundError) -> None:
         try:
-            if not self._folder.result(digest).is_dir():
-                raise NotFoundError("result", digest)
-            move_into_place(work / name, path)
+            if not source.is_dir():
+                raise gone
+            move_into_place(work / path.name, path)
         finally:
             self._folder.remove(work)

@@ -5,7 +5,7 @@ sightline.sqlite3    DEMs and jobs
 incoming/            uploads and request bodies while they arrive            emptied at start
 work/<token>/        what a task is writing                                  emptied at start
 inputs/<job>/        big inputs of a job that is not finished
-dems/<id>/           heights and geometry of a DEM
+dems/<id>/           heights and geometry of a DEM; pictures/ holds its hillshade
 results/<digest>/    files of a finished result, named by their content; layers/ holds drawn layers
 """
 
@@ -111,6 +111,10 @@ class DataFolder:
     def dem(self, dem_id: str) -> Path:
         """Heights and geometry of a DEM."""
         return self.root / "dems" / dem_id
+
+    def hillshade(self, dem_id: str) -> Path:
+        """A DEM's picture."""
+        return self.dem(dem_id) / "pictures" / "hillshade.png"
 
     def result(self, digest: str) -> Path:
         """Files of a finished result."""

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-__all__ = ["COG", "GEOJSON", "PNG", "Layer", "later"]
+__all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "later"]
 Writer = Callable[[Any, Path], None]
 COG = "image/tiff; application=geotiff; profile=cloud-optimized"
 PNG = "image/png"
 GEOJSON = "application/geo+json"
+JSON = "application/json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,7 @@ class Layer:
 
     needs: the parameter without which a map does not have it. at_least: as many entries of it.
     status: of a result that alone has it. in_degrees: whether it needs a DEM with a CRS.
+    for_screens: a part that a page puts together; commands that write files leave it out.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Layer:
     at_least: int = 1
     status: str | None = None
     in_degrees: bool = False
+    for_screens: bool = False
 
     def is_of(self, parameters: Mapping[str, Any]) -> bool:
         """Whether a map that was asked for with these parameters has this layer."""

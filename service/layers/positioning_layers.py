@@ -8,10 +8,11 @@ from pathlib import Path
 from service.dop_map import FinishedDopMap
 from service.schemas.volumes import MOST_CUTS
 
-from .layer import COG, GEOJSON, PNG, Layer, later
+from .layer import COG, GEOJSON, JSON, PNG, Layer, later
 
 __all__ = ["DOP_LAYERS", "MORPHING_LAYERS"]
 
+OVERLAYS = "service.pictures.overlay"
 RASTERS = "service.layers.positioning_rasters"
 ZONES = "service.layers.zones"
 MESHES = "service.layers.meshes"
@@ -70,6 +71,20 @@ DOP_LAYERS = (
         PNG,
         "A picture of the dilution over shaded relief, with the line of the limit, anchors and legend.",
         later("service.pictures", "write_dop_picture"),
+    ),
+    Layer(
+        "overlay.png",
+        PNG,
+        "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
+        later(OVERLAYS, "write_dop_overlay"),
+        for_screens=True,
+    ),
+    Layer(
+        "legend.json",
+        JSON,
+        "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
+        later(OVERLAYS, "write_dop_legend"),
+        for_screens=True,
     ),
     Layer(
         "path.csv",

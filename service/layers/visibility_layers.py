@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from .layer import COG, GEOJSON, PNG, Layer, later
+from .layer import COG, GEOJSON, JSON, PNG, Layer, later
 
 __all__ = ["VISIBILITY_LAYERS"]
 
+OVERLAYS = "service.pictures.overlay"
 RASTERS = "service.layers.geotiff"
 
 VISIBILITY_LAYERS = (
@@ -34,6 +35,20 @@ VISIBILITY_LAYERS = (
         PNG,
         "A picture of the count over shaded relief, with anchors and legend.",
         later("service.pictures", "write_map_picture"),
+    ),
+    Layer(
+        "overlay.png",
+        PNG,
+        "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
+        later(OVERLAYS, "write_count_overlay"),
+        for_screens=True,
+    ),
+    Layer(
+        "legend.json",
+        JSON,
+        "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
+        later(OVERLAYS, "write_count_legend"),
+        for_screens=True,
     ),
     Layer(
         "arrays.npz",

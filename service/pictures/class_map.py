@@ -18,7 +18,7 @@ from .furniture import INK
 from .relief import Sampling, pick
 from .sheet import anchor_handle, hatching, lit_ground, margin_legend, rgb
 
-__all__ = ["UNDECIDED", "MapClass", "class_legend", "class_pixels"]
+__all__ = ["UNDECIDED", "ClassShare", "MapClass", "class_legend", "class_pixels", "class_shares", "share_legend"]
 
 # in an array of class numbers: what is unknown
 UNDECIDED = np.uint8(255)
@@ -30,6 +30,15 @@ class MapClass:
 
     label: str
     colour: str
+
+
+@dataclass(frozen=True, slots=True)
+class ClassShare:
+    """A row of a legend: name, colour #rrggbb, and how many of the known posts; None where it is no part of them."""
+
+    label: str
+    colour: str
+    posts: int | None
 
 
 def class_pixels(
@@ -49,6 +58,18 @@ def class_pixels(
     return np.asarray(np.rint(colour * 255.0), np.uint8)
 
 
+def class_shares(grid: ElevationGrid, numbers: npt.NDArray[np.uint8], classes: Sequence[MapClass]) -> list[ClassShare]:
+    """Classes in their order with their posts, then what is unknown and what is no ground, where there is any."""
+    known = ~np.isnan(grid.heights_m)
+    posts = np.bincount(numbers[known], minlength=256)
+    rows = [ClassShare(kind.label, kind.colour, int(posts[number])) for number, kind in enumerate(classes)]
+    if posts[UNDECIDED]:
+        rows.append(ClassShare("unknown", UNKNOWN_COLOUR, int(posts[UNDECIDED])))
+    if not known.all():
+        rows.append(ClassShare("no ground", NO_GROUND_COLOUR, None))
+    return rows
+
+
 def class_legend(
     axes: Axes,
     grid: ElevationGrid,
@@ -58,23 +79,27 @@ def class_legend(
     more: Sequence[tuple[str, Artist]] = (),
 ) -> None:
     """Classes in their order with their share of the known posts, what else is drawn, and the anchors."""
-    known = ~np.isnan(grid.heights_m)
-    posts = np.bincount(numbers[known], minlength=256)
-    known_posts = max(int(posts.sum()), 1)
-    rows: list[tuple[str, Artist, int | None]] = [
-        (kind.label, Patch(fc=kind.colour, ec=INK, lw=0.6), int(posts[number])) for number, kind in enumerate(classes)
+    share_legend(axes, class_shares(grid, numbers, classes), title, more)
+
+
+def share_legend(axes: Axes, shares: Sequence[ClassShare], title: str, more: Sequence[tuple[str, Artist]] = ()) -> None:
+    """Rows with their share of the known posts, what else is drawn, and the anchors."""
+    known_posts = max(sum(share.posts or 0 for share in shares), 1)
+    widest = max(len(share.label) for share in shares if share.posts is not None)
+    labels = [
+        share.label if share.posts is None else f"{share.label:<{widest}} {100 * share.posts / known_posts:5.1f} %"
+        for share in shares
     ]
-    if posts[UNDECIDED]:
-        unknown = Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="/////")
-        rows.append(("unknown", unknown, int(posts[UNDECIDED])))
-    if not known.all():
-        rows.append(("no ground", Patch(fc=NO_GROUND_COLOUR, ec=INK, lw=0.6), None))
-    widest = max(len(label) for label, _, n in rows if n is not None)
-    labels = [label if n is None else f"{label:<{widest}} {100 * n / known_posts:5.1f} %" for label, _, n in rows]
-    handles = [handle for _, handle, _ in rows]
+    handles = [_patch(share) for share in shares]
     margin_legend(
         axes,
         [*handles, *(handle for _, handle in more), anchor_handle()],
         [*labels, *(label for label, _ in more), "anchor"],
         f"{title},\nshare of known posts",
     )
+
+
+def _patch(share: ClassShare) -> Patch:
+    if share.label == "unknown":
+        return Patch(fc=share.colour, ec="#777777", lw=0.6, hatch="/////")
+    return Patch(fc=share.colour, ec=INK, lw=0.6)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import matplotlib
 import numpy as np
 import numpy.typing as npt
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 
 __all__ = ["NO_GROUND_COLOUR", "UNKNOWN_COLOUR", "CountClass", "count_classes", "lookup_table"]
 
@@ -26,6 +26,11 @@ class CountClass:
     first: int
     last: int
     rgb: tuple[float, float, float]
+
+    @property
+    def colour(self) -> str:
+        """The same as #rrggbb."""
+        return to_hex(self.rgb)
 
     @property
     def label(self) -> str:

@@ -6,20 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from service.map_facts import dem_name
 from service.visibility_map import VisibilityMap
 
+from .class_map import ClassShare, share_legend
 from .classes import NO_GROUND_COLOUR, UNKNOWN_COLOUR, CountClass, count_classes, lookup_table
-from .furniture import INK
 from .relief import Sampling, pick
-from .sheet import anchor_handle, ground_figure, hatching, lit_ground, margin_legend, rgb, save_png
+from .sheet import ground_figure, hatching, lit_ground, rgb, save_png
 
-__all__ = ["draw_map", "write_map_picture"]
+__all__ = ["count_pixels", "count_shares", "draw_map", "write_map_picture"]
 
 
 def write_map_picture(finished: VisibilityMap, path: Path) -> None:
@@ -39,7 +37,7 @@ def draw_map(finished: VisibilityMap) -> Figure:
     classes = count_classes(n_anchors)
     figure, axes = ground_figure(
         finished.grid,
-        _pixels(finished, classes),
+        count_pixels(finished, classes),
         finished.anchors,
         f"Anchors in sight: {dem_name(finished.grid)}",
         f"{anchors}, {receiver}, mode {parameters.mode}",
@@ -48,7 +46,7 @@ def draw_map(finished: VisibilityMap) -> Figure:
     return figure
 
 
-def _pixels(finished: VisibilityMap, classes: tuple[CountClass, ...]) -> npt.NDArray[np.uint8]:
+def count_pixels(finished: VisibilityMap, classes: tuple[CountClass, ...]) -> npt.NDArray[np.uint8]:
     """(rows, cols, 3) picture: count colours darkened by relief, grey and hatched where unknown."""
     grid = finished.grid
     sampling = Sampling.of(grid.shape)
@@ -63,24 +61,20 @@ def _pixels(finished: VisibilityMap, classes: tuple[CountClass, ...]) -> npt.NDA
     return np.asarray(np.rint(colour * 255.0), np.uint8)
 
 
-def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]) -> None:
-    """Classes with their share of the known posts, as the tables have it, in the margin on the right."""
+def count_shares(finished: VisibilityMap, classes: tuple[CountClass, ...]) -> list[ClassShare]:
+    """Classes, most anchors first, with their posts as the tables have them; what is unknown; what is no ground."""
     heights_m, undecided = finished.grid.heights_m, finished.undecided
     posts = np.bincount(finished.count[~np.isnan(heights_m)], minlength=len(finished.anchors) + 1)
-    known_posts, n_undecided = int(posts.sum()), int(np.count_nonzero(undecided))
+    n_undecided = int(np.count_nonzero(undecided))
     posts[0] -= n_undecided
-    rows: list[tuple[str, Patch, int | None]] = [
-        (c.label, Patch(fc=c.rgb, ec=INK, lw=0.6), int(posts[c.first : c.last + 1].sum())) for c in reversed(classes)
-    ]
+    rows = [ClassShare(c.label, c.colour, int(posts[c.first : c.last + 1].sum())) for c in reversed(classes)]
     if n_undecided or bool(np.any((finished.count > 0) & (finished.unknown_count > 0))):
-        rows.append(("unknown", Patch(fc=UNKNOWN_COLOUR, ec="#777777", lw=0.6, hatch="/////"), n_undecided))
+        rows.append(ClassShare("unknown", UNKNOWN_COLOUR, n_undecided))
     if bool(np.any(np.isnan(heights_m) & (finished.count == 0) & (finished.unknown_count > 0))):
-        # no share: it is no part of the known posts
-        rows.append(("no ground", Patch(fc=NO_GROUND_COLOUR, ec=INK, lw=0.6), None))
-    widest = max(len(label) for label, _, n in rows if n is not None)
-    handles: list[Artist] = [handle for _, handle, _ in rows]
-    labels = [
-        label if n is None else f"{label:<{widest}} {100 * n / max(known_posts, 1):5.1f} %" for label, _, n in rows
-    ]
-    handles.append(anchor_handle())
-    margin_legend(axes, handles, [*labels, "anchor"], "Anchors in sight,\nshare of known posts")
+        rows.append(ClassShare("no ground", NO_GROUND_COLOUR, None))
+    return rows
+
+
+def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]) -> None:
+    """Classes with their share of the known posts, in the margin on the right."""
+    share_legend(axes, count_shares(finished, classes), "Anchors in sight")

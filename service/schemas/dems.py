@@ -34,7 +34,10 @@ EXAMPLE: dict[str, Any] = {
     "conversions": [],
     "warnings": [],
     "sha256": "0f3c2d1e5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d110f3c2d1e5b1f0c3e9f7a4d0c",
-    "links": {"self": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11"},
+    "links": {
+        "self": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
+        "hillshade": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11/hillshade.png",
+    },
 }
 
 
@@ -81,7 +84,7 @@ class DemOut(BaseModel):
             id=dem.id,
             name=dem.name,
             created_at=datetime.fromtimestamp(dem.created_at_s, UTC),
-            links={"self": f"/dems/{dem.id}"},
+            links={"self": f"/dems/{dem.id}", "hillshade": f"/dems/{dem.id}/hillshade.png"},
             **dem.summary,
         )
 

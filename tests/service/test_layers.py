@@ -185,7 +185,8 @@ def test_an_unknown_layer_is_a_key_error(finished, tmp_path):
 
 def test_the_registry_names_files_and_says_what_they_hold():
     assert list(LAYERS) == [
-        "visible.tif", "min_visible_altitude.tif", "count.tif", "map.png", "arrays.npz", "anchors.geojson",
+        "visible.tif", "min_visible_altitude.tif", "count.tif", "map.png", "overlay.png", "legend.json", "arrays.npz",
+        "anchors.geojson",
     ]  # fmt: skip
     assert all(layer.name == name and layer.description.endswith(".") for name, layer in LAYERS.items())
 

@@ -10,11 +10,13 @@ from pathlib import PurePath
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import FileResponse
 
 from dem_samples import sample_manifest
 from service.errors import BusyError, RequestError
 from service.http.context import Service, ServiceDep
 from service.http.documented import LOCATION, problem_responses
+from service.http.files import file_answer
 from service.http.uploads import receive
 from service.jobs.folder import move_into_place
 from service.jobs.records import DemRecord
@@ -112,6 +114,26 @@ async def list_dems(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) 
 async def get_dem(dem_id: str, service: ServiceDep) -> DemOut:
     """What was read, what was converted, and every warning."""
     return DemOut.of(await service.supervisor.in_store(service.store.dem, dem_id))
+
+
+@router.get(
+    "/{dem_id}/hillshade.png",
+    summary="See a DEM",
+    response_class=FileResponse,
+    responses={
+        200: {
+            "description": "The picture.",
+            "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 416, 503, 507),
+    },
+)
+async def get_hillshade(dem_id: str, request: Request, service: ServiceDep) -> Response:
+    """Its ground lit from the north-west, from corner to corner of its cells; clear where no ground is known."""
+    await service.supervisor.in_store(service.store.dem, dem_id)
+    path = await service.drawings.hillshade(dem_id)
+    return await file_answer(request, path, "image/png", f"{dem_id}-hillshade")
 
 
 @router.delete("/{dem_id}", status_code=204, summary="Delete a DEM", responses=problem_responses(404, 409))

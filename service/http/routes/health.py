@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 
 from fastapi import APIRouter, Request
-from fastapi.responses import RedirectResponse
 
 from service.errors import BusyError
 from service.http.context import ServiceDep
@@ -15,12 +14,6 @@ from service.schemas.health import Health, JobCounts, Ready, WorkerCounts
 __all__ = ["router"]
 
 router = APIRouter(tags=["Health"])
-
-
-@router.get("/", include_in_schema=False)
-async def start_page() -> RedirectResponse:
-    """Whoever opens the address that the service says it listens on finds its reference."""
-    return RedirectResponse("/docs")
 
 
 @router.get("/health", summary="Is it alive?", responses=problem_responses())

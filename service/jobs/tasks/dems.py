@@ -1,4 +1,4 @@
-"""Reading an uploaded DEM: the only place where a stranger's file meets a raster library."""
+"""Reading an uploaded DEM, the only place where a stranger's file meets a raster library, and drawing it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from terrain import ElevationGrid, read_dem
 
 from .context import TaskContext
 
-__all__ = ["read_uploaded_dem"]
+__all__ = ["draw_hillshade", "read_uploaded_dem"]
 
 
 def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -29,6 +29,17 @@ def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Map
     save_grid(grid, context.work)
     make_durable(context.work)
     return _summary(grid)
+
+
+def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Draw a DEM that was read into the work folder; raises NotFoundError when it was just deleted."""
+    from service.pictures.overlay import write_hillshade  # heavy, and reading does without
+
+    grid = context.grid(arguments["dem_id"])
+    context.work.mkdir(parents=True)
+    write_hillshade(grid, context.work / context.folder.hillshade(arguments["dem_id"]).name)
+    make_durable(context.work)
+    return {}
 
 
 def _summary(grid: ElevationGrid) -> dict[str, Any]:

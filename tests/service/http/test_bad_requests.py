@@ -131,11 +131,6 @@ def test_a_body_that_does_not_say_that_it_is_json_is_refused_with_415(server: Se
     assert_problem(answer, 415, "media-type", "application/json")
 
 
-def test_the_bare_address_leads_to_the_reference(server: Server) -> None:
-    answer = server.client.get("/")
-    assert (answer.status_code, answer.headers["Location"]) == (307, "/docs")
-
-
 def test_a_json_body_over_the_limit_is_refused_with_413(server: Server) -> None:
     body = b'{"dem_id": "' + b"x" * 2_200_000 + b'"}'
     answer = server.client.post("/visibility-maps", content=body, headers={"Content-Type": "application/json"})
