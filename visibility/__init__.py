@@ -26,6 +26,7 @@ from .occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded
 from .position_error_maps import PositionErrorMap, position_error_along, position_error_map
 from .position_errors import PositionError, position_error
 from .ray_triangle import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
+from .reflections import Reflections, reflections
 from .sets_in_sight import VisibleSets, dop_along, visible_sets
 from .sight_line import LineOfSight, line_of_sight
 from .sight_lines import LinesOfSight, lines_of_sight
@@ -79,6 +80,7 @@ __all__ = [
     "OccludedPoints",
     "PositionError",
     "PositionErrorMap",
+    "Reflections",
     "SurfaceCache",
     "VerticalSection",
     "VisibilityError",
@@ -118,6 +120,7 @@ __all__ = [
     "position_error_map",
     "profile",
     "read_buildings",
+    "reflections",
     "surface_normals",
     "vertical_section",
     "visible_sets",
