@@ -38,12 +38,14 @@ def reflections(
     receivers_m: npt.ArrayLike,
     asked: npt.ArrayLike | None = None,
     *,
-    roughness_rad: float = math.radians(15.0),
+    roughness_rad: float = math.radians(45.0),
+    reach_m: float = math.inf,
 ) -> Reflections:
     """Single reflections from posts of the ground, as De Vivo et al. (IV-B) simulate signals of hidden satellites.
 
     A post reflects where both ends are in sight of it, and where its normal lies within roughness_rad of the one that
-    a mirror there would need; of those the shortest way is taken, since a receiver holds on to what comes first.
+    a mirror there would need (rock and forest scatter widely), no farther than reach_m from the receiver; of those the
+    shortest way is taken, since a receiver holds on to what comes first.
     surfaces: of the anchors, which need no ground between them and the receivers. receivers_m: (n, 3) east, north,
     altitude. asked: (n, k) bool, pairs to work out (those out of sight, mostly); None: all.
     Raises VisibilityInputError, and AnchorError for receivers below the ground.
@@ -54,6 +56,8 @@ def reflections(
         raise VisibilityInputError("receivers_m must hold finite east, north and altitude of each receiver.")
     if not 0.0 < roughness_rad < math.pi / 2.0:
         raise VisibilityInputError(f"roughness_rad must lie between 0 and a right angle, not be {roughness_rad}.")
+    if not reach_m > 0.0:
+        raise VisibilityInputError(f"reach_m must be above zero, not {reach_m}.")
     wanted = np.ones((len(receivers), count), bool) if asked is None else np.asarray(asked, bool)
     if wanted.shape != (len(receivers), count):
         raise VisibilityInputError(
@@ -76,6 +80,7 @@ def reflections(
         seen = min_visible_altitude(grid, [eye], curvature=surfaces.curvature).visible(above_ground_m=ABOVE_POST_M)[0]
         # a post that its neighbours leave without a normal reflects nothing
         here = np.flatnonzero((seen.ravel() == VISIBLE) & ~np.isnan(normals[:, 0]))
+        here = here[np.linalg.norm(places_m[here] - receiver_m, axis=1) <= reach_m]
         shortest_m, post = np.empty(len(which)), np.empty(len(which), np.int64)
         bright = np.ascontiguousarray(lit.reshape(count, -1)[which][:, here])
         cosine = math.cos(roughness_rad)

@@ -96,6 +96,14 @@ def test_ground_that_is_turned_another_way_reflects_nothing():
     assert np.isnan(found.point_m).all()
 
 
+def test_ground_out_of_reach_reflects_nothing():
+    surfaces = min_visible_altitude(plane(), [Anchor("A", -700.0, 100.0, 900.0)], curvature=FLAT)
+    found = reflections(surfaces, [(0.0, 0.0, 200.0)])
+    away_m = math.dist(found.point_m[0, 0], (0.0, 0.0, 200.0))
+    assert reflections(surfaces, [(0.0, 0.0, 200.0)], reach_m=away_m + 1.0).excess_m == found.excess_m
+    assert np.isnan(reflections(surfaces, [(0.0, 0.0, 200.0)], reach_m=100.0).excess_m)
+
+
 def test_only_pairs_that_are_asked_for_are_worked_out():
     anchors = [Anchor("A", -700.0, 100.0, 900.0), Anchor("B", -500.0, -600.0, 1500.0)]
     receivers_m = [(0.0, 0.0, 200.0), (100.0, 0.0, 300.0)]
@@ -115,5 +123,7 @@ def test_what_makes_no_question_is_refused():
         reflections(surfaces, [(0.0, 0.0, 200.0)], [[True, True]])
     with pytest.raises(VisibilityInputError, match="roughness_rad"):
         reflections(surfaces, [(0.0, 0.0, 200.0)], roughness_rad=0.0)
+    with pytest.raises(VisibilityInputError, match="reach_m"):
+        reflections(surfaces, [(0.0, 0.0, 200.0)], reach_m=0.0)
     with pytest.raises(AnchorError, match="below the ground"):
         reflections(surfaces, [(0.0, 0.0, -200.0)])
