@@ -98,7 +98,7 @@ def _rules(
 ) -> list[tuple[str, Callable[[Candidates], Mask]]]:
     """Cheap rules first, each as (its name, which candidates keep it)."""
     found: list[tuple[str, Callable[[Candidates], Mask]]] = [
-        ("no known ground below", lambda some: np.isfinite(some.position_m[:, 2])),
+        ("no known ground below", lambda some: np.isfinite(some.ground_m) | _outside(grid, some)),
         ("below the ground", lambda some: ~(some.above_ground_m < 0.0)),
     ]
     if rules.min_above_ground_m > 0.0:
@@ -118,6 +118,15 @@ def _rules(
         link = rules.link
         found.append(("no link to a base", lambda some: base_hops(grid, link, some.position_m) <= link.relays + 1))
     return found
+
+
+def _outside(grid: ElevationGrid, some: Candidates) -> Mask:
+    """Beyond the DEM an altitude is taken as it is given; within it ground that is unknown may be anything."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    east, north, altitude_m = some.position_m.T
+    beyond: Mask = (east < west_m) | (east > east_m) | (north < south_m) | (north > north_m)
+    known: Mask = beyond & np.isfinite(altitude_m)
+    return known
 
 
 def _inside(zone: shapely.Geometry, some: Candidates) -> Mask:

@@ -22,7 +22,7 @@ __all__ = ["draw_repositioning", "write_repositioning"]
 GROUND = MapClass("ground", "#d8d2c4")
 # (good before, good after): words and colour
 STATES = {
-    (1, 1): ("good throughout", "#2c5f9e"),
+    (1, 1): ("stays good", "#2c5f9e"),
     (0, 1): ("restored", "#2e9e4f"),
     (0, 0): ("not restored", "#d9480f"),
     (1, 0): ("given up", "#8a2f8f"),
@@ -66,7 +66,7 @@ def _path(axes: Axes, finished: FinishedRepositioning) -> list[tuple[str, Line2D
                 np.where(which, east_km, np.nan), np.where(which, north_km, np.nan),
                 color=colour, lw=4.0, solid_capstyle="butt", marker=".", ms=4.0, zorder=7,
             )  # fmt: skip
-            handles.append((f"{label:<15} {100.0 * which.mean():5.1f} %", Line2D([], [], color=colour, lw=4.0)))
+            handles.append((f"{label:<12} {100.0 * which.mean():5.1f} %", Line2D([], [], color=colour, lw=4.0)))
     return handles
 
 
