@@ -18,8 +18,8 @@ from .checks import without_broken_squares, without_refused_squares
 from .corridors import CorridorTask
 from .describing import described
 from .ends import Ends, ends_of
-from .fields import CostField, cost_field
-from .outcomes import Path, PathOutcome, PathStatus, Unreachable
+from .fields import CostField, bit_of, cost_field
+from .outcomes import Path, PathOutcome, PathStatus, Reason, Unreachable
 from .own_process import OwnProcess
 from .problems import PathProblem
 from .proof import proof_of
@@ -220,7 +220,10 @@ class _Plan:
 
     def _unreachable(self, unreachable: Unreachable) -> PathOutcome:
         east_m, north_m = unreachable.where_m
-        sentence = f"There is no way: {unreachable.reason} blocks it near ({east_m:.0f} m east, {north_m:.0f} m north)."
+        # squares that exact sight lines or the bubble took away come of the paths that were tried
+        tried = np.any(self.field.reasons & (bit_of(Reason.SIGHT_LINE) | bit_of(Reason.BUBBLE)))
+        head = "No way was found around what was tried" if tried else "There is no way"
+        sentence = f"{head}: {unreachable.reason} blocks it near ({east_m:.0f} m east, {north_m:.0f} m north)."
         if unreachable.relaxations:
             sentence += f" There is one {unreachable.relaxations[0].sentence}."
         else:
