@@ -29,6 +29,7 @@ from . import (
     placing,
     placing_baselines,
     planning,
+    plans_over_http,
     report,
     speed,
     volumes,
@@ -62,7 +63,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         bubbles.bubble_speed,
     ),
     "memory": (memory.memory,),
-    "service": (first_request.first_request, over_http.requests),
+    "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "detectors": (detector_streams.streams,),
     "detection": (
         detector_proof.real_ranges,
@@ -115,7 +116,11 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(bubbles.bubble_speed, points=1000),
     ),
     "memory": (partial(memory.memory, posts=512),),
-    "service": (first_request.first_request, partial(over_http.requests, posts=128)),
+    "service": (
+        first_request.first_request,
+        partial(over_http.requests, posts=128),
+        partial(plans_over_http.plans_over_http, posts=128, watch_s=3.0, cancelled=1),
+    ),
     "detectors": (partial(detector_streams.streams, seconds=2.0),),
     "detection": (
         detector_proof.real_ranges,

@@ -19,7 +19,7 @@ from service.cli.own_service import running_service
 from .report import Row, Table, duration
 from .terrains import CELL_M, fractal_m
 
-__all__ = ["requests"]
+__all__ = ["requests", "upload_fractal"]
 
 JOBS = 4
 NOTE = """\
@@ -37,7 +37,7 @@ def requests(posts: int = 1024, watch_s: float = 8.0) -> Table:
         running_service(Path(folder)) as client,
     ):
         ready_s, begin_s = time.perf_counter() - begin_s, time.perf_counter()
-        dem_id = _upload(client, Path(folder), posts)
+        dem_id = upload_fractal(client, Path(folder), posts)
         upload_s = time.perf_counter() - begin_s
         times_s = [_map_until_file_s(client, dem_id, posts, number) for number in range(8)]
         latencies_s, jobs_done = _health_while_jobs_run(client, dem_id, posts, watch_s)
@@ -59,7 +59,8 @@ def requests(posts: int = 1024, watch_s: float = 8.0) -> Table:
     return Table("Over HTTP", ("what", "time"), rows, NOTE)
 
 
-def _upload(client: httpx.Client, folder: Path, posts: int) -> str:
+def upload_fractal(client: httpx.Client, folder: Path, posts: int) -> str:
+    """Fractal ground of posts² posts as a DEM of the service; its id."""
     path = folder / "fractal.npz"
     np.savez(path, heights_m=fractal_m(posts), cell_east_m=CELL_M, cell_north_m=CELL_M)
     with path.open("rb") as stream:
