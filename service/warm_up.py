@@ -117,20 +117,20 @@ def _placements(grid: ElevationGrid) -> None:
 def _paths(grid: ElevationGrid) -> None:
     anchors = tuple(visibility.Anchor(f"A{n}", 60.0 * n, -50.0 * n, 90.0 + n) for n in range(4))
     rover = paths.RoverModel(max_slope_rad=1.2, max_step_m=80.0)
-    for max_dop, goal in ((1e6, (40.0, -250.0)), (1e6, (250.0, -250.0)), (0.1, (40.0, -250.0))):
+    for max_dop, goal in ((1e6, (60.0, -225.0)), (1e6, (210.0, -225.0)), (0.1, (60.0, -225.0))):
         limits = paths.PathLimits(min_anchors=0, max_dop=max_dop)
         with contextlib.suppress(PathError):
-            paths.plan_path(paths.PathProblem(grid, (20.0, -20.0), goal, rover=rover, anchors=anchors, limits=limits))
+            paths.plan_path(paths.PathProblem(grid, (60.0, -50.0), goal, rover=rover, anchors=anchors, limits=limits))
     cliff_m = np.zeros((12, 10), np.float32)
     cliff_m[6:] = 900.0
     cliff = ElevationGrid(cliff_m, 30.0, 25.0)
-    paths.plan_path(paths.PathProblem(cliff, (20.0, -20.0), (40.0, -250.0)))
+    paths.plan_path(paths.PathProblem(cliff, (60.0, -50.0), (60.0, -225.0)))
     track = visibility.AnchorTrack("T", np.array([0.0, 900.0]), np.array([[60.0, -50.0, 90.0], [90.0, -50.0, 90.0]]))
     turning = paths.RoverModel(min_turning_radius_m=5.0)
     few = paths.PlanBudget(iterations=200)
-    moving = paths.PathProblem(grid, (20.0, -20.0), (40.0, -250.0), anchors=(track,), rover=turning, budget=few)
+    moving = paths.PathProblem(grid, (60.0, -50.0), (60.0, -225.0), anchors=(track,), rover=turning, budget=few)
     paths.plan_path(moving)
-    paths.plan_flight(paths.FlightProblem(grid, (20.0, -20.0, 90.0), (40.0, -250.0, 90.0), budget=few))
+    paths.plan_flight(paths.FlightProblem(grid, (60.0, -50.0, 90.0), (60.0, -225.0, 90.0), budget=few))
 
 
 def _detections(_grid: ElevationGrid) -> None:
