@@ -70,8 +70,9 @@ def _ending(problem: PathProblem) -> np.ndarray:
         # exact sight lines may have closed what the field joins, and so may headings; both say so
         assert outcome.unreachable is not None
         reasons = {outcome.unreachable.reason, *(one.reason for one in outcome.unreachable.relaxations)}
+        same_field = np.array_equal(outcome.reasons, field.reasons)
         excused = bool(reasons & {"exact sight lines", "pitch or roll"}) or problem.rover.max_roll_rad < math.pi / 2
-        return np.array([1, 0, 1, 0, 0, int(joined and not excused and outcome.reasons is field.reasons)])
+        return np.array([1, 0, 1, 0, 0, int(joined and not excused and same_field)])
     return np.array([1, 0, 0, 1, 0, 0])
 
 
