@@ -80,6 +80,9 @@ def _navigation(grid: ElevationGrid) -> None:
     navigation.bubble_confidence(np.eye(3), 1.0)
     navigation.radius_of_confidence(np.eye(3), 0.9)
     points_m, anchors_m = [[10.0, -10.0, 60.0], [20.0, -20.0, 60.0]], [[100.0, -200.0, 90.0]]
+    surfaces = visibility.min_visible_altitude(grid, [visibility.Anchor("A", 100.0, -200.0, 90.0)])
+    visible = visibility.visible_sets(surfaces, points_m).visible()
+    visibility.dop_at_points(points_m, anchors_m, visibility.pack_sets(visible))
     motion = navigation.MotionNoise()
     for clock_m in (None, (0.0, 0.0)):
         state = navigation.predict(navigation.initial_state(0.0, points_m[0], clock_m=clock_m), 1.0, motion)
