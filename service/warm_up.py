@@ -100,7 +100,7 @@ def _navigation(grid: ElevationGrid) -> None:
 
 
 def _placements(grid: ElevationGrid) -> None:
-    candidates = placement.candidate_grid(grid, 60.0, above_ground_m=[30.0])
+    candidates = placement.candidate_grid(grid, 110.0, above_ground_m=[30.0])
     area, fixed = placement.area_targets(grid), visibility.Anchor("F", 101.0, -77.0, 60.0)
     weights = np.linspace(1.0, 2.0, grid.heights_m.size).reshape(grid.shape)
     weighted = placement.area_targets(grid, weight=weights)
@@ -111,7 +111,7 @@ def _placements(grid: ElevationGrid) -> None:
         (placement.Goal("dop", spare=1), path),
         (placement.Goal("mean_error"), area),
     ):
-        placed = placement.place_anchors(grid, candidates, targets, 4, goal, rules, fixed=[fixed])
+        placed = placement.place_anchors(grid, candidates, targets, 2, goal, rules, fixed=[fixed])
         placement.check_placement(grid, placed)
     ahead = placement.straight_ahead(101.0, -100.0, 1.0, 60.0)
     placement.reposition(grid, [fixed], ahead, placement.Goal("dop"), above_ground_m=[30.0])
