@@ -54,8 +54,8 @@ def bubble(
         Path,
         typer.Option(
             metavar="FILE",
-            help="CSV of east_m,north_m,above_ground_m (or altitude_m), time_s and, for a history of poses, "
-            "ee_m2,en_m2,eu_m2,nn_m2,nu_m2,uu_m2; or a GeoJSON LineString, with --height.",
+            help="CSV of east_m, north_m, above_ground_m (or altitude_m), time_s and, for a history of poses, "
+            "ee_m2, en_m2, eu_m2, nn_m2, nu_m2, uu_m2; or a GeoJSON LineString, with --height.",
         ),
     ],
     height: Annotated[
@@ -104,7 +104,8 @@ def bubble(
 ) -> None:
     """Tell how surely a vehicle keeps clear of the ground along a path, or did in a history of poses.
 
-    Writes bubble.json, points.csv, points.geojson, points.json, points.npz, profile.png and map.png into --out.
+    Writes bubble.json, points.csv, points.geojson, points.json, points.npz,
+    profile.png and map.png into --out.
     """
     from .bubble import make_bubbles
     from .positioning import SatelliteOptions

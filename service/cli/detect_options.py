@@ -55,7 +55,8 @@ def detect(
 ) -> None:
     """Replay a log of ranges: which anchors were occluded when, and what position the others give.
 
-    Writes verdicts.csv, positions.csv, verdicts.png and detection.json into --out.
+    Writes verdicts.csv, positions.csv, verdicts.png and detection.json into
+    --out.
     """
     from .detect import replay_log
 

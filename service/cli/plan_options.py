@@ -120,7 +120,8 @@ def plan(
 ) -> None:
     """Plan a path on which the anchors stay in sight, or tell what blocks every path and the least that would open one.
 
-    Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx, path.plan and profile.png into --out.
+    Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
+    path.plan and profile.png into --out.
     """
     from .plan import make_path, request_of
     from .positioning import SatelliteOptions

@@ -66,7 +66,7 @@ def dop(
     ] = False,
     path: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="CSV of east_m,north_m,above_ground_m (or altitude_m): adds path.csv."),
+        typer.Option(metavar="FILE", help="CSV of east_m, north_m, above_ground_m (or altitude_m): adds path.csv."),
     ] = None,
     cut: Annotated[
         list[str] | None,
@@ -103,8 +103,10 @@ def dop(
 ) -> None:
     """Calculate how good positioning is for a rover, over a whole DEM.
 
-    Writes dop.json, dop.tif, count.tif, position_error.tif, no_go.tif, no_go.geojson, contours.geojson and map.png
-    into --out, path.csv where a --path is given, cut-1.png and so on for each --cut, and with --volume the voxels.
+    Writes dop.json, dop.tif, count.tif, position_error.tif, no_go.tif,
+    no_go.geojson, contours.geojson and map.png into --out, path.csv where a
+    --path is given, cut-1.png and so on for each --cut, and with --volume the
+    voxels.
     """
     from .path_files import path_from_file
     from .positioning import SatelliteOptions, make_positioning_map
@@ -170,7 +172,7 @@ def morph(
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="Anchors that move: CSV of id,time_s,east_m,north_m,above_ground_m (or altitude_m), or .json. "
+            help="Anchors that move: CSV of id, time_s, east_m, north_m, above_ground_m (or altitude_m), or .json. "
             "Repeatable.",
         ),
     ] = None,
@@ -192,8 +194,9 @@ def morph(
 ) -> None:
     """Calculate the Digital Morphing Map: above which altitude positioning is good enough.
 
-    Writes morph.json, altitude.tif, above_ground.tif, flags.tif, no_go.geojson, contours.geojson and map.png into
-    --out; with --mesh surface.glb and surface.stl; with --frames frames_altitude.tif, frames_state.tif,
+    Writes morph.json, altitude.tif, above_ground.tif, flags.tif, no_go.geojson,
+    contours.geojson and map.png into --out; with --mesh surface.glb and
+    surface.stl; with --frames frames_altitude.tif, frames_state.tif,
     availability.tif, availability.png and animation.gif.
     """
     from .positioning import SatelliteOptions, make_positioning_map

@@ -19,8 +19,11 @@ CLEAR_OF_GROUND_M = 10.0
 
 
 def write_geojson(finished: FinishedPlacement, path: Path) -> None:
-    """A FeatureCollection in longitude and latitude; without a CRS in the DEM's local metres, and says so."""
-    grid = finished.grid
+    """A FeatureCollection in longitude and latitude; without a CRS in the DEM's local metres, and says so.
+
+    Its properties hold what an anchor is measured with as well, so that the file can be the next question's anchors.
+    """
+    grid, measured_with = finished.grid, _measured_with(finished)
     features = []
     for placed in finished.answer["placed"]:
         position = (placed["east_m"], placed["north_m"])
@@ -33,7 +36,7 @@ def write_geojson(finished: FinishedPlacement, path: Path) -> None:
                     "type": "Point",
                     "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
                 },
-                "properties": properties,
+                "properties": properties | measured_with,
             }
         )
     collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
@@ -44,14 +47,13 @@ def write_geojson(finished: FinishedPlacement, path: Path) -> None:
 
 def write_csv(finished: FinishedPlacement, path: Path) -> None:
     """id, east_m, north_m, altitude_m, ranging_sigma_m, and max_range_m where there is one."""
-    goal, rules = finished.parameters.goal, finished.parameters.rules
-    limit = {} if rules.max_range_m is None else {"max_range_m": rules.max_range_m}
+    measured_with = _measured_with(finished)
     with path.open("w", encoding="utf-8", newline="") as file:
-        names = ["id", "east_m", "north_m", "altitude_m", "ranging_sigma_m", *limit]
+        names = ["id", "east_m", "north_m", "altitude_m", *measured_with]
         table = csv.DictWriter(file, names, extrasaction="ignore", lineterminator="\n")
         table.writeheader()
         for placed in finished.answer["placed"]:
-            table.writerow({**placed, "ranging_sigma_m": goal.ranging_sigma_m, **limit})
+            table.writerow({**placed, **measured_with})
 
 
 def plan_texts(finished: FinishedPlacement) -> dict[str, str]:
@@ -87,6 +89,13 @@ def write_beacons(finished: FinishedPlacement, path: Path) -> None:
             f"# beacon {number}, {one['id']}: {north_m:.2f}, {east_m:.2f}, {origin_altitude_m - one['altitude_m']:.2f}"
         )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _measured_with(finished: FinishedPlacement) -> dict[str, float]:
+    """ranging_sigma_m of every placed anchor, and max_range_m where ranges have a limit."""
+    goal, rules = finished.parameters.goal, finished.parameters.rules
+    limit = {} if rules.max_range_m is None else {"max_range_m": rules.max_range_m}
+    return {"ranging_sigma_m": goal.ranging_sigma_m, **limit}
 
 
 def _plan(finished: FinishedPlacement, placed: dict[str, Any]) -> str:

@@ -112,7 +112,9 @@ def _subtitle(finished: FinishedPath) -> str:
     if finished.answer["ranged_to"]:
         words.append(f"longest out of sight {time_words(totals['longest_out_of_sight_s'])}")
         worst = totals["worst_dop"]
-        words.append("no fix somewhere" if worst is None else f"worst {finished.parameters.limits.measure} {worst:.2f}")
+        words.append(
+            "no fix somewhere" if worst is None else f"worst {finished.parameters.limits.measure.upper()} {worst:.2f}"
+        )
     if answer["ratio"] is not None:
         words.append(f"cost {answer['ratio']:.3f} × reference")
     return ", ".join(words)

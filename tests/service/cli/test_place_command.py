@@ -14,6 +14,7 @@ import pytest
 import rasterio
 
 from planning.placement import Cluster, Goal, area_targets, candidate_grid, place_anchors
+from service.cli.anchor_files import anchors_from_file
 from service.schemas.anchors import AnchorIn
 from terrain import read_dem
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M
@@ -71,6 +72,14 @@ def test_the_placed_anchors_are_the_next_command_s_anchors(sightline, dem_file, 
         seen = sightline("visibility", dem_file, "--anchors", tmp_path / name, "--json")
         assert seen.code == 0, seen.stderr
         assert [anchor["id"] for anchor in json.loads(seen.stdout)["anchors"]] == ["P1", "P2", "P3"]
+
+
+def test_anchors_keep_their_longest_range_and_error_in_either_file(sightline, dem_file, tmp_path):
+    done = sightline("place", dem_file, "--count", 3, *LATTICE, "--max-range", 900, "--out", tmp_path)
+    assert done.code == 0, done.stderr
+    for name in ("anchors.csv", "anchors.geojson"):
+        anchors = anchors_from_file(tmp_path / name)
+        assert [(anchor.max_range_m, anchor.ranging_sigma_m) for anchor in anchors] == [(900.0, 0.1)] * 3
 
 
 def test_the_beacons_parameters_name_the_origin_and_each_beacon(sightline, dem_file, tmp_path):
