@@ -12,6 +12,9 @@ from .verdicts import RejectedRange, Rejection
 
 __all__ = ["Intake", "take_in"]
 
+# A range that errs by more says nothing, and its variance may be beyond floating point.
+LARGEST_SIGMA_M = 1e12
+
 
 @dataclass(frozen=True, slots=True)
 class Intake:
@@ -49,7 +52,7 @@ def _range_rejection(
         (not math.isfinite(measured.range_m), Rejection.NOT_FINITE),
         (measured.range_m <= 0.0, Rejection.NOT_POSITIVE),
         (measured.range_m > settings.max_range_m, Rejection.TOO_LONG),
-        (measured.sigma_m is not None and not 0.0 < measured.sigma_m < math.inf, Rejection.BAD_SIGMA),
+        (measured.sigma_m is not None and not 0.0 < measured.sigma_m <= LARGEST_SIGMA_M, Rejection.BAD_SIGMA),
         (measured.p_sight is not None and not 0.0 <= measured.p_sight <= 1.0, Rejection.BAD_PRIOR),
         (measured.time_s is not None and not math.isfinite(measured.time_s), Rejection.BAD_TIME),
     )

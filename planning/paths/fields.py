@@ -42,6 +42,8 @@ KernelField = tuple[
 WORST_DILUTION = 20.0
 OBSTACLES = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.NO_GO, Reason.KEEP_IN)
 BITS = {reason: np.uint16(1 << number) for number, reason in enumerate(Reason)}
+# of a square, in rows and columns
+CORNERS = ((0, 0), (0, 1), (1, 0), (1, 1))
 
 
 def bit_of(reason: Reason) -> np.uint16:
@@ -145,13 +147,16 @@ def _within_footprint(unknown: npt.NDArray[np.bool_], grid: ElevationGrid, rover
     radius_m = rover.footprint_radius_m
     if radius_m == 0.0:
         return unknown
-    down, across = (math.ceil(radius_m / cell_m) for cell_m in (grid.cell_north_m, grid.cell_east_m))
-    # from side to side of two squares
-    away_n = np.maximum(np.abs(np.arange(-down, down + 1)) - 1.0, 0.0)[:, None] * grid.cell_north_m
-    away_e = np.maximum(np.abs(np.arange(-across, across + 1)) - 1.0, 0.0) * grid.cell_east_m
     around = np.pad(unknown, 1, constant_values=True)
-    reached: npt.NDArray[np.bool_] = ndimage.binary_dilation(around, away_n**2 + away_e**2 < radius_m**2)
-    return reached[1:-1, 1:-1]
+    corners = np.zeros((around.shape[0] + 1, around.shape[1] + 1), np.bool_)
+    for down, across in CORNERS:
+        corners[down : down + around.shape[0], across : across + around.shape[1]] |= around
+    # two squares are as far apart as their nearest corners
+    away_m = ndimage.distance_transform_edt(~corners, sampling=(grid.cell_north_m, grid.cell_east_m))
+    rows, cols = unknown.shape
+    nearest_m = np.minimum.reduce([away_m[1 + d : 1 + d + rows, 1 + a : 1 + a + cols] for d, a in CORNERS])
+    reached: npt.NDArray[np.bool_] = nearest_m < radius_m
+    return reached
 
 
 def _mark_areas(problem: PathProblem, reasons: npt.NDArray[np.uint16]) -> None:

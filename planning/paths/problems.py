@@ -85,6 +85,7 @@ class PathProblem:
                 "With moving anchors each leg is a plan of its own: plan to the first way-point, then on from there "
                 "with the time of arrival as departure_s."
             )
+        _check_room(self.grid, self.rover)
         minimum = self.minimum
         of_grid = self.maps.grid if isinstance(self.maps, MorphingMap) else minimum.grid if minimum else self.grid
         if of_grid is not self.grid and of_grid.digest != self.grid.digest:
@@ -111,6 +112,14 @@ class PathProblem:
         if isinstance(self.maps, DopMap):
             return self.maps.minimum
         return self.maps if isinstance(self.maps, MinimumVisibleAltitude) else None
+
+
+def _check_room(grid: ElevationGrid, rover: RoverModel) -> None:
+    east_m, north_m = (grid.cols - 1) * grid.cell_east_m, (grid.rows - 1) * grid.cell_north_m
+    if 2.0 * rover.footprint_radius_m > min(east_m, north_m):
+        raise PathProblemError(
+            f"A footprint of {rover.footprint_radius_m:g} m radius has no room on a DEM of {east_m:g} by {north_m:g} m."
+        )
 
 
 def _as_tuple(areas: Any) -> tuple[Any, ...]:

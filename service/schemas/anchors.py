@@ -10,14 +10,13 @@ from pydantic import ConfigDict, Field, model_validator
 from visibility import AnchorError, AntennaLimits
 from visibility.anchors import Covariance
 
-from .points import Metres, NotNegativeMetres, PointIn, StrictModel
+from .points import Metres, NotNegativeMetres, Number, PointIn, StrictModel
 
 __all__ = ["AnchorIn", "AntennaIn"]
 
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 Elevation = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
-SquareMetres = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-CovarianceRow = Annotated[list[SquareMetres], Field(min_length=3, max_length=3)]
+CovarianceRow = Annotated[list[Number], Field(min_length=3, max_length=3)]
 # Ids end up in file tags, tables and pictures: no control characters.
 AnchorId = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f]+$")]
 

@@ -8,14 +8,13 @@ from pydantic import ConfigDict, Field
 
 from detection import DetectorSettings
 
-from .points import Metres, StrictModel
+from .points import Metres, Number, StrictModel
 
 __all__ = ["DetectorSettingsIn"]
 
 DEFAULTS = DetectorSettings()
 
 # Whether a number makes sense is for DetectorSettings to say, in one place.
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Count = Annotated[int, Field(strict=True)]
 Sigma = "One-sigma error of "
 

@@ -9,7 +9,7 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from .anchors import AntennaIn
-from .points import Metres, NotNegativeMetres, PointIn, StrictModel
+from .points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
 
 __all__ = ["FramesIn", "TrackIn", "TrackPointIn"]
 
@@ -50,9 +50,7 @@ class FramesIn(StrictModel):
 
     from_s: Seconds = Field(0.0, description="The first frame, seconds.")
     to_s: Seconds = Field(description="No frame is later, seconds.")
-    step_s: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)] = Field(
-        description="From frame to frame, seconds."
-    )
+    step_s: Positive = Field(description="From frame to frame, seconds.")
     altitude_m: Metres | None = Field(
         None, description="Availability at this altitude, metres; or give above_ground_m."
     )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from .jobs import JobOut
 from .older_results import OrOlder
 from .pages import Page
-from .points import Metres, PointIn, StrictModel
+from .points import Metres, PointIn, Positive, StrictModel
 from .sight import CurvatureChoice
 
 __all__ = [
@@ -33,7 +33,6 @@ ARRAYS: dict[str, Any] = {
     "to_points_m": [[398100.0, 3791700.0, 612.5]],
 }
 
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 Point3 = tuple[Metres, Metres, Metres]
 
 

@@ -10,7 +10,7 @@ from planning.paths import NavigationModel, PlanBudget
 
 from .areas import Areas, GoalIn, StandingPlace
 from .frames import TrackIn
-from .points import NotNegativeMetres, StrictModel
+from .points import NotNegative, NotNegativeMetres, Positive, StrictModel
 from .positioning import MorphingMapParameters, RangingParameters
 
 __all__ = [
@@ -25,8 +25,6 @@ __all__ = [
     "check_limits_have_anchors",
 ]
 
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
 SteepestDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=90.0)]
 SlopeDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90.0, lt=90.0)]
 Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]

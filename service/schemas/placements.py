@@ -6,13 +6,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from .points import Metres, NotNegativeMetres, PointIn, StrictModel
+from .points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
 from .shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
 from .sight import SightParameters
 
 __all__ = ["CandidatesIn", "GoalIn", "LinkIn", "PlacementParameters", "RulesIn", "TargetsIn"]
 
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=1.0)]
 Heights = Annotated[list[NotNegativeMetres], Field(max_length=32)]
 Altitudes = Annotated[list[Metres], Field(max_length=32)]

@@ -6,11 +6,27 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-__all__ = ["DegreesEast", "DegreesNorth", "Metres", "NotNegativeMetres", "PointIn", "StrictModel"]
+__all__ = [
+    "LARGEST",
+    "DegreesEast",
+    "DegreesNorth",
+    "Metres",
+    "NotNegative",
+    "NotNegativeMetres",
+    "Number",
+    "PointIn",
+    "Positive",
+    "StrictModel",
+]
 
+# Beyond any length, time or weight that is meant; what is far larger overflows once it is squared.
+LARGEST = 1e12
 # Strict: "12" and true are not numbers. NaN and infinities are no positions.
-Metres = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-NotNegativeMetres = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0, le=LARGEST)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=LARGEST)]
+Metres = Number
+NotNegativeMetres = NotNegative
 DegreesEast = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-180.0, le=360.0)]
 DegreesNorth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
 

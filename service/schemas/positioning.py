@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from .anchors import AntennaIn
 from .frames import FramesIn, TrackIn
-from .points import Metres, NotNegativeMetres, PointIn
+from .points import Metres, NotNegativeMetres, PointIn, Positive
 from .satellites import SatellitesIn
 from .sight import SightParameters
 from .volumes import MOST_CUTS, CutIn, VolumeIn
@@ -21,7 +21,6 @@ __all__ = [
     "RangingParameters",
 ]
 
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 # of a trajectory; more do not fit into a request's body anyway
 MOST_PATH_POINTS = 20_000
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -10,6 +10,7 @@ from .anchors import AnchorId
 from .map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
 from .older_results import OrOlder
 from .pages import Page
+from .points import NotNegative
 from .repositionings import RepositioningParameters
 
 __all__ = ["RepositioningIn", "RepositioningList", "RepositioningOut", "RepositioningSummary"]
@@ -38,7 +39,7 @@ class RepositioningIn(RepositioningParameters):
     detector_id: AnchorId | None = Field(
         None, description="A detector session: anchors that it finds occluded for persistent_s join ``occluded``."
     )
-    persistent_s: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)] = Field(
+    persistent_s: NotNegative = Field(
         10.0, description="How long every range of an anchor must have been occluded, seconds."
     )
 

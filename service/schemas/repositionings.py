@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from .anchors import AnchorId
-from .placements import GoalIn, Positive, RulesIn, Share
-from .points import NotNegativeMetres, StrictModel
+from .placements import GoalIn, RulesIn, Share
+from .points import NotNegativeMetres, Positive, StrictModel
 from .shapes import PlaceIn
 from .sight import SightParameters
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from .points import Metres, NotNegativeMetres, PointIn, StrictModel
-from .positioning import Positive, RangingParameters
+from .points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
+from .positioning import RangingParameters
 
 __all__ = ["DEM_ID", "BubbleParameters", "MotionIn", "SafetyBubblesIn"]
 
@@ -31,17 +31,15 @@ HISTORY: dict[str, Any] = {
     "under_ground": "violated",
 }
 Point3 = tuple[Metres, Metres, Metres]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Covariance = tuple[Number, Number, Number, Number, Number, Number]
-Noise = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
 
 
 class MotionIn(StrictModel):
     """How unsteadily the vehicle moves: power of its acceleration, and of its clock's drift."""
 
-    horizontal_m2_per_s3: Noise = Field(0.1, description="Of the acceleration east and north each, metres²/s³.")
-    up_m2_per_s3: Noise = Field(0.1, description="Of the acceleration upwards, metres²/s³.")
-    clock_m2_per_s3: Noise = Field(0.1, description="Of the receiver's clock, metres²/s³; for pseudoranges.")
+    horizontal_m2_per_s3: NotNegative = Field(0.1, description="Of the acceleration east and north each, metres²/s³.")
+    up_m2_per_s3: NotNegative = Field(0.1, description="Of the acceleration upwards, metres²/s³.")
+    clock_m2_per_s3: NotNegative = Field(0.1, description="Of the receiver's clock, metres²/s³; for pseudoranges.")
 
 
 class BubbleParameters(RangingParameters):

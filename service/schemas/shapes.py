@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from .points import DegreesEast, DegreesNorth, Metres, NotNegativeMetres, StrictModel
+from .points import DegreesEast, DegreesNorth, Metres, NotNegative, NotNegativeMetres, StrictModel
 
 __all__ = ["PlaceIn", "PolygonIn", "StandOffIn", "WeightIn"]
 
@@ -43,9 +43,7 @@ class WeightIn(StrictModel):
     """Ground that counts more, less or nothing."""
 
     polygon: PolygonIn = Field(description="Which ground.")
-    weight: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)] = Field(
-        description="What each post in it counts beside the rest, no unit; 0 leaves it out."
-    )
+    weight: NotNegative = Field(description="What each post in it counts beside the rest, no unit; 0 leaves it out.")
 
 
 class StandOffIn(StrictModel):

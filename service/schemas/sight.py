@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from .anchors import AnchorIn, AntennaIn
-from .points import StrictModel
+from .points import Positive, StrictModel
 
 __all__ = ["CurvatureChoice", "CurvatureIn", "SightParameters"]
 
@@ -15,10 +15,8 @@ __all__ = ["CurvatureChoice", "CurvatureIn", "SightParameters"]
 class CurvatureIn(StrictModel):
     """Curvature given by numbers: ground at distance d is lowered by d²/(2·refraction_k·radius_m)."""
 
-    radius_m: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)] = Field(
-        description="Mean radius of the body, metres."
-    )
-    refraction_k: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)] = Field(
+    radius_m: Positive = Field(description="Mean radius of the body, metres.")
+    refraction_k: Positive = Field(
         1.0, description="Effective-radius factor k, no unit: 4/3 for radio on Earth, 1 without air."
     )
 

@@ -6,12 +6,11 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from .points import Metres, NotNegativeMetres, StrictModel
+from .points import Metres, NotNegativeMetres, Positive, StrictModel
 from .shapes import PlaceIn
 
 __all__ = ["MOST_CUTS", "BoundsIn", "CutIn", "VolumeIn"]
 
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
 MOST_CUTS = 8
 
 

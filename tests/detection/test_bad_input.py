@@ -96,6 +96,7 @@ def test_misuse_is_told_in_one_sentence(change: dict[str, object], words: str) -
         (RangeMeasurement("Z", 50.0), Rejection.UNKNOWN_ANCHOR),
         (RangeMeasurement("B", 50.0, sigma_m=0.0), Rejection.BAD_SIGMA),
         (RangeMeasurement("B", 50.0, sigma_m=math.nan), Rejection.BAD_SIGMA),
+        (RangeMeasurement("B", 50.0, sigma_m=1e308), Rejection.BAD_SIGMA),
         (RangeMeasurement("B", 50.0, p_sight=1.5), Rejection.BAD_PRIOR),
         (RangeMeasurement("B", 50.0, p_sight=math.nan), Rejection.BAD_PRIOR),
         (RangeMeasurement("B", 50.0, time_s=math.inf), Rejection.BAD_TIME),

@@ -39,6 +39,19 @@ BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     ),
     "a covariance that is not symmetric in size": ({**POSES, "covariances_m2": [ROUND, ROUND[:5]]}, "validation", "["),
     "an epsilon of zero": ({**ONE, "epsilon": 0.0}, "validation", "epsilon"),
+    "an epsilon whose bubble has no size": ({**ONE, "epsilon": 1e308}, "validation", "epsilon"),
+    "a DEM beyond all measure unsure": ({**ONE, "dem_sigma_m": 1e308}, "validation", "dem_sigma_m"),
+    "times at the end of numbers": ({**TWO, "times_s": [0.0, 1e308]}, "validation", "times_s[1]"),
+    "an anchor whose µ is beyond measure": (
+        {"points_m": [HIGH], "anchors": [{**ANCHOR, "ranging_sigma_m": 1e308}]},
+        "validation",
+        "ranging_sigma_m",
+    ),
+    "covariances that overflow": (
+        {**POSES, "covariances_m2": [ROUND, [1e308, 0.0, 0.0, 1.0, 0.0, 1.0]]},
+        "validation",
+        "covariances_m2[1]",
+    ),
     "a negative epsilon": ({**ONE, "epsilon": -3.0}, "validation", "epsilon"),
     "an anchor without its µ": (
         {"points_m": [HIGH], "anchors": [{**ANCHOR, "ranging_sigma_m": 0.0}]},
