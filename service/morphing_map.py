@@ -60,8 +60,12 @@ class FinishedMorphingMap:
         return f"altitude {self.parameters.ceiling_altitude_m:g} m"
 
     def summary(self) -> dict[str, Any]:
-        """What morph.json says: plain values, ready for JSON, every number with its unit in its name."""
-        posts = self.state.size
+        """What morph.json says: plain values, ready for JSON, every number with its unit in its name.
+
+        Posts count the whole map; shares are of the posts whose ground is known.
+        """
+        known = ~np.isnan(self.grid.heights_m)
+        known_posts = int(np.count_nonzero(known))
         above_m = self.above_ground_m[np.isfinite(self.altitude_m)]
         parameters = self.parameters
         return {
@@ -74,7 +78,7 @@ class FinishedMorphingMap:
                 {
                     "state": state.name.lower(),
                     "posts": int(np.count_nonzero(self.state == state)),
-                    "share": share_of(int(np.count_nonzero(self.state == state)), posts),
+                    "share": share_of(int(np.count_nonzero((self.state == state) & known)), known_posts),
                 }
                 for state in ColumnState
             ],
@@ -89,7 +93,7 @@ class FinishedMorphingMap:
             if parameters.frames is None
             else frames_summary(
                 *(parameters.frames, parameters, self.frame_sources, self.frame_state, self.available),
-                ~np.isnan(self.grid.heights_m),
+                known,
             ),
         }
 

@@ -65,7 +65,9 @@ def place(
         list[str] | None,
         typer.Option(metavar="FILE,HEIGHT", help="Road or landing sites, and a drone's height there. Repeatable."),
     ] = None,
-    objective: Annotated[Objective, typer.Option(help="What is good.")] = Objective.COVERAGE,
+    objective: Annotated[
+        Objective, typer.Option(help="What is good. Coverage counts anchors in sight, even where they stand in a row.")
+    ] = Objective.COVERAGE,
     visible: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
     dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="Largest dilution that is good enough.")] = 5.0,
     measure: MeasureOption = Measure.PDOP,

@@ -129,7 +129,8 @@ def _dilution(axes: Axes, finished: FinishedPath) -> None:
     if limits.max_dop is not None:
         axes.axhline(limits.max_dop, **LIMIT)
     axes.set_ylim(0.0, max(top, 1.0))
-    axes.set_ylabel(limits.measure.upper())
+    cut = f", up to {HIGHEST_DOP:g}" if (dop > HIGHEST_DOP).any() else ""
+    axes.set_ylabel(limits.measure.upper() + cut)
 
 
 def _errors(axes: Axes, finished: FinishedPath) -> None:

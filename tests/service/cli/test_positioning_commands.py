@@ -108,6 +108,10 @@ def test_morph_writes_what_the_library_answers(sightline, dem_file, tmp_path, li
     posts = {state["state"]: state["posts"] for state in told["states"]}
     assert posts == {state.name.lower(): number for state, number in expected.states().items()}
     assert posts["above"] > 0
+    known = ~np.isnan(lines.grid.heights_m)
+    assert {state["state"]: state["share"] for state in told["states"]} == pytest.approx(
+        {state.name.lower(): np.mean(expected.state[known] == state) for state in expected.states()}
+    )
     assert told["ceiling"] == {"altitude_m": 400.0, "above_ground_m": None}
 
 
