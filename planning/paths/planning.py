@@ -186,9 +186,10 @@ class _Plan:
                 own.begin(task)
                 completed, places = own.answer(self.ended)
             if places is None:
+                otherwise = "" if rover.can_reverse else ", or let the rover reverse"
                 return self._out_of_budget(
                     f"There is a way, but none with a turning radius of {rover.min_turning_radius_m:g} m was found in "
-                    f"{problem.budget.iterations} iterations; give more, or let the rover reverse."
+                    f"{problem.budget.iterations} iterations; give more{otherwise}."
                 )
             repaired = without_broken_squares(problem, field, maps, places)
             if repaired is None:

@@ -16,6 +16,11 @@ __all__ = ["RoverModel"]
 PACES_EACH_WAY = 64
 
 
+# curves that are far tighter or wider than any rover's are beyond the planner's arithmetic
+LEAST_TURN_M = 0.01
+WIDEST_TURN_M = 1e6
+
+
 @dataclass(frozen=True, slots=True)
 class RoverModel:
     """A rover on the ground.
@@ -45,6 +50,11 @@ class RoverModel:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise PathProblemError(f"{name} must be a number of metres >= 0, not {value}.")
+        if self.min_turning_radius_m != 0.0 and not LEAST_TURN_M <= self.min_turning_radius_m <= WIDEST_TURN_M:
+            raise PathProblemError(
+                f"min_turning_radius_m must be 0, for a rover that turns on the spot, or from {LEAST_TURN_M:g} to "
+                f"{WIDEST_TURN_M:g} m, not {self.min_turning_radius_m:g} m."
+            )
         for name in ("max_slope_rad", "max_pitch_rad", "max_roll_rad"):
             value = getattr(self, name)
             if not 0.0 < value <= math.pi / 2:

@@ -184,6 +184,8 @@ def test_a_question_that_makes_no_sense_is_refused(changes: dict, error: type[Ex
         (lambda: CostWeights(climb=-1.0), "climb"),
         (lambda: CostWeights(length=0.0), "cost something"),
         (lambda: RoverModel(max_slope_rad=0.0), "max_slope_rad"),
+        (lambda: RoverModel(min_turning_radius_m=1e-6), "turns on the spot, or from 0.01 to"),
+        (lambda: RoverModel(min_turning_radius_m=1e12), "turns on the spot, or from 0.01 to"),
         (lambda: RoverModel(speed_m_per_s=0.0), "speed_m_per_s"),
         (lambda: RoverModel(speed_over_slope=((0.1, 1.0), (0.0, 1.0))), "ascending"),
         (lambda: RoverModel(max_step_m=0.0), "max_step_m"),
