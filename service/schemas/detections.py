@@ -100,7 +100,7 @@ class EpochIn(StrictModel):
     time_s: Seconds = Field(description="Seconds on the ranging clock, with any origin; the end of the round.")
     ranges: list[RangeIn] = Field(description="The ranges; may be empty.")
     odometry: OdometryIn | None = Field(None, description="The motion since the epoch before; null = unknown.")
-    sequence: Annotated[int, Field(strict=True)] | None = Field(
+    sequence: Annotated[int, Field(strict=True, ge=-(2**63), lt=2**63)] | None = Field(
         None, description="The sender's number of this epoch; a repeated number is a duplicate."
     )
     moved: list[RangingAnchorIn] = Field([], description="Anchors of the session that are elsewhere from now on.")

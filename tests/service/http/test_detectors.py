@@ -71,6 +71,15 @@ def test_a_range_that_cannot_be_is_named_and_the_others_are_judged(server: Serve
     assert server.client.get(session).json()["state"]["rejections"] == {reason: 1}
 
 
+def test_a_sequence_that_is_longer_than_64_bits_is_refused_and_changes_nothing(server: Server, session: str) -> None:
+    epoch = {"time_s": 1.0, "sequence": 10**30, "ranges": RANGES}
+    refused = server.client.post(f"{session}/epochs", json={"epochs": [epoch]})
+    assert refused.status_code == 422, refused.text
+    assert "sequence" in refused.json()["detail"]
+    (answer,) = send(server, session, {**epoch, "sequence": 2**63 - 1})
+    assert answer["sequence"] == 2**63 - 1
+
+
 def test_unknown_anchors_and_anchors_twice_are_counted(server: Server, session: str) -> None:
     stranger = {"anchor_id": "Z", "range_m": 3.0}
     (answer,) = send(server, session, {"time_s": 1.0, "ranges": [*RANGES[1:], stranger, RANGES[1]]})
