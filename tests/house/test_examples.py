@@ -69,6 +69,7 @@ def service_address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield str(client.base_url).rstrip("/")
 
 
+@pytest.mark.timeout(1200)  # a page may show a dozen commands, each a process of its own
 @pytest.mark.parametrize("page", pages_with("console"), ids=page_id)
 def test_the_commands_of_a_page_run_and_print_what_it_shows(
     page: Path, tmp_path: Path, request: pytest.FixtureRequest
