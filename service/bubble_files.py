@@ -35,11 +35,11 @@ def _write_csv(finished: FinishedBubbles, path: Path) -> None:
     names = list(finished.numbers())
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow([*names, "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
+        writer.writerow([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
         for point in finished.points:
             numbers = [point[name] for name in names]
             sight = "" if point["in_sight"] is None else " ".join(point["in_sight"])
-            writer.writerow([*numbers, point["verdict"], *point["push"], point["push_m"], sight])
+            writer.writerow([*numbers, point["nearest"], point["verdict"], *point["push"], point["push_m"], sight])
 
 
 def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
@@ -70,11 +70,12 @@ def _write_npz(finished: FinishedBubbles, path: Path) -> None:
             allow_pickle=False,
             **finished.numbers(),
             covariance_m2=finished.covariance_m2,
+            at_building=finished.around.at_building,
             verdict=finished.check.verdict,
             push=finished.check.push,
             push_m=finished.check.push_m,
-            nearest_m=finished.ground.nearest_m,
-            unknown_m=finished.ground.unknown_m,
+            nearest_m=finished.around.nearest_m,
+            unknown_m=finished.around.unknown_m,
             **more,
         )
 

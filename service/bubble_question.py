@@ -7,16 +7,17 @@ import numpy.typing as npt
 
 import navigation
 from navigation import BubbleError, MeasurementError
-from terrain import ElevationGrid, NearestSurface, nearest_surface
+from terrain import ElevationGrid
 from visibility import check_anchors
 from visibility.sight_points import check_points
 
+from .bubble_surroundings import buildings_of, surroundings
 from .finished_bubbles import way_m
 from .point_arrays import points_in_grid
 from .ranging_sources import RangingSources, ranging_sources
 from .schemas.safety_bubbles import BubbleParameters
 
-__all__ = ["bubble_sources", "check_bubble_question", "given_covariances", "ground_under", "points_and_times"]
+__all__ = ["bubble_sources", "check_bubble_question", "given_covariances", "points_and_times"]
 
 Array = npt.NDArray[np.float64]
 
@@ -36,13 +37,14 @@ def points_and_times(grid: ElevationGrid, parameters: BubbleParameters) -> tuple
 def check_bubble_question(grid: ElevationGrid, parameters: BubbleParameters) -> tuple[int, Array, Array]:
     """(number of anchors and satellites, points, times); refuses what cannot be answered before anything is calculated.
 
-    Raises AnchorError, AlmanacError, FrameError, VisibilityInputError, BubbleError, MeasurementError, TimeOrderError,
-    StateError.
+    Raises AnchorError, AlmanacError, FrameError, MeshError, VisibilityInputError, BubbleError, MeasurementError,
+    TimeOrderError, StateError.
     """
     points_m, times_s = points_and_times(grid, parameters)
-    ground = ground_under(grid, points_m)
+    refused = parameters.under_ground == "refuse"
+    around = surroundings(grid, points_m, buildings_of(grid, parameters.buildings), inside_is_refused=refused)
     zeros = np.zeros(len(points_m))
-    navigation.check_bubbles(points_m, zeros, ground.distance_m, ground.nearest_m, under_ground=parameters.under_ground)
+    navigation.check_bubbles(points_m, zeros, around.distance_m, around.nearest_m, under_ground=parameters.under_ground)
     if parameters.covariances_m2 is not None:
         given_covariances(parameters)
     back = np.diff(times_s) < 0.0
@@ -53,18 +55,6 @@ def check_bubble_question(grid: ElevationGrid, parameters: BubbleParameters) -> 
             index=first,
         )
     return len(bubble_sources(grid, parameters).all), points_m, times_s
-
-
-def ground_under(grid: ElevationGrid, points_m: Array) -> NearestSurface:
-    """Distances to the surface; raises BubbleError for a point that has none."""
-    ground = nearest_surface(grid, points_m)
-    nowhere = np.isnan(ground.distance_m)
-    if nowhere.any():
-        first = int(np.argmax(nowhere))
-        east_m, north_m, _ = points_m[first]
-        what = "lies over unknown ground" if grid.contains(east_m, north_m) else "lies outside the DEM"
-        raise BubbleError(f"Point {first} {what}, at {east_m:.1f} m east, {north_m:.1f} m north.", index=first)
-    return ground
 
 
 def bubble_sources(grid: ElevationGrid, parameters: BubbleParameters) -> RangingSources:

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from navigation import BubbleCheck, BubbleVerdict
-from terrain import ElevationGrid, NearestSurface
-from visibility import MinimumVisibleAltitude
+from terrain import ElevationGrid
+from visibility import Buildings, MinimumVisibleAltitude
 
+from .bubble_surroundings import Surroundings
 from .map_facts import dem_summary
 from .ranging_sources import Source, source_summary
 from .schemas.safety_bubbles import BubbleParameters
@@ -41,7 +42,8 @@ class FinishedBubbles:
     covariance_m2: Array
     radius_m: Array
     promise: Array
-    ground: NearestSurface
+    buildings: Buildings | None
+    around: Surroundings
     check: BubbleCheck
     visible: npt.NDArray[np.bool_] | None
     sight: MinimumVisibleAltitude | None
@@ -68,7 +70,7 @@ class FinishedBubbles:
             "altitude_m": altitude_m,
             "radius_m": self.radius_m,
             "promise": self.promise,
-            "clearance_m": self.ground.distance_m,
+            "clearance_m": self.around.distance_m,
             "margin_m": self.check.margin_m,
         }
 
@@ -76,7 +78,7 @@ class FinishedBubbles:
     def points(self) -> list[dict[str, Any]]:
         """One entry per point, as they are answered, ready for JSON."""
         columns: dict[str, list[Any]] = {name: _rounded(values) for name, values in self.numbers().items()}
-        columns["verdict"] = self.verdicts()
+        columns["nearest"], columns["verdict"] = self.around.words(), self.verdicts()
         columns["push"], columns["push_m"] = _rounded(self.check.push), _rounded(self.check.push_m)
         columns["in_sight"] = [self.in_sight(point) for point in range(len(self.points_m))]
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
@@ -101,10 +103,21 @@ class FinishedBubbles:
             "error_statement": None if self.sight is None else self.sight.error_statement,
             "curvature": None if self.sight is None else self.sight.curvature.sentence(),
             "dem": dem_summary(self.grid),
+            "buildings": self._buildings(),
             **source_summary(self.grid, self.anchors),
             "warnings": list(self.warnings),
             "timing": {"calculation_s": self.elapsed_s},
             "version": importlib.metadata.version("sightline"),
+        }
+
+    def _buildings(self) -> dict[str, Any] | None:
+        if self.buildings is None:
+            return None
+        return {
+            "name": self.buildings.source,
+            "bodies": self.buildings.count,
+            "triangles": len(self.buildings.faces),
+            "points_nearest": int(np.count_nonzero(self.around.at_building)),
         }
 
     def _first_violation(self) -> dict[str, Any] | None:
@@ -116,8 +129,9 @@ class FinishedBubbles:
             "time_s": float(self.times_s[first]),
             "distance_m": float(self.distance_m[first]),
             "radius_m": float(self.radius_m[first]),
-            "clearance_m": float(self.ground.distance_m[first]),
+            "clearance_m": float(self.around.distance_m[first]),
             "margin_m": float(self.check.margin_m[first]),
+            "nearest": self.around.words()[first],
             "in_sight": self.in_sight(first),
         }
 

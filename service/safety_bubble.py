@@ -19,7 +19,8 @@ from visibility import (
     visible_sets,
 )
 
-from .bubble_question import bubble_sources, check_bubble_question, given_covariances, ground_under
+from .bubble_question import bubble_sources, check_bubble_question, given_covariances
+from .bubble_surroundings import buildings_of, in_sight_past, open_bodies_warning, surroundings
 from .finished_bubbles import FinishedBubbles
 from .ranging_sources import Source, lines_to
 from .schemas.safety_bubbles import BubbleParameters
@@ -37,7 +38,8 @@ def calculate_bubbles(
     started_s = time.perf_counter()
     _, points_m, times_s = check_bubble_question(grid, parameters)
     asked = bubble_sources(grid, parameters)
-    sources, warnings = asked.all, list(asked.warnings)
+    buildings = buildings_of(grid, parameters.buildings)
+    sources, warnings = asked.all, [*asked.warnings, *open_bodies_warning(buildings)]
     visible, sight = None, None
     if parameters.covariances_m2 is not None:
         covariance_m2 = given_covariances(parameters)
@@ -45,7 +47,8 @@ def calculate_bubbles(
         share = None if progress is None else lambda done: progress(SHARE_OF_SIGHT_LINES * done)
         sight = lines_to(grid, sources, parameters, share)
         sets = visible_sets(sight, points_m)
-        visible = sets.visible()
+        anchors_m = [_position_m(grid, source) for source in sources]
+        visible = in_sight_past(grid, buildings, points_m, anchors_m, sight.curvature, sets.visible())
         warnings += list(sight.warnings)
         if sets.unknown.any():
             warnings.append(
@@ -54,13 +57,13 @@ def calculate_bubbles(
             )
         covariance_m2 = _predicted(grid, parameters, sources, points_m, times_s, visible)
     radius_m = navigation.bubble_radius_m(covariance_m2, parameters.epsilon, dem_sigma_m=parameters.dem_sigma_m)
-    ground = ground_under(grid, points_m)
+    around = surroundings(grid, points_m, buildings, inside_is_refused=False)
     check = navigation.check_bubbles(
         points_m,
         radius_m,
-        ground.distance_m,
-        ground.nearest_m,
-        ground.unknown_m,
+        around.distance_m,
+        around.nearest_m,
+        around.unknown_m,
         under_ground=parameters.under_ground,
     )
     promise = navigation.bubble_confidence(covariance_m2, radius_m - parameters.dem_sigma_m)
@@ -75,7 +78,8 @@ def calculate_bubbles(
         covariance_m2,
         radius_m,
         promise,
-        ground,
+        buildings,
+        around,
         check,
         visible,
         sight,

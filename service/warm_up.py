@@ -77,6 +77,9 @@ def _columns_of_air(grid: ElevationGrid) -> None:
 
 def _navigation(grid: ElevationGrid) -> None:
     nearest_surface(grid, [[10.0, -10.0, 60.0]])
+    corners_m = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], float)
+    tent = visibility.Buildings(corners_m, np.array([(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]))
+    visibility.nearest_building(tent, [[1.0, 1.0, 1.0]])
     navigation.bubble_confidence(np.eye(3), 1.0)
     navigation.radius_of_confidence(np.eye(3), 0.9)
     points_m, anchors_m = [[10.0, -10.0, 60.0], [20.0, -20.0, 60.0]], [[100.0, -200.0, 90.0]]

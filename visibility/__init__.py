@@ -2,8 +2,9 @@
 
 from .anchor_tracks import AnchorTrack, MovingAnchor
 from .anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, check_anchors
-from .building_sight import visible_with_buildings
-from .buildings import BuildingHeights, Buildings, read_buildings
+from .building_distance import NearestBuilding, nearest_building
+from .building_sight import clear_of_buildings, visible_with_buildings
+from .buildings import BuildingHeights, Buildings, parse_buildings, read_buildings
 from .camera import Camera, camera_for_anchor
 from .control_volumes import ControlVolume, VoxelBlock, control_volume, volume_blocks, volume_slabs, whole_volume
 from .curvature import FLAT, Curvature
@@ -77,6 +78,7 @@ __all__ = [
     "MorphingFrame",
     "MorphingMap",
     "MovingAnchor",
+    "NearestBuilding",
     "OccludedPoints",
     "PositionError",
     "PositionErrorMap",
@@ -93,6 +95,7 @@ __all__ = [
     "availability",
     "camera_for_anchor",
     "check_anchors",
+    "clear_of_buildings",
     "contour_lines",
     "control_volume",
     "dop",
@@ -113,8 +116,10 @@ __all__ = [
     "min_visible_altitude",
     "morphing_frames",
     "morphing_map",
+    "nearest_building",
     "occluded_points",
     "pack_sets",
+    "parse_buildings",
     "position_error",
     "position_error_along",
     "position_error_map",

@@ -12,13 +12,16 @@ from terrain import ElevationGrid
 from .anchors import Anchor
 from .buildings import Buildings
 from .curvature import Curvature
+from .errors import VisibilityInputError
 from .minimum_altitude import HIDDEN, Mode, UnknownGround, min_visible_altitude
 from .ray_triangle import Engine, MeshHits, lowered_m, mesh_blocks
 
-__all__ = ["building_hits", "visible_with_buildings"]
+__all__ = ["building_hits", "clear_of_buildings", "visible_with_buildings"]
 
 # Segments cast at a time: a million need about 100 MB.
 PARCEL = 1 << 18
+# Anchors beyond this are satellites; what the Earth bends away within reach of the buildings does not matter to them.
+DISTANT_M = 1e6
 
 
 def visible_with_buildings(
@@ -59,6 +62,42 @@ def visible_with_buildings(
             hidden = some[building_hits(grid, buildings, curvature, eyes_m, receivers_m[some], engine).blocked]
             visible[number, posts[hidden, 0], posts[hidden, 1]] = HIDDEN
     return visible
+
+
+def clear_of_buildings(
+    grid: ElevationGrid,
+    buildings: Buildings,
+    points_m: npt.ArrayLike,
+    anchors_m: npt.ArrayLike,
+    curvature: Curvature | None = None,
+    *,
+    asked: npt.ArrayLike = True,
+    engine: Engine = "embree",
+) -> npt.NDArray[np.bool_]:
+    """(n, k) bool: whether no building stands between points (n, 3) and anchors (k, 3), in the grid's frame.
+
+    Anchors may be as far away as satellites. The ground is not asked.
+    asked: (n, k), which lines matter; the others come back False. Raises VisibilityInputError.
+    """
+    points, anchors = (np.array(given, np.float64, ndmin=2) for given in (points_m, anchors_m))
+    for name, given in (("points_m", points), ("anchors_m", anchors)):
+        if given.ndim != 2 or given.shape[1] != 3 or not np.isfinite(given).all():
+            raise VisibilityInputError(f"{name} must be finite numbers (n, 3), not shape {given.shape}.")
+    curvature = Curvature.of(grid) if curvature is None else curvature
+    clear = np.array(np.broadcast_to(asked, (len(points), len(anchors))), np.bool_)
+    low_m, high_m = buildings.vertices_m.min(axis=0), buildings.vertices_m.max(axis=0)
+    for number, anchor_m in enumerate(anchors):
+        some = np.flatnonzero(clear[:, number])
+        for start in range(0, len(some), PARCEL):
+            here = some[start : start + PARCEL]
+            way_m = anchor_m - points[here]
+            length_m = np.linalg.norm(way_m, axis=1)
+            # a satellite's line ends at the farthest corner of all buildings: Embree's float32 holds no orbit
+            corner_m = np.maximum(np.abs(points[here] - low_m), np.abs(points[here] - high_m))
+            share = np.where(length_m > DISTANT_M, np.linalg.norm(corner_m, axis=1) / np.maximum(length_m, 1.0), 1.0)
+            ends_m = points[here] + share[:, None] * way_m
+            clear[here, number] = ~building_hits(grid, buildings, curvature, points[here], ends_m, engine).blocked
+    return clear
 
 
 def building_hits(

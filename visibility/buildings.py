@@ -12,9 +12,9 @@ import numpy.typing as npt
 from terrain import ElevationGrid, height_at
 
 from .errors import MeshError
-from .mesh_files import MAX_FACES, MAX_FILE_BYTES, read_triangles
+from .mesh_files import MAX_FACES, MAX_FILE_BYTES, read_mesh_bytes, triangles_of
 
-__all__ = ["BuildingHeights", "Buildings", "read_buildings"]
+__all__ = ["BuildingHeights", "Buildings", "parse_buildings", "read_buildings"]
 
 BuildingHeights = Literal["above_ground", "absolute"]
 
@@ -65,14 +65,19 @@ class Buildings:
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        places = np.round(self.vertices_m / SAME_VERTEX_M)
-        _, merged = np.unique(places, axis=0, return_inverse=True)
-        corners = merged.reshape(-1)[self.faces]
+        corners = self.merged_corners()
         ends = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]]])
-        size = int(merged.max()) + 1
+        size = int(corners.max()) + 1
         _, label = connected_components(coo_array((np.ones(len(ends), np.int8), ends.T), shape=(size, size)), False)
         _, body = np.unique(label[corners[:, 0]], return_inverse=True)
         return body.reshape(-1).astype(np.int32)
+
+    def merged_corners(self) -> npt.NDArray[np.intp]:
+        """(m, 3) vertex numbers of the faces, equal where vertices have the same position."""
+        places = np.round(self.vertices_m / SAME_VERTEX_M)
+        _, merged = np.unique(places, axis=0, return_inverse=True)
+        corners: npt.NDArray[np.intp] = merged.reshape(-1)[self.faces]
+        return corners
 
 
 def read_buildings(
@@ -95,16 +100,45 @@ def read_buildings(
     origin_east_m, origin_north_m: where the file's own origin lies in the grid's frame.
     Nothing but the file itself is opened: materials, textures and other references are not followed. Raises MeshError.
     """
+    path = Path(path)
+    _check_words(heights, up)
+    return parse_buildings(
+        read_mesh_bytes(path, max_bytes),
+        path.name,
+        grid,
+        heights=heights,
+        up=up,
+        origin_east_m=origin_east_m,
+        origin_north_m=origin_north_m,
+        max_faces=max_faces,
+    )
+
+
+def parse_buildings(
+    data: bytes,
+    name: str,
+    grid: ElevationGrid,
+    *,
+    heights: BuildingHeights = "above_ground",
+    up: Literal["y", "z"] | None = None,
+    origin_east_m: float = 0.0,
+    origin_north_m: float = 0.0,
+    max_faces: int = MAX_FACES,
+) -> Buildings:
+    """The same from the bytes of such a file; the ending of its name tells the format. Raises MeshError."""
+    _check_words(heights, up)
+    vertices_m, faces = triangles_of(data, name, max_faces=max_faces)
+    if up == "y" or (up is None and name.lower().endswith(".glb")):
+        vertices_m = np.column_stack([vertices_m[:, 0], -vertices_m[:, 2], vertices_m[:, 1]])
+    buildings = Buildings(vertices_m + np.array([origin_east_m, origin_north_m, 0.0]), faces, name)
+    return buildings if heights == "absolute" else _on_ground(grid, buildings)
+
+
+def _check_words(heights: object, up: object) -> None:
     if heights not in get_args(BuildingHeights):
         raise MeshError(f"heights must be one of {', '.join(get_args(BuildingHeights))}, not {heights!r}.")
     if up not in ("y", "z", None):
         raise MeshError(f"up must be y or z, not {up!r}.")
-    path = Path(path)
-    vertices_m, faces = read_triangles(path, max_bytes=max_bytes, max_faces=max_faces)
-    if up == "y" or (up is None and path.suffix.lower() == ".glb"):
-        vertices_m = np.column_stack([vertices_m[:, 0], -vertices_m[:, 2], vertices_m[:, 1]])
-    buildings = Buildings(vertices_m + np.array([origin_east_m, origin_north_m, 0.0]), faces, path.name)
-    return buildings if heights == "absolute" else _on_ground(grid, buildings)
 
 
 def _on_ground(grid: ElevationGrid, buildings: Buildings) -> Buildings:

@@ -16,7 +16,7 @@ from .errors import MeshError
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["FORMATS", "MAX_FACES", "MAX_FILE_BYTES", "read_triangles"]
+__all__ = ["FORMATS", "MAX_FACES", "MAX_FILE_BYTES", "read_mesh_bytes", "triangles_of"]
 
 FORMATS = (".stl", ".obj", ".ply", ".glb")
 MAX_FILE_BYTES = 128 * 1024 * 1024
@@ -25,22 +25,25 @@ MAX_FACES = 2_000_000
 _GLB_HEADER = struct.Struct("<4sIIII")
 
 
-def read_triangles(
-    path: Path, *, max_bytes: int = MAX_FILE_BYTES, max_faces: int = MAX_FACES
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """(vertices (n, 3), faces (m, 3)) of a .stl, .obj, .ply or .glb file, in the file's own axes. Raises MeshError."""
-    suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        raise MeshError(f"{path.name} is not a mesh format that is read here; use one of {', '.join(FORMATS)}.")
+def read_mesh_bytes(path: Path, max_bytes: int = MAX_FILE_BYTES) -> bytes:
+    """What is in a file whose ending is that of a mesh. Raises MeshError."""
+    _suffix(path.name)
     try:
         size = path.stat().st_size
         if size > max_bytes:
             raise MeshError(f"{path.name} has {size:,} bytes; the limit is {max_bytes:,}.")
-        data = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         raise MeshError(f"{path.name} cannot be read: {error.strerror}.") from error
+
+
+def triangles_of(
+    data: bytes, name: str, *, max_faces: int = MAX_FACES
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """(vertices (n, 3), faces (m, 3)) of a .stl, .obj, .ply or .glb file, in the file's own axes. Raises MeshError."""
+    suffix = _suffix(name)
     if suffix == ".glb":
-        _refuse_hazards(path.name, data, max_faces)
+        _refuse_hazards(name, data, max_faces)
     # here, because importing it takes as long as everything else together and few questions have buildings
     import trimesh
 
@@ -48,8 +51,15 @@ def read_triangles(
         # a stream without a name and no resolver: references have nothing to resolve against
         scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=None, **_options(suffix))
     except Exception as error:  # a damaged file makes the format readers raise anything
-        raise MeshError(f"{path.name} is not a readable {suffix} mesh: {_sentence(error)}") from error
-    return _flat(path.name, scene, max_faces)
+        raise MeshError(f"{name} is not a readable {suffix} mesh: {_sentence(error)}") from error
+    return _flat(name, scene, max_faces)
+
+
+def _suffix(name: str) -> str:
+    suffix = Path(name).suffix.lower()
+    if suffix not in FORMATS:
+        raise MeshError(f"{name} is not a mesh format that is read here; use one of {', '.join(FORMATS)}.")
+    return suffix
 
 
 def _options(suffix: str) -> dict[str, Any]:

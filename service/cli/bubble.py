@@ -37,6 +37,7 @@ def make_bubbles(
     lonlat: bool,
     satellites: SatelliteOptions,
     range_sigma_m: float | None,
+    buildings: dict[str, Any] | None,
     asked: dict[str, Any],
     **rest: Any,
 ) -> None:
@@ -48,7 +49,7 @@ def make_bubbles(
             source["ranging_sigma_m"] = range_sigma_m
     given = {name: value for name, value in asked.items() if value is not None}
     parameters = BubbleParameters.model_validate(
-        {"anchors": anchors, "satellites": sky, **_path(path, height), **given}
+        {"anchors": anchors, "satellites": sky, "buildings": buildings, **_path(path, height), **given}
     )
     files = MapFiles("bubble.json", tuple(BUBBLE_FILES), write_bubble_file)
     make_map(dem, parameters, calculate_bubbles, files, _tables, what="Safety bubbles", **rest)
@@ -89,7 +90,11 @@ def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
     radius_m, first = summary["radius_quantiles_m"], summary["first_violation"]
     facts = [
         ("points", f"{summary['points']:,}"),
-        ("clear of the ground", f"{summary['ok']:,}"),
+        *_building_facts(summary["buildings"]),
+        (
+            "clear of the ground" if summary["buildings"] is None else "clear of ground and buildings",
+            f"{summary['ok']:,}",
+        ),
         ("violated", f"{summary['violated']:,}"),
         ("near unknown ground", f"{summary['unknown']:,}"),
         ("first violation", "none" if first is None else _violation(first)),
@@ -101,8 +106,18 @@ def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
     return (sources_table(summary), table) if summary["curvature"] is not None else (table,)
 
 
+def _building_facts(buildings: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if buildings is None:
+        return []
+    return [
+        ("buildings", f"{buildings['bodies']:,} ({buildings['triangles']:,} triangles) in {buildings['name']}"),
+        ("points nearer to one than to the ground", f"{buildings['points_nearest']:,}"),
+    ]
+
+
 def _violation(first: dict[str, Any]) -> str:
     sight = first["in_sight"]
     seen = "" if sight is None else f"; in sight: {', '.join(sight) or 'none'}"
     where = f"point {first['point']} at {first['distance_m']:.0f} m, {first['time_s']:g} s"
-    return f"{where}: radius {first['radius_m']:.1f} m, clearance {first['clearance_m']:.1f} m{seen}"
+    clearance = f"clearance {first['clearance_m']:.1f} m to the {first['nearest']}"
+    return f"{where}: radius {first['radius_m']:.1f} m, {clearance}{seen}"

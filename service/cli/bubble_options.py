@@ -41,6 +41,13 @@ class BubbleKind(StrEnum):
     PSEUDORANGE = "pseudorange"
 
 
+class BuildingHeights(StrEnum):
+    """What the heights of a mesh are."""
+
+    ABOVE_GROUND = "above_ground"
+    ABSOLUTE = "absolute"
+
+
 class UnderGround(StrEnum):
     """What a point below the ground is."""
 
@@ -93,7 +100,19 @@ def bubble(
     on_ground: Annotated[
         bool, typer.Option("--on-ground", help="The vehicle is on the ground, whose height the DEM tells.")
     ] = False,
-    under_ground: Annotated[UnderGround, typer.Option(help="What a point below the ground is.")] = UnderGround.REFUSE,
+    under_ground: Annotated[
+        UnderGround, typer.Option(help="What a point below the ground or inside a building is.")
+    ] = UnderGround.REFUSE,
+    buildings: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Mesh of buildings on the ground, in metres: .stl, .obj, .ply or .glb."),
+    ] = None,
+    building_heights: Annotated[
+        BuildingHeights, typer.Option(help="Each body stands on the ground, or the file holds altitudes.")
+    ] = BuildingHeights.ABOVE_GROUND,
+    building_origin: Annotated[
+        str | None, typer.Option(metavar="EAST,NORTH", help="Where the mesh's own origin lies. (default 0,0)")
+    ] = None,
     mode: ModeOption = Mode.FAST,
     unknown: UnknownOption = UnknownGround.UNKNOWN,
     curvature: CurvatureOption = CurvatureWord.AUTO,
@@ -102,12 +121,13 @@ def bubble(
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tell how surely a vehicle keeps clear of the ground along a path, or did in a history of poses.
+    """Tell how surely a vehicle keeps clear of ground and buildings along a path, or did in a history of poses.
 
     Writes bubble.json, points.csv, points.geojson, points.json, points.npz,
     profile.png and map.png into --out.
     """
     from .bubble import make_bubbles
+    from .building_files import building_fields
     from .positioning import SatelliteOptions
 
     make_bubbles(
@@ -119,6 +139,7 @@ def bubble(
         lonlat=lonlat,
         satellites=SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
         range_sigma_m=range_sigma,
+        buildings=building_fields(buildings, building_heights.value, building_origin),
         asked={
             "speed_m_per_s": speed,
             "kind": kind.value,

@@ -27,7 +27,7 @@ TAGS = [
         "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
         "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
     },
-    {"name": "Safety bubbles", "description": "How surely a vehicle keeps clear of the ground along a path."},
+    {"name": "Safety bubbles", "description": "How surely a vehicle keeps clear of ground and buildings along a path."},
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},
 ]

@@ -27,7 +27,7 @@ RADIUS_COLOUR, CLEARANCE_COLOUR, COUNT_COLOUR = "#c2452d", "#2c5f9e", "#5d7a3c"
 VERDICTS = {
     BubbleVerdict.OK: ("clear", "#2c5f9e"),
     BubbleVerdict.UNKNOWN: ("near unknown", "#e0a100"),
-    BubbleVerdict.VIOLATED: ("touches ground", "#c2452d"),
+    BubbleVerdict.VIOLATED: ("violated", "#c2452d"),
 }
 # More bubbles than these would be a tube.
 MOST_CIRCLES = 60
@@ -53,13 +53,13 @@ def draw_bubble_profile(finished: FinishedBubbles) -> Figure:
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [3.0, 1.2][:rows]})[:, 0]
     way_m = finished.distance_m
     _shade(axes[0], way_m, finished.check.verdict)
-    axes[0].plot(way_m, finished.ground.distance_m, color=CLEARANCE_COLOUR, lw=1.6, label="clearance d")
+    axes[0].plot(way_m, finished.around.distance_m, color=CLEARANCE_COLOUR, lw=1.6, label="clearance d")
     axes[0].plot(way_m, finished.radius_m, color=RADIUS_COLOUR, lw=1.6, label="bubble radius r")
     axes[0].set_ylabel("metres")
-    if finished.radius_m.max() > TOO_TALL * max(float(finished.ground.distance_m.max()), 1.0):
+    if finished.radius_m.max() > TOO_TALL * max(float(finished.around.distance_m.max()), 1.0):
         axes[0].set_yscale("symlog", linthresh=10.0)
         axes[0].set_ylabel("metres, logarithmic over 10")
-    axes[0].set_ylim(bottom=min(0.0, float(finished.ground.distance_m.min())))
+    axes[0].set_ylim(bottom=min(0.0, float(finished.around.distance_m.min())))
     axes[0].legend(loc="best", frameon=True, framealpha=0.9)
     axes[0].set_title(f"Safety bubble: {dem_name(finished.grid)}\n{_subtitle(finished)}", loc="left", fontsize=11)
     if finished.visible is not None:

@@ -32,18 +32,23 @@ class BubbleOut(BaseModel):
     promise: float = Field(
         description="Probability that a bubble of this covariance, without dem_sigma_m, holds it, 0..1."
     )
-    clearance_m: float = Field(description="Distance to the nearest ground in space, metres; negative: below it.")
+    clearance_m: float = Field(
+        description="Distance to the nearest ground or building in space, metres; negative: below or inside."
+    )
     margin_m: float = Field(description="Clearance less radius, metres.")
+    nearest: Literal["ground", "building"] = Field("ground", description="What that nearest place belongs to.")
     verdict: Literal["ok", "violated", "unknown"] = Field(
         description="unknown: unknown ground may be nearer than the radius."
     )
-    push: tuple[float, float, float] = Field(description="Unit vector away from the nearest ground: east, north, up.")
+    push: tuple[float, float, float] = Field(
+        description="Unit vector away from that place, or out through it: east, north, up."
+    )
     push_m: float = Field(description="How far to go that way, metres; 0 where all is well.")
     in_sight: list[str] | None = Field(description="Anchors surely in sight; null in a history of poses.")
 
 
 class FirstViolation(BaseModel):
-    """The first point whose bubble touches the ground."""
+    """The first point whose bubble touches the ground or a building."""
 
     point: int = Field(description="Its number, 0 the first.")
     time_s: float = Field(description="When, seconds.")
@@ -51,6 +56,7 @@ class FirstViolation(BaseModel):
     radius_m: float = Field(description="Radius, metres.")
     clearance_m: float = Field(description="Clearance, metres.")
     margin_m: float = Field(description="Clearance less radius, metres.")
+    nearest: Literal["ground", "building"] = Field("ground", description="What it touches.")
     in_sight: list[str] | None = Field(description="Anchors surely in sight there; null in a history of poses.")
 
 
@@ -58,7 +64,7 @@ class SafetyBubblesSummary(BaseModel):
     """All bubbles in numbers, and how far to trust them."""
 
     points: int = Field(description="Number of points.")
-    ok: int = Field(description="Number of points whose bubble is clear of the ground.")
+    ok: int = Field(description="Number of points whose bubble is clear of ground and buildings.")
     violated: int = Field(description="Number of points whose bubble is not.")
     unknown: int = Field(description="Number of points near unknown ground.")
     first_violation: FirstViolation | None = Field(description="The first violated point; null where there is none.")
@@ -69,6 +75,9 @@ class SafetyBubblesSummary(BaseModel):
     error_statement: str | None = Field(description="Error of the sight lines; null in a history of poses.")
     curvature: str | None = Field(description="Curvature and refraction that were used; null in a history of poses.")
     dem: dict[str, Any] = Field(description="The ground.")
+    buildings: dict[str, Any] | None = Field(
+        None, description="The building mesh: name, bodies, triangles, how many points it is nearest to; null without."
+    )
     anchors: list[dict[str, Any]] = Field(description="Where the anchors are.")
     satellites: list[dict[str, Any]] = Field(description="Where the satellites stand.")
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")

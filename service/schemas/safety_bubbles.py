@@ -6,6 +6,7 @@ from typing import Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from .buildings import BuildingsIn
 from .points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from .positioning import RangingParameters
 
@@ -77,7 +78,12 @@ class BubbleParameters(RangingParameters):
     on_ground: bool = Field(False, strict=True, description="The vehicle is on the ground, whose height the DEM tells.")
     ground_sigma_m: Positive = Field(0.5, description="One-sigma error of that height, metres.")
     under_ground: Literal["refuse", "violated"] = Field(
-        "refuse", description="What a point below the ground is: a mistake to be refused, or a violated bubble."
+        "refuse",
+        description="What a point below the ground or inside a building is: a mistake to be refused, or a violated "
+        "bubble.",
+    )
+    buildings: BuildingsIn | None = Field(
+        None, description="What stands on the ground: it hides anchors, and the bubble must be clear of it too."
     )
 
     @model_validator(mode="after")

@@ -53,7 +53,12 @@ def check_safety_bubbles(context: TaskContext, arguments: Mapping[str, Any]) -> 
     whole = asked.model_dump_json(exclude_none=True, exclude={"dem_id"})
     (context.work / REQUEST).write_text(whole, encoding="utf-8")
     make_durable(context.work)
-    long: dict[str, bool | set[str]] = {"dem_id": True, **dict.fromkeys(LONG, True), "satellites": set(ORBIT_TEXTS)}
+    long: dict[str, bool | set[str]] = {
+        "dem_id": True,
+        **dict.fromkeys(LONG, True),
+        "satellites": set(ORBIT_TEXTS),
+        "buildings": {"base64"},
+    }
     short = asked.model_dump(mode="json", exclude_none=True, exclude=long)
     return {"dem_id": asked.dem_id, "options": short, "points": asked.count}
 

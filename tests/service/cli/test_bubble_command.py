@@ -5,13 +5,14 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 
 import navigation
 from terrain import nearest_surface, to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS, PLACES
 from tests.service.skies import TIME, almanac
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
-from visibility import anchor_above_ground, min_visible_altitude, visible_sets
+from visibility import anchor_above_ground, min_visible_altitude, nearest_building, read_buildings, visible_sets
 
 FILES = [
     "bubble.json",
@@ -153,3 +154,86 @@ def test_what_else_is_missing_is_told(sightline, dem_file, tmp_path, path_file):
         way = [] if "--path" in words else ["--path", path_file]
         ended = sightline("bubble", dem_file, *way, *words)
         assert (ended.code, sentence in ended.stderr) == (2, True), ended.stderr
+
+
+# -- buildings
+
+
+@pytest.fixture
+def tower_file(tmp_path):
+    """A tower of 90 m beside the way, its own origin at its foot."""
+    tower = trimesh.creation.box((20.0, 20.0, 90.0))
+    tower.apply_translation((0.0, 0.0, 45.0))
+    path = tmp_path / "tower.stl"
+    path.write_bytes(tower.export(file_type="stl"))
+    return path
+
+
+TOWER_EAST_M, TOWER_NORTH_M = WEST_M + 300.0, NORTH_LINE_M + 15.0
+
+
+def test_a_tower_beside_the_way_is_what_is_nearest_and_hides_anchors(
+    sightline, dem_file, path_file, tower_file, tmp_path
+):
+    words = ("--path", path_file, *ANCHORS, "--range-sigma", "0.4", "--json")
+    without = sightline("bubble", dem_file, *words, "--out", tmp_path / "without")
+    ended = sightline(
+        "bubble", dem_file, *words, "--buildings", tower_file, "--building-origin", f"{TOWER_EAST_M},{TOWER_NORTH_M}",
+        "--out", tmp_path / "with",
+    )  # fmt: skip
+    assert ended.code == without.code == 0, ended.stderr
+    told = json.loads(ended.stdout)
+    assert told["buildings"]["bodies"] == 1
+    assert json.loads(without.stdout)["buildings"] is None
+    grid = small_grid()
+    tower = read_buildings(tower_file, grid, origin_east_m=TOWER_EAST_M, origin_north_m=TOWER_NORTH_M)
+    points_m = np.column_stack([EAST_M, np.full(COUNT, NORTH_LINE_M), np.full(COUNT, ALTITUDE_M)])
+    walls_m, ground_m = nearest_building(tower, points_m).distance_m, nearest_surface(grid, points_m).distance_m
+    points = json.loads((tmp_path / "with" / "points.json").read_text())
+    np.testing.assert_allclose([point["clearance_m"] for point in points], np.minimum(walls_m, ground_m), atol=1e-5)
+    assert [point["nearest"] == "building" for point in points] == (walls_m < ground_m).tolist()
+    assert told["buildings"]["points_nearest"] == np.count_nonzero(walls_m < ground_m) > 0
+    beside = int(np.argmin(walls_m))
+    assert points[beside]["push"][1] < -0.9  # the tower is in the north
+    before = json.loads((tmp_path / "without" / "points.json").read_text())
+    hidden = [set(a["in_sight"]) - set(b["in_sight"]) for a, b in zip(before, points, strict=True)]
+    assert any(hidden)
+    assert all(set(b["in_sight"]) <= set(a["in_sight"]) for a, b in zip(before, points, strict=True))
+
+
+def test_a_point_inside_a_building_is_refused_or_violated(sightline, dem_file, path_file, tower_file, tmp_path):
+    inside = ("--buildings", tower_file, "--building-origin", f"{TOWER_EAST_M},{NORTH_LINE_M + 2.0}")
+    words = ("--path", path_file, *ANCHORS, "--range-sigma", "0.4", *inside)
+    refused = sightline("bubble", dem_file, *words)
+    assert (refused.code, "lies inside a building" in refused.stderr) == (2, True), refused.stderr
+    ended = sightline("bubble", dem_file, *words, "--under-ground", "violated", "--out", tmp_path, "--json")
+    assert ended.code == 0, ended.stderr
+    points = json.loads((tmp_path / "points.json").read_text())
+    within = [point for point in points if point["clearance_m"] < 0.0]
+    assert within
+    assert {(point["nearest"], point["verdict"]) for point in within} == {("building", "violated")}
+    assert within[0]["push_m"] == pytest.approx(within[0]["radius_m"] - within[0]["clearance_m"], abs=1e-5)
+
+
+def test_buildings_that_cannot_be_used_are_refused(sightline, dem_file, path_file, tmp_path, tower_file):
+    (tmp_path / "broken.stl").write_text("solid nothing")
+    for words, sentence in (
+        (["--buildings", tmp_path / "none.stl"], "cannot be read"),
+        (["--buildings", tmp_path / "town.dxf"], "is not a mesh format"),
+        (["--buildings", tmp_path / "broken.stl"], "broken.stl"),
+        (["--buildings", tower_file], "no known ground below"),
+        (["--buildings", tower_file, "--building-origin", "here"], "--building-origin 'here' is not of the form"),
+        (["--building-origin", "1,2"], "needs --buildings"),
+    ):
+        ended = sightline("bubble", dem_file, "--path", path_file, *ANCHORS, *words)
+        assert (ended.code, sentence in ended.stderr) == (2, True), ended.stderr
+
+
+def test_bodies_without_an_inside_are_warned_about(sightline, dem_file, path_file, tmp_path):
+    (tmp_path / "wall.obj").write_text("v -10 0 0\nv 10 0 0\nv 10 0 30\nv -10 0 30\nf 1 2 3\nf 1 3 4\n")
+    ended = sightline(
+        "bubble", dem_file, "--path", path_file, *ANCHORS, "--buildings", tmp_path / "wall.obj",
+        "--building-origin", f"{TOWER_EAST_M},{TOWER_NORTH_M}", "--json",
+    )  # fmt: skip
+    assert ended.code == 0, ended.stderr
+    assert any("1 of 1 bodies in wall.obj are open" in warning for warning in json.loads(ended.stdout)["warnings"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from typing import Any
 
 import pytest
@@ -22,6 +23,14 @@ ANCHOR = {
 ONE = {"points_m": [HIGH], "anchors": [ANCHOR]}
 TWO = {"points_m": [HIGH, HIGH], "anchors": [ANCHOR]}
 POSES = {"points_m": [HIGH, HIGH], "times_s": [0.0, 1.0]}
+TENT = b"v -20 -20 0\nv 20 -20 0\nv 20 20 0\nv -20 20 0\nv 0 0 2000\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
+
+
+def encoded(data: bytes) -> str:
+    return base64.b64encode(data).decode()
+
+
+TOWER = {"name": "tower.obj", "base64": encoded(TENT)}
 ROUND = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0]
 
 BAD: dict[str, tuple[dict[str, Any], str, str]] = {
@@ -68,6 +77,26 @@ BAD: dict[str, tuple[dict[str, Any], str, str]] = {
         {**ONE, "points_m": [[UNKNOWN_GROUND["east_m"], UNKNOWN_GROUND["north_m"], 900.0]]},
         "bubble",
         "unknown ground",
+    ),
+    "a building file that holds nothing": (
+        {**ONE, "buildings": {"name": "town.stl", "base64": encoded(b"solid nothing")}},
+        "mesh",
+        "town.stl",
+    ),
+    "a building where the DEM is not": (
+        {**ONE, "buildings": {"name": "town.obj", "base64": encoded(TENT)}},
+        "mesh",
+        "no known ground below",
+    ),
+    "a building file of an unknown kind": (
+        {**ONE, "buildings": {"name": "town.dxf", "base64": encoded(TENT)}},
+        "validation",
+        "buildings.name",
+    ),
+    "a point inside a building": (
+        {**ONE, "buildings": {**TOWER, "origin_east_m": MIDDLE[0], "origin_north_m": MIDDLE[1] - 5.0}},
+        "bubble",
+        "Point 0 lies inside a building",
     ),
     "an anchor under the ground": (
         {"points_m": [HIGH], "anchors": [{**ANCHOR, "above_ground_m": -9.0}]},
@@ -163,3 +192,19 @@ def test_an_anchor_that_is_unsure_of_its_own_place_along_the_line_to_it_tells_le
         radius_m[name] = made.json()["points"][0]["radius_m"]
     assert radius_m["sure"] == pytest.approx(radius_m["across"], abs=1e-5)
     assert radius_m["along"] == pytest.approx(3.0 * (200.0 + 1.0 / (1.0 / 100.0 + 1.0 / 400.25)) ** 0.5, abs=1e-4)
+
+
+def test_a_tower_that_came_along_hides_an_anchor_and_is_what_is_nearest(
+    server: Server, jacksboro: dict[str, Any]
+) -> None:
+    beside = {**TOWER, "origin_east_m": MIDDLE[0] + 60.0, "origin_north_m": MIDDLE[1]}
+    made = asked(server, dem_id=jacksboro["id"], **ONE, buildings=beside)
+    assert made.status_code == 201, made.text
+    told = made.json()
+    point = told["points"][0]
+    assert (point["nearest"], point["in_sight"]) == ("building", [])
+    assert point["push"][0] < -0.9
+    assert told["result"]["buildings"]["triangles"] == 4
+    assert "base64" not in told["request"]["buildings"]
+    without = asked(server, dem_id=jacksboro["id"], **ONE).json()["points"][0]
+    assert (without["nearest"], without["in_sight"]) == ("ground", ["D1"])
