@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
+from terrain.version import VERSION
 
 from .columns_of_air import ColumnTables, column_tables
 from .dop import Dop, solve
@@ -115,7 +115,7 @@ def dop_map(
         on_surface=on_surface,
         per_visible_set=per_visible_set,
         elapsed_s=time.perf_counter() - started_s,
-        version=importlib.metadata.version("sightline"),
+        version=VERSION,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -13,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
+from terrain.version import VERSION
 
 from . import exact_sweep, fast_sweep
 from .anchors import Anchor, check_anchors
@@ -153,5 +153,5 @@ def min_visible_altitude(
         error_statement=ERROR_STATEMENTS[mode],
         warnings=warnings,
         elapsed_s=time.perf_counter() - started_s,
-        version=importlib.metadata.version("sightline"),
+        version=VERSION,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
+from terrain.version import VERSION
 
 from .building_sight import building_hits
 from .buildings import Buildings
@@ -27,7 +27,6 @@ from .sight_points import check_points, in_posts
 __all__ = ["ERROR_STATEMENT", "LinesOfSight", "lines_of_sight"]
 
 ERROR_STATEMENT = "every edge of the triangulated surface, in float64: clearance within 1e-6 m of exact arithmetic"
-VERSION = importlib.metadata.version("sightline")
 
 
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])

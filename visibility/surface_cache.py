@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import time
 
 import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
+from terrain.version import VERSION
 
 from .anchors import Anchor, check_anchors
 from .curvature import Curvature
@@ -75,5 +75,5 @@ class SurfaceCache:
             error_statement=ERROR_STATEMENTS[self.mode],
             warnings=warnings,
             elapsed_s=time.perf_counter() - started_s,
-            version=importlib.metadata.version("sightline"),
+            version=VERSION,
         )

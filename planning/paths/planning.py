@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 import math
 import time
 from collections.abc import Callable
@@ -12,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+from terrain.version import VERSION
 
 from .arrivals import arrivals_along, fastest_arrivals_s
 from .checks import without_broken_squares, without_refused_squares
@@ -251,7 +252,7 @@ class _Plan:
             warnings=self.warnings,
             first_path_s=self.first_path_s,
             elapsed_s=time.perf_counter() - self.begin_s,
-            version=importlib.metadata.version("sightline"),
+            version=VERSION,
         )
 
 

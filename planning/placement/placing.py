@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from planning.errors import PlacementError
 from terrain import ElevationGrid
+from terrain.version import VERSION
 from visibility import Anchor, AntennaLimits, check_anchors
 
 from .candidates import Candidates
@@ -236,7 +236,7 @@ def answer(ready: Ready, found: Found, count: int, needed: int | None, timing_s:
         warnings=tuple(warnings),
         sight=ready.sight,
         timing_s=timing_s,
-        version=importlib.metadata.version("sightline"),
+        version=VERSION,
     )
 
 

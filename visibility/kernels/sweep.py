@@ -14,17 +14,18 @@ import numpy as np
 from numba import float32, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
-from terrain.kernel_vectors import LANES, pick, pick_near
+from terrain.kernel_vectors import prefetch
 
-from .sweep_loops import NEAR, NO_GROUND, NOT_BLOCKED, advance, answer, turn_in, turn_out, whole_places
+from .sweep_loops import CACHE_LINE, NO_GROUND, NOT_BLOCKED, STRIDE, advance, answer, turn_in, turn_out
 
 __all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "owned_posts", "sweep"]
 
-BLOCK_RAYS = 512
+BLOCK_RAYS = 1024
 COARSEST = 16  # near the eye only every 16th ray runs
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
+LINES_AHEAD = 2
 TILE = 64  # lines turned at once: four cache lines of float32
-RAY_ROOM = 2 * BLOCK_RAYS + 2 * LANES  # a block has at most twice its rays, and whole vectors are written
+RAY_ROOM = 2 * BLOCK_RAYS + 2 * STRIDE  # a block has at most twice its rays; vectors reach over the last
 TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
 
 # one task = one block of rays in one sector of one eye
@@ -111,12 +112,13 @@ def _refine(along, task, real, stride, steepest, fan):
 def _answer_line(owned, real, scale, eye, lines, out, state):
     """Answer the owned posts of a line; the outermost post of the map has no neighbour aside on one side."""
     q_first, dq, count, width, lean = scale
-    steepest, fan, places = state
+    steepest, _, places, picked = state
     ground, before, ground_start = lines
     start, stop = owned
     inner_start = max(start, 1) if lean < 0 else start
     inner_stop = min(stop, width - 1) if lean > 0 else stop
     drop_along = float32(real[5] * float(eye[1]) * float(eye[1]))
+    seen_from = (*eye, drop_along, float32(real[6]), float32(lean))
     for piece in range(3):
         first, last, aside = inner_start, inner_stop, lean
         if piece == 1:
@@ -125,17 +127,8 @@ def _answer_line(owned, real, scale, eye, lines, out, state):
             first, last, aside = inner_stop, stop, 0
         if last > first:
             q = float32(max((first - real[1]) * dq - q_first, 0.0))
-            here = (q, float32(dq), float32(first - real[1]), drop_along, float32(real[6]), float32(lean))
-            whole_places(places, last - first, q, here[1], count)
-            # near the eye, where rays are close together, eight posts span more of them
-            if dq <= 2.0:
-                pick_near(steepest, 0, places, last - first, fan, NEAR)
-                pick_near(steepest, 1, places, last - first, fan, NEAR + 1)
-            else:
-                pick(steepest, 0, places, last - first, fan, NEAR)
-                pick(steepest, 1, places, last - first, fan, NEAR + 1)
-            where = (first - ground_start, last - first, aside)
-            answer(out, ground, before, fan, places, where, here, eye)
+            where = (first - ground_start, last - first, aside, count - 1, q, float32(dq), float32(first - real[1]))
+            answer(out, ground, before, steepest, places, picked, where, seen_from)
 
 
 @scalar_kernel
@@ -147,7 +140,7 @@ def _line(task, real, index, stride, lines, out, state):
     eyes as far as satellites; ``level`` is its altitude on this line.
     """
     ground, before, ground_start, width = lines
-    steepest, fan, places = state
+    steepest, fan, places, picked = state
     along = abs(index - real[0])
     lean = task[2]
     count = (task[6] - 1) // stride + 1
@@ -170,13 +163,17 @@ def _line(task, real, index, stride, lines, out, state):
     if q_to > q_from:
         across += q_from * spacing
         base = min(max(math.floor(across), 0), width - 2)
-        here, n = base - ground_start, q_to - q_from
-        lateral = (float32(across - base), float32(spacing))
-        whole_places(places, n, lateral[0], lateral[1], width - 2 - base)
-        pick_near(ground, here, places, n, fan, NEAR)
-        pick_near(ground, here + 1, places, n, fan, NEAR + 1)
-        pick_near(before, here + (0 if lean > 0 else 1), places, n, fan, NEAR + 2)
-        advance(fan, places, steepest, (q_from, n, lean), lateral, eye)
+        where = (
+            q_from,
+            q_to - q_from,
+            q_to < count,
+            base - ground_start,
+            width - 2 - base,
+            float32(across - base),
+            float32(spacing),
+            lean,
+        )
+        advance(steepest, fan, ground, before, places, picked, where, eye)
         steepest[count] = steepest[count - 1]
     return owned
 
@@ -218,6 +215,13 @@ def _sweep_rows(heights, out, task, real, stride, state):
     for i in range(task[4]):
         index = task[3] + task[2] * i
         stride = _refine(abs(index - real[0]), task, real, stride, state[0], state[1])
+        # a block is a strip of every line: the processor does not foresee where the next one lies
+        ahead = index + LINES_AHEAD * task[2]
+        if 0 <= ahead < heights.shape[0]:
+            start, stop = owned_posts(task, real, abs(ahead - real[0]), width)
+            for post in range(start, stop, CACHE_LINE):
+                prefetch(heights[ahead], post)
+                prefetch(out[ahead], post)
         _line(task, real, index, stride, (heights[index], before, 0, width), out[index], state)
         before = heights[index]
 
@@ -248,16 +252,16 @@ def _sweep_columns(heights, out, task, real, stride, state, tile):
         bottom = max(min(bottom, rows - 1), top + 1)
         if i > 0:
             ground[TILE, : bottom + 1 - top] = heights[top : bottom + 1, index - direction]
-        turn_in(heights[top : bottom + 1, west : west + n], ground)
+        turn_in(heights, (top, bottom + 1, west, n), ground)
         for k in range(n):
             line = k if direction > 0 else n - 1 - k
             before = TILE if k == 0 else line - direction
             stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
             lines = (ground[line], ground[before], top, rows)
             start[line], stop[line] = _line(task, real, west + line, stride, lines, turned[line], state)
-        first, last = start[:n].min(), stop[:n].max()
-        if last > first:
-            turn_out(turned[:, first - top :], out[first:last, west : west + n], start[:n] - first, stop[:n] - first)
+        owned = (start[:n].min(), start[:n].max(), stop[:n].min(), stop[:n].max())
+        if owned[3] > owned[0]:
+            turn_out(turned, top, (*owned, west, n), start, stop, out)
         i += n
 
 
@@ -272,7 +276,8 @@ def sweep(heights, out, tasks, reals, bins):
     """
     for worker in prange(bins.shape[0]):
         steepest = np.zeros(RAY_ROOM, np.float32)
-        state = (steepest, np.zeros((NEAR + 3, RAY_ROOM), np.float32), np.zeros(RAY_ROOM, np.int32))
+        fan = np.zeros((3, RAY_ROOM), np.float32)
+        state = (steepest, fan, np.zeros(STRIDE, np.int32), np.zeros((3, STRIDE), np.float32))
         tile = (np.empty((TILE + 1, TILE_ROOM), np.float32), np.empty((TILE, TILE_ROOM), np.float32))
         for slot in range(bins.shape[1]):
             number = bins[worker, slot]

@@ -1,136 +1,178 @@
-"""The inner loops of the fast sweep: rays take in a line of posts, posts are answered from rays, tiles are turned."""
+"""The inner loops of the fast sweep: rays take in a line of posts, posts are answered from rays, tiles are turned.
+
+Rays and posts are taken a stride at a time, so that what is picked for them stays in the nearest cache and the loops
+have no odd ends.
+"""
 
 import numpy as np
 from numba import float32, int32, uint64
 
 from terrain.kernel_options import inner_loop
+from terrain.kernel_vectors import BLOCK, LANES, pick, pick_pair, pick_pair_wide, prefetch, turn_block
 
-__all__ = ["NEAR", "NOT_BLOCKED", "NO_GROUND", "advance", "answer", "turn_in", "turn_out", "whole_places"]
+__all__ = ["CACHE_LINE", "NOT_BLOCKED", "NO_GROUND", "STRIDE", "advance", "answer", "turn_in", "turn_out"]
 
 NOT_BLOCKED = np.float32(-1e28)  # the slope of a ray that has met no edge yet
 NO_GROUND = np.float32(-1e30)  # and of one that has not even come onto the map
-NEAR = 3  # the row of a fan where what lies beside its rays or posts begins
+STRIDE = 64
+ROWS_AHEAD = 32  # of the rows of a tile, whose places in memory the processor does not foresee
+CACHE_LINE = 16  # float32
+# rays from one post to the next, up to which posts find theirs by vectors: a place may round up to the next
+NEAR_STEP = np.float32((2 * LANES - 3.01) / (LANES - 1))
+WIDE_STEP = np.float32((4 * LANES - 3.01) / (LANES - 1))
 HALF = np.float32(0.5)
 
 GRAZING_TOLERANCE_M = np.float32(1e-3)  # float32 slopes over kilometres are good to about this
 
 
 @inner_loop
-def whole_places(places, count, first, step, last):
-    """places[i] = the whole part of first + i step, held within 0..last, for i < count."""
-    for i in range(count):
-        places[i] = min(max(int32(first + step * float32(i)), int32(0)), int32(last))
-
-
-@inner_loop
-def advance(fan, posts, steepest, where, lateral, eye):
+def advance(steepest, fan, ground, before, places, picked, where, eye):
     """Raise each ray's steepest slope by the edge of this line that it crosses and by the last edge before it.
 
-    fan: (6, n), per ray: bend, per_lean and per_across, see _load_rays in sweep.py; from row NEAR on, per ray of this
-    line, the heights of the posts on its left and right, and of the post at which both edges end that it can cross
-    behind this line. posts: number of the post on its left, counted as lateral is.
-    where: (first ray, number of rays, lean). lateral: (across of the first ray, spacing).
+    fan: (3, n), per ray: bend, per_lean and per_across, see _load_rays in sweep.py. ground, before: heights of this
+    line and of the one on the eye's side. places: (STRIDE,) int32, picked: (3, STRIDE) float32, room to work in: the
+    post on the left of each ray; the heights there, on its right, and of the post at which both edges end that it can
+    cross behind this line. Writes up to a stride beyond the last ray.
+    where: (first ray, number of rays, whether others follow it, post from which on rays are counted, the last place
+    counted from there, across of the first ray counted from there, spacing, lean).
     eye: (level on this line, along, 1 / along, tilt), see _line in sweep.py.
     """
-    first_ray, count, lean = where
-    start, step = lateral
+    first_ray, count, others_follow, base, last, across, spacing, lean = where
     level, along, per_along, tilt = eye
     one = float32(1.0)
     zero = float32(0.0)
-    for i in range(count):
-        q = uint64(i + first_ray)
-        # a ray less than a post beyond the border sees the ground go on as it ends, so that border posts have a ray on
-        # either side
-        part = start + step * float32(i) - float32(posts[i])
-        left = fan[uint64(NEAR + 0), uint64(i)]
-        right = fan[uint64(NEAR + 1), uint64(i)]
-        behind = fan[uint64(NEAR + 2), uint64(i)]
-        bend = fan[uint64(0), q]
-        slope = (left + (right - left) * part - level) * per_along - bend * along
-        # going back towards the eye the ray next crosses the diagonal or, leaning more than it, the straight edge;
-        # both end at the same post of the line before
-        part = one - part if lean > 0 else part
-        to_diagonal = part * fan[uint64(1), q]
-        to_straight = (one - part) * fan[uint64(2), q]
-        first = right if lean > 0 else left
-        second = left if lean > 0 else right
-        diagonal = to_diagonal <= one
-        reach = min(max(to_diagonal if diagonal else to_straight, zero), one)
-        at = first if diagonal else second
-        there = along - reach
-        cross = (at + (behind - at - tilt) * reach - level) / there - bend * there
-        best = slope if slope > steepest[q] else steepest[q]
-        steepest[q] = cross if cross > best else best
+    behind_base = base + (0 if lean > 0 else 1)
+    for start in range(0, count, STRIDE):
+        begin = across + spacing * float32(start)
+        for i in range(STRIDE):
+            places[i] = min(max(int32(begin + spacing * float32(i)), int32(0)), int32(last))
+        if base + places[STRIDE - 1] + 2 * LANES < ground.shape[0]:
+            for i in range(0, STRIDE, LANES):
+                pick_pair(ground, base, places, i, picked, 0)
+                pick(before, behind_base, places, i, picked, 2)
+        else:
+            for i in range(STRIDE):
+                picked[0, i] = ground[base + places[i]]
+                picked[1, i] = ground[base + places[i] + 1]
+                picked[2, i] = before[behind_base + places[i]]
+        for i in range(min(count - start, STRIDE) if others_follow else STRIDE):
+            q = uint64(i + start + first_ray)
+            # a ray less than a post beyond the border sees the ground go on as it ends, so that border posts have a
+            # ray on either side
+            part = begin + spacing * float32(i) - float32(places[i])
+            left = picked[uint64(0), uint64(i)]
+            right = picked[uint64(1), uint64(i)]
+            behind = picked[uint64(2), uint64(i)]
+            bend = fan[uint64(0), q]
+            slope = (left + (right - left) * part - level) * per_along - bend * along
+            # going back towards the eye the ray next crosses the diagonal or, leaning more than it, the straight edge;
+            # both end at the same post of the line before
+            part = one - part if lean > 0 else part
+            to_diagonal = part * fan[uint64(1), q]
+            to_straight = (one - part) * fan[uint64(2), q]
+            first = right if lean > 0 else left
+            second = left if lean > 0 else right
+            diagonal = to_diagonal <= one
+            reach = min(max(to_diagonal if diagonal else to_straight, zero), one)
+            at = first if diagonal else second
+            there = along - reach
+            cross = (at + (behind - at - tilt) * reach - level) / there - bend * there
+            best = slope if slope > steepest[q] else steepest[q]
+            steepest[q] = cross if cross > best else best
 
 
 @inner_loop
-def answer(out, ground, before, fan, rays, where, scale, eye):
+def answer(out, ground, before, steepest, places, picked, where, eye):
     """Altitude over each post of one line that clears what its two neighbouring rays have met, and its last diagonal.
 
     out, ground, before: this line's answers and heights, and heights of the line on the eye's side. A post's neighbour
     aside on this line and the same post on the line before together hold the one edge that a sight line to the post
     can still cross after the line before.
-    fan: from row NEAR on, the steepest slopes of the rays on the left and right of each post; rays: number of the one
-    on its left.
-    where: (first post, number of posts, offset of the neighbour aside, 0 = there is none).
-    scale: (ray number of the first post, rays per post, across of the first post, drop along, drop per square across,
-    lean); eye: as for advance.
+    places, picked: as for advance: the ray on the left of each post; what it and the one on the right have met.
+    where: (first post, number of posts, offset of the neighbour aside, 0 = there is none, last place, ray number of
+    the first post, rays per post, across of the first post).
+    eye: (level on this line, along, 1 / along, tilt, drop along, drop per square across, lean), see _line in sweep.py.
     """
-    first, count, aside = where
-    q_0, dq, across_0, drop_0, drop_across, lean = scale
-    level, along, per_along, tilt = eye
+    first, count, aside, last_place, q_0, dq, across_0 = where
+    level, along, per_along, tilt, drop_0, drop_across, lean = eye
     one = float32(1.0)
     hidden_by_aside = float32(0.0) if aside != 0 else float32(-2.0)
-    for i in range(count):
-        post = uint64(i + first)
-        part = q_0 + float32(i) * dq - float32(rays[i])
-        left = fan[uint64(NEAR + 0), uint64(i)]
-        right = fan[uint64(NEAR + 1), uint64(i)]
-        # beside the border of the map one of the two may not have come onto it: the nearer one decides
-        nearer = left if part < HALF else right
-        lower = left if left < right else right
-        left = left if lower > NO_GROUND else nearer
-        right = right if lower > NO_GROUND else nearer
-        slope = left + (right - left) * part
-        across = across_0 + float32(i)
-        drop = drop_0 + drop_across * across * across
-        # the edge lies 1 / lag posts back: both its height over the eye and its distance are taken lag times
-        bearing = across * per_along * lean
-        lag = one - bearing
-        there = along * lag - one
-        beside = ground[uint64(i + first + aside)]
-        last = ((beside - level) * lag + (before[post] - beside - tilt)) / there
-        last -= drop * per_along * (one - per_along)
-        last = last if bearing < hidden_by_aside else slope
-        slope = last if last > slope else slope
-        own = ground[post]
-        clear = level + slope * along + drop
-        out[post] = clear if not clear <= own + GRAZING_TOLERANCE_M else own
-
-
-@inner_loop
-def turn_in(heights, lines):
-    """Copy a tile (rows, lines) of the grid into lines (lines, rows).
-
-    Row by row: rows of a grid whose width is a power of two share their places in the cache and would evict one
-    another.
-    """
-    rows, n = heights.shape
-    for row in range(rows):
-        for k in range(n):
-            lines[k, row] = heights[row, k]
-
-
-@inner_loop
-def turn_out(lines, out, start, stop):
-    """Copy what each line owns, rows [start, stop), from lines (lines, rows) into a tile (rows, lines) of the grid."""
-    rows, n = out.shape
-    all_from, all_to = start.max(), stop.min()
-    for row in range(rows):
-        if all_from <= row < all_to:
-            for k in range(n):
-                out[row, k] = lines[k, row]
+    for start in range(0, count, STRIDE):
+        # the last stride of a long line answers some posts again, alike
+        begin = min(start, max(count - STRIDE, 0))
+        for i in range(STRIDE):
+            places[i] = min(max(int32(q_0 + float32(i + begin) * dq), int32(0)), int32(last_place))
+        # near the eye, where rays are close together, a vector of posts spans more of them
+        if dq <= NEAR_STEP:
+            for i in range(0, STRIDE, LANES):
+                pick_pair(steepest, 0, places, i, picked, 0)
+        elif dq <= WIDE_STEP:
+            for i in range(0, STRIDE, LANES):
+                pick_pair_wide(steepest, 0, places, i, picked, 0)
         else:
+            for i in range(STRIDE):
+                picked[0, i] = steepest[places[i]]
+                picked[1, i] = steepest[places[i] + 1]
+        for i in range(min(count, STRIDE)):
+            post = uint64(i + begin + first)
+            part = q_0 + float32(i + begin) * dq - float32(places[i])
+            left = picked[uint64(0), uint64(i)]
+            right = picked[uint64(1), uint64(i)]
+            # beside the border of the map one of the two may not have come onto it: the nearer one decides
+            nearer = left if part < HALF else right
+            lower = left if left < right else right
+            left = left if lower > NO_GROUND else nearer
+            right = right if lower > NO_GROUND else nearer
+            slope = left + (right - left) * part
+            across = across_0 + float32(i + begin)
+            drop = drop_0 + drop_across * across * across
+            # the edge lies 1 / lag posts back: both its height over the eye and its distance are taken lag times
+            bearing = across * per_along * lean
+            lag = one - bearing
+            there = along * lag - one
+            beside = ground[uint64(i + begin + first + aside)]
+            last = ((beside - level) * lag + (before[post] - beside - tilt)) / there
+            last -= drop * per_along * (one - per_along)
+            last = last if bearing < hidden_by_aside else slope
+            slope = last if last > slope else slope
+            own = ground[post]
+            clear = level + slope * along + drop
+            out[post] = clear if not clear <= own + GRAZING_TOLERANCE_M else own
+
+
+@inner_loop
+def turn_in(heights, where, lines):
+    """Copy a tile of the grid, rows [top, bottom) of n columns from west on, into lines (lines, rows)."""
+    top, bottom, west, n = where
+    rows, cols = bottom - top, n // BLOCK * BLOCK
+    for row in range(0, rows - BLOCK + 1, BLOCK):
+        for ahead in range(top + row + ROWS_AHEAD, min(top + row + ROWS_AHEAD + BLOCK, bottom)):
+            for k in range(0, n, CACHE_LINE):
+                prefetch(heights[ahead], west + k)
+        for k in range(0, cols, BLOCK):
+            turn_block(heights, top + row, west + k, lines, k, row)
+    for row in range(rows):
+        for k in range(cols if row < rows // BLOCK * BLOCK else 0, n):
+            lines[k, row] = heights[top + row, west + k]
+
+
+@inner_loop
+def turn_out(lines, top, where, start, stop, out):
+    """Copy what each line owns, rows [start, stop), from lines (lines, rows from top on) into a tile of the grid.
+
+    where: (first row that any line owns, first and one past the last that all do, one past the last that any does,
+    first column, columns).
+    """
+    first, all_from, all_to, last, west, n = where
+    whole = all_from + max(all_to - all_from, 0) // BLOCK * BLOCK if n % BLOCK == 0 else all_from
+    for row in range(all_from, whole, BLOCK):
+        for ahead in range(row + ROWS_AHEAD, min(row + ROWS_AHEAD + BLOCK, whole)):
+            for k in range(0, n, CACHE_LINE):
+                prefetch(out[ahead], west + k)
+        for k in range(0, n, BLOCK):
+            turn_block(lines, k, row - top, out, row, west + k)
+    for row in range(first, last):
+        if not all_from <= row < whole:
             for k in range(n):
                 if start[k] <= row < stop[k]:
-                    out[row, k] = lines[k, row]
+                    out[row, west + k] = lines[k, row - top]
