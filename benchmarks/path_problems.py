@@ -125,7 +125,8 @@ def random_problems(
                 seed=made,
             )
             try:
-                ends_of(problem, cost_field(problem, sight_maps(problem)))
+                maps = sight_maps(problem)
+                ends_of(problem, cost_field(problem, maps), maps)
             except PlaceError as refused:
                 if refused.nearest_m is None:
                     break

@@ -120,7 +120,7 @@ def calculate_path(
 ) -> FinishedPath:
     """The plan that the parameters ask for on this grid; progress is called with the finished share 0..1.
 
-    stop: once it says True, the plan ends as out of budget.
+    stop: once it says True, the plan ends with the best path that it has.
     Raises PathError, RequestError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s = time.perf_counter()

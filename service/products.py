@@ -87,8 +87,8 @@ class Product:
     how many anchors and satellites (or candidates) there are. refuse: whether so many of them over so many cells are
     beyond the limits; refuse_more: the same for what only maps of this kind are asked for. finished: the type of its
     maps, made from grid, anchors, parameters, calculation and, by name, the arrays and what is plain: values that are
-    JSON as they are. searches: it can end early with the best so far, and be spread over a cluster: ``calculate`` also
-    takes ``stop`` and ``scheduler``.
+    JSON as they are. searches: it can end early with the best so far: ``calculate`` also takes ``stop``; spreads: it
+    can be spread over a cluster, and takes ``scheduler``.
     """
 
     name: str
@@ -101,6 +101,7 @@ class Product:
     plain: tuple[str, ...] = ()
     refuse_more: Callable[[ElevationGrid, Any, Settings], None] | None = None
     searches: bool = False
+    spreads: bool = False
 
 
 def _check_visibility_map(grid: ElevationGrid, parameters: VisibilityMapParameters) -> int:
@@ -177,6 +178,7 @@ PLACEMENT = Product(
     refuse_placement,
     ("answer",),
     searches=True,
+    spreads=True,
 )
 PATH = Product(
     "path",
@@ -187,6 +189,7 @@ PATH = Product(
     ("vertices", "visible", "corners", "dop", "count", "reasons"),
     plain=("answer",),
     refuse_more=refuse_path,
+    searches=True,
 )
 REPOSITIONING = Product(
     "repositioning",

@@ -17,6 +17,7 @@ from planning.kernels.path_fields import clearances
 
 from .describing import described
 from .fields import CostField, bit_of, running_sums
+from .limits import PathLimits
 from .outcomes import Path, Reason
 from .places import sampled
 from .problems import PathProblem
@@ -25,7 +26,7 @@ from .sight_maps import Sightings, SightMaps
 if TYPE_CHECKING:
     from planning.validation import PathValidation
 
-__all__ = ["without_broken_squares", "without_refused_squares"]
+__all__ = ["breaks", "without_broken_squares", "without_refused_squares"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,7 +72,7 @@ def _hidden_places(problem: PathProblem, field: CostField, maps: SightMaps, plac
     coarse, _ = sampled(places, COARSE)
     times_s = running_sums(field.for_kernels(), coarse)[:, 2]
     seen = maps.sightings(coarse, times_s)
-    hidden = coarse[_breaks(problem, seen)]
+    hidden = coarse[breaks(problem.limits, seen)]
     near_m = NEAR_M_PER_CELL * max(field.grid.cell_east_m, field.grid.cell_north_m)
     close = np.asarray((seen.visible & (seen.margin_m < near_m)).any(axis=1))
     begins = np.flatnonzero(close[:-1] | close[1:])
@@ -80,11 +81,11 @@ def _hidden_places(problem: PathProblem, field: CostField, maps: SightMaps, plac
     share = np.arange(1, round(COARSE / FINE))[:, None] * (FINE / COARSE)
     fine = (coarse[begins] + share[..., None] * (coarse[begins + 1] - coarse[begins])).reshape(-1, 2)
     fine_s = (times_s[begins] + share * (times_s[begins + 1] - times_s[begins])).ravel()
-    return np.concatenate([hidden, fine[_breaks(problem, maps.sightings(fine, fine_s))]])
+    return np.concatenate([hidden, fine[breaks(problem.limits, maps.sightings(fine, fine_s))]])
 
 
-def _breaks(problem: PathProblem, seen: Sightings) -> npt.NDArray[np.bool_]:
-    limits = problem.limits
+def breaks(limits: PathLimits, seen: Sightings) -> npt.NDArray[np.bool_]:
+    """(n,) whether limits on positioning are broken at the points that were looked at."""
     broken = np.zeros(len(seen.dop), np.bool_)
     broken[seen.visible.sum(axis=1) < limits.min_anchors] = True
     if math.isfinite(limits.max_dop):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from planning.kernels.path_segments import segment_cost
 
 from .fields import KernelField
-from .sampling import State, box_space, solved
+from .sampling import State, Tell, box_space, solved
 from .ways import Way, cost_of, drop_repeats, pieces, straightened
 
 __all__ = ["Corridor", "CorridorTask"]
@@ -86,30 +87,54 @@ class CorridorTask:
     planner: str = "BITstar"
     rounds: int = 2
 
-    def solve(self) -> Places | None:
-        """Places of the cheapest way that was found; None where none was cheaper."""
+    def solve(self, tell: Tell) -> Places | None:
+        """Places of the cheapest way that was found; None where none was cheaper. Told as soon as a piece is."""
         first = best = Way(self.way, cost_of(self.field, self.way))
         for number in range(self.rounds):
             # every second round the cuts lie in the middle of the pieces of the round before
             cut = [piece for leg in pieces(best.places, self.fixed) for piece in _cut(leg, PIECE, number % 2 == 1)]
             share = self.iterations / self.rounds / sum(_cells(piece) for piece in cut)
-            found = [self._of_piece(piece, int(share * _cells(piece))) for piece in cut]
+            found: list[Places] = []
+            for n, piece in enumerate(cut):
+                told = partial(_told_whole, tell, found, cut[n + 1 :])
+                found.append(self._of_piece(piece, int(share * _cells(piece)), told))
             places = drop_repeats(np.concatenate(found))
             way = straightened(self.field, Way(places, cost_of(self.field, places)), self.fixed)
-            best = way if way.cost < best.cost else best
+            if way.cost < best.cost:
+                best = way
+                tell(best.places)
         return None if best is first else best.places
 
-    def _of_piece(self, piece: Places, iterations: int) -> Places:
-        """A cheaper way between the ends of a piece, or the piece."""
+    def _of_piece(self, piece: Places, iterations: int, tell: Tell) -> Places:
+        """A cheaper way between the ends of a piece, or the piece; each cheaper one is told."""
         corridor = Corridor(piece, self.field[4])
         bounds = ((0.0, corridor.length_m), (-self.half_width_m, self.half_width_m))
         ends = ((0.0, 0.0), (corridor.length_m, 0.0))
-        found = solved(box_space(bounds), _InCorridor(self.field, corridor), self.planner, *ends, iterations)
+        known = cost_of(self.field, piece)
+
+        def way_of(states: list[State]) -> Way:
+            places = drop_repeats(np.array([corridor.place(state[0], state[1]) for state in states]))
+            return Way(places, cost_of(self.field, places))
+
+        def better(states: list[State]) -> None:
+            way = way_of(states)
+            if way.cost < known:
+                tell(way.places)
+
+        motions = _InCorridor(self.field, corridor)
+        found = solved(box_space(bounds), motions, self.planner, *ends, iterations, better)
         if found is None:
             return piece
-        places = drop_repeats(np.array([corridor.place(state[0], state[1]) for state in found]))
-        straight = straightened(self.field, Way(places, cost_of(self.field, places)))
-        return straight.places if straight.cost < cost_of(self.field, piece) else piece
+        straight = straightened(self.field, way_of(found))
+        if not straight.cost < known:
+            return piece
+        tell(straight.places)
+        return straight.places
+
+
+def _told_whole(tell: Tell, before: list[Places], after: list[Places], piece: Places) -> None:
+    """Tell the whole way with one piece of it bettered."""
+    tell(drop_repeats(np.concatenate([*before, piece, *after])))
 
 
 def _cells(places: Places) -> float:

@@ -14,8 +14,10 @@ from planning.kernels.path_segments import CLEAR, segment_cost
 
 from .areas import squares_with_middle_in
 from .fields import CostField, KernelField, reasons_of
+from .forbidden import Ground, place_error, sight_error
 from .outcomes import Reason
 from .problems import Goal, PathProblem, Place
+from .sight_maps import SightMaps
 
 __all__ = ["Ends", "ends_of", "posts_of", "square_ends"]
 
@@ -23,8 +25,6 @@ Places = npt.NDArray[np.float64]
 
 # squares around a place from whose middles it is tried to be reached; with limits on pitch the nearest need not do
 REACH = 2
-# how far inside its square the nearest allowed place is put, in cells
-INSIDE = 1e-3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,11 +45,14 @@ def posts_of(field: CostField, places: Sequence[Place]) -> Places:
     return np.array([field.grid.post_at(*place) for place in places], np.float64).reshape(-1, 2)
 
 
-def ends_of(problem: PathProblem, field: CostField) -> tuple[Ends, ...]:
-    """The start, each way-point, and all goals as one. Raises PlaceError, PathProblemError."""
+def ends_of(problem: PathProblem, field: CostField, maps: SightMaps | None = None) -> tuple[Ends, ...]:
+    """The start, each way-point, and all goals as one; with maps, exact sight lines are asked for each place as well.
+
+    Raises PlaceError, PathProblemError.
+    """
     named = [("start", problem.start), *((f"way-point {n}", at) for n, at in enumerate(problem.way_points, 1))]
-    kernel_field = field.for_kernels()
-    stops = [_of_place(field, kernel_field, name, place, name == "start") for name, place in named]
+    ground, kernel_field = Ground(problem, field, maps), field.for_kernels()
+    stops = [_of_place(ground, kernel_field, name, place, name == "start") for name, place in named]
     for (name, place), (_, before) in zip(named[1:], named[:-1], strict=True):
         if place == before:
             raise PathProblemError(f"The {name} is the place before it; leave it out.")
@@ -58,7 +61,7 @@ def ends_of(problem: PathProblem, field: CostField) -> tuple[Ends, ...]:
     for goal in problem.goals:
         _check_not_there(named[-1][0], last, goal)
         try:
-            ahead.append(_of_goal(field, kernel_field, goal))
+            ahead.append(_of_goal(ground, kernel_field, goal))
         except PlaceError as fault:
             faults.append(fault)
     if not ahead:
@@ -74,26 +77,27 @@ def _check_not_there(name: str, place: Place, goal: Goal) -> None:
         raise PathProblemError(f"The {name} lies in the goal area already, so there is no path to plan.")
 
 
-def _of_place(field: CostField, kernel_field: KernelField, name: str, place: Place, onward: bool) -> Ends:
-    row, col = _standing(field, name, place)
+def _of_place(ground: Ground, kernel_field: KernelField, name: str, place: Place, onward: bool) -> Ends:
+    row, col = _standing(ground, name, place)
     ends = square_ends(kernel_field, row, col, onward)
     if len(ends.nodes) == 0:
-        raise _place_error(field, name, (row, col), (Reason.PITCH_OR_ROLL,))
+        raise place_error(ground, name, (row, col), (Reason.PITCH_OR_ROLL,))
     return ends
 
 
-def _of_goal(field: CostField, kernel_field: KernelField, goal: Goal) -> Ends:
+def _of_goal(ground: Ground, kernel_field: KernelField, goal: Goal) -> Ends:
+    field = ground.field
     if isinstance(goal, tuple):
-        return _of_place(field, kernel_field, "goal", goal, False)
+        return _of_place(ground, kernel_field, "goal", goal, False)
     inside = squares_with_middle_in(field.grid, goal)
     if not inside.any():
         at = goal.representative_point()
-        return _of_place(field, kernel_field, "goal", (at.x, at.y), False)
+        return _of_place(ground, kernel_field, "goal", (at.x, at.y), False)
     rows, cols = np.nonzero(inside & (field.reasons == 0))
     if len(rows) == 0:
         reasons = reasons_of(int(np.bitwise_or.reduce(field.reasons[inside])))
         at = goal.representative_point()
-        raise _place_error(field, "goal", field.grid.post_at(at.x, at.y), reasons, "area")
+        raise place_error(ground, "goal", field.grid.post_at(at.x, at.y), reasons, "area")
     nodes = (rows * field.reasons.shape[1] + cols).astype(np.int64)
     return Ends(nodes, np.zeros(len(nodes)), np.column_stack([rows, cols]).astype(np.float64) + 0.5)
 
@@ -121,66 +125,23 @@ def _joined(ends: Sequence[Ends]) -> Ends:
     return Ends(nodes[first], costs[first], np.concatenate([e.places for e in ends])[first])
 
 
-def _standing(field: CostField, name: str, place: Place) -> tuple[float, float]:
+def _standing(ground: Ground, name: str, place: Place) -> tuple[float, float]:
     """The fractional post of a place that can be stood on; raises PlaceError."""
+    field = ground.field
     grid = field.grid
     row, col = grid.post_at(*place)
     if not grid.contains(*place):
-        raise PlaceError(_outside(field, name, (row, col)), name, ("outside the DEM",), _nearest(field, row, col))
+        raise place_error(ground, name, (row, col), ())
     row, col = min(max(row, 0.0), grid.rows - 1.0), min(max(col, 0.0), grid.cols - 1.0)
     if segment_cost(field.for_kernels(), row, col, row, col)[0] != CLEAR:
         bits = 0
         for r, c in {field.square_at(max(row - d, 0.0), max(col - e, 0.0)) for d in (0, 1e-9) for e in (0, 1e-9)}:
             bits |= int(field.reasons[r, c])
-        raise _place_error(field, name, (row, col), reasons_of(bits))
+        closed = reasons_of(bits)
+        # a square that exact sight lines took away on some path says little of this place in it
+        hidden = sight_error(ground, name, (row, col)) if closed == (Reason.SIGHT_LINE,) else None
+        raise hidden or place_error(ground, name, (row, col), closed)
+    hidden = sight_error(ground, name, (row, col))
+    if hidden is not None:
+        raise hidden
     return row, col
-
-
-def _outside(field: CostField, name: str, post: tuple[float, float]) -> str:
-    return f"The {name} lies outside the DEM; {_nearest_sentence(field, *post)}"
-
-
-def _place_error(
-    field: CostField, name: str, post: tuple[float, float], reasons: tuple[Reason, ...], what: str = ""
-) -> PlaceError:
-    why = " and ".join(_why(reason, field, post, what) for reason in reasons)
-    subject = f"The {name} {what}".rstrip()
-    return PlaceError(
-        f"{subject} cannot be stood on: {why}; {_nearest_sentence(field, *post)}",
-        name,
-        tuple(str(reason) for reason in reasons),
-        _nearest(field, *post),
-    )
-
-
-def _why(reason: Reason, field: CostField, post: tuple[float, float], what: str) -> str:
-    """A reason with the number that it stands on, where it is one square's."""
-    square = field.square_at(*(max(at, 0.0) for at in post))
-    if what == "" and reason is Reason.SLOPE:
-        return f"slope ({np.degrees(np.arctan(field.slope[square])):.1f} deg)"
-    if what == "" and reason is Reason.ANCHORS:
-        return f"anchors in sight ({field.count[square]})"
-    if what == "" and reason is Reason.DOP:
-        return f"dilution ({field.dop[square]:.2f})"
-    return str(reason)
-
-
-def _nearest(field: CostField, row: float, col: float) -> Place | None:
-    """The nearest place in a square that may be driven, a little inside it."""
-    rows, cols = np.nonzero(field.reasons == 0)
-    if len(rows) == 0:
-        return None
-    at_row = np.clip(row, rows + INSIDE, rows + 1 - INSIDE)
-    at_col = np.clip(col, cols + INSIDE, cols + 1 - INSIDE)
-    grid = field.grid
-    away = ((at_row - row) * grid.cell_north_m) ** 2 + ((at_col - col) * grid.cell_east_m) ** 2
-    best = int(np.argmin(away))
-    east_m, north_m = grid.position_of(float(at_row[best]), float(at_col[best]))
-    return east_m, north_m
-
-
-def _nearest_sentence(field: CostField, row: float, col: float) -> str:
-    nearest = _nearest(field, row, col)
-    if nearest is None:
-        return "no place on the map can be."
-    return f"the nearest allowed place is ({nearest[0]:.1f} m east, {nearest[1]:.1f} m north)."

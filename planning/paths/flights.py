@@ -24,7 +24,7 @@ from visibility import MorphingMap
 from .limits import PlanBudget
 from .outcomes import PathStatus, Reason
 from .own_process import OwnProcess
-from .sampling import State, box_space, solved
+from .sampling import State, Tell, box_space, solved
 
 __all__ = ["FlightOutcome", "FlightProblem", "plan_flight"]
 
@@ -105,8 +105,6 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
         best, planner = pull_flight(*air, along), "grid"
         own.begin(FlightTask(air, ends[0], ends[1], problem.budget.iterations, problem.seed))
         _, sampled = own.answer(ended)
-    if stop is not None and stop():
-        return _nothing(PathStatus.OUT_OF_BUDGET, "The plan was stopped.", begin_s)
     if sampled is not None:
         shorter = pull_flight(*air, sampled)
         if shorter[0] < best[0]:
@@ -240,6 +238,10 @@ def _clearance_m(grid: ElevationGrid, corners_m: Floats) -> float:
     return float(nearest_surface(grid, np.concatenate(fine)).distance_m.min())
 
 
+def _places_of(states: list[State]) -> Floats:
+    return np.array([[state[0], state[1], state[2]] for state in states])
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class FlightTask:
     """Find a flight through the air from a place to a place, (row, col, altitude)."""
@@ -250,20 +252,28 @@ class FlightTask:
     iterations: int
     seed: int
 
-    def solve(self) -> Floats | None:
+    def solve(self, tell: Tell) -> Floats | None:
         """Corners (n, 3); the cheaper of RRTConnect's first flight and what BIT* makes of the rest of the budget."""
+
+        def told(states: list[State]) -> None:
+            places = _places_of(states)
+            cost = pull_flight(*self.air, places)[0]
+            if cost < min(costs, default=math.inf):
+                costs.append(cost)
+                tell(places)
+
         floor_m, ceiling_m = self.air[:2]
         open_m = floor_m[np.isfinite(floor_m)]
         top_m = min(float(ceiling_m.max()), max(float(open_m.max()), self.begin[2], self.end[2]) + 1.0)
         low_m = min(float(open_m.min()), self.begin[2], self.end[2])
         space = box_space(((0.0, floor_m.shape[0]), (0.0, floor_m.shape[1]), (low_m, top_m)))
-        found = []
+        found, costs = [], list[float]()
         for planner, share in (("RRTConnect", 0.25), ("BITstar", 0.75)):
-            states = solved(space, self, planner, self.begin, self.end, int(share * self.iterations))
+            states = solved(space, self, planner, self.begin, self.end, int(share * self.iterations), told)
             if states is not None:
-                found.append(np.array([[state[0], state[1], state[2]] for state in states]))
-        costs = [pull_flight(*self.air, places)[0] for places in found]
-        return found[int(np.argmin(costs))] if found else None
+                found.append(_places_of(states))
+                told(states)
+        return min(found, key=lambda places: pull_flight(*self.air, places)[0]) if found else None
 
     def allowed(self, state: State) -> bool:
         """Whether the air at a state may be flown."""

@@ -14,7 +14,7 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +43,8 @@ class OwnProcess:
             stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         )
-        self._answer: Any = None
+        self._answer: dict[str, npt.NDArray[np.float64] | None] | None = None
+        self._best: npt.NDArray[np.float64] | None = None
         self._heard = threading.Event()
 
     def __enter__(self) -> Self:
@@ -62,26 +63,36 @@ class OwnProcess:
         """Its process id."""
         return self._process.pid
 
+    @property
+    def best(self) -> npt.NDArray[np.float64] | None:
+        """The corners that it told last, of the best path until now."""
+        return self._best
+
     def begin(self, task: SamplingTask) -> None:
         """Hand over the task; it is solved as soon as the process has loaded."""
         threading.Thread(target=self._talk, args=(pickle.dumps(task, protocol=5),), daemon=True).start()
 
     def answer(self, ended: Callable[[], bool]) -> tuple[bool, npt.NDArray[np.float64] | None]:
-        """(whether it came to its end, its corners or None); raises PlanningProcessError where the process died."""
+        """(whether it came to its end, its corners or None); raises PlanningProcessError where the process died.
+
+        Where it was ended, the corners are the best that it had told until then.
+        """
         while not self._heard.wait(POLL_S):
             if ended():
-                return False, None
-        if not isinstance(self._answer, dict):
+                return False, self._best
+        if self._answer is None:
             code = self._process.wait()
             raise PlanningProcessError(f"The process that planned ended before its answer, with exit code {code}.")
         return True, self._answer["corners"]
 
-    def _talk(self, message: bytes) -> None:
+    def _talk(self, task: bytes) -> None:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         # a process that is killed meanwhile leaves the answer empty
         with contextlib.suppress(OSError, EOFError, ValueError, pickle.UnpicklingError):
-            self._process.stdin.write(message)
+            self._process.stdin.write(task)
             self._process.stdin.flush()
-            self._answer = pickle.load(self._process.stdout)
+            while "better" in (message := pickle.load(self._process.stdout)):
+                self._best = message["better"]
+            self._answer = message
         self._heard.set()

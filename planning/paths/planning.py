@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from planning.errors import PlaceError
 from terrain.version import VERSION
 
 from .arrivals import arrivals_along, fastest_arrivals_s
@@ -23,7 +24,7 @@ from .fields import CostField, bit_of, cost_field
 from .outcomes import Path, PathOutcome, PathStatus, Reason, Unreachable
 from .own_process import OwnProcess
 from .problems import PathProblem
-from .proof import proof_of
+from .proof import closed_in, proof_of
 from .sight_maps import SightMaps, sight_maps
 from .turning import TurningTask
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
@@ -56,8 +57,9 @@ def plan_path(
 ) -> PathOutcome:
     """Plan a path that keeps every limit at every point, as cheap as the budget allows.
 
-    progress: called with the finished share 0..1. stop: asked again and again; once it says True the plan ends as out
-    of budget. Raises PathProblemError, AreaError, PlaceError, NoCoverageError, PlanningProcessError, AnchorError.
+    progress: called with the finished share 0..1. stop: asked again and again; once it says True the plan ends, as when
+    its time is up, with the best path that was found and passes the validator. Raises PathProblemError, AreaError,
+    PlaceError, NoCoverageError, PlanningProcessError, AnchorError.
     """
     with contextlib.ExitStack() as processes:
         # loads while maps and grid are worked at
@@ -90,13 +92,17 @@ class _Plan:
             field = self._at_arrival(field, maps)
         self.warnings = maps.warnings if maps is not None else ()
         for _ in range(MOST_REPAIRS):
-            ends = ends_of(problem, field)
             self.field = field
+            try:
+                ends = ends_of(problem, field, maps)
+            except PlaceError as fault:
+                # the place itself has the sight that is asked for, and no way from it or to it that was tried
+                if fault.reasons != (Reason.SIGHT_LINE,):
+                    raise
+                return self._unreachable(closed_in(problem, fault.place))
             way, leg = self._grid_way(field, ends)
             if way is None:
                 return self._unreachable(proof_of(problem, field, ends, leg))
-            if self.ended():
-                return self._out_of_budget("The time for planning was over before a path was checked.")
             if problem.rover.min_turning_radius_m > 0.0:
                 return self._turning(field, maps, ends, way)
             repaired = without_broken_squares(problem, field, maps, way.places)
@@ -108,6 +114,8 @@ class _Plan:
                     return self._improved(field, maps, ends, way, (path, validation))
             if repaired is None:
                 return self._refused(validation)
+            if self.ended():
+                return self._out_of_budget("The plan was ended before it had a path that keeps every limit.")
             field = repaired
         return self._out_of_budget(
             f"Sight lines or bubble refused {MOST_REPAIRS} paths in a row; give limits on positioning more room."
@@ -157,6 +165,9 @@ class _Plan:
             self.own.begin(CorridorTask(kernel_field, way.places, _fixed(ends), half_m, iterations, problem.seed))
             completed, places = self.own.answer(self.ended)
             sampled = None if places is None else Way(places, cost_of(kernel_field, places))
+            if sampled is not None and not completed:
+                # what was told on the way was not pulled straight yet
+                sampled = straightened(kernel_field, sampled, _fixed(ends), rounds=1)
             if (
                 sampled is not None
                 and sampled.cost < way.cost
@@ -165,8 +176,6 @@ class _Plan:
                 also_judged = self._judged(field, maps, sampled)
                 if also_judged[1].passed:
                     judged, planner = also_judged, "BIT* in the corridor of the any-angle grid"
-        if self.stop():
-            return self._out_of_budget("The plan was stopped.")
         return self._found(*judged, way.cost, planner, completed)
 
     def _turning(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], way: Way) -> PathOutcome:
@@ -186,6 +195,11 @@ class _Plan:
             with OwnProcess() as own:
                 own.begin(task)
                 completed, places = own.answer(self.ended)
+            if places is None and not completed:
+                return self._out_of_budget(
+                    f"There is a way, but the time was over before one with a turning radius of "
+                    f"{rover.min_turning_radius_m:g} m was found."
+                )
             if places is None:
                 otherwise = "" if rover.can_reverse else ", or let the rover reverse"
                 return self._out_of_budget(
@@ -209,7 +223,7 @@ class _Plan:
         self.told(1.0)
         sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {path.totals.time_s:,.0f} s."
         return replace(
-            self._answer(PathStatus.FOUND, sentence, planner, "count" if completed else "time"),
+            self._answer(PathStatus.FOUND, sentence, planner, "count" if completed else self._ended_by),
             path=path,
             validation=validation,
             reference_cost=reference,
@@ -233,7 +247,11 @@ class _Plan:
         return replace(self._answer(PathStatus.UNREACHABLE, sentence, "grid", "proof"), unreachable=unreachable)
 
     def _out_of_budget(self, sentence: str) -> PathOutcome:
-        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, "none", "time")
+        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, "none", self._ended_by)
+
+    @property
+    def _ended_by(self) -> str:
+        return "stop" if self.stop() else "time"
 
     def _answer(self, status: PathStatus, sentence: str, planner: str, stopped_by: str) -> PathOutcome:
         """What every outcome has; a path or a proof is added by its own."""

@@ -17,10 +17,10 @@ from planning.kernels.path_proof import least_worst_way
 from .ends import Ends
 from .fields import CostField, KernelField, bit_of, reasons_of
 from .outcomes import Reason, Relaxation, Unreachable
-from .problems import PathProblem
+from .problems import Goal, PathProblem
 from .ways import SIXTEEN, grid_way
 
-__all__ = ["proof_of"]
+__all__ = ["closed_in", "proof_of"]
 
 Values = npt.NDArray[np.float64]
 Nodes = npt.NDArray[np.int64]
@@ -53,6 +53,16 @@ def proof_of(problem: PathProblem, field: CostField, ends: Sequence[Ends], leg: 
         cheapest, where = found[0]
         return Unreachable(cheapest.reason, where, tuple(relaxation for relaxation, _ in found))
     return _several(field, begin, end)
+
+
+def closed_in(problem: PathProblem, place: str) -> Unreachable:
+    """What cuts the way where exact sight lines refused all that was tried around the start, goal or way-point."""
+    at: Goal = problem.goals[0]
+    if place != "goal":
+        at = problem.start if place == "start" else problem.way_points[int(place.removeprefix("way-point ")) - 1]
+    where = at if isinstance(at, tuple) else (at.centroid.x, at.centroid.y)
+    little = Relaxation(Reason.SIGHT_LINE, math.nan, math.nan, REMOVABLE[Reason.SIGHT_LINE])
+    return Unreachable(Reason.SIGHT_LINE, where, (little,))
 
 
 def _present(field: CostField) -> list[Reason]:

@@ -13,10 +13,12 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Motions", "SamplingTask", "box_space", "solved"]
+__all__ = ["Motions", "SamplingTask", "Tell", "box_space", "solved"]
 
 Places = npt.NDArray[np.float64]
 State = Any
+# takes the corners of a whole path that is better than what was told before
+Tell = Callable[[Places], None]
 
 # how often, in questions of the planner whether to stop, it is asked whether anybody still waits for the answer
 QUESTIONS_BETWEEN = 256
@@ -29,8 +31,8 @@ class SamplingTask(Protocol):
     def seed(self) -> int:
         """What the planner's random numbers come of."""
 
-    def solve(self) -> Places | None:
-        """Corners of a path as the task defines them, None where none was found."""
+    def solve(self, tell: Tell) -> Places | None:
+        """Corners of a path as the task defines them, None where none was found; better ones are told on the way."""
 
 
 class Motions(Protocol):
@@ -63,9 +65,12 @@ def solved(
     begin: Sequence[float],
     end: Sequence[float],
     iterations: int,
-    set_up: Callable[[Any], None] = lambda planner: None,
+    better: Callable[[list[State]], None] | None = None,
 ) -> list[State] | None:
-    """States of a path from begin to end that is exact, after so many iterations; None where none was found."""
+    """States of a path from begin to end that is exact, after so many iterations; None where none was found.
+
+    better: called with the states of each path that is cheaper than the one before, where the planner knows of it.
+    """
     from ompl import base, geometric
 
     information = base.SpaceInformation(space)
@@ -81,29 +86,46 @@ def solved(
     definition.setStartAndGoalStates(*states)
     definition.setOptimizationObjective(judges[2])
     planner = getattr(geometric, planner_name)(information)
-    set_up(planner)
     planner.setProblemDefinition(definition)
     planner.setup()
-    status = planner.solve(base.PlannerTerminationCondition(_counted(iterations)))
-    # a status is true of a path that stops short of the goal, too
-    if status.asString() != "Exact solution":
-        return None
-    path = definition.getSolutionPath()
-    return [path.getState(n) for n in range(path.getStateCount())]
+    # the wheel's callback for better paths takes no Python function: BIT* halts at each one instead, and goes on
+    halts = better is not None and planner_name == "BITstar"
+    if halts:
+        planner.setStopOnSolnImprovement(True)
+    count = _Count(iterations)
+    found, begun_at = None, -1
+    # a planner that asks nothing any more is through
+    while not count.spent and count.asked > begun_at:
+        begun_at = count.asked
+        status = planner.solve(base.PlannerTerminationCondition(count.over))
+        # a status is true of a path that stops short of the goal, too
+        if status.asString() == "Exact solution":
+            path = definition.getSolutionPath()
+            found = [path.getState(n) for n in range(path.getStateCount())]
+        if not halts:
+            break
+        if found is not None and better is not None:
+            better(found)
+    return found
 
 
-def _counted(iterations: int) -> Callable[[], bool]:
+class _Count:
     """A condition that stops by count, so that one seed gives one path; and where nobody waits any more."""
-    asked, parent = 0, os.getppid()
 
-    def over() -> bool:
-        nonlocal asked
-        asked += 1
-        if asked % QUESTIONS_BETWEEN == 0 and os.getppid() != parent:
+    def __init__(self, iterations: int) -> None:
+        self.asked, self._iterations, self._parent = 0, iterations, os.getppid()
+
+    @property
+    def spent(self) -> bool:
+        """Whether there are no iterations left."""
+        return self.asked > self._iterations
+
+    def over(self) -> bool:
+        """Count one more."""
+        self.asked += 1
+        if self.asked % QUESTIONS_BETWEEN == 0 and os.getppid() != self._parent:
             os._exit(1)
-        return asked > iterations
-
-    return over
+        return self.spent
 
 
 def _judges(base: Any, information: Any, motions: Motions) -> tuple[Any, Any, Any]:

@@ -1,4 +1,4 @@
-"""What the process that plans does: read a task, seed OMPL, solve, answer. See ``own_process``."""
+"""What the process that plans does: read a task, seed OMPL, solve, tell what is better, answer. See ``own_process``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import os
 import pickle
 import signal
 import sys
+
+import numpy as np
+import numpy.typing as npt
 
 __all__ = ["main"]
 
@@ -33,7 +36,12 @@ def main() -> None:
         return
     # 0 would mean a seed by the clock
     util.RNG.setSeed(task.seed + 1)
-    pickle.dump({"corners": task.solve()}, answers)
+
+    def tell(corners: npt.NDArray[np.float64]) -> None:
+        pickle.dump({"better": corners}, answers)
+        answers.flush()
+
+    pickle.dump({"corners": task.solve(tell)}, answers)
     answers.close()
 
 

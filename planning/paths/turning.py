@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from planning.kernels.path_smoothing import way_cost
 
 from .corridors import Corridor
 from .fields import KernelField
-from .sampling import State, box_space, solved
+from .sampling import State, Tell, box_space, solved
 
 __all__ = ["TurningTask"]
 
@@ -52,8 +53,8 @@ class TurningTask:
     iterations: int
     seed: int
 
-    def solve(self) -> Places | None:
-        """Places of chords of the way that was found; None where none was."""
+    def solve(self, tell: Tell) -> Places | None:
+        """Places of chords of the way that was found; None where none was. Told once only the end gets better."""
         corridor = Corridor(self.way, self.field[4])
         stops_m = [0.0, *(corridor.along_m(place) for place in self.fixed), corridor.length_m]
         heading_rad = corridor.heading_rad(0.0) if self.start_heading_rad is None else self.start_heading_rad
@@ -61,14 +62,15 @@ class TurningTask:
         chords: list[Places] = []
         for to_m in stops_m[1:]:
             end = (to_m, 0.0, 0.0)
-            leg = self._leg(corridor, begin, end)
+            last = to_m == corridor.length_m
+            leg = self._leg(corridor, begin, end, partial(_told_whole, tell, chords) if last else None)
             if leg is None:
                 return None
-            chords.append(leg if not chords else leg[1:])
+            chords.append(leg)
             begin = end
-        return np.concatenate(chords)
+        return _joined(chords)
 
-    def _leg(self, corridor: Corridor, begin: Pose, end: Pose) -> Places | None:
+    def _leg(self, corridor: Corridor, begin: Pose, end: Pose, tell: Tell | None) -> Places | None:
         """A leg by short pieces of the way, or else as a whole; forwards alone, or else backwards too."""
         share = (end[0] - begin[0]) / corridor.length_m
         piece_m = max(PIECE_CELLS * max(self.field[4]), PIECE_RADII * self.radius_m)
@@ -76,27 +78,32 @@ class TurningTask:
         for reverse, inner in itertools.product((False, True) if self.can_reverse else (False,), (cuts, [])):
             poses = [begin, *((at_m, 0.0, 0.0) for at_m in inner), end]
             iterations = int(self.iterations * CURVES * share / (len(poses) - 1))
-            pieces = []
+            found: list[Places] = []
             for one, other in itertools.pairwise(poses):
-                pieces.append(self._piece(corridor, one, other, iterations, reverse))
-                if pieces[-1] is None:
+                told = partial(_told_whole, tell, found) if tell is not None and other is end else None
+                piece = self._piece(corridor, one, other, iterations, reverse, told)
+                if piece is None:
                     break
-            found = [piece for piece in pieces if piece is not None]
+                found.append(piece)
             if len(found) == len(poses) - 1:
-                return np.concatenate([found[0], *(piece[1:] for piece in found[1:])])
+                return _joined(found)
         return None
 
-    def _piece(self, corridor: Corridor, begin: Pose, end: Pose, iterations: int, reverse: bool) -> Places | None:
+    def _piece(
+        self, corridor: Corridor, begin: Pose, end: Pose, iterations: int, reverse: bool, tell: Tell | None
+    ) -> Places | None:
         wide_m = max(2.0 * self.radius_m, 2.0 * max(self.field[4]))
         back_m = 2.0 * self.radius_m
         bounds = ((max(begin[0] - back_m, 0.0), min(end[0] + back_m, corridor.length_m)), (-wide_m, wide_m))
         curves = _Curves(self.field, corridor, self.radius_m * WIDER, reverse)
-        found = solved(box_space((*bounds, (-math.pi, math.pi))), curves, "BITstar", begin, end, iterations)
-        if found is None:
-            return None
-        poses = [(state[0], state[1], state[2]) for state in found]
-        chords = [curves.chords(one, other, True) for one, other in itertools.pairwise(poses)]
-        return np.concatenate([chords[0], *(piece[1:] for piece in chords[1:])])
+
+        def driven(states: list[State]) -> Places:
+            poses = [(state[0], state[1], state[2]) for state in states]
+            return _joined([curves.chords(one, other, True) for one, other in itertools.pairwise(poses)])
+
+        better = None if tell is None else lambda states: tell(driven(states))
+        found = solved(box_space((*bounds, (-math.pi, math.pi))), curves, "BITstar", begin, end, iterations, better)
+        return None if found is None else driven(found)
 
 
 class _Curves:
@@ -164,6 +171,16 @@ class _Curves:
                 low, high = (middle, high) if ahead == forward[n] else (low, middle)
             found.append((low, self._at(low)))
         return found
+
+
+def _told_whole(tell: Tell, before: list[Places], piece: Places) -> None:
+    """Tell a piece with what leads to it."""
+    tell(_joined([*before, piece]))
+
+
+def _joined(pieces: list[Places]) -> Places:
+    """Pieces each of which begins where the one before ends."""
+    return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
 
 
 def _is_forward(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:

@@ -151,7 +151,7 @@ def add_stop_route(router: APIRouter, resource: MapResource) -> None:
         status_code=202,
         name=f"stop_{resource.operation}",
         summary=f"End a {resource.name} early",
-        description="The best that was found so far becomes the result, marked `stopped`; follow it until it is over.",
+        description="The best that was found so far becomes the result, which says so; follow it until it is over.",
         response_model=resource.out,
         responses={202: {"description": "It was told.", "headers": LOCATION}, **problem_responses(404, 409)},
     )

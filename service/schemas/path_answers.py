@@ -128,7 +128,9 @@ class PathSummary(MapSummary):
     unreachable: UnreachableOut | None
     validation: ValidationOut | None
     planner: str = Field(description="Which planner the path came from.")
-    stopped_by: str = Field(description="count: the iterations; time: the time-out; proof: there is no path.")
+    stopped_by: str = Field(
+        description="count: the iterations; time: the time-out; stop: a request; proof: there is no path."
+    )
     seed: int = Field(description="The seed, a number.")
 
 

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from service.errors import NotFoundError, NotReadyError, NotValidError, RequestError
 from service.http.context import Service, ServiceDep
-from service.http.map_routes import MapResource, add_shared_routes, ask_for_map, responses_of_asking
+from service.http.map_routes import MapResource, add_shared_routes, add_stop_route, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind, JobRecord, JobStatus
 from service.maps_for_paths import MAP_KINDS, with_map
@@ -38,6 +38,7 @@ async def ask_for_path(
 
 
 add_shared_routes(router, PATHS)
+add_stop_route(router, PATHS)
 
 
 async def _parameters(asked: PathIn, service: Service) -> PathParameters:

@@ -38,7 +38,9 @@ def map_task(product: Product) -> Task:
 
     def calculate_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
         parameters = product.parameters.model_validate(arguments["parameters"])
-        more = {"stop": context.stop, "scheduler": context.settings.dask_scheduler} if product.searches else {}
+        more: dict[str, Any] = {"stop": context.stop} if product.searches else {}
+        if product.spreads:
+            more["scheduler"] = context.settings.dask_scheduler
         finished = product.calculate(context.grid(arguments["dem_id"]), parameters, context.progress, **more)
         save(finished, context.work)
         make_durable(context.work)

@@ -143,7 +143,7 @@ def test_beyond_its_track_an_anchor_is_not_counted_on() -> None:
     problem = PathProblem(
         grid, (22.0, -98.0), (281.0, -97.0), anchors=(track,), limits=PathLimits(min_anchors=1), budget=GRID_ALONE
     )
-    with pytest.raises(PlaceError, match="anchors in sight") as refused:
+    with pytest.raises(PlaceError, match="no anchor is in sight there") as refused:
         plan_path(problem)
     assert refused.value.place == "goal"
     assert refused.value.reasons == (Reason.ANCHORS,)

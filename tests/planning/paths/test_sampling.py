@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 import os
-import time
 
 import numpy as np
 import pytest
 
 from planning import PlanningProcessError
 from planning.paths import PathProblem, PathStatus, PlanBudget, RoverModel, plan_path
-from planning.paths.corridors import Corridor
+from planning.paths.corridors import Corridor, CorridorTask
+from planning.paths.ends import ends_of
+from planning.paths.fields import cost_field
 from planning.paths.own_process import OwnProcess
+from planning.paths.ways import cost_of, grid_way
 from terrain.synthetic import fractal
 
 
@@ -39,23 +41,66 @@ def test_the_path_is_the_same_twice_and_no_dearer_than_the_grids() -> None:
     assert grid_alone.ratio == pytest.approx(1.0)
 
 
-def test_a_plan_that_is_stopped_ends_at_once_and_leaves_no_process() -> None:
-    asked_s: list[float] = []
-
-    def stop() -> bool:
-        asked_s.append(time.perf_counter())
-        return asked_s[-1] - asked_s[0] > 1.0
-
-    outcome = plan_path(hilly_problem(budget=PlanBudget(iterations=100_000_000)), stop=stop)
-    assert outcome.status is PathStatus.OUT_OF_BUDGET
-    assert outcome.path is None
+@pytest.fixture(scope="module")
+def grids_cost() -> float:
+    path = plan_path(hilly_problem(budget=PlanBudget(sampling=False))).path
+    assert path is not None
+    return path.cost
 
 
-def test_when_its_time_is_up_the_plan_answers_with_the_grids_way() -> None:
-    outcome = plan_path(hilly_problem(budget=PlanBudget(iterations=100_000_000, seconds=4.0)))
-    assert outcome.status is PathStatus.FOUND
-    assert outcome.stopped_by == "time"
-    assert outcome.planner == "any-angle grid"
+def test_a_plan_that_is_stopped_answers_with_the_best_that_was_told_until_then(
+    grids_cost: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[OwnProcess] = []
+
+    class Watched(OwnProcess):
+        def __init__(self) -> None:
+            super().__init__()
+            begun.append(self)
+
+    monkeypatch.setattr("planning.paths.planning.OwnProcess", Watched)
+    endless = hilly_problem(budget=PlanBudget(iterations=100_000_000))
+    outcome = plan_path(endless, stop=lambda: begun[0].best is not None)
+    assert (outcome.status, outcome.stopped_by) == (PathStatus.FOUND, "stop")
+    assert outcome.planner.startswith("BIT*")
+    assert outcome.path is not None
+    assert outcome.path.cost < grids_cost
+    assert outcome.validation is not None
+    assert outcome.validation.passed
+
+
+def test_a_plan_that_is_stopped_before_it_samples_answers_with_the_grids_way(grids_cost: float) -> None:
+    outcome = plan_path(hilly_problem(budget=PlanBudget(iterations=100_000_000)), stop=lambda: True)
+    assert (outcome.status, outcome.stopped_by, outcome.planner) == (PathStatus.FOUND, "stop", "any-angle grid")
+    assert outcome.path is not None
+    assert outcome.path.cost >= grids_cost
+    assert outcome.validation is not None
+    assert outcome.validation.passed
+
+
+def test_when_its_time_is_up_the_plan_answers_with_a_path_no_dearer_than_the_grids(grids_cost: float) -> None:
+    outcome = plan_path(hilly_problem(budget=PlanBudget(iterations=100_000_000, seconds=1.0)))
+    assert (outcome.status, outcome.stopped_by) == (PathStatus.FOUND, "time")
+    assert outcome.path is not None
+    assert outcome.path.cost <= grids_cost
+    assert outcome.validation is not None
+    assert outcome.validation.passed
+
+
+def test_what_a_task_tells_is_whole_and_ever_cheaper_than_the_way_it_began_with() -> None:
+    problem = hilly_problem()
+    field = cost_field(problem, None)
+    ends = ends_of(problem, field)
+    way, _ = grid_way(field.for_kernels(), ends)
+    assert way is not None
+    told: list[np.ndarray] = []
+    solved = CorridorTask(field.for_kernels(), way.places, (), 0.5, 6_000, 1).solve(told.append)
+    assert solved is not None
+    costs = [cost_of(field.for_kernels(), places) for places in told]
+    assert len(costs) > 3
+    assert max(costs) < way.cost
+    assert all((places[0] == way.places[0]).all() and (places[-1] == way.places[-1]).all() for places in told)
+    assert costs[-1] == cost_of(field.for_kernels(), solved)
 
 
 def test_a_process_is_gone_when_its_context_is_left() -> None:

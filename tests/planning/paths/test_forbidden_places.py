@@ -1,0 +1,113 @@
+"""Starts and goals where exact sight lines see less than the map: why they are forbidden, and the nearest allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from planning import PlaceError
+from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reason, plan_path
+from planning.paths.ends import ends_of
+from planning.paths.fields import cost_field
+from planning.paths.sight_maps import Positioning, Sightings, sight_maps
+from terrain import ElevationGrid
+from visibility import Anchor
+
+START, GOAL = (22.0, -98.0), (281.0, -97.0)
+ANCHORS = tuple(
+    Anchor(f"A{n}", *place)
+    for n, place in enumerate(((10.0, -20.0, 80.0), (290.0, -20.0, 95.0), (20.0, -180.0, 70.0), (280.0, -170.0, 99.0)))
+)
+
+
+class Veiled:
+    """The true maps of a problem, whose exact sight lines lose some anchors at some places."""
+
+    def __init__(self, problem: PathProblem, left: Callable[[float, float], int]) -> None:
+        true = sight_maps(problem)
+        assert true is not None
+        self._true, self._left, self._grid = true, left, problem.grid
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return ()
+
+    def positioning(self, arrival_s: npt.NDArray[np.float64] | None) -> Positioning:
+        return self._true.positioning(arrival_s)
+
+    def sightings(self, places: npt.NDArray[np.float64], times_s: npt.NDArray[np.float64]) -> Sightings:
+        seen = self._true.sightings(places, times_s)
+        left = np.array([self._left(*self._grid.position_of(*place)) for place in places.tolist()])
+        visible = seen.visible & (np.arange(seen.visible.shape[1]) < left[:, None])
+        return Sightings(visible, seen.margin_m, np.where(left >= 3, seen.dop, np.inf))
+
+
+def level_problem(**limits: float) -> PathProblem:
+    grid = ElevationGrid(np.zeros((40, 60), np.float32), 5.0, 5.0)
+    asked = PathLimits(**limits)  # type: ignore[arg-type]
+    return PathProblem(grid, START, GOAL, anchors=ANCHORS, limits=asked, budget=PlanBudget(sampling=False))
+
+
+@pytest.mark.parametrize(
+    ("left", "limits", "sentence", "reason"),
+    [
+        (1, {"min_anchors": 4}, "only 1 of the 4 anchors asked for is in sight there", Reason.ANCHORS),
+        (2, {"min_anchors": 3}, "only 2 of the 3 anchors asked for are in sight there", Reason.ANCHORS),
+        (0, {"min_anchors": 2}, "none of the 2 anchors asked for is in sight there", Reason.ANCHORS),
+        (0, {"min_anchors": 1}, "no anchor is in sight there", Reason.ANCHORS),
+        (2, {"max_dop": 50.0}, "no fix is possible there, and a dilution of 50 or less is asked for", Reason.DOP),
+    ],
+)
+@pytest.mark.parametrize("place", ["start", "goal"])
+def test_a_place_that_exact_sight_lines_forbid_says_why_and_names_the_nearest_that_they_allow(
+    place: str, left: int, limits: dict[str, float], sentence: str, reason: Reason
+) -> None:
+    problem = level_problem(**limits)
+    east_m, north_m = START if place == "start" else GOAL
+    maps = Veiled(problem, lambda e, n: left if abs(e - east_m) < 12.0 and abs(n - north_m) < 60.0 else 4)
+    with pytest.raises(PlaceError) as refused:
+        ends_of(problem, cost_field(problem, maps), maps)
+    nearest = refused.value.nearest_m
+    assert nearest is not None
+    assert str(refused.value) == (
+        f"The {place} is forbidden: {sentence}; the nearest allowed place is "
+        f"({nearest[0]:.1f} m east, {nearest[1]:.1f} m north)."
+    )
+    assert (refused.value.place, refused.value.reasons) == (place, (reason,))
+    # squares are 5 m wide: the nearest place beyond the veil is at its edge, or a little inside the next square
+    assert 12.0 <= np.hypot(nearest[0] - east_m, nearest[1] - north_m) < 17.5
+
+
+def test_a_veil_over_everything_leaves_no_place_to_name() -> None:
+    problem = level_problem(min_anchors=2)
+    maps = Veiled(problem, lambda _e, _n: 1)
+    with pytest.raises(PlaceError, match=r"only 1 of the 2 .* no place on the map is allowed") as refused:
+        ends_of(problem, cost_field(problem, maps), maps)
+    assert refused.value.nearest_m is None
+
+
+def test_a_dilution_beyond_the_limit_is_told_with_both_numbers() -> None:
+    with pytest.raises(
+        PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and 1.6 or less is asked"
+    ):
+        plan_path(level_problem(max_dop=1.6))
+
+
+def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidden_but_cut_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = level_problem(min_anchors=2)
+    maps = Veiled(
+        problem, lambda e, n: 1 if abs(e - START[0]) + abs(n - START[1]) > 0.01 and e < 25.0 and n > -100.0 else 4
+    )
+    monkeypatch.setattr("planning.paths.planning.sight_maps", lambda _: maps)
+    outcome = plan_path(problem)
+    assert outcome.status is PathStatus.UNREACHABLE
+    assert outcome.unreachable is not None
+    assert (outcome.unreachable.reason, outcome.unreachable.where_m) == (Reason.SIGHT_LINE, START)
+    assert outcome.sentence.startswith(
+        "No way was found around what was tried: exact sight lines blocks it near (22 m east"
+    )
