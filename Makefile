@@ -31,7 +31,7 @@ demo: $(WARM)
 	$(BIN)/sightline demo --out demo-output
 
 test: $(WARM)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: $(INSTALLED)
 	$(BIN)/ruff check .
