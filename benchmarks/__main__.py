@@ -58,6 +58,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "navigation": (
         bubbles.experiment,
         partial(bubbles.experiment, "drones"),
+        bubbles.street_canyon,
         bubbles.real_ranges,
         bubbles.consistency,
         bubbles.bubble_speed,
@@ -111,6 +112,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "navigation": (
         partial(bubbles.experiment, count=5, every=20),
         partial(bubbles.experiment, "drones", count=5, every=20),
+        partial(bubbles.street_canyon, count=3),
         bubbles.real_ranges,
         partial(bubbles.consistency, runs=50, steps=50),
         partial(bubbles.bubble_speed, points=1000),

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import matplotlib.figure
 import numpy as np
+from matplotlib.axes import Axes
 
 import navigation
 
 from .bubble_case import Case
 from .bubble_filters import EPSILON, Tracks
-from .bubbles import flown
+from .bubbles import SEED, flown
+from .urban_canyon import Canyon, canyon, drive, within
 
 __all__ = ["draw"]
 
@@ -33,7 +35,38 @@ def draw(folder: Path) -> list[Path]:
         ):
             written.append(folder / f"bubble-{kind}-{name}.png")
             figure.savefig(written[-1], dpi=100)
+    written.append(folder / "bubble-streets.png")
+    _streets(canyon()).savefig(written[-1], dpi=100)
     return written
+
+
+def _streets(case: Canyon) -> matplotlib.figure.Figure:
+    """One drive round the block seen from above, its error against its bubble, and how many satellites are in sight."""
+    drives = drive(case, "geometry", 1, SEED)
+    figure = matplotlib.figure.Figure(figsize=(12.0, 5.6), layout="constrained")
+    places: dict[str, Axes] = figure.subplot_mosaic([["map", "error"], ["map", "count"]], height_ratios=[2.0, 1.0])
+    grid, middle = case.grid, case.points_m[:, :2].mean(axis=0)
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    edges = (west_m - middle[0], east_m - middle[0], south_m - middle[1], north_m - middle[1])
+    places["map"].imshow(grid.heights_m, extent=edges, cmap="Greys", vmin=0.0, vmax=60.0)
+    fixed, estimate_m = drives.has_fix[0], case.points_m + drives.error_m[0] - [*middle, 0.0]
+    places["map"].plot(*(case.points_m[:, :2] - middle).T, color="#2c5f9e", lw=2.0, label="truth")
+    places["map"].plot(*estimate_m[:, :2].T, color="#c2452d", lw=1.0, label="estimate")
+    places["map"].plot(*estimate_m[fixed, :2].T, ".", color="#5d7a3c", ms=4.0, label="estimate with a fix")
+    places["map"].set(xlabel="east, m", ylabel="north, m", title="A block and buildings of 30 m (grey)")
+    places["map"].legend(loc="lower left", framealpha=0.9)
+    radius_m = navigation.radius_of_confidence(drives.covariance_m2[0], within(2.0))
+    places["error"].plot(radius_m, color="black", lw=1.2, label="sphere of 95.4 %")
+    places["error"].plot(drives.distance_m[0], color="#c2452d", lw=1.0, label="total error")
+    places["error"].set(yscale="log", ylabel="metres")
+    places["error"].legend(loc="upper right", framealpha=0.9)
+    places["count"].plot(case.in_sight.sum(axis=1), color="#2c5f9e", lw=1.0)
+    places["count"].axhline(4.0, color="black", lw=0.7)
+    places["count"].set(xlabel="time, s", ylabel="in sight")
+    for name in ("error", "count"):
+        places[name].grid(alpha=0.25)
+        places[name].margins(x=0.0)
+    return figure
 
 
 def _errors(case: Case, weak: Tracks, proposed: Tracks, kind: str) -> matplotlib.figure.Figure:
