@@ -15,7 +15,7 @@ from terrain import to_lon_lat
 
 from .finished_bubbles import FinishedBubbles
 from .layers.features import LOCAL_METRES
-from .pictures.bubble_picture import write_bubble_map, write_bubble_profile
+from .layers.layer import later
 from .replacing import replacing
 
 __all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_file"]
@@ -86,8 +86,8 @@ BUBBLE_FILES: Mapping[str, Callable[[FinishedBubbles, Path], None]] = MappingPro
         "points.csv": _write_csv,
         "points.geojson": _write_geojson,
         "points.npz": _write_npz,
-        "profile.png": write_bubble_profile,
-        "map.png": write_bubble_map,
+        "profile.png": later("service.pictures.bubble_picture", "write_bubble_profile"),
+        "map.png": later("service.pictures.bubble_picture", "write_bubble_map"),
     }
 )
 MEDIA_TYPES = {

@@ -14,10 +14,12 @@ import numpy.typing as npt
 from planning.placement import (
     Cluster,
     Placement,
+    PlacementGeometry,
     check_placement,
     feasible_candidates,
     hover_sensitivity,
     place_anchors,
+    placement_geometry,
 )
 from planning.placement.placing import require_enough
 from terrain import ElevationGrid, height_at
@@ -131,10 +133,12 @@ def calculate_placement(
         stop=lambda: time.perf_counter() > deadline_s or (stop is not None and stop()),
     )
     maps, error_statement, curvature = _maps(grid, placement, parameters)
-    answer = _answer(grid, placement)
+    geometry = placement_geometry(grid, placement)
+    answer = _answer(grid, placement, geometry)
     if progress is not None:
         progress(1.0)
-    warnings = (*grid.provenance.warnings, *placement.warnings)
+    more = () if geometry.warning is None else (geometry.warning,)
+    warnings = (*grid.provenance.warnings, *placement.warnings, *more)
     calculation = Calculation(error_statement, curvature, warnings, time.perf_counter() - started_s, placement.version)
     return FinishedPlacement(
         grid=grid, anchors=question.fixed, parameters=parameters, calculation=calculation, answer=answer, **maps
@@ -183,7 +187,7 @@ def _maps(
     return arrays, error_statement, curvature
 
 
-def _answer(grid: ElevationGrid, placement: Placement) -> dict[str, Any]:
+def _answer(grid: ElevationGrid, placement: Placement, geometry: PlacementGeometry) -> dict[str, Any]:
     """What was found, ready for JSON."""
     check = check_placement(grid, placement)
     hover = hover_sensitivity(grid, placement, HOVER_M)
@@ -209,6 +213,13 @@ def _answer(grid: ElevationGrid, placement: Placement) -> dict[str, Any]:
         f"greedy_{unit}": placement.greedy_value,
         f"exact_{unit}": check.value,
         f"least_after_loss_{unit}": check.least_after_loss,
+        "dilution": {
+            "measure": goal.dilution,
+            "median": geometry.median if math.isfinite(geometry.median) else None,
+            "within_limit_share": geometry.within_limit,
+            "no_fix_share": geometry.no_fix,
+            "useless_share": geometry.useless,
+        },
         "fewest_possible": placement.needed,
         "method": placement.method,
         "proved": placement.proved,

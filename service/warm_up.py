@@ -6,6 +6,7 @@ import contextlib
 import multiprocessing
 import os
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -19,13 +20,15 @@ from terrain import ElevationGrid, height_at, nearest_surface
 __all__ = ["warm_up", "warm_up_on_all_cores"]
 
 
-def warm_up() -> None:
+def warm_up(*, own_processes: bool = True) -> None:
     """Call every public calculation once on a tiny grid with an unknown post; cheap when the cache is warm.
 
-    The types of the arguments are those of real requests, since numba compiles per type.
+    The types of the arguments are those of real requests, since numba compiles per type. own_processes: also what
+    starts processes that compile for themselves; they fill the cache for everybody, and leave nothing loaded here.
     """
-    for number in range(len(PARTS)):
-        _warm_up_part(number)
+    for number, part in enumerate(PARTS):
+        if own_processes or part is not _sampled_paths:
+            _warm_up_part(number)
 
 
 def warm_up_on_all_cores() -> None:
@@ -123,19 +126,24 @@ def _placements(grid: ElevationGrid) -> None:
 def _paths(grid: ElevationGrid) -> None:
     anchors = tuple(visibility.Anchor(f"A{n}", 60.0 * n, -50.0 * n, 90.0 + n) for n in range(4))
     rover = paths.RoverModel(max_slope_rad=1.2, max_step_m=80.0)
+    by_grid = paths.PlanBudget(sampling=False)
+    plan = partial(paths.PathProblem, budget=by_grid)
     for max_dop, goal in ((1e6, (60.0, -225.0)), (1e6, (210.0, -225.0)), (0.1, (60.0, -225.0))):
         limits = paths.PathLimits(min_anchors=0, max_dop=max_dop)
         with contextlib.suppress(PathError):
-            paths.plan_path(paths.PathProblem(grid, (60.0, -50.0), goal, rover=rover, anchors=anchors, limits=limits))
+            paths.plan_path(plan(grid, (60.0, -50.0), goal, rover=rover, anchors=anchors, limits=limits))
     cliff_m = np.zeros((12, 10), np.float32)
     cliff_m[6:] = 900.0
-    cliff = ElevationGrid(cliff_m, 30.0, 25.0)
-    paths.plan_path(paths.PathProblem(cliff, (60.0, -50.0), (60.0, -225.0)))
+    paths.plan_path(plan(ElevationGrid(cliff_m, 30.0, 25.0), (60.0, -50.0), (60.0, -225.0)))
     track = visibility.AnchorTrack("T", np.array([0.0, 900.0]), np.array([[60.0, -50.0, 90.0], [90.0, -50.0, 90.0]]))
-    turning = paths.RoverModel(min_turning_radius_m=5.0)
+    paths.plan_path(plan(grid, (60.0, -50.0), (60.0, -225.0), anchors=(track,)))
+
+
+def _sampled_paths(grid: ElevationGrid) -> None:
     few = paths.PlanBudget(iterations=200)
-    moving = paths.PathProblem(grid, (60.0, -50.0), (60.0, -225.0), anchors=(track,), rover=turning, budget=few)
-    paths.plan_path(moving)
+    plan = partial(paths.PathProblem, grid, (60.0, -50.0), (60.0, -225.0), budget=few)
+    paths.plan_path(plan())
+    paths.plan_path(plan(rover=paths.RoverModel(min_turning_radius_m=5.0)))
     paths.plan_flight(paths.FlightProblem(grid, (60.0, -50.0, 90.0), (60.0, -225.0, 90.0), budget=few))
 
 
@@ -159,4 +167,4 @@ def _detections(_grid: ElevationGrid) -> None:
 
 
 # the longest first, so that all cores end together
-PARTS = (_paths, _columns_of_air, _detections, _placements, _lines, _minimum_altitudes, _navigation)
+PARTS = (_paths, _sampled_paths, _columns_of_air, _detections, _placements, _lines, _minimum_altitudes, _navigation)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from navigation import initial_state, predict_bubble
 from visibility import Anchor, DistantAnchor, MovingAnchor
@@ -99,7 +99,7 @@ def expected_sigma_m(problem: PathProblem, positioning: Positioning) -> npt.NDAr
     if not fixed.any():
         return np.full(fix_m.shape, LOST_M, np.float32)
     grid = problem.grid
-    away_m, (row, col) = ndimage.distance_transform_edt(
+    away_m, (row, col) = scipy.ndimage.distance_transform_edt(
         ~fixed, (grid.cell_north_m, grid.cell_east_m), return_indices=True
     )
     seconds = away_m / problem.rover.speed_m_per_s

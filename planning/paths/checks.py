@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from planning.kernels.path_fields import clearances
 
@@ -106,7 +106,7 @@ def _without_tight(problem: PathProblem, field: CostField, path: Path, places: F
     around = [
         2 * math.ceil(2.0 * radius_m.max() / cell_m) + 1 for cell_m in (field.grid.cell_north_m, field.grid.cell_east_m)
     ]
-    radius_m = ndimage.maximum_filter(radius_m, size=[min(size, 201) for size in around])
+    radius_m = scipy.ndimage.maximum_filter(radius_m, size=[min(size, 201) for size in around])
     near_rows, near_cols = np.nonzero(radius_m)
     clearance_m = np.empty(len(near_rows))
     middles = np.column_stack([near_rows, near_cols]) + 0.5

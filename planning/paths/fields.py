@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import shapely
-from scipy import ndimage
 
 from planning.errors import NoCoverageError, PathProblemError
 from planning.kernels import path_fields as kernel
@@ -152,7 +152,7 @@ def _within_footprint(unknown: npt.NDArray[np.bool_], grid: ElevationGrid, rover
     for down, across in CORNERS:
         corners[down : down + around.shape[0], across : across + around.shape[1]] |= around
     # two squares are as far apart as their nearest corners
-    away_m = ndimage.distance_transform_edt(~corners, sampling=(grid.cell_north_m, grid.cell_east_m))
+    away_m = scipy.ndimage.distance_transform_edt(~corners, sampling=(grid.cell_north_m, grid.cell_east_m))
     rows, cols = unknown.shape
     nearest_m = np.minimum.reduce([away_m[1 + d : 1 + d + rows, 1 + a : 1 + a + cols] for d, a in CORNERS])
     reached: npt.NDArray[np.bool_] = nearest_m < radius_m

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from planning.errors import PathProblemError, PlaceError
 from planning.kernels.flight_segments import flight_cost, pull_flight
@@ -163,9 +163,9 @@ def _swollen(grid: ElevationGrid, heights_m: Floats, bubble_m: float) -> Floats:
     east_m = np.maximum(np.abs(np.arange(-across, across + 1)) - 1, 0) * grid.cell_east_m
     cap_m = np.sqrt(np.maximum(bubble_m**2 - north_m**2 - east_m**2, 0.0))
     within = north_m**2 + east_m**2 <= bubble_m**2
-    unknown = ndimage.binary_dilation(np.isnan(heights_m), within)
+    unknown = scipy.ndimage.binary_dilation(np.isnan(heights_m), within)
     filled = np.where(np.isnan(heights_m), -np.inf, heights_m)
-    swollen: Floats = ndimage.grey_dilation(filled, footprint=within, structure=cap_m, mode="nearest")
+    swollen: Floats = scipy.ndimage.grey_dilation(filled, footprint=within, structure=cap_m, mode="nearest")
     swollen[unknown] = np.nan
     return swollen
 

@@ -4,6 +4,7 @@ from .candidates import Candidates, candidate_grid, candidate_points, join_candi
 from .checking import Check, HoverSensitivity, check_placement, hover_sensitivity, value_of_anchors
 from .cluster import Cluster
 from .flights import Flight
+from .geometry import PlacementGeometry, placement_geometry
 from .goals import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .links import Link
@@ -28,6 +29,7 @@ __all__ = [
     "Link",
     "Move",
     "Placement",
+    "PlacementGeometry",
     "PlacementRules",
     "Repositioning",
     "SearchOptions",
@@ -48,6 +50,7 @@ __all__ = [
     "path_between",
     "path_targets",
     "place_anchors",
+    "placement_geometry",
     "reposition",
     "straight_ahead",
     "value_of_anchors",

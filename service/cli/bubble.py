@@ -8,9 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 from rich.table import Table
 
-from service.bubble_files import BUBBLE_FILES, write_bubble_file
 from service.errors import RequestError
-from service.safety_bubble import calculate_bubbles
 from service.schemas import PointIn, sentence_of
 from service.schemas.safety_bubbles import BubbleParameters
 
@@ -51,6 +49,9 @@ def make_bubbles(
     parameters = BubbleParameters.model_validate(
         {"anchors": anchors, "satellites": sky, "buildings": buildings, **_path(path, height), **given}
     )
+    from service.bubble_files import BUBBLE_FILES, write_bubble_file
+    from service.safety_bubble import calculate_bubbles
+
     files = MapFiles("bubble.json", tuple(BUBBLE_FILES), write_bubble_file)
     make_map(dem, parameters, calculate_bubbles, files, _tables, what="Safety bubbles", **rest)
 

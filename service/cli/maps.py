@@ -11,8 +11,6 @@ from typing import Any, Protocol, TypeVar
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import LAYERS, write_layer
-from service.products import product_of
 from service.replacing import replacing
 from service.schemas import AnchorIn
 from terrain import ElevationGrid, read_dem
@@ -89,6 +87,9 @@ def output_folder(out: Path) -> Path:
 
 def _write_files(finished: Any, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
+    from service.layers import LAYERS, write_layer
+    from service.products import product_of
+
     layers, write = files.layers, files.write
     if write is None:
         write, offered = write_layer, LAYERS[product_of(finished).name]

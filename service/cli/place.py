@@ -14,8 +14,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import LAYERS
-from service.placement import calculate_placement
 from service.schemas.placements import PlacementParameters
 
 from .anchor_texts import height_field, position_fields
@@ -68,6 +66,9 @@ def make_placement(dem: str, asked: PlacementParameters, scheduler: str | None, 
     """
     if or_local and scheduler is None:
         raise RequestError("--or-local goes with --scheduler.")
+    from service.layers import LAYERS
+    from service.placement import calculate_placement
+
     if scheduler is not None:
         asked = asked.model_copy(update={"run_on": "cluster_or_here" if or_local else "cluster"})
     with _interrupt_as_stop() as stop:
@@ -164,8 +165,9 @@ def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
         ("before", told(summary[f"before_{unit}"])),
         ("with the placed anchors", told(summary[f"value_{unit}"])),
         ("the same, mode exact", told(summary[f"exact_{unit}"])),
-        ("no choice betters", told(summary[f"bound_{unit}"])),
+        ("no choice exceeds", told(summary[f"bound_{unit}"])),
         ("greedy alone", told(summary[f"greedy_{unit}"])),
+        *_dilution_facts(summary),
         (f"hovering ±{hover['hover_m']:g} m off, worst of {hover['draws']}", told(hover[f"worst_{unit}"])),
         ("found by", summary["method"] + (", proved best" if summary["proved"] else "")),
         ("candidates", f"{summary['candidates']['left']:,}"),
@@ -178,3 +180,14 @@ def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
     if summary["targets"]["within_limits_m"] is not None:
         facts.append(("path within limits", f"{summary['targets']['within_limits_m'] / 1000.0:.2f} km"))
     return table, facts_table("What it is worth", facts)
+
+
+def _dilution_facts(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the placed anchors' geometry is worth, whatever they were placed for."""
+    told, limit = summary["dilution"], summary["parameters"]["goal"]["dop_limit"]
+    name = told["measure"].upper()
+    return [
+        (f"{name}, median", "no fix" if told["median"] is None else f"{told['median']:.2f}"),
+        (f"{name} at most {limit:g}", share_text(told["within_limit_share"])),
+        ("no fix", share_text(told["no_fix_share"])),
+    ]

@@ -11,10 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import LAYERS
 from service.maps_for_paths import kind_of_summary, with_map
 from service.path_answers import time_words
-from service.path_plan import calculate_path
 from service.schemas import sentence_of
 from service.schemas.paths import PathParameters, WeightsIn
 
@@ -52,6 +50,9 @@ def request_of(
 
 def make_path(dem: str, asked: PathParameters, **rest: Any) -> None:
     """Read, plan, write and print; ``rest`` as for make_map."""
+    from service.layers import LAYERS
+    from service.path_plan import calculate_path
+
     files = MapFiles("path.json", tuple(LAYERS["path"]))
     make_map(dem, asked, calculate_path, files, _tables, what="Planning", **rest)
 

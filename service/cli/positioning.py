@@ -12,8 +12,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import LAYERS
-from service.products import DOP_MAP, MORPHING_MAP, Product
 
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table, share_text
@@ -91,8 +89,11 @@ def make_positioning_map(
         raise RequestError(
             "Nothing to range to: give --anchor ID,EAST,NORTH,80agl, --anchors FILE or --almanac FILE with --time."
         )
+    from service.layers import LAYERS
+    from service.products import PRODUCTS
+
     given = {field: value for field, value in asked.items() if value is not None}
-    product, summary, tables = COMMANDS[name]
+    product, (summary, tables) = PRODUCTS[name], COMMANDS[name]
     parameters = product.parameters.model_validate({"anchors": anchors, "satellites": sky, **given})
     offered = (layer for layer in LAYERS[name].values() if layer.name not in left_out and not layer.for_screens)
     layers = tuple(layer.name for layer in offered if layer.is_of(given))
@@ -193,7 +194,7 @@ def sources_table(summary: dict[str, Any]) -> Table:
     return table
 
 
-COMMANDS: Mapping[str, tuple[Product, str, Callable[[dict[str, Any]], tuple[Table, ...]]]] = {
-    DOP_MAP.name: (DOP_MAP, "dop.json", _dop_tables),
-    MORPHING_MAP.name: (MORPHING_MAP, "morph.json", _morphing_tables),
+COMMANDS: Mapping[str, tuple[str, Callable[[dict[str, Any]], tuple[Table, ...]]]] = {
+    "dop-map": ("dop.json", _dop_tables),
+    "morphing-map": ("morph.json", _morphing_tables),
 }

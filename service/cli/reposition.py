@@ -10,8 +10,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.layers import LAYERS
-from service.repositioning import calculate_repositioning
 from service.schemas.repositionings import RepositioningParameters
 
 from .maps import MapFiles, anchors_of, make_map
@@ -54,6 +52,9 @@ def repositioning_request(
 
 def make_repositioning(dem: str, asked: RepositioningParameters, **rest: Any) -> None:
     """Read, calculate, write and print; ``rest`` as for make_map."""
+    from service.layers import LAYERS
+    from service.repositioning import calculate_repositioning
+
     files = MapFiles("reposition.json", tuple(LAYERS["repositioning"]))
     make_map(dem, asked, calculate_repositioning, files, _tables, what="Repositioning", **rest)
 

@@ -178,7 +178,7 @@ class WorkerPool:
         while True:
             try:
                 async with asyncio.timeout(START_MAY_TAKE_S):
-                    worker = await WorkerProcess.start(self._settings)
+                    worker = await WorkerProcess.start(self._settings, first=not self._first_warm.is_set())
             except (WorkerDied, OSError) as error:
                 logger.error("a worker process could not be started (%r); next try in %.1f s", error, pause_s)
                 await asyncio.sleep(pause_s)

@@ -42,8 +42,11 @@ class WorkerProcess:
         self._process = process
 
     @classmethod
-    async def start(cls, settings: Settings) -> Self:
-        """Start a process and wait until it is warm; raises WorkerDied when it never gets there."""
+    async def start(cls, settings: Settings, *, first: bool) -> Self:
+        """Start a process and wait until it is warm; raises WorkerDied when it never gets there.
+
+        first: whether it compiles what no worker before it has.
+        """
         # -P: a folder named like one of our packages, where the service was started, must not be imported
         process = await asyncio.create_subprocess_exec(
             sys.executable,
@@ -60,7 +63,7 @@ class WorkerProcess:
         )
         worker = cls(process)
         try:
-            await worker._say({"settings": settings.model_dump(mode="json")})
+            await worker._say({"settings": settings.model_dump(mode="json"), "first": first})
             await worker._hear()
         except BaseException:
             await worker.kill()

@@ -18,9 +18,12 @@ from terrain import ElevationGrid
 __all__ = ["rehearse"]
 
 
-def rehearse() -> None:
-    """Load kernels, projections and raster drivers by using each once. Raises OSError when nothing can be written."""
-    warm_up()
+def rehearse(*, first: bool) -> None:
+    """Load kernels, projections and raster drivers by using each once. Raises OSError when nothing can be written.
+
+    first: of all workers; it also compiles what the processes of sampled plans need, for itself and all others.
+    """
+    warm_up(own_processes=first)
     utm = pyproj.CRS.from_epsg(32611)
     grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
     anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}

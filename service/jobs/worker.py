@@ -55,9 +55,10 @@ def main() -> None:
     stopped: set[str] = set()
     threading.Thread(target=_listen, args=(orders, stopped), daemon=True).start()
 
-    settings = Settings.model_validate(orders.get()["settings"])
+    told = orders.get()
+    settings = Settings.model_validate(told["settings"])
     try:
-        rehearse()
+        rehearse(first=told["first"])
     except OSError as error:
         # without a place for temporary files the first task is slower, nothing else
         logger.warning("could not rehearse: %s", error)

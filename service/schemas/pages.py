@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import Query
 from pydantic import BaseModel, Field
 
 __all__ = ["Limit", "Offset", "Page"]
 
-Limit = Annotated[int, Query(ge=1, le=200, description="At most so many entries in one answer.")]
-Offset = Annotated[int, Query(ge=0, le=1_000_000_000, description="Leave out so many entries from the start.")]
+Limit = Annotated[int, Field(ge=1, le=200, description="At most so many entries in one answer.")]
+Offset = Annotated[int, Field(ge=0, le=1_000_000_000, description="Leave out so many entries from the start.")]
 
 
 class Page(BaseModel):

@@ -60,6 +60,19 @@ class HoverOut(BaseModel):
     draws: int = Field(description="How many random ones there were.")
 
 
+class DilutionOut(BaseModel):
+    """How well spread all anchors are, over the targets and by their weight."""
+
+    measure: str = Field(description="gdop, pdop, hdop or vdop, as the goal says.")
+    median: float | None = Field(description="Half of the targets have at most this; null where half have no fix.")
+    within_limit_share: float = Field(description="Share of the targets with at most the goal's dop_limit.")
+    no_fix_share: float = Field(description="Share of the targets without any fix.")
+    useless_share: float | None = Field(
+        description="Of the targets that see enough anchors for a fix: the share above 20 or without one; null "
+        "where there are none. A warning tells when it is most of them."
+    )
+
+
 class PlacementSummary(MapSummary):
     """What was placed and what it is worth; shares 0..1 for coverage and dop, metres for errors."""
 
@@ -67,6 +80,7 @@ class PlacementSummary(MapSummary):
     goal: str = Field(description="The same in words, with its limits.")
     placed: list[PlacedOut]
     candidates: CandidatesOut
+    dilution: DilutionOut
     hover: HoverOut
     method: str = Field(description="exact, local search or greedy.")
     proved: bool = Field(description="Whether no other choice is better.")

@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 
-import service.cli.maps
-import service.cli.visibility
+import service.layers
+import service.visibility_map
 from tests.service.small_maps import NORTH_M, WEST_M
 
 GOOD = f"D1,{WEST_M + 95},{NORTH_M - 305},12agl"
@@ -168,7 +168,7 @@ def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, t
     def fill_up(finished, name, path):
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr(service.cli.maps, "write_layer", fill_up)
+    monkeypatch.setattr(service.layers, "write_layer", fill_up)
     ended = sightline("visibility", dem_file, "--anchor", GOOD, "--out", tmp_path)
     assert ended.code == 1
     assert "No space left on device" in ended.stderr
@@ -180,7 +180,7 @@ def test_an_unforeseen_fault_shows_where_it_happened(dem_file, monkeypatch):
     def stumble(*_):
         raise ZeroDivisionError("a mistake of ours")
 
-    monkeypatch.setattr(service.cli.visibility, "calculate", stumble)
+    monkeypatch.setattr(service.visibility_map, "calculate", stumble)
     monkeypatch.setattr("sys.argv", ["sightline", "visibility", str(dem_file), "--anchor", GOOD])
     with pytest.raises(ZeroDivisionError, match="a mistake of ours"):
         service.cli.main()
@@ -190,7 +190,7 @@ def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(service.cli.visibility, "calculate", interrupt)
+    monkeypatch.setattr(service.visibility_map, "calculate", interrupt)
     ended = sightline("visibility", dem_file, "--anchor", GOOD)
     assert (ended.code, ended.stderr) == (130, "Interrupted.\n")
 

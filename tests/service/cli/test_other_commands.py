@@ -91,6 +91,28 @@ def test_help_loads_none_of_the_heavy_libraries():
     assert done.stderr.strip() == "[]"
 
 
+@pytest.mark.parametrize("line", ["visibility DEM --anchor bad", "place DEM", "dop DEM --anchor bad", "morph DEM"])
+def test_a_wrong_option_is_told_before_what_calculates_and_draws_is_loaded(line):
+    heavy = [
+        "matplotlib",
+        "scipy.ndimage",
+        "scipy.stats",
+        "fastapi",
+        "trimesh",
+        "httpx",
+        "ompl",
+        "dask",
+        "service.products",
+    ]
+    program = (
+        f"import sys\nsys.argv = ['sightline', *{line.split()}]\nfrom service.cli import main\n"
+        f"try:\n    main()\nfinally:\n    print(sorted(set({heavy}) & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stdout.strip() == "[]"
+
+
 def test_a_reader_that_leaves_early_is_no_accident(dem_file):
     line = f"{sys.executable} -m service.cli info {dem_file} --json | head -c 1"
     done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=60, check=True)

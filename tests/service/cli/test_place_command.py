@@ -74,6 +74,20 @@ def test_the_placed_anchors_are_the_next_command_s_anchors(sightline, dem_file, 
         assert [anchor["id"] for anchor in json.loads(seen.stdout)["anchors"]] == ["P1", "P2", "P3"]
 
 
+def test_the_dilution_is_told_and_a_row_of_anchors_is_warned_of(sightline, dem_file, tmp_path):
+    row = [[WEST_M + 60.0 + 40.0 * n, SOUTH_M + 60.0] for n in range(4)]
+    masts = geojson(tmp_path / "masts.geojson", {"type": "MultiPoint", "coordinates": row})
+    line = ("place", dem_file, "--count", 4, "--mast", f"{masts},400msl")
+    told = json.loads(sightline(*line, "--json").stdout)
+    assert told["dilution"] == {
+        "measure": "pdop", "median": None, "within_limit_share": 0.0, "no_fix_share": 1.0, "useless_share": 1.0,
+    }  # fmt: skip
+    assert any("stand in a row" in warning and "--objective dop" in warning for warning in told["warnings"])
+    printed = sightline(*line)
+    assert "PDOP, median" in printed.stdout
+    assert "stand in a row" in printed.stdout + printed.stderr
+
+
 def test_anchors_keep_their_longest_range_and_error_in_either_file(sightline, dem_file, tmp_path):
     done = sightline("place", dem_file, "--count", 3, *LATTICE, "--max-range", 900, "--out", tmp_path)
     assert done.code == 0, done.stderr
