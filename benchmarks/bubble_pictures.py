@@ -59,7 +59,7 @@ def _streets(case: Canyon) -> matplotlib.figure.Figure:
     places["error"].plot(radius_m, color="black", lw=1.2, label="sphere of 95.4 %")
     places["error"].plot(drives.distance_m[0], color="#c2452d", lw=1.0, label="total error")
     places["error"].set(yscale="log", ylabel="metres")
-    places["error"].legend(loc="upper right", framealpha=0.9)
+    places["error"].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     places["count"].plot(case.in_sight.sum(axis=1), color="#2c5f9e", lw=1.0)
     places["count"].axhline(4.0, color="black", lw=0.7)
     places["count"].set(xlabel="time, s", ylabel="in sight")

@@ -16,6 +16,7 @@ from .anchor_texts import height_field
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table
 from .path_files import points_and_columns
+from .planned_paths import planned_path
 from .positioning import SatelliteOptions, sources_table
 from .shape_files import path_fields
 
@@ -63,8 +64,20 @@ def _path(path: Path, height: str | None) -> dict[str, Any]:
             raise RequestError("A path in GeoJSON needs --height, such as 30agl or 1500msl.")
         metres = height_field(height, HEIGHT_FORM.format(repr(height)))
         return {"points": [_point(path.name, {**place, **metres}) for place in path_fields(path)]}
+    planned = planned_path(path)
+    if planned is not None:
+        if height is None:
+            raise RequestError(
+                f"{path.name} is a planned path, whose altitudes are the ground's: say with --height how high "
+                "the antenna is, such as 1.5agl."
+            )
+        metres = height_field(height, HEIGHT_FORM.format(repr(height)))
+        places, times_s = planned
+        return {"points": [_point(path.name, {**place, **metres}) for place in places], "times_s": times_s}
     if height is not None:
-        raise RequestError("--height is for paths in GeoJSON; a CSV file has the column above_ground_m or altitude_m.")
+        raise RequestError(
+            "--height is for paths in GeoJSON and planned ones; a CSV file has the column above_ground_m or altitude_m."
+        )
     points, told = points_and_columns(path, ("time_s", *COVARIANCE))
     fields: dict[str, Any] = {"points": points}
     if "time_s" in told:

@@ -62,11 +62,12 @@ def bubble(
         typer.Option(
             metavar="FILE",
             help="CSV of east_m, north_m, above_ground_m (or altitude_m), time_s and, for a history of poses, "
-            "ee_m2, en_m2, eu_m2, nn_m2, nu_m2, uu_m2; or a GeoJSON LineString, with --height.",
+            "ee_m2, en_m2, eu_m2, nn_m2, nu_m2, uu_m2; or path.csv of a plan or a GeoJSON LineString, with --height.",
         ),
     ],
     height: Annotated[
-        str | None, typer.Option(metavar="HEIGHT", help="Of every point of a GeoJSON line: 30agl or 1500msl.")
+        str | None,
+        typer.Option(metavar="HEIGHT", help="Of every point of a planned path or a GeoJSON line: 30agl or 1500msl."),
     ] = None,
     speed: Annotated[
         float | None, typer.Option(metavar="M/S", help="Along the path, where it has no time_s. (default 1)")

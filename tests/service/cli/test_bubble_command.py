@@ -156,6 +156,32 @@ def test_what_else_is_missing_is_told(sightline, dem_file, tmp_path, path_file):
         assert (ended.code, sentence in ended.stderr) == (2, True), ended.stderr
 
 
+# -- planned paths
+
+
+def test_what_plan_writes_is_a_path_with_its_own_times(sightline, dem_file, tmp_path):
+    start, goal = f"{WEST_M + 120},{NORTH_M - 300}", f"{WEST_M + 400},{NORTH_M - 250}"
+    planned = sightline("plan", dem_file, "--start", start, "--goal", goal, "--out", tmp_path / "plan", "--no-sampling")
+    assert planned.code == 0, planned.stderr
+    table = tmp_path / "plan" / "path.csv"
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    words = (*ANCHORS, "--on-ground", "--range-sigma", "0.4", "--out", tmp_path)
+    ended = sightline("bubble", dem_file, "--path", table, "--height", "1.5agl", *words)
+    assert ended.code == 0, ended.stderr
+    points = json.loads((tmp_path / "points.json").read_text())
+    for name in ("east_m", "north_m", "time_s"):
+        assert [point[name] for point in points] == pytest.approx([float(row[name]) for row in rows], abs=1e-3)
+    assert points[0]["clearance_m"] == pytest.approx(1.5, abs=0.1)
+    refused = sightline("bubble", dem_file, "--path", table, *words)
+    assert (refused.code, "whose altitudes are the ground's" in refused.stderr) == (2, True), refused.stderr
+    table.write_text(table.read_text().replace(rows[0]["time_s"], "noon", 1))
+    refused = sightline("bubble", dem_file, "--path", table, "--height", "1.5agl", *words)
+    assert (refused.code, "not as sightline plan writes it" in refused.stderr) == (2, True), refused.stderr
+    table.write_text(",".join(rows[0]) + "\n")
+    refused = sightline("bubble", dem_file, "--path", table, "--height", "1.5agl", *words)
+    assert (refused.code, "holds no points" in refused.stderr) == (2, True), refused.stderr
+
+
 # -- buildings
 
 
