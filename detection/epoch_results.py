@@ -50,7 +50,7 @@ def verdict_on(
     score = abs(excess_m) / harmful_m if math.isfinite(excess_m) else probability
     return AnchorVerdict(
         measured.anchor_id, sight, probability, confidence, score, measured.range_m, excess_m, tuple(says),
-        _reason(measured.anchor_id, sight, says, agree),
+        _reason(measured.anchor_id, sight, says, agree) + _too_short(sight, excess_m, harmful_m),
     )  # fmt: skip
 
 
@@ -61,6 +61,16 @@ def _reason(anchor_id: str, sight: Sight, says: Sequence[WitnessSay], agree: boo
     words = "; ".join(f"{SPOKEN[say.witness]}: {say.reason}" for say in spoken)
     doubt = "" if agree else ", though the witnesses differ"
     return f"{anchor_id} is {sight}{doubt}. {words[:1].upper()}{words[1:]}."
+
+
+def _too_short(sight: Sight, excess_m: float, harmful_m: float) -> str:
+    """An occlusion makes ranges long, never short; whoever reads of one that is short shall look elsewhere."""
+    if sight is not Sight.OCCLUDED or not excess_m < -harmful_m:
+        return ""
+    return (
+        f" Its range is {-excess_m:.2f} m too short, which no occlusion explains: suspect where the anchor stands, or "
+        "the ranging itself."
+    )
 
 
 def epoch_result(

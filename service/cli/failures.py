@@ -71,6 +71,9 @@ def _domain_errors() -> tuple[type[Exception], ...]:
 
 def _usage_sentence(error: Exception) -> str:
     text = str(getattr(error, "format_message", error.__str__)()).strip()
+    # what is missing is told with what it is; typer exports no class for that either
+    if type(error).__name__ == "MissingParameter" and (told := getattr(getattr(error, "param", None), "help", "")):
+        text = f"{text.rstrip('.')}: {told}"
     return text or "No command was given; sightline --help lists them."
 
 

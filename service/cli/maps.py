@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,11 +78,13 @@ def make_map(
 
 
 def output_folder(out: Path) -> Path:
-    """The folder, made if need be. Raises RequestError where it cannot be one."""
+    """The folder, made if need be. Raises RequestError where it cannot be one, or nothing can be put into it."""
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RequestError(f"The output folder {str(out)!r} cannot be made: {error.strerror}.") from error
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise RequestError(f"The output folder {str(out)!r} cannot be written into; name another with --out.")
     return out
 
 

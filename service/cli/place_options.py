@@ -68,7 +68,7 @@ def place(
     objective: Annotated[
         Objective, typer.Option(help="What is good. Coverage counts anchors in sight, even where they stand in a row.")
     ] = Objective.COVERAGE,
-    visible: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
+    min_anchors: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
     dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="Largest dilution that is good enough.")] = 5.0,
     measure: MeasureOption = Measure.PDOP,
     kind: KindOption = Kind.RANGING,
@@ -163,7 +163,7 @@ def place(
         },
         goal={
             "objective": objective.value.replace("-", "_"),
-            "visible": visible,
+            "visible": min_anchors,
             "dop_limit": dop_limit,
             "measure": measure.value,
             "kind": kind.value,

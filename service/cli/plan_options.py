@@ -51,7 +51,7 @@ def plan(
     max_roll: Annotated[float | None, typer.Option(metavar="DEG", help="Steepest across the way.")] = None,
     max_step: Annotated[float | None, typer.Option(metavar="M", help="Highest step under the rover.")] = None,
     footprint: Annotated[float | None, typer.Option(metavar="M", help="Radius of the rover. (default 0.5)")] = None,
-    antenna_height: Annotated[
+    receiver_height: Annotated[
         float | None, typer.Option(metavar="M", help="Of its antenna over the ground. (default 1.5)")
     ] = None,
     turning_radius: Annotated[
@@ -60,7 +60,7 @@ def plan(
     reverse: Annotated[bool, typer.Option("--reverse", help="It also drives backwards.")] = False,
     speed: Annotated[float | None, typer.Option(metavar="M/S", help="On level ground. (default 1)")] = None,
     min_anchors: Annotated[int | None, typer.Option(metavar="K", help="At least so many in sight everywhere.")] = None,
-    max_dop: Annotated[float | None, typer.Option(metavar="NUMBER", help="Largest dilution of precision.")] = None,
+    dop_limit: Annotated[float | None, typer.Option(metavar="NUMBER", help="Largest dilution of precision.")] = None,
     kind: Annotated[Kind | None, typer.Option(help="What is measured. (default ranging)")] = None,
     measure: Annotated[Measure | None, typer.Option(help="Which dilution of precision. (default pdop)")] = None,
     surface: Annotated[bool, typer.Option("--surface", help="Only motion along the ground is unknown.")] = False,
@@ -103,7 +103,7 @@ def plan(
     no_sampling: Annotated[
         bool, typer.Option("--no-sampling", help="Take the grid's way: sooner, and a little dearer.")
     ] = False,
-    seconds: Annotated[float | None, typer.Option(metavar="S", help="Time-out of the plan. (default 60)")] = None,
+    time_limit: Annotated[float | None, typer.Option(metavar="S", help="Time-out of the plan. (default 60)")] = None,
     seed: Annotated[
         int | None, typer.Option(metavar="N", help="The same seed gives the same path. (default 0)")
     ] = None,
@@ -150,7 +150,7 @@ def plan(
         {
             "rover": {
                 "footprint_radius_m": footprint,
-                "antenna_height_m": antenna_height,
+                "antenna_height_m": receiver_height,
                 "max_slope_deg": max_slope,
                 "max_pitch_deg": max_pitch,
                 "max_roll_deg": max_roll,
@@ -161,14 +161,14 @@ def plan(
             },
             "limits": {
                 "min_anchors": min_anchors,
-                "max_dop": max_dop,
+                "max_dop": dop_limit,
                 "kind": kind,
                 "measure": measure,
                 "on_surface": surface or None,
                 "bubble_epsilon": bubble,
                 "dem_sigma_m": dem_sigma,
             },
-            "budget": {"iterations": iterations, "seconds": seconds, "sampling": False if no_sampling else None},
+            "budget": {"iterations": iterations, "seconds": time_limit, "sampling": False if no_sampling else None},
         },
         SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
     )

@@ -145,6 +145,9 @@ def dop(
 
 def morph(
     dem: DemPath,
+    ceiling: Annotated[
+        str, typer.Option(metavar="HEIGHT", help="Top of the air: 2500msl (altitude) or 300agl (above ground).")
+    ],
     anchor: AnchorTexts = None,
     lonlat: LonLat = False,
     anchors: AnchorFiles = None,
@@ -158,9 +161,6 @@ def morph(
     measure: MeasureOption = Measure.PDOP,
     dop_limit: DopLimit = 2.5,
     min_anchors: MinAnchors = None,
-    ceiling: Annotated[
-        str | None, typer.Option(metavar="HEIGHT", help="Top of the air: 2500msl (altitude) or 300agl (above ground).")
-    ] = None,
     receiver_height: ReceiverHeight = None,
     mesh: Annotated[
         bool, typer.Option("--mesh", help="Write surface.glb and surface.stl, where the dilution is the limit.")

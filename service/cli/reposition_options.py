@@ -74,7 +74,7 @@ def reposition(
     ahead: Annotated[float | None, typer.Option(metavar="M", help="So far ahead along it. (default 500)")] = None,
     receiver_height: ReceiverHeight = None,
     objective: Annotated[Wanted, typer.Option(help="What shall hold.")] = Wanted.COVERAGE,
-    visible: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
+    min_anchors: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
     dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="Largest dilution that is good enough.")] = 5.0,
     measure: MeasureOption = Measure.PDOP,
     kind: KindOption = Kind.RANGING,
@@ -137,7 +137,7 @@ def reposition(
         },
         goal={
             "objective": objective.value,
-            "visible": visible,
+            "visible": min_anchors,
             "dop_limit": dop_limit,
             "measure": measure.value,
             "kind": kind.value,

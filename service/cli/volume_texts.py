@@ -43,10 +43,8 @@ class VolumeOptions:
         return () if self.wanted else VOLUME_FILES
 
 
-def ceiling_fields(text: str | None) -> dict[str, Any]:
+def ceiling_fields(text: str) -> dict[str, Any]:
     """--ceiling as the fields of a request. Raises RequestError."""
-    if text is None:
-        raise RequestError("Give the top of the air with --ceiling, such as 2500msl or 300agl.")
     height = _height(text)
     if height is None:
         raise RequestError(f"--ceiling {text!r} is not of the form 2500msl (altitude) or 300agl (above ground).")

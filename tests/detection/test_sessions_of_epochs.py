@@ -140,6 +140,14 @@ def test_every_verdict_says_in_words_what_each_witness_said() -> None:
     assert answer.odometry is OdometryCondition.RELIABLE
 
 
+def test_a_range_that_is_too_short_is_left_out_and_not_explained_by_an_occlusion() -> None:
+    anchors = drones(6)
+    short, long = (detect_epoch(anchors, heard(0.0, named(anchors, ROVER_M, {"D4": by}))) for by in (-3.0, 3.0))
+    assert short.excluded == long.excluded == ("D4",)
+    assert "3.00 m too short, which no occlusion explains" in short.verdicts[3].reason
+    assert "too short" not in long.verdicts[3].reason
+
+
 def test_odometry_that_lies_about_everything_does_not_condemn_all_anchors() -> None:
     """A rover carried away on a truck: wheels stand still, all ranges change, and they still meet."""
     anchors = drones(6)

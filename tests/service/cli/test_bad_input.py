@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+import service.cli.maps
 import service.layers
 import service.visibility_map
 from tests.service.small_maps import NORTH_M, WEST_M
@@ -162,6 +163,27 @@ def test_output_that_nobody_reads_ends_without_a_traceback(dem_file, words):
     finally:
         os.close(output)
     assert (ended.returncode, ended.stderr) == (1, b"")
+
+
+@pytest.mark.parametrize("command", ["visibility", "place", "dop", "morph", "bubble", "plan", "reposition"])
+def test_a_folder_that_nothing_can_be_put_into_is_refused_before_the_calculation(
+    sightline, dem_file, tmp_path, monkeypatch, command
+):
+    path = tmp_path / "path.csv"
+    path.write_text(f"east_m,north_m,above_ground_m\n{WEST_M + 200.0},{NORTH_M - 200.0},1.5\n")
+    here = f"{WEST_M + 200.0},{NORTH_M - 200.0}"
+    words = {
+        "place": ["--count", 1, "--spacing", 150, "--height", "40agl"],
+        "morph": ["--anchor", GOOD, "--ceiling", "900msl"],
+        "bubble": ["--anchor", GOOD, "--path", path],
+        "plan": ["--start", here, "--goal", here],
+        "reposition": ["--anchor", GOOD, "--rover", here, "--heading", 0, "--ahead", 100],
+    }.get(command, ["--anchor", GOOD])
+    monkeypatch.setattr(service.cli.maps.os, "access", lambda path, mode: path.name != "out")
+    ended = sightline(command, dem_file, *words, "--out", tmp_path / "out")
+    assert ended.code == 2, ended.stderr
+    assert "cannot be written into" in ended.stderr
+    assert is_one_sentence(ended.stderr)
 
 
 def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, tmp_path, monkeypatch):

@@ -20,7 +20,7 @@ BAD_LINES = [
     ("dop", [*ANCHORS, "--measure", "best"], "'best' is not one of"),
     ("dop", [*ANCHORS, "--time", TIME], "--time, --reference-date, --cone-deg and --sky-at need --almanac"),
     ("dop", ["--almanac", "missing.al3", "--time", TIME], "The almanac 'missing.al3' cannot be read"),
-    ("morph", ANCHORS, "Give the top of the air with --ceiling"),
+    ("morph", ANCHORS, "Missing option '--ceiling': Top of the air: 2500msl"),
     ("morph", [*ANCHORS, "--ceiling", "300"], "--ceiling '300' is not of the form"),
     ("morph", [*ANCHORS, "--ceiling", "-100msl"], "is below the ground, which begins at"),
     ("morph", [*ANCHORS, "--ceiling", "0agl"], "ceiling_above_ground_m: Input should be greater than 0"),

@@ -20,7 +20,7 @@ from terrain import read_dem
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M
 
 EAST_M, SOUTH_M = WEST_M + 29 * CELL_EAST_M, NORTH_M - 23 * CELL_NORTH_M
-LATTICE = ("--spacing", 150, "--height", "40agl", "--visible", 2)
+LATTICE = ("--spacing", 150, "--height", "40agl", "--min-anchors", 2)
 LOCAL = {"coordinates_are": "metres east and north in the DEM's local frame, which has no CRS"}
 
 
@@ -113,7 +113,7 @@ def test_the_beacons_parameters_name_the_origin_and_each_beacon(sightline, dem_f
 def test_ground_that_counts_nothing_is_not_served(sightline, dem_file, tmp_path, line):
     west = geojson(tmp_path / "west.geojson", box(WEST_M - 9, SOUTH_M - 9, WEST_M + 540.0, NORTH_M + 9), weight=0.0)
     plain, weighted = (
-        json.loads(sightline("place", dem_file, "--count", 1, *LATTICE, "--visible", 1, *words, "--json").stdout)
+        json.loads(sightline("place", dem_file, "--count", 1, *LATTICE, "--min-anchors", 1, *words, "--json").stdout)
         for words in ((), ("--weights", west))
     )
     assert weighted["targets"]["points"] < plain["targets"]["points"]

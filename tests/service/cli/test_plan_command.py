@@ -57,7 +57,7 @@ def test_every_option_of_the_rover_reaches_the_plan(sightline, dem_file):
         "--max-roll": (29.0, "max_roll_deg"),
         "--max-step": (5.0, "max_step_m"),
         "--footprint": (0.7, "footprint_radius_m"),
-        "--antenna-height": (2.5, "antenna_height_m"),
+        "--receiver-height": (2.5, "antenna_height_m"),
         "--speed": (0.4, "speed_m_per_s"),
     }
     options = [word for option, (value, _) in words.items() for word in (option, value)]
@@ -131,14 +131,14 @@ def bad(tmp_path, name, text):
             "The start cannot be stood on: unknown ground; the nearest allowed place is",
         ),
         (("--start", place(START), "--goal", place(START)), "same place, so there is no path to plan."),
-        ((*WEST, "--seconds", 0), "budget.seconds"),
+        ((*WEST, "--time-limit", 0), "budget.seconds"),
         ((*WEST, "--iterations", 0), "budget.iterations"),
         (
             (*WEST, "--min-anchors", 3),
             "Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map",
         ),
         ((*WEST, *ANCHORS, "--min-anchors", 5), "5 anchors in sight are asked for, and there are only 4."),
-        ((*WEST, *ANCHORS, "--max-dop", 0.01), "dilution"),
+        ((*WEST, *ANCHORS, "--dop-limit", 0.01), "dilution"),
         ((*WEST, "--max-slope", 95), "rover.max_slope_deg"),
         ((*WEST, "--weight", "speed=3"), "--weight 'speed=3' is not one of length, climb, time, dop, out_of_sight"),
         ((*WEST, "--weight", "climb"), "--weight 'climb' is not of the form NAME=NUMBER."),

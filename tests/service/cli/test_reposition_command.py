@@ -13,7 +13,7 @@ CREW = (
     *("--anchor", f"D3,{WEST_M + 780},{NORTH_M - 300},30agl"),
 )
 ROVER = ("--rover", f"{WEST_M + 640},{NORTH_M - 380}", "--heading", 20, "--ahead", 120)
-QUESTION = (*CREW, *ROVER, "--visible", 2, "--height", 60)
+QUESTION = (*CREW, *ROVER, "--min-anchors", 2, "--height", 60)
 
 
 def verdicts(path, last="occluded", to_s=30.0):
@@ -51,7 +51,7 @@ def test_a_crew_follows_a_path(sightline, dem_file, tmp_path):
     line = {"type": "LineString", "coordinates": [[WEST_M + 60, NORTH_M - 400], [WEST_M + 800, NORTH_M - 400]]}
     path = tmp_path / "path.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": [line], "coordinates_are": "metres"}))
-    words = (*CREW, "--visible", 2, "--height", 60, "--path", path, "--stretch", 250, "--out", tmp_path)
+    words = (*CREW, "--min-anchors", 2, "--height", 60, "--path", path, "--stretch", 250, "--out", tmp_path)
     done = sightline("reposition", dem_file, *words, "--json")
     assert done.code == 0, done.stderr
     told = json.loads(done.stdout)
