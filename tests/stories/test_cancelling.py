@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from datetime import datetime
 from typing import Any
@@ -110,3 +111,25 @@ def test_a_client_that_waits_hears_of_the_cancellation(server: Server, dem: dict
     assert answers[0].status_code == 409
     assert answers[0].json()["type"] == "/problems/cancelled"
     assert answers[0].headers["Location"] == newest["links"]["self"]
+
+
+@pytest.mark.parametrize("layer", ["map.png", "min_visible_altitude.tif"])
+@pytest.mark.parametrize("further_s", [0.0, 0.1, 0.4])
+def test_a_map_is_deleted_while_one_of_its_layers_is_drawn(
+    server: Server, dem: dict[str, Any], layer: str, further_s: float
+) -> None:
+    job = posted(server, short_job(dem, anchors=3))
+    server.until_over(job)
+    answers: list[Any] = []
+    asking = threading.Thread(target=lambda: answers.append(server.client.get(f"{job}/layers/{layer}")))
+    asking.start()
+    while asking.is_alive() and not list((server.folder / "work").iterdir()):
+        time.sleep(0.005)
+    time.sleep(further_s)
+    assert server.client.delete(job).status_code == 204
+    asking.join()
+    # drawn just in time, or gone: never a fault
+    assert answers[0].status_code in (200, 404), answers[0].text
+    assert server.client.get(job).status_code == 404
+    assert list((server.folder / "work").iterdir()) == []
+    assert server.until_over(posted(server, short_job(dem)))["status"] == "succeeded"
