@@ -15,6 +15,7 @@ from .dop_map import FinishedDopMap, calculate_dop_map
 from .dop_paths import path_points
 from .dop_volumes import check_air
 from .estimates import refuse_frames, refuse_map, refuse_placement, refuse_volume
+from .flight_plan import FinishedFlight, calculate_flight, check_flight_request, refuse_flight
 from .map_facts import Calculation
 from .morphing_map import FinishedMorphingMap, calculate_morphing_map
 from .moving_sources import check_moving_sources, moving_sources
@@ -28,6 +29,7 @@ from .repositioning import (
     check_repositioning_request,
     refuse_repositioning,
 )
+from .schemas.flights import FlightParameters
 from .schemas.paths import PathParameters
 from .schemas.placements import PlacementParameters
 from .schemas.positioning import DopMapParameters, MorphingMapParameters, PositioningParameters
@@ -39,6 +41,7 @@ from .visibility_map import VisibilityMap, calculate
 
 __all__ = [
     "DOP_MAP",
+    "FLIGHT",
     "MORPHING_MAP",
     "PATH",
     "PLACEMENT",
@@ -191,6 +194,17 @@ PATH = Product(
     refuse_more=refuse_path,
     searches=True,
 )
+FLIGHT = Product(
+    "flight",
+    FlightParameters,
+    check_flight_request,
+    calculate_flight,
+    FinishedFlight,
+    ("corners_m", "air"),
+    plain=("answer",),
+    refuse_more=refuse_flight,
+    searches=True,
+)
 REPOSITIONING = Product(
     "repositioning",
     RepositioningParameters,
@@ -202,7 +216,7 @@ REPOSITIONING = Product(
     refuse_more=refuse_repositioning,
 )
 PRODUCTS: Mapping[str, Product] = MappingProxyType(
-    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT, PATH, REPOSITIONING)}
+    {p.name: p for p in (VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PLACEMENT, PATH, FLIGHT, REPOSITIONING)}
 )
 
 

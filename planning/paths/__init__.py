@@ -1,6 +1,7 @@
 """Ways for a rover over the ground: cheap, within every limit, and where the anchors are in sight."""
 
-from .flights import FlightOutcome, FlightProblem, plan_flight
+from .flight_problems import FlightOutcome, FlightProblem
+from .flights import plan_flight
 from .limits import CostWeights, PathLimits, PlanBudget
 from .navigation_models import NavigationModel
 from .outcomes import Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable

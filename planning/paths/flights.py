@@ -5,84 +5,34 @@ De Vivo et al. use the Digital Morphing Map so: air above it is where the vehicl
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
-from planning.errors import PathProblemError, PlaceError
+from planning.errors import PlaceError
 from planning.kernels.flight_segments import flight_cost, pull_flight
 from planning.kernels.path_proof import least_worst_way
-from terrain import ElevationGrid, nearest_surface
-from visibility import MorphingMap
+from terrain import ElevationGrid
 
-from .limits import PlanBudget
+from .flight_problems import FlightOutcome, FlightProblem
 from .outcomes import PathStatus, Reason
 from .own_process import OwnProcess
 from .sampling import State, Tell, box_space, solved
 
-__all__ = ["FlightOutcome", "FlightProblem", "plan_flight"]
+if TYPE_CHECKING:  # the validator takes its question from this package
+    from planning.validation import PathValidation
+
+__all__ = ["plan_flight"]
 
 Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 Air = tuple[Floats, Floats, tuple[float, float], float]
-
-# a planned bubble counts as kept to this much, for heights are kept as float32
-ROUNDING_M = 2e-3
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class FlightProblem:
-    """From where to where, (east_m, north_m, altitude_m), above what.
-
-    above: a morphing map whose safe_above_m is the floor and whose ceiling is the ceiling; None = the ground alone, up
-        to ceiling_m. bubble_m: distance that is kept from all ground, d >= r of eq. 25.
-    climb_weight: what a metre of climb costs besides a metre of way. Raises PathProblemError.
-    """
-
-    grid: ElevationGrid
-    start: Point
-    goal: Point
-    above: MorphingMap | None = None
-    ceiling_m: float = math.inf
-    bubble_m: float = 20.0
-    climb_weight: float = 1.0
-    seed: int = 0
-    budget: PlanBudget = field(default_factory=lambda: PlanBudget(iterations=20_000))
-
-    def __post_init__(self) -> None:
-        for name in ("start", "goal"):
-            if len(getattr(self, name)) != 3 or not all(math.isfinite(number) for number in getattr(self, name)):
-                raise PathProblemError(f"The {name} of a flight must be east_m, north_m and altitude_m, finite.")
-        if tuple(self.start) == tuple(self.goal):
-            raise PathProblemError("The start and the goal are the same place, so there is no flight to plan.")
-        for name in ("bubble_m", "climb_weight"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
-                raise PathProblemError(f"{name} must be a number >= 0, not {getattr(self, name)}.")
-        if self.above is not None and self.above.grid.digest != self.grid.digest:
-            raise PathProblemError("The morphing map belongs to another grid; calculate it for this one.")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class FlightOutcome:
-    """The answer to ``plan_flight``: corners (n, 3) east, north, altitude; empty unless FOUND.
-
-    margin_m: (n,) height over the floor at each corner; clearance_m: least distance to the ground along the whole way.
-    """
-
-    status: PathStatus
-    sentence: str
-    corners_m: Floats
-    margin_m: Floats
-    clearance_m: float
-    cost: float
-    planner: str
-    elapsed_s: float
 
 
 def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = None) -> FlightOutcome:
@@ -90,6 +40,8 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
 
     Raises PathProblemError, PlaceError, PlanningProcessError.
     """
+    from planning.validation import validate_flight  # it takes its question from this package
+
     begin_s = time.perf_counter()
 
     def ended() -> bool:
@@ -101,20 +53,22 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
         along = _over_the_squares(air, *ends)
         if along is None:
             sentence = "There is no way: between start and goal the floor meets the ceiling everywhere."
-            return _nothing(PathStatus.UNREACHABLE, sentence, begin_s)
+            return _nothing(problem, PathStatus.UNREACHABLE, sentence, "proof", begin_s)
         best, planner = pull_flight(*air, along), "grid"
         own.begin(FlightTask(air, ends[0], ends[1], problem.budget.iterations, problem.seed))
-        _, sampled = own.answer(ended)
+        completed, sampled = own.answer(ended)
     if sampled is not None:
         shorter = pull_flight(*air, sampled)
         if shorter[0] < best[0]:
             best, planner = shorter, "RRTConnect, then BIT*"
     cost, places = best
     corners_m = _metres(problem.grid, places)
-    clearance_m = _clearance_m(problem.grid, corners_m)
-    if not clearance_m >= problem.bubble_m - ROUNDING_M:
-        sentence = f"A flight was planned that comes within {clearance_m:.2f} m of the ground."
-        return _nothing(PathStatus.REFUSED, sentence, begin_s)
+    validation = validate_flight(problem, corners_m)
+    stopped_by = "count" if completed else "stop" if stop is not None and stop() else "time"
+    if not validation.passed:
+        sentence = f"A flight was planned that the validator refuses: {validation.sentence}"
+        return _nothing(problem, PathStatus.REFUSED, sentence, stopped_by, begin_s, validation)
+    clearance_m = next(check.worst for check in validation.checks if check.limit == "distance to the ground")
     length_m = float(np.linalg.norm(np.diff(corners_m, axis=0), axis=1).sum())
     return FlightOutcome(
         PathStatus.FOUND,
@@ -124,13 +78,26 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
         clearance_m,
         float(cost),
         planner,
+        stopped_by,
+        problem.seed,
+        validation,
         time.perf_counter() - begin_s,
     )
 
 
-def _nothing(status: PathStatus, sentence: str, begin_s: float) -> FlightOutcome:
-    none = np.zeros((0, 3))
-    return FlightOutcome(status, sentence, none, np.zeros(0), math.nan, math.nan, "none", time.perf_counter() - begin_s)
+def _nothing(
+    problem: FlightProblem,
+    status: PathStatus,
+    sentence: str,
+    stopped_by: str,
+    begin_s: float,
+    validation: PathValidation | None = None,
+) -> FlightOutcome:
+    elapsed_s, none = time.perf_counter() - begin_s, np.zeros((0, 3))
+    return FlightOutcome(
+        *(status, sentence, none, np.zeros(0), math.nan, math.nan),
+        *("none", stopped_by, problem.seed, validation, elapsed_s),
+    )
 
 
 def _air(problem: FlightProblem) -> Air:
@@ -138,6 +105,8 @@ def _air(problem: FlightProblem) -> Air:
     grid = problem.grid
     heights_m = grid.heights_m.astype(np.float64)
     floor_m, ceiling_m = _swollen(grid, heights_m, problem.bubble_m), np.full(grid.shape, problem.ceiling_m)
+    if problem.ceiling_above_ground:
+        ceiling_m += heights_m
     if problem.above is not None:
         above = problem.above
         top_m = heights_m + above.ceiling_m if above.ceiling_above_ground else above.ceiling_m
@@ -179,15 +148,21 @@ def _place_in(problem: FlightProblem, air: Air, name: str) -> tuple[float, float
         floor_m = _floor_at(air, place)
         if math.isinf(floor_m):
             raise PlaceError(f"The {name} is over air that may not be flown.", name, (Reason.MORPHING_MAP,), None)
-        what = f"below the floor at {floor_m:.1f} m" if altitude_m < floor_m else "above the ceiling"
+        top_m = float(air[1][_square(air, place)])
+        below = f"below the floor; it may be there from {floor_m:.1f} m up"
+        what = below if altitude_m < floor_m else f"above the ceiling; it may be there up to {top_m:.1f} m"
         reasons = (Reason.BUBBLE if problem.above is None else Reason.MORPHING_MAP,)
         raise PlaceError(f"The {name} at {altitude_m:.1f} m is {what}.", name, reasons, (east_m, north_m))
     return place
 
 
 def _floor_at(air: Air, place: Point | list[float]) -> float:
-    row, col = int(min(place[0], air[0].shape[0] - 1)), int(min(place[1], air[0].shape[1] - 1))
-    return float(air[0][row, col])
+    return float(air[0][_square(air, place)])
+
+
+def _square(air: Air, place: Point | list[float]) -> tuple[int, int]:
+    """The square of a place; on the last line of posts the one before it."""
+    return int(min(place[0], air[0].shape[0] - 1)), int(min(place[1], air[0].shape[1] - 1))
 
 
 def _over_the_squares(air: Air, begin: Point, end: Point) -> Floats | None:
@@ -226,16 +201,6 @@ def _metres(grid: ElevationGrid, places: Floats) -> Floats:
     east_m = grid.origin_east_m + places[:, 1] * grid.cell_east_m
     north_m = grid.origin_north_m - places[:, 0] * grid.cell_north_m
     return np.column_stack([east_m, north_m, places[:, 2]])
-
-
-def _clearance_m(grid: ElevationGrid, corners_m: Floats) -> float:
-    """Least distance from the ground along a flight, by the exact distance to its triangles at fine steps."""
-    step_m = 0.25 * min(grid.cell_east_m, grid.cell_north_m)
-    fine = [corners_m[:1]]
-    for begin, end in itertools.pairwise(corners_m):
-        steps = max(math.ceil(float(np.linalg.norm(end - begin)) / step_m), 1)
-        fine.append(begin + np.arange(1, steps + 1)[:, None] / steps * (end - begin))
-    return float(nearest_surface(grid, np.concatenate(fine)).distance_m.min())
 
 
 def _places_of(states: list[State]) -> Floats:

@@ -3,7 +3,16 @@
 Of ``planning.paths`` it imports the question alone: problem, rover, limits.
 """
 
+from .flying import FlightSamples, fly_along, validate_flight
 from .reports import LimitCheck, PathLimit, PathValidation
 from .validating import validate_path
 
-__all__ = ["LimitCheck", "PathLimit", "PathValidation", "validate_path"]
+__all__ = [
+    "FlightSamples",
+    "LimitCheck",
+    "PathLimit",
+    "PathValidation",
+    "fly_along",
+    "validate_flight",
+    "validate_path",
+]

@@ -5,15 +5,26 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from .walking import Walk
-
 __all__ = ["LimitCheck", "PathLimit", "PathValidation", "check_of"]
 
 Numbers = npt.NDArray[np.float64]
+
+
+class Samples(Protocol):
+    """Places along a path or flight. place_m: (n, 2); distance_m: (n,) from the start."""
+
+    @property
+    def place_m(self) -> Numbers: ...
+
+    @property
+    def distance_m(self) -> Numbers: ...
+
+    def __len__(self) -> int: ...
 
 
 class PathLimit(enum.StrEnum):
@@ -32,7 +43,9 @@ class PathLimit(enum.StrEnum):
     ANCHORS = "anchors in sight"
     DOP = "dilution"
     BUBBLE = "room for the safety bubble"
+    CLEARANCE = "distance to the ground"
     MORPHING_MAP = "height over the morphing map"
+    CEILING = "height under the ceiling"
     TURNING = "turning radius"
     START_HEADING = "angle from the heading at the start"
 
@@ -117,7 +130,7 @@ class PathValidation:
 
 
 def check_of(
-    walk: Walk,
+    walk: Samples,
     limit: PathLimit,
     value: npt.ArrayLike,
     allowed: float,
@@ -158,7 +171,7 @@ def check_of(
     )
 
 
-def _place(walk: Walk, number: int) -> tuple[float, float]:
+def _place(walk: Samples, number: int) -> tuple[float, float]:
     east_m, north_m = walk.place_m[number].tolist()
     return east_m, north_m
 

@@ -11,6 +11,7 @@ import typer
 from .bubble_options import bubble
 from .detect_options import detect
 from .failures import INTERRUPTED, exit_code_of, interrupted, unheard
+from .fly_options import fly
 from .options import (
     AnchorFiles,
     AnchorTexts,
@@ -118,6 +119,7 @@ app.command()(bubble)
 app.command()(detect)
 app.command()(place)
 app.command()(plan)
+app.command()(fly)
 app.command()(reposition)
 
 

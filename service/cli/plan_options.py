@@ -36,11 +36,13 @@ Place = "EAST,NORTH"
 def plan(
     dem: DemPath,
     start: Annotated[
-        str | None, typer.Option(metavar=Place, help="Where the rover is, metres in the DEM's CRS.")
+        str | None, typer.Option(metavar=Place, help="Where the rover is, metres in the DEM's CRS. Required.")
     ] = None,
     goal: Annotated[
         list[str] | None,
-        typer.Option(metavar=f"{Place}|FILE", help="Where to: a place, or GeoJSON polygons. Repeatable: any will do."),
+        typer.Option(
+            metavar=f"{Place}|FILE", help="Where to: a place, or GeoJSON polygons. Required; repeatable: any will do."
+        ),
     ] = None,
     via: Annotated[list[str] | None, typer.Option(metavar=Place, help="A place to pass; in order. Repeatable.")] = None,
     heading: Annotated[

@@ -24,6 +24,7 @@ from .routes import (
     detector_streams,
     detectors,
     dop_maps,
+    flights,
     health,
     lines_of_sight,
     morphing_maps,
@@ -75,7 +76,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     maps = (visibility_maps, dop_maps, morphing_maps)
-    answers = (paths, placements, repositionings, lines_of_sight, safety_bubbles, detections, detectors)
+    answers = (paths, flights, placements, repositionings, lines_of_sight, safety_bubbles, detections, detectors)
     for part in (dems, *maps, *answers, health, problem_list):
         allow_head(part.router)
         app.include_router(part.router)

@@ -21,6 +21,7 @@ PATHS = {
     JobKind.MORPHING_MAP: "/morphing-maps",
     JobKind.PLACEMENT: "/placements",
     JobKind.PATH: "/paths",
+    JobKind.FLIGHT: "/flights",
     JobKind.REPOSITIONING: "/repositionings",
     JobKind.LINES_OF_SIGHT: "/lines-of-sight",
     JobKind.SAFETY_BUBBLES: "/safety-bubbles",

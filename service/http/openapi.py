@@ -18,6 +18,7 @@ TAGS = [
     {"name": "DOP maps", "description": "How good positioning is for a rover, and where it is not good enough."},
     {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
     {"name": "Paths", "description": "Which way a rover should go so that the anchors stay in sight."},
+    {"name": "Flights", "description": "Which way a drone should fly above a morphing map, clear of the ground."},
     {"name": "Placements", "description": "Where to put anchors."},
     {"name": "Repositionings", "description": "Which drone moves where while a mission runs."},
     {"name": "Lines of sight", "description": "Clearance between pairs of points."},

@@ -18,6 +18,7 @@ class JobKind(StrEnum):
     MORPHING_MAP = "morphing-map"
     PLACEMENT = "placement"
     PATH = "path"
+    FLIGHT = "flight"
     REPOSITIONING = "repositioning"
     LINES_OF_SIGHT = "lines-of-sight"
     SAFETY_BUBBLES = "safety-bubbles"

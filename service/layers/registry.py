@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from service.products import (
     DOP_MAP,
+    FLIGHT,
     MORPHING_MAP,
     PATH,
     PLACEMENT,
@@ -18,6 +19,7 @@ from service.products import (
 )
 from service.replacing import replacing
 
+from .flight_layers import FLIGHT_LAYERS
 from .layer import Layer
 from .path_layers import PATH_LAYERS
 from .placement_layers import PLACEMENT_LAYERS
@@ -36,6 +38,7 @@ LAYERS: Mapping[str, Mapping[str, Layer]] = MappingProxyType(
             (MORPHING_MAP, MORPHING_LAYERS),
             (PLACEMENT, PLACEMENT_LAYERS),
             (PATH, PATH_LAYERS),
+            (FLIGHT, FLIGHT_LAYERS),
             (REPOSITIONING, REPOSITIONING_LAYERS),
         )
     }

@@ -12,12 +12,12 @@ from .points import NotNegativeMetres, Positive, StrictModel
 from .shapes import PlaceIn
 from .sight import SightParameters
 
-__all__ = ["FlightIn", "RepositioningParameters", "RoverIn"]
+__all__ = ["DroneFlightIn", "RepositioningParameters", "RoverIn"]
 
 Ids = Annotated[list[AnchorId], Field(max_length=64)]
 
 
-class FlightIn(StrictModel):
+class DroneFlightIn(StrictModel):
     """How drones fly: straight up, level and clear of the ground, straight down."""
 
     speed_m_per_s: Positive = Field(12.0, description="Level speed, metres per second.")
@@ -58,7 +58,9 @@ class RepositioningParameters(SightParameters):
         [60.0, 120.0], description="Heights above ground to move to, metres, beside each drone's own altitude."
     )
     cheapest: Literal["distance", "time"] = Field("distance", description="Of which the cheapest move is taken.")
-    flight: FlightIn = Field(default_factory=lambda: FlightIn.model_validate({}), description="How drones fly.")
+    flight: DroneFlightIn = Field(
+        default_factory=lambda: DroneFlightIn.model_validate({}), description="How drones fly."
+    )
     rules: RulesIn = Field(
         default_factory=lambda: RulesIn.model_validate({}), description="Where drones may be; no flight over no_fly."
     )

@@ -64,6 +64,8 @@ def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> No
         "MorphingMapOut",
         "PathIn",
         "PathOut",
+        "FlightIn",
+        "FlightOut",
         "PlacementIn",
         "PlacementOut",
         "RepositioningIn",

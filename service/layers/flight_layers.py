@@ -1,0 +1,43 @@
+"""The layers of planned flights."""
+
+from __future__ import annotations
+
+from .layer import GEOJSON, PNG, Layer, later
+
+__all__ = ["FLIGHT_LAYERS"]
+
+FILES = "service.layers.flight_files"
+PICTURES = "service.pictures.flight_picture"
+FOUND = "found"
+
+FLIGHT_LAYERS = (
+    Layer(
+        "flight.geojson",
+        GEOJSON,
+        "The flight as a LineString with altitudes and totals, and each corner as a point; without a flight its ends.",
+        later(FILES, "write_geojson"),
+    ),
+    Layer(
+        "flight.csv",
+        "text/csv; charset=utf-8",
+        "The air along the flight at fine steps, metres: flown, altitude, ground, floor, ceiling, distance to ground.",
+        later(FILES, "write_csv"),
+        status=FOUND,
+    ),
+    Layer(
+        "flight.plan",
+        "application/json",
+        "The corners of the flight as a QGroundControl mission for a drone. Needs a DEM with a CRS.",
+        later(FILES, "write_plan"),
+        status=FOUND,
+        in_degrees=True,
+    ),
+    Layer("map.png", PNG, "The flight over shaded relief.", later(PICTURES, "write_flight_picture")),
+    Layer(
+        "profile.png",
+        PNG,
+        "Altitude over the ground, between the morphing map and the ceiling, and the distance to the ground.",
+        later(PICTURES, "write_flight_profile"),
+        status=FOUND,
+    ),
+)
