@@ -100,7 +100,13 @@ def limits_of(asked: PathLimitsIn) -> PathLimits:
 def navigation_of(asked: NavigationIn) -> NavigationModel:
     """The filter. Raises PathProblemError."""
     motion = MotionNoise(*[asked.motion_m2_per_s3] * 3)
-    return NavigationModel(motion, asked.interval_s, asked.initial_sigma_m, asked.ground_sigma_m)
+    return NavigationModel(
+        motion,
+        asked.interval_s,
+        asked.initial_sigma_m,
+        asked.ground_sigma_m,
+        asked.initial_velocity_sigma_m_per_s,
+    )
 
 
 def _goal(grid: ElevationGrid, goal: PlaceIn | PolygonIn, number: int) -> tuple[float, float] | shapely.Polygon:

@@ -20,8 +20,6 @@ Floats = npt.NDArray[np.float64]
 
 # sigmas further out say no more than "lost"
 LOST_M = 100.0
-# of the velocity at the start, metres per second
-VELOCITY_SIGMA = 0.3
 # moving anchors are taken to stand still for so long, or for a part in so many of the whole way
 FRAME_S, MOST_FRAMES = 10.0, 100
 
@@ -36,7 +34,10 @@ def predicted_sigma_m(
     model = problem.navigation
     anchors_m, sigma_m, seen = _as_standing(problem, times_s, visible)
     first = initial_state(
-        0.0, points_m[0], position_sigma_m=model.initial_sigma_m, velocity_sigma_m_per_s=VELOCITY_SIGMA
+        0.0,
+        points_m[0],
+        position_sigma_m=model.initial_sigma_m,
+        velocity_sigma_m_per_s=model.initial_velocity_sigma_m_per_s,
     )
     bubble = predict_bubble(
         points_m,
@@ -103,8 +104,9 @@ def expected_sigma_m(problem: PathProblem, positioning: Positioning) -> npt.NDAr
         ~fixed, (grid.cell_north_m, grid.cell_east_m), return_indices=True
     )
     seconds = away_m / problem.rover.speed_m_per_s
-    psd = float(np.mean(problem.navigation.motion.psd()[:2]))
+    model = problem.navigation
+    psd = float(np.mean(model.motion.psd()[:2]))
     # velocity known to a tenth of its first sigma while there was a fix, then disturbed by white acceleration
-    grown_m2 = 2.0 * ((0.1 * VELOCITY_SIGMA * seconds) ** 2 + psd * seconds**3 / 3.0)
+    grown_m2 = 2.0 * ((0.1 * model.initial_velocity_sigma_m_per_s * seconds) ** 2 + psd * seconds**3 / 3.0)
     sigma: npt.NDArray[np.float32] = np.minimum(np.sqrt(fix_m[row, col] ** 2 + grown_m2), LOST_M).astype(np.float32)
     return sigma

@@ -17,6 +17,7 @@ class NavigationModel:
 
     motion: what disturbs its constant velocity. interval_s: between ranges to each anchor in sight.
     initial_sigma_m: one sigma of each coordinate at the start. ground_sigma_m: of the DEM's height under the rover.
+    initial_velocity_sigma_m_per_s: of each coordinate of the velocity there, small for one that sets out from rest.
     Raises PathProblemError.
     """
 
@@ -24,9 +25,10 @@ class NavigationModel:
     interval_s: float = 1.0
     initial_sigma_m: float = 1.0
     ground_sigma_m: float = 0.5
+    initial_velocity_sigma_m_per_s: float = 0.3
 
     def __post_init__(self) -> None:
-        for name in ("interval_s", "initial_sigma_m", "ground_sigma_m"):
+        for name in ("interval_s", "initial_sigma_m", "ground_sigma_m", "initial_velocity_sigma_m_per_s"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise PathProblemError(f"{name} must be a number > 0, not {value}.")

@@ -26,8 +26,8 @@ __all__ = ["bubble_check", "room_m"]
 Numbers = npt.NDArray[np.float64]
 
 ROOM_SLACK_M = 1e-3
-# what the model of navigation leaves open: the rover sets out from a standstill, and no range is exact
-VELOCITY_SIGMA_M_PER_S, LEAST_RANGE_SIGMA_M = 0.3, 1e-3
+# no range is exact
+LEAST_RANGE_SIGMA_M = 1e-3
 # a moving anchor is taken to stand still for so many parts of the way
 MOMENTS = 200
 # how far beyond the widest bubble it is looked how much room there is
@@ -83,7 +83,10 @@ def _radii_m(problem: PathProblem, walk: Walk, sight: SightAlong) -> Numbers:
     points_m, seen = sight.antenna_m[known], sight.seen[known]
     anchors_m, sigma_m, visible = _standing(problem.anchors, sight.sources_m[known], seen)
     first = initial_state(
-        0.0, points_m[0], position_sigma_m=model.initial_sigma_m, velocity_sigma_m_per_s=VELOCITY_SIGMA_M_PER_S
+        0.0,
+        points_m[0],
+        position_sigma_m=model.initial_sigma_m,
+        velocity_sigma_m_per_s=model.initial_velocity_sigma_m_per_s,
     )
     predicted = predict_bubble(
         points_m,

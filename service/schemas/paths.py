@@ -97,6 +97,10 @@ class NavigationIn(StrictModel):
     ground_sigma_m: Positive = Field(
         NAVIGATION.ground_sigma_m, description="One sigma of the DEM's height under the rover, metres."
     )
+    initial_velocity_sigma_m_per_s: Positive = Field(
+        NAVIGATION.initial_velocity_sigma_m_per_s,
+        description="One sigma of each coordinate of its velocity at the start, metres per second.",
+    )
     motion_m2_per_s3: Positive = Field(
         NAVIGATION.motion.east_m2_per_s3,
         description="White acceleration noise of its motion on each axis, metres² per second³.",

@@ -71,6 +71,12 @@ def test_the_predicted_sigma_falls_to_what_the_ranges_allow_and_grows_out_of_sig
     assert seen.path.position_sigma_m[-1] < 1.0
     assert alone.path.position_sigma_m[-1] > 3.0 * seen.path.position_sigma_m[-1]
     assert seen.path.totals.mean_position_sigma_m < alone.path.totals.mean_position_sigma_m
+    surer = NavigationModel(initial_velocity_sigma_m_per_s=0.01)
+    slow = plan_path(
+        PathProblem(grid, (22.0, -98.0), (281.0, -97.0), anchors=overhead(), navigation=surer, budget=GRID_ALONE)
+    )
+    assert slow.path is not None
+    assert slow.path.position_sigma_m[1] < seen.path.position_sigma_m[1]
 
 
 def test_a_start_with_less_room_than_its_bubble_is_refused_with_the_reason() -> None:

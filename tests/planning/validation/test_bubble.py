@@ -54,16 +54,17 @@ def test_with_fewer_anchors_in_sight_the_bubble_grows():
     assert check_with(2.0, 40.0, (MASTS[0], *east_of_the_wall)).worst < check_with(2.0, 40.0).worst
 
 
-def test_at_the_start_the_bubble_is_that_of_the_first_covariance():
+@pytest.mark.parametrize("velocity_sigma", [None, 0.05])
+def test_at_the_start_the_bubble_is_that_of_the_first_covariance(velocity_sigma):
     # one range an hour: nothing is known at the start but the first sigma, and at the first epoch the ranges there
     far = tuple(replace(anchor, ranging_sigma_m=1e6) for anchor in MASTS)
-    model = NavigationModel(initial_sigma_m=4.0, interval_s=3600.0, ground_sigma_m=1e6)
+    told = {} if velocity_sigma is None else {"initial_velocity_sigma_m_per_s": velocity_sigma}
+    model = NavigationModel(initial_sigma_m=4.0, interval_s=3600.0, ground_sigma_m=1e6, **told)
     check = check_with(1.0, 100.0, far, navigation=model)
     grown_m = 90.0 - check.worst  # to the border of the map, nearer than the wall
-    # 200 s at 0.3 m/s of unknown velocity, and white noise, on three axes
-    assert grown_m == pytest.approx(
-        np.sqrt(3.0) * np.sqrt(4.0**2 + (0.3 * 200.0) ** 2 + 0.01 * 200.0**3 / 3.0), rel=0.02
-    )
+    unknown_m = (velocity_sigma or 0.3) * 200.0
+    # 200 s of unknown velocity, 0.3 m/s unless told otherwise, and white noise, on three axes
+    assert grown_m == pytest.approx(np.sqrt(3.0) * np.sqrt(4.0**2 + unknown_m**2 + 0.01 * 200.0**3 / 3.0), rel=0.02)
 
 
 def test_a_moving_anchor_counts_from_where_it_is():
