@@ -15,7 +15,7 @@ from visibility import dop_at_points, pack_sets, visible_sets
 
 from .bubble_case import Case, Draws, Leg, heard
 
-__all__ = ["EPSILON", "Method", "Tracks", "fly_filters"]
+__all__ = ["EPSILON", "Method", "Tracks", "bend_m2", "fly_filters"]
 
 Array = npt.NDArray[np.float64]
 
@@ -27,11 +27,15 @@ MOTION = navigation.MotionNoise(1.0, 1.0, 0.2, 0.01)
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """hidden_factor: what µ of a range without line of sight is multiplied by, inf = left out (eq. 26)."""
+    """hidden_factor: what µ of a range without line of sight is multiplied by, inf = left out (eq. 26).
+
+    second_order: whether R grows by what the bend of a range over the belief's spread adds.
+    """
 
     name: str
     hidden_factor: float
     gate_sigma: float = math.inf
+    second_order: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,8 @@ def fly_filters(case: Case, methods: list[Method], count: int, seed: int, *, ref
             for method, (mean, covariance), track in zip(methods, beliefs, tracks, strict=True):
                 believed_m = mean[:, [0, 2, 4]] + step_s * mean[:, [1, 3, 5]]
                 variances_m2 = _variances_m2(case, leg_number, epoch - leg.first, believed_m, method, usual[method])
+                if method.second_order:
+                    variances_m2 = variances_m2 + bend_m2(believed_m - leg.anchors_m[:, None], covariance)
                 found = np.zeros((*measured_m.shape, 3))
                 step_many(
                     mean, covariance, step_s, MOTION.psd(), leg.anchors_m, (measured_m, variances_m2),
@@ -122,6 +128,20 @@ def _variances_m2(case: Case, leg_number: int, row: int, believed_m: Array, meth
     mu_m2 = case.noise.white_m2() + (case.noise.zenith_m * case.air_factor[leg_number][row]) ** 2
     variances: Array = dilution[:, None] * mu_m2 * np.where(visible, 1.0, method.hidden_factor)
     return variances
+
+
+def bend_m2(lines_m: Array, covariance: Array) -> Array:
+    """(s, k) what a range's second derivative adds to its variance, with the square of what it adds to its mean.
+
+    lines_m: (k, s, 3) from the anchors; covariance: (s, n, n) of the belief a step ago. It is half of tr((H·P)²) and
+    the square of half of tr(H·P), H the range's Hessian: nothing for satellites, metres for a drone near a wide belief.
+    """
+    range_m = np.linalg.norm(lines_m, axis=2)[..., None, None]
+    along = lines_m[..., None] / range_m
+    hessian = (np.eye(3) - along @ np.swapaxes(along, 2, 3)) / range_m
+    spread = hessian @ covariance[:, :6:2, :6:2]
+    bend: Array = 0.5 * np.trace(spread @ spread, axis1=2, axis2=3) + 0.25 * np.trace(spread, axis1=2, axis2=3) ** 2
+    return bend.T
 
 
 def _empty(count: int, epochs: int) -> Tracks:

@@ -33,7 +33,7 @@ SEED, FLIGHTS = 7, 100
 # the first seconds show where the filter was started, not what it does
 SETTLED = 10
 THREE_SIGMA = 0.9973
-PROPOSED = Method("proposed", math.inf, gate_sigma=5.0)
+PROPOSED = Method("proposed", math.inf, gate_sigma=5.0, second_order=True)
 WEAK, WEAK_10 = Method("weak, µ × 100 where hidden", 100.0), Method("weak, µ × 10 where hidden", 10.0)
 # what the filter is told of a fix's error, and whether the receiver hears reflections
 STREET_DRIVES: tuple[tuple[str, Noise, bool], ...] = (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.bubble_case import DRONES, REFLECTION_REACH_M, Draws, drone_case, heard
-from benchmarks.bubble_filters import Method, fly_filters
+from benchmarks.bubble_filters import Method, bend_m2, fly_filters
 from benchmarks.consistency import shares_inside
 from benchmarks.paper_case import DEM_FILE, read_mountains
 from benchmarks.plaza_track import plaza_track
@@ -45,6 +45,16 @@ def test_the_proposed_filter_begins_with_drones_in_sight_only_and_stays_a_belief
     assert (track.used[:, 0] <= case.in_sight[0][0].sum()).all()
     assert np.isfinite(track.error_m).all()
     assert (np.linalg.eigvalsh(track.covariance_m2) > 0.0).all()
+
+
+def test_the_bend_of_a_range_is_what_a_wide_belief_adds_to_its_scatter():
+    covariance = np.zeros((1, 6, 6))
+    covariance[0, ::2, ::2] = np.diag([900.0, 400.0, 100.0])
+    line_m = np.array([0.0, 300.0, 400.0])
+    generator = np.random.default_rng(4)
+    off_m = generator.multivariate_normal(np.zeros(3), covariance[0, ::2, ::2], 200_000)
+    beyond_m = np.linalg.norm(line_m + off_m, axis=1) - 500.0 - off_m @ line_m / 500.0
+    assert bend_m2(line_m[None, None], covariance)[0, 0] == pytest.approx(np.mean(beyond_m**2), rel=0.1)
 
 
 def test_the_consistency_that_is_judged_fails_where_late_ranges_are_taken_in():
