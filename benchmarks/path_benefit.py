@@ -25,6 +25,8 @@ AWARE = CostWeights(length=1.0, climb=0.0, out_of_sight=3.0, dop=0.05)
 RANGE_SIGMA_M, TOLERANCE_M = 0.3, 1.2
 # epochs of a drive, at least a second apart; a hidden anchor's range comes through so often, and longer
 EPOCHS, THROUGH = 150, 0.3
+# problems that are drawn for each one that both paths can be planned for, at most
+TRIED = 10
 NOTE = f"""\
 4 to 6 anchors; both paths keep the same limits. Each is driven in simulation: ranges of sigma {RANGE_SIGMA_M} m to
 anchors in sight by exact lines; from a hidden one a range comes through with probability {THROUGH}, too long by the
@@ -38,7 +40,7 @@ def benefit(count: int = 200, posts: int = 120) -> Table:
     chosen = [ground for ground in grounds(posts) if not ground.name.startswith("maze")]
     for number, ground in enumerate(chosen):
         wanted, drives = count // len(chosen) + (number < count % len(chosen)), []
-        for n, problem in enumerate(random_problems(ground, 3 * wanted, seed=300 + number, weights=AWARE)):
+        for n, problem in enumerate(random_problems(ground, TRIED * wanted, seed=300 + number, weights=AWARE)):
             pair = _both(problem, 4 + n % 3)
             if pair is not None:
                 drives.append([_drive(problem, path, np.random.default_rng(n)) for path in pair])
