@@ -64,11 +64,11 @@ class DilutionOut(BaseModel):
     """How well spread all anchors are, over the targets and by their weight."""
 
     measure: str = Field(description="gdop, pdop, hdop or vdop, as the goal says.")
-    median: float | None = Field(description="Half of the targets have at most this; null where half have no fix.")
-    within_limit_share: float = Field(description="Share of the targets with at most the goal's dop_limit.")
-    no_fix_share: float = Field(description="Share of the targets without any fix.")
+    median: float | None = Field(description="Half the targets have at most this (no unit); null if half have no fix.")
+    within_limit_share: float = Field(description="Share of the targets with at most the goal's dop_limit, 0..1.")
+    no_fix_share: float = Field(description="Share of the targets without any fix, 0..1.")
     useless_share: float | None = Field(
-        description="Of the targets that see enough anchors for a fix: the share above 20 or without one; null "
+        description="Of the targets that see enough anchors for a fix: the share above 20 or without one, 0..1; null "
         "where there are none. A warning tells when it is most of them."
     )
 
