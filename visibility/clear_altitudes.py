@@ -24,7 +24,7 @@ Heights = npt.NDArray[np.float32]
 # fills out_m (n_eyes, rows, cols): (heights_m, eyes, curvature drop per squared row and column step, out_m)
 Engine = Callable[[Heights, Sequence[Eye], tuple[float, float], Heights], None]
 
-PARCEL = 4  # anchors between two reports of progress
+PARCEL = 8  # anchors between two reports of progress
 
 
 def clear_altitudes(

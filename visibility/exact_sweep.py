@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import exact as kernel
+from .kernels.turning import turn
 from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
@@ -28,6 +29,7 @@ def sweep(
     """
     eyes = snapped(eyes, SNAP_CELLS)
     work = share_out(eyes, heights_m, drop_per_step2_m, kernel.BLOCK_POSTS)
-    turned = np.ascontiguousarray(heights_m.T)
-    kernel.sweep(heights_m, turned, out_m, work.tasks, work.reals, work.bins)
+    turned_m = np.empty(heights_m.shape[::-1], np.float32)
+    turn(heights_m, turned_m)
+    kernel.sweep(heights_m, turned_m, out_m, work.tasks, work.reals, work.bins)
     write_own_posts(heights_m, eyes, out_m)

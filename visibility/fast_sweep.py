@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from . import exact_sweep
 from .kernels import sweep as kernel
+from .kernels.turning import turn
 from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
 
+MANY_EYES = 4  # from here on a turned copy of the grid is cheaper than turning tiles of it for each eye
 SNAP_CELLS = 1e-3  # float32 heights over less make slopes of noise
 HIGHEST_OVERHEAD_M = 100_000.0  # from here on float32 slopes are good to centimetres only
 
@@ -30,6 +32,10 @@ def sweep(
     squared column step. An eye straight over the map in the height of satellites is answered exactly instead.
     """
     eyes = snapped(eyes, SNAP_CELLS)
+    turned_m = np.empty((0, 0), np.float32)
+    if len(eyes) >= MANY_EYES:
+        turned_m = np.empty(heights_m.shape[::-1], np.float32)
+        turn(heights_m, turned_m)
     start = 0
     for overhead, run in itertools.groupby(eyes, key=lambda eye: _overhead(eye, heights_m.shape)):
         some = list(run)
@@ -39,7 +45,7 @@ def sweep(
             exact_sweep.sweep(heights_m, some, drop_per_step2_m, part_m)
         else:
             work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS)
-            kernel.sweep(heights_m, part_m, work.tasks, work.reals, work.bins)
+            kernel.sweep(heights_m, turned_m, part_m, work.tasks, work.reals, work.bins)
     write_own_posts(heights_m, eyes, out_m)
 
 

@@ -14,7 +14,7 @@ from numba import prange
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 
 from .horizon import height_over, merge
-from .sweep import owned_posts
+from .owned_posts import owned_posts
 
 __all__ = ["BLOCK_POSTS", "sweep"]
 

@@ -16,59 +16,22 @@ from numba import float32, prange
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 from terrain.kernel_vectors import prefetch
 
-from .sweep_loops import CACHE_LINE, NO_GROUND, NOT_BLOCKED, STRIDE, advance, answer, turn_in, turn_out
+from .owned_posts import owned_posts
+from .sweep_loops import NO_GROUND, NOT_BLOCKED, STRIDE, advance, answer
+from .turning import CACHE_LINE, TILE, turn_in, turn_out
 
-__all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "owned_posts", "sweep"]
+__all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "sweep"]
 
 BLOCK_RAYS = 1024
 COARSEST = 16  # near the eye only every 16th ray runs
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
 LINES_AHEAD = 2
-TILE = 64  # lines turned at once: four cache lines of float32
 RAY_ROOM = 2 * BLOCK_RAYS + 2 * STRIDE  # a block has at most twice its rays; vectors reach over the last
 TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
 
 # one task = one block of rays in one sector of one eye
 TASK_COLUMNS = ("eye", "axis", "direction", "first", "steps", "first_ray", "rays", "is_first_block", "is_last_block")
 REAL_COLUMNS = ("along_0", "across_0", "altitude_m", "t_0", "dt", "drop_along", "drop_across", "tilt")
-
-
-@scalar_kernel
-def _sector_start(across_0, along, strict):
-    """First whole post with across >= -along (> when strict), decided by the difference that both sectors compute."""
-    post = math.ceil(across_0 - along)
-    while post - across_0 < -along or (strict and post - across_0 == -along):
-        post += 1
-    while post - 1 - across_0 > -along or (not strict and post - 1 - across_0 == -along):
-        post -= 1
-    return int(post)
-
-
-@scalar_kernel
-def _sector_stop(across_0, along, strict):
-    """One past the last whole post with across <= along (< when strict)."""
-    post = math.floor(across_0 + along)
-    while post - across_0 > along or (strict and post - across_0 == along):
-        post -= 1
-    while post + 1 - across_0 < along or (not strict and post + 1 - across_0 == along):
-        post += 1
-    return int(post) + 1
-
-
-@scalar_kernel
-def owned_posts(task, real, along, width):
-    """Posts [start, stop) of one line that this block answers for; every post of the grid has exactly one owner."""
-    across_0, t_0, dt = real[1], real[3], real[4]
-    strict = task[1] == 1
-    if task[7] == 1:
-        start = _sector_start(across_0, along, strict)
-    else:
-        start = math.ceil(across_0 + (t_0 + task[5] * dt) * along)
-    if task[8] == 1:
-        stop = _sector_stop(across_0, along, strict)
-    else:
-        stop = math.ceil(across_0 + (t_0 + (task[5] + task[6] - 1) * dt) * along)
-    return max(start, 0), min(stop, width)
 
 
 @scalar_kernel
@@ -227,13 +190,14 @@ def _sweep_rows(heights, out, task, real, stride, state):
 
 
 @scalar_kernel
-def _sweep_columns(heights, out, task, real, stride, state, tile):
+def _sweep_columns(heights, turned, out, task, real, stride, state, tile):
     rows = heights.shape[0]
+    is_turned = turned.shape[0] > 0
     across_0, t_0, dt = real[1], real[3], real[4]
     t_first = t_0 + task[5] * dt
     t_last = t_first + (task[6] - 1) * dt
     direction, steps = task[2], task[4]
-    ground, turned = tile
+    ground, answered = tile
     ground[TILE] = np.nan  # the line before the tile
     start = np.zeros(TILE, np.int64)
     stop = np.zeros(TILE, np.int64)
@@ -250,26 +214,31 @@ def _sweep_columns(heights, out, task, real, stride, state, tile):
         bottom = math.ceil(across_0 + max(t_last * near, t_last * far)) + 2
         top = min(max(top, 0), rows - 2)
         bottom = max(min(bottom, rows - 1), top + 1)
-        if i > 0:
+        if i > 0 and not is_turned:
             ground[TILE, : bottom + 1 - top] = heights[top : bottom + 1, index - direction]
-        turn_in(heights, (top, bottom + 1, west, n), ground)
+        if not is_turned:
+            turn_in(heights, (top, bottom + 1, west, n), ground)
         for k in range(n):
             line = k if direction > 0 else n - 1 - k
-            before = TILE if k == 0 else line - direction
             stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
-            lines = (ground[line], ground[before], top, rows)
-            start[line], stop[line] = _line(task, real, west + line, stride, lines, turned[line], state)
+            here, before = ground[line], ground[TILE if k == 0 else line - direction]
+            if is_turned:
+                here = turned[west + line, top:]
+                before = turned[west + line - direction, top:] if i + k > 0 else ground[TILE]
+            lines = (here, before, top, rows)
+            start[line], stop[line] = _line(task, real, west + line, stride, lines, answered[line], state)
         owned = (start[:n].min(), start[:n].max(), stop[:n].min(), stop[:n].max())
         if owned[3] > owned[0]:
-            turn_out(turned, top, (*owned, west, n), start, stop, out)
+            turn_out(answered, top, (*owned, west, n), start, stop, out)
         i += n
 
 
 @parallel_kernel
-def sweep(heights, out, tasks, reals, bins):
+def sweep(heights, turned, out, tasks, reals, bins):
     """Fill out (n_eyes, rows, cols) with the altitude that clears the ground on the way to each eye.
 
     heights: (rows, cols) float32, at least 2 x 2; NaN posts block nothing.
+    turned: the same (cols, rows), which serves many eyes at once; or (0, 0): tiles are turned on the way.
     tasks, reals: one row per block of rays, columns TASK_COLUMNS and REAL_COLUMNS, rays - 1 a multiple of COARSEST;
         drop_along and drop_across are curvature drops in metres per square step.
     bins: (workers, most) int64, the tasks of each worker, -1 = none.
@@ -296,4 +265,4 @@ def sweep(heights, out, tasks, reals, bins):
                     _sweep_rows(heights, out[task[0]], task, real, stride, state)
                 else:
                     _first_strip(heights.T, task, real, stride, steepest)
-                    _sweep_columns(heights, out[task[0]], task, real, stride, state, tile)
+                    _sweep_columns(heights, turned, out[task[0]], task, real, stride, state, tile)

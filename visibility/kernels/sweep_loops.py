@@ -1,4 +1,4 @@
-"""The inner loops of the fast sweep: rays take in a line of posts, posts are answered from rays, tiles are turned.
+"""The inner loops of the fast sweep: rays take in a line of posts, posts are answered from rays.
 
 Rays and posts are taken a stride at a time, so that what is picked for them stays in the nearest cache and the loops
 have no odd ends.
@@ -8,15 +8,13 @@ import numpy as np
 from numba import float32, int32, uint64
 
 from terrain.kernel_options import inner_loop
-from terrain.kernel_vectors import BLOCK, LANES, pick, pick_pair, pick_pair_wide, prefetch, turn_block
+from terrain.kernel_vectors import LANES, pick, pick_pair, pick_pair_wide
 
-__all__ = ["CACHE_LINE", "NOT_BLOCKED", "NO_GROUND", "STRIDE", "advance", "answer", "turn_in", "turn_out"]
+__all__ = ["NOT_BLOCKED", "NO_GROUND", "STRIDE", "advance", "answer"]
 
 NOT_BLOCKED = np.float32(-1e28)  # the slope of a ray that has met no edge yet
 NO_GROUND = np.float32(-1e30)  # and of one that has not even come onto the map
 STRIDE = 64
-ROWS_AHEAD = 32  # of the rows of a tile, whose places in memory the processor does not foresee
-CACHE_LINE = 16  # float32
 # rays from one post to the next, up to which posts find theirs by vectors: a place may round up to the next
 NEAR_STEP = np.float32((2 * LANES - 3.01) / (LANES - 1))
 WIDE_STEP = np.float32((4 * LANES - 3.01) / (LANES - 1))
@@ -138,41 +136,3 @@ def answer(out, ground, before, steepest, places, picked, where, eye):
             own = ground[post]
             clear = level + slope * along + drop
             out[post] = clear if not clear <= own + GRAZING_TOLERANCE_M else own
-
-
-@inner_loop
-def turn_in(heights, where, lines):
-    """Copy a tile of the grid, rows [top, bottom) of n columns from west on, into lines (lines, rows)."""
-    top, bottom, west, n = where
-    rows, cols = bottom - top, n // BLOCK * BLOCK
-    for row in range(0, rows - BLOCK + 1, BLOCK):
-        for ahead in range(top + row + ROWS_AHEAD, min(top + row + ROWS_AHEAD + BLOCK, bottom)):
-            for k in range(0, n, CACHE_LINE):
-                prefetch(heights[ahead], west + k)
-        for k in range(0, cols, BLOCK):
-            turn_block(heights, top + row, west + k, lines, k, row)
-    for row in range(rows):
-        for k in range(cols if row < rows // BLOCK * BLOCK else 0, n):
-            lines[k, row] = heights[top + row, west + k]
-
-
-@inner_loop
-def turn_out(lines, top, where, start, stop, out):
-    """Copy what each line owns, rows [start, stop), from lines (lines, rows from top on) into a tile of the grid.
-
-    where: (first row that any line owns, first and one past the last that all do, one past the last that any does,
-    first column, columns).
-    """
-    first, all_from, all_to, last, west, n = where
-    whole = all_from + max(all_to - all_from, 0) // BLOCK * BLOCK if n % BLOCK == 0 else all_from
-    for row in range(all_from, whole, BLOCK):
-        for ahead in range(row + ROWS_AHEAD, min(row + ROWS_AHEAD + BLOCK, whole)):
-            for k in range(0, n, CACHE_LINE):
-                prefetch(out[ahead], west + k)
-        for k in range(0, n, BLOCK):
-            turn_block(lines, k, row - top, out, row, west + k)
-    for row in range(first, last):
-        if not all_from <= row < whole:
-            for k in range(n):
-                if start[k] <= row < stop[k]:
-                    out[row, west + k] = lines[k, row - top]
