@@ -42,6 +42,23 @@ class Reason(enum.StrEnum):
     BUBBLE = "safety bubble"
     SIGHT_LINE = "exact sight lines"
 
+    @property
+    def in_words(self) -> str:
+        """As the end of a sentence: "what blocks it is ..."."""
+        return _IN_WORDS.get(self, f"the limit on {self}")
+
+
+_IN_WORDS = {
+    Reason.STEP: "a step that is too high",
+    Reason.UNKNOWN_GROUND: "unknown ground",
+    Reason.NO_GO: "a no-go area",
+    Reason.KEEP_IN: "where the keep-in areas end",
+    Reason.ANCHORS: "that too few anchors are in sight",
+    Reason.MORPHING_MAP: "the morphing map",
+    Reason.BUBBLE: "the safety bubble",
+    Reason.SIGHT_LINE: "that a limit breaks by exact sight lines",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class PathTotals:

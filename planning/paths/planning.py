@@ -239,7 +239,8 @@ class _Plan:
         # squares that exact sight lines or the bubble took away come of the paths that were tried
         tried = np.any(self.field.reasons & (bit_of(Reason.SIGHT_LINE) | bit_of(Reason.BUBBLE)))
         head = "No way was found around what was tried" if tried else "There is no way"
-        sentence = f"{head}: {unreachable.reason} blocks it near ({east_m:.0f} m east, {north_m:.0f} m north)."
+        what = unreachable.reason.in_words
+        sentence = f"{head}: what blocks it near ({east_m:.0f} m east, {north_m:.0f} m north) is {what}."
         if unreachable.relaxations:
             sentence += f" There is one {unreachable.relaxations[0].sentence}."
         else:
