@@ -18,15 +18,24 @@ from service.errors import ServiceError
 
 
 def services():
-    """Processes that serve, started by this one; other tests may have left it helpers of their libraries."""
-    serving = []
+    """Processes that serve, started by this one."""
+    serving = set()
     for child in psutil.Process().children(recursive=True):
         with contextlib.suppress(psutil.NoSuchProcess, psutil.ZombieProcess):
             if "serve" in child.cmdline():
-                serving.append(child.pid)
+                serving.add(child.pid)
     return serving
 
 
+@pytest.fixture
+def leaves_nothing_running():
+    """A test after which no service runs that did not run before: other tests may share theirs for a whole session."""
+    before = services()
+    yield
+    assert services() - before == set()
+
+
+@pytest.mark.usefixtures("leaves_nothing_running")
 def test_the_demo_writes_the_layers_and_prints_what_it_found(sightline, tmp_path):
     ended = sightline("demo", "--out", tmp_path)
     assert ended.code == 0
@@ -43,32 +52,31 @@ def test_the_demo_writes_the_layers_and_prints_what_it_found(sightline, tmp_path
     for anchor, band in zip(summary["anchors"], visible, strict=True):
         assert anchor["visible_share"] == pytest.approx((band == 1).sum() / known, abs=1e-9)
         assert anchor["visible_share"] > 0.01
-    assert services() == []
 
 
+@pytest.mark.usefixtures("leaves_nothing_running")
 def test_a_service_that_does_not_start_is_a_fault_in_one_sentence(sightline, tmp_path, monkeypatch):
     monkeypatch.setenv("SIGHTLINE_MAX_UPLOAD_BYTES", "plenty")
     ended = sightline("demo", "--out", tmp_path)
     assert ended.code == 1
     assert "The service ended with exit code 2" in ended.stderr
     assert ended.stderr.count("\n") == 1
-    assert services() == []
 
 
+@pytest.mark.usefixtures("leaves_nothing_running")
 def test_a_service_that_takes_too_long_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(service.cli.own_service, "START_MAY_TAKE_S", 0.0)
     with pytest.raises(ServiceError, match="took longer than"), running_service(tmp_path):
         pass
-    assert services() == []
 
 
+@pytest.mark.usefixtures("leaves_nothing_running")
 def test_a_refusal_of_the_service_is_told(sightline, tmp_path, monkeypatch):
     monkeypatch.setenv("SIGHTLINE_MAX_ANCHORS", "3")
     ended = sightline("demo", "--out", tmp_path)
     assert ended.code == 1
     assert "refused /visibility-maps: 4 anchors are more than the limit of 3" in ended.stderr
     assert ended.stderr.count("\n") == 1
-    assert services() == []
 
 
 def test_a_demo_that_is_terminated_takes_its_service_with_it(tmp_path):
