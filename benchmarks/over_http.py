@@ -19,13 +19,13 @@ from service.cli.own_service import running_service
 from .report import Row, Table, duration
 from .terrains import CELL_M, fractal_m
 
-__all__ = ["requests", "upload_fractal"]
+__all__ = ["requests", "upload_fractal", "wait_until_warm"]
 
 JOBS = 4
 NOTE = """\
 A service in a process of its own, on the loopback interface, four workers. Each map is asked for with `Prefer: wait=60`
 and timed until the first layer, `visible.tif`, is downloaded. The four anchors move a little from one question to the
-next, so that no answer is an old one."""
+next, so that no answer is an old one. *Warm* is after the last worker has warmed up."""
 
 
 def requests(posts: int = 1024, watch_s: float = 8.0) -> Table:
@@ -39,16 +39,18 @@ def requests(posts: int = 1024, watch_s: float = 8.0) -> Table:
         ready_s, begin_s = time.perf_counter() - begin_s, time.perf_counter()
         dem_id = upload_fractal(client, Path(folder), posts)
         upload_s = time.perf_counter() - begin_s
-        times_s = [_map_until_file_s(client, dem_id, posts, number) for number in range(8)]
+        first_s = _map_until_file_s(client, dem_id, posts, 0)
+        wait_until_warm(client)
+        times_s = [_map_until_file_s(client, dem_id, posts, number) for number in range(1, 13)]
         latencies_s, jobs_done = _health_while_jobs_run(client, dem_id, posts, watch_s)
-    warm_s, what = min(times_s[1:]), f"POST /visibility-maps, 4 anchors, {posts}², to the file"
+    warm_s, what = min(times_s), f"POST /visibility-maps, 4 anchors, {posts}², to the file"
     worst_s = float(np.percentile(latencies_s, 99))
     rows = [
         Row(("start of the service until it is ready", duration(ready_s))),
         Row((f"POST /dems, {posts}² .npz", duration(upload_s))),
-        Row((f"{what}: first after start", duration(times_s[0]))),
+        Row((f"{what}: first after start, while other workers warm up", duration(first_s))),
         Row((f"{what}: warm, best", duration(warm_s)), "≤ 0.5 s", warm_s <= 0.5),
-        Row((f"{what}: warm, median", duration(float(np.median(times_s[1:]))))),
+        Row((f"{what}: warm, median", duration(float(np.median(times_s))))),
         Row(
             (f"GET /health, p99 of {len(latencies_s)} while {JOBS} jobs run ({jobs_done} finished)", duration(worst_s)),
             "≤ 50 ms",
@@ -67,6 +69,15 @@ def upload_fractal(client: httpx.Client, folder: Path, posts: int) -> str:
         answer = client.post("/dems", files={"file": stream}, params={"crs": "local"})
     answer.raise_for_status()
     return str(answer.json()["id"])
+
+
+def wait_until_warm(client: httpx.Client) -> None:
+    """Wait for the last worker: a service answers as soon as the first has warmed up."""
+    until_s = time.perf_counter() + 120.0
+    while (workers := client.get("/health").json()["workers"])["warm"] < workers["wanted"]:
+        if time.perf_counter() > until_s:
+            raise TimeoutError(f"Only {workers['warm']} of {workers['wanted']} workers warmed up in two minutes.")
+        time.sleep(0.2)
 
 
 def _question(dem_id: str, posts: int, number: int, mode: str = "fast") -> dict[str, Any]:

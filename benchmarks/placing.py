@@ -37,6 +37,7 @@ GOALS = {
 SPEED_NOTE = """\
 One placement from a grid and a lattice of candidates to anchors, bound and what each adds, kernels warm; sight is all
 candidates × all posts, the rest is search. Rough fractal, 30 m cells, and a real one."""
+AS_SHIPPED = "with the exact step"
 SMALL_NOTE = """\
 All sets gone through by one line of numpy each; the search without its own exact step, and with it. The worst over
 all instances is judged: for coverage against equality, for dilutions and errors against 1 %."""
@@ -110,7 +111,7 @@ def small_instances(instances: int = 6, candidates: int = 14) -> Table:
         ("mean error", Goal("mean_error"), 1.0),
         ("worst error", Goal("worst_error"), 1.0),
     ):
-        worst = {"search alone": 0.0, "with the exact step": 0.0}
+        worst = {"search alone": 0.0, AS_SHIPPED: 0.0}
         for seed in range(instances):
             grid = fractal(40, seed, relief_m=300.0, cell_m=30.0)
             places = candidate_grid(grid, lattice_of(grid, candidates), above_ground_m=[60.0])
@@ -118,7 +119,7 @@ def small_instances(instances: int = 6, candidates: int = 14) -> Table:
             targets = sampled_targets(area_targets(grid), np.arange(0, grid.heights_m.size, 7))
             for count in (3, 4):
                 best = _best_of_all(grid, places, targets, count, goal)
-                for how, exact in (("search alone", False), ("with the exact step", True)):
+                for how, exact in (("search alone", False), (AS_SHIPPED, True)):
                     found = place_anchors(
                         grid, places, targets, count, goal, options=SearchOptions(exact=exact),
                         sight=SightOptions("exact"),
@@ -127,7 +128,8 @@ def small_instances(instances: int = 6, candidates: int = 14) -> Table:
         for how, short in worst.items():
             told = "equal" if per_cent == 0.0 else f"within {per_cent:g} %"
             met = short <= 1e-9 if per_cent == 0.0 else short <= per_cent / 100.0
-            rows.append(Row((words, how, str(2 * instances), f"{short:.2%}"), told, met))
+            verdict = (told, met) if how == AS_SHIPPED else ("", None)
+            rows.append(Row((words, how, str(2 * instances), f"{short:.2%}"), *verdict))
     return Table("Small placements against brute force", ("goal", "how", "instances", "worst loss"), rows, SMALL_NOTE)
 
 

@@ -17,7 +17,7 @@ import psutil
 
 from service.cli.own_service import running_service
 
-from .over_http import upload_fractal
+from .over_http import upload_fractal, wait_until_warm
 from .report import Row, Table, duration
 from .terrains import CELL_M
 
@@ -39,6 +39,7 @@ def plans_over_http(posts: int = 512, watch_s: float = 10.0, cancelled: int = 4)
         running_service(Path(folder)) as client,
     ):
         dem_id = upload_fractal(client, Path(folder), posts)
+        wait_until_warm(client)
         _planned(client, _question(dem_id, posts, 0, 500))
         latencies_s, finished = _health_while_planning(client, dem_id, posts, watch_s)
         gone_s = [_gone_s(client, dem_id, posts) for _ in range(cancelled)]

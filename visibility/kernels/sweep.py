@@ -172,19 +172,25 @@ def _first_strip(lines, task, real, stride, steepest):
 
 
 @scalar_kernel
+def _ask_ahead(heights, out, task, real, index):
+    """Ask memory for a block's part of a line to come: it lies somewhere else, the processor does not foresee where."""
+    ahead = index + LINES_AHEAD * task[2]
+    if 0 <= ahead < heights.shape[0]:
+        start, stop = owned_posts(task, real, abs(ahead - real[0]), heights.shape[1])
+        for post in range(start, stop, CACHE_LINE):
+            prefetch(heights[ahead], post)
+            if out.shape[0] > 0:
+                prefetch(out[ahead], post)
+
+
+@scalar_kernel
 def _sweep_rows(heights, out, task, real, stride, state):
     width = heights.shape[1]
     before = np.full(width, np.float32(np.nan))
     for i in range(task[4]):
         index = task[3] + task[2] * i
         stride = _refine(abs(index - real[0]), task, real, stride, state[0], state[1])
-        # a block is a strip of every line: the processor does not foresee where the next one lies
-        ahead = index + LINES_AHEAD * task[2]
-        if 0 <= ahead < heights.shape[0]:
-            start, stop = owned_posts(task, real, abs(ahead - real[0]), width)
-            for post in range(start, stop, CACHE_LINE):
-                prefetch(heights[ahead], post)
-                prefetch(out[ahead], post)
+        _ask_ahead(heights, out, task, real, index)
         _line(task, real, index, stride, (heights[index], before, 0, width), out[index], state)
         before = heights[index]
 
@@ -223,6 +229,7 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile):
             stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
             here, before = ground[line], ground[TILE if k == 0 else line - direction]
             if is_turned:
+                _ask_ahead(turned, out[:0], task, real, west + line)
                 here = turned[west + line, top:]
                 before = turned[west + line - direction, top:] if i + k > 0 else ground[TILE]
             lines = (here, before, top, rows)
