@@ -12,6 +12,7 @@ __all__ = [
     "Estimate",
     "estimate_map",
     "refuse_beyond_limits",
+    "refuse_budget",
     "refuse_frames",
     "refuse_map",
     "refuse_placement",
@@ -54,6 +55,17 @@ def estimate_map(cells: int, anchors: int, mode: Literal["fast", "exact"]) -> Es
         cells * BYTES_PER_CELL + cells * anchors * BYTES_PER_CELL_AND_ANCHOR,
         cells * anchors * SECONDS_PER_CELL_AND_ANCHOR[mode],
     )
+
+
+def refuse_budget(budget_s: float, settings: Settings) -> None:
+    """Raises LimitError for a plan that may take longer than a job may run."""
+    if budget_s > settings.max_job_s:
+        raise LimitError(
+            f"A budget of {budget_s:g} s is more than the limit of {settings.max_job_s:g} s for one job",
+            limit_name="max_job_s",
+            limit=settings.max_job_s,
+            given=budget_s,
+        )
 
 
 def refuse_map(cells: int, sources: int, mode: Literal["fast", "exact"], settings: Settings) -> None:

@@ -18,8 +18,7 @@ from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, MorphingMap, morphing_map
 from visibility.morphing_maps import check_ceiling
 
-from .errors import LimitError
-from .estimates import refuse_map
+from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
 from .path_answers import validation_answer
 from .positions import resolve_point
@@ -95,13 +94,7 @@ def check_flight_request(grid: ElevationGrid, asked: FlightParameters) -> int:
 
 def refuse_flight(grid: ElevationGrid, asked: FlightParameters, settings: Settings) -> None:
     """Raises LimitError for a plan that may take longer than a job may run."""
-    if asked.budget.seconds > settings.max_job_s:
-        raise LimitError(
-            f"A budget of {asked.budget.seconds:g} s is more than the limit of {settings.max_job_s:g} s for one job",
-            limit_name="max_job_s",
-            limit=settings.max_job_s,
-            given=asked.budget.seconds,
-        )
+    refuse_budget(asked.budget.seconds, settings)
     if asked.morphing_map is not None:
         refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
 

@@ -15,8 +15,7 @@ from planning.paths import PathProblem, plan_path
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
-from .errors import LimitError
-from .estimates import refuse_map
+from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
 from .path_answers import VERTEX_COLUMNS, outcome_answer, validation_answer, vertex_table
 from .path_question import path_question, path_sources, path_tracks
@@ -101,13 +100,7 @@ def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
 
 def refuse_path(grid: ElevationGrid, asked: PathParameters, settings: Settings) -> None:
     """Raises LimitError for a plan that may take longer than a job may run."""
-    if asked.budget.seconds > settings.max_job_s:
-        raise LimitError(
-            f"A budget of {asked.budget.seconds:g} s is more than the limit of {settings.max_job_s:g} s for one job",
-            limit_name="max_job_s",
-            limit=settings.max_job_s,
-            given=asked.budget.seconds,
-        )
+    refuse_budget(asked.budget.seconds, settings)
     if asked.morphing_map is not None:
         refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
 
