@@ -58,11 +58,11 @@ def _alike(kind: Any, value: int) -> Any:
 
 
 def _permuted(builder: Any, loaded: list[Any], beyond: Any) -> Any:
-    """Element ``beyond`` of the vectors loaded, taken as one; two of them, or four."""
+    """Element ``beyond`` of the vectors loaded, taken as one; one of them, two, or four."""
     if len(loaded) == 4:
         is_far = builder.icmp_signed(">=", beyond, _alike(beyond.type, 2 * LANES))
         return builder.select(is_far, _permuted(builder, loaded[2:], beyond), _permuted(builder, loaded[:2], beyond))
-    near, far = loaded
+    near, far = loaded[0], loaded[-1]
     # each permutation looks at as many of the lowest bits of a place as it has use for
     if LANES == 16:
         function = ir.FunctionType(near.type, [near.type, beyond.type, far.type])
@@ -70,6 +70,8 @@ def _permuted(builder: Any, loaded: list[Any], beyond: Any) -> Any:
         return builder.call(permute, [near, beyond, far])
     function = ir.FunctionType(near.type, [near.type, beyond.type])
     permute = cgutils.get_or_insert_function(builder.module, function, "llvm.x86.avx2.permps")
+    if len(loaded) == 1:
+        return builder.call(permute, [near, beyond])
     is_odd = builder.icmp_signed("!=", builder.and_(beyond, _alike(beyond.type, LANES)), _alike(beyond.type, 0))
     return builder.select(is_odd, builder.call(permute, [far, beyond]), builder.call(permute, [near, beyond]))
 
@@ -116,15 +118,15 @@ def _picking(arrays: tuple[Any, Any, Any], rows: int, vectors: int) -> tuple[Any
 def pick(typing_context: Any, source: Any, first: Any, places: Any, start: Any, out: Any, row: Any) -> Any:
     """out[row, i] = source[first + places[i]] for the LANES i from start on.
 
-    source (n,) and out (rows, m) float32; places (m,) int32, rising, and within 2 LANES - 1 of the first of the
-    LANES; reads as many as 2 LANES of source from there on.
+    source (n,) and out (rows, m) float32; places (m,) int32, rising, and within LANES - 1 of the first of the LANES;
+    reads LANES of source from there on.
     """
-    return _picking((source, places, out), 1, 2)
+    return _picking((source, places, out), 1, 1)
 
 
 @intrinsic  # type: ignore[untyped-decorator] # as numba ships it
 def pick_pair(typing_context: Any, source: Any, first: Any, places: Any, start: Any, out: Any, row: Any) -> Any:
-    """As ``pick``, and what comes after each place into the row below; places within 2 LANES - 2."""
+    """As ``pick``, and what comes after each place into the row below; places within 2 LANES - 2; reads 2 LANES."""
     return _picking((source, places, out), 2, 2)
 
 

@@ -53,7 +53,7 @@ def _asked_for(row):
 @pytest.mark.parametrize(
     ("kernel", "pairs", "reach"),
     [
-        (_picked, False, 2 * LANES - 1),
+        (_picked, False, LANES - 1),
         (_pairs_picked, True, 2 * LANES - 2),
         (_wide_pairs_picked, True, 4 * LANES - 2),
     ],

@@ -15,7 +15,9 @@ __all__ = ["NOT_BLOCKED", "NO_GROUND", "STRIDE", "advance", "answer"]
 NOT_BLOCKED = np.float32(-1e28)  # the slope of a ray that has met no edge yet
 NO_GROUND = np.float32(-1e30)  # and of one that has not even come onto the map
 STRIDE = 64
-# rays from one post to the next, up to which posts find theirs by vectors: a place may round up to the next
+# From one ray to the next in posts, or from one post to the next in rays, up to which a vector of them finds its places
+# in one, two or four vectors: a place may round up to the next.
+ONE_STEP = np.float32((LANES - 1.01) / (LANES - 1))
 NEAR_STEP = np.float32((2 * LANES - 3.01) / (LANES - 1))
 WIDE_STEP = np.float32((4 * LANES - 3.01) / (LANES - 1))
 HALF = np.float32(0.5)
@@ -43,10 +45,11 @@ def advance(steepest, fan, ground, before, places, picked, where, eye):
     for start in range(0, count, STRIDE):
         begin = across + spacing * float32(start)
         for i in range(STRIDE):
-            places[i] = min(max(int32(begin + spacing * float32(i)), int32(0)), int32(last))
-        if base + places[STRIDE - 1] + 2 * LANES < ground.shape[0]:
+            places[i] = min(max(int32(begin + spacing * float32(int32(i))), int32(0)), int32(last))
+        if spacing <= ONE_STEP and base + places[STRIDE - 1] + 2 * LANES < ground.shape[0]:
             for i in range(0, STRIDE, LANES):
-                pick_pair(ground, base, places, i, picked, 0)
+                pick(ground, base, places, i, picked, 0)
+                pick(ground, base + 1, places, i, picked, 1)
                 pick(before, behind_base, places, i, picked, 2)
         else:
             for i in range(STRIDE):
@@ -57,7 +60,7 @@ def advance(steepest, fan, ground, before, places, picked, where, eye):
             q = uint64(i + start + first_ray)
             # a ray less than a post beyond the border sees the ground go on as it ends, so that border posts have a
             # ray on either side
-            part = begin + spacing * float32(i) - float32(places[i])
+            part = begin + spacing * float32(int32(i)) - float32(places[i])
             left = picked[uint64(0), uint64(i)]
             right = picked[uint64(1), uint64(i)]
             behind = picked[uint64(2), uint64(i)]
@@ -98,8 +101,9 @@ def answer(out, ground, before, steepest, places, picked, where, eye):
     for start in range(0, count, STRIDE):
         # the last stride of a long line answers some posts again, alike
         begin = min(start, max(count - STRIDE, 0))
+        q_begin, across_begin = q_0 + float32(begin) * dq, across_0 + float32(begin)
         for i in range(STRIDE):
-            places[i] = min(max(int32(q_0 + float32(i + begin) * dq), int32(0)), int32(last_place))
+            places[i] = min(max(int32(q_begin + float32(int32(i)) * dq), int32(0)), int32(last_place))
         # near the eye, where rays are close together, a vector of posts spans more of them
         if dq <= NEAR_STEP:
             for i in range(0, STRIDE, LANES):
@@ -113,7 +117,7 @@ def answer(out, ground, before, steepest, places, picked, where, eye):
                 picked[1, i] = steepest[places[i] + 1]
         for i in range(min(count, STRIDE)):
             post = uint64(i + begin + first)
-            part = q_0 + float32(i + begin) * dq - float32(places[i])
+            part = q_begin + float32(int32(i)) * dq - float32(places[i])
             left = picked[uint64(0), uint64(i)]
             right = picked[uint64(1), uint64(i)]
             # beside the border of the map one of the two may not have come onto it: the nearer one decides
@@ -122,7 +126,7 @@ def answer(out, ground, before, steepest, places, picked, where, eye):
             left = left if lower > NO_GROUND else nearer
             right = right if lower > NO_GROUND else nearer
             slope = left + (right - left) * part
-            across = across_0 + float32(i + begin)
+            across = across_begin + float32(int32(i))
             drop = drop_0 + drop_across * across * across
             # the edge lies 1 / lag posts back: both its height over the eye and its distance are taken lag times
             bearing = across * per_along * lean
