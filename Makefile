@@ -1,11 +1,16 @@
 # The verbs of this project. Each sets itself up on a machine that has Python >= 3.11 with venv, gcc, make and git;
-# the first run creates .venv and compiles the kernels, later runs find the stamps and start at once.
+# the first run creates .venv and compiles the kernels, later runs find the stamps and start at once. To serve takes the
+# packages of the product, to develop some more; the demo also leaves all kernels but those of maps, which it compiles.
 
 .PHONY: setup demo test check bench serve clean
 .DEFAULT_GOAL := setup
+# two verbs at once (make -j check demo) must not install into one environment at the same time
+.NOTPARALLEL:
 
 VENV := .venv
 BIN := $(VENV)/bin
+CREATED := $(VENV)/.sightline-created
+PRODUCT := $(VENV)/.sightline-product
 INSTALLED := $(VENV)/.sightline-installed
 WARM := $(VENV)/.sightline-warm
 KERNELS := $(wildcard */kernel_*.py */kernels.py */kernels/*.py service/warm_up.py)
@@ -13,24 +18,35 @@ KERNELS := $(wildcard */kernel_*.py */kernels.py */kernels/*.py service/warm_up.
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v $$p; break; }; done)
 
-setup: $(WARM)
+setup: $(INSTALLED) $(WARM)
 
-$(INSTALLED): pyproject.toml
+$(CREATED):
 	@test -n "$(PYTHON)" || { echo "Sightline needs Python 3.11 or newer with venv on PATH, or PYTHON=/path/to/python." >&2; exit 2; }
 	@echo "Setting up $(VENV) with $(PYTHON); the first time takes a minute or more ..."
 	@"$(PYTHON)" -m venv $(VENV)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test,bench]'
 	@touch $@
 
-$(WARM): $(INSTALLED) $(KERNELS)
+# Python writes the bytecode of what it imports when it does; of everything that is installed it would take as long again
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
+
+$(PRODUCT): pyproject.toml | $(CREATED)
+	@$(INSTALL) .
+	@touch $@
+
+$(INSTALLED): pyproject.toml | $(CREATED)
+	@$(INSTALL) '.[test,bench]'
+	@test $(PRODUCT) -nt pyproject.toml || touch $(PRODUCT)
+	@touch $@
+
+$(WARM): $(PRODUCT) $(KERNELS)
 	@echo "Compiling the kernels into their cache, which takes a minute or more ..."
 	@$(BIN)/sightline warm-up
 	@touch $@
 
-demo: $(WARM)
+demo: $(PRODUCT)
 	$(BIN)/sightline demo --out demo-output
 
-test: $(WARM)
+test: $(INSTALLED) $(WARM)
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: $(INSTALLED)
@@ -38,7 +54,7 @@ check: $(INSTALLED)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-bench: $(WARM)
+bench: $(INSTALLED) $(WARM)
 	$(BIN)/python -m benchmarks --write docs/benchmarks.md
 
 serve: $(WARM)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Literal
 
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-__all__ = ["Settings"]
+__all__ = ["Rehearsal", "Settings"]
 
 MIB = 1024 * 1024
 GIB = 1024 * MIB
+
+Rehearsal = Literal["everything", "maps"]
 
 
 def _cores() -> int:
@@ -44,6 +47,11 @@ class Settings(BaseSettings):
     )
     spare_workers: int = Field(
         default=1, ge=0, le=16, description="Warm processes that wait to take over when one is cancelled or dies."
+    )
+
+    rehearse: Rehearsal = Field(
+        default="everything",
+        description="What workers compile and load before they take work: everything, or only fast visibility maps.",
     )
 
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")

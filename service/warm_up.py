@@ -7,6 +7,7 @@ import multiprocessing
 import os
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -15,26 +16,34 @@ import navigation
 import visibility
 from dem_samples import load_sample
 from planning import PathError, paths, placement
+from service.settings import Rehearsal
 from terrain import ElevationGrid, height_at, nearest_surface
 
 __all__ = ["warm_up", "warm_up_on_all_cores"]
 
 
-def warm_up(*, own_processes: bool = True) -> None:
+def warm_up(what: Rehearsal = "everything", *, own_processes: bool = True) -> None:
     """Call every public calculation once on a tiny grid with an unknown post; cheap when the cache is warm.
 
-    The types of the arguments are those of real requests, since numba compiles per type. own_processes: also what
-    starts processes that compile for themselves; they fill the cache for everybody, and leave nothing loaded here.
+    The types of the arguments are those of real requests, since numba compiles per type. what: "maps" leaves it at
+    what a fast visibility map calls. own_processes: also what starts processes that compile for themselves; they fill
+    the cache for everybody, and leave nothing loaded here.
     """
     for number, part in enumerate(PARTS):
-        if own_processes or part is not _sampled_paths:
-            _warm_up_part(number)
+        if part is not _fast_maps and (what == "maps" or (part is _sampled_paths and not own_processes)):
+            continue
+        _warm_up_part(number)
 
 
 def warm_up_on_all_cores() -> None:
     """The same with a process per core, for set-up, where everything has yet to be compiled."""
     with ProcessPoolExecutor(os.cpu_count(), mp_context=multiprocessing.get_context("spawn")) as pool:
-        list(pool.map(_warm_up_part, range(len(PARTS))))
+        # most others make maps themselves: those that do not go beside, and the rest finds the maps' kernels compiled
+        first = {number: pool.submit(_warm_up_part, number) for number in map(PARTS.index, (_fast_maps, *WITHOUT_MAPS))}
+        first[PARTS.index(_fast_maps)].result()
+        rest = [pool.submit(_warm_up_part, number) for number in range(len(PARTS)) if number not in first]
+        for part in (*first.values(), *rest):
+            part.result()
     warm_up()  # what two processes wrote into the cache at once, one of them may have to write again
 
 
@@ -45,19 +54,27 @@ def _warm_up_part(number: int) -> None:
     PARTS[number](ElevationGrid(heights_m, 30.0, 25.0))
 
 
-def _minimum_altitudes(grid: ElevationGrid) -> None:
+def _fast_maps(grid: ElevationGrid) -> None:
     load_sample("jacksboro")  # in degrees, so it is warped
     height_at(grid, [10.0, 20.0], [-30.0, -40.0])
+    _minimum_altitudes(grid, "fast")
+
+
+def _exact_maps(grid: ElevationGrid) -> None:
+    _minimum_altitudes(grid, "exact")
+
+
+def _minimum_altitudes(grid: ElevationGrid, mode: Literal["fast", "exact"]) -> None:
     anchors = (
-        visibility.Anchor("inside", 101.0, -77.0, 60.0),
+        # from four on the fast sweep turns the whole grid
+        *(visibility.Anchor(f"inside {n}", 101.0, -77.0 - n, 60.0) for n in range(3)),
         visibility.Anchor("outside", -400.0, 90.0, 300.0, limits=visibility.AntennaLimits(max_range_m=5_000.0)),
     )
     curved = visibility.Curvature(6_371_000.0, 4.0 / 3.0)
-    for mode in ("fast", "exact"):
-        for curvature in (visibility.FLAT, curved):
-            answer = visibility.min_visible_altitude(grid, anchors, mode, curvature)
-            answer.visible(above_ground_m=1.5)
-            answer.margin_m(altitude_m=50.0)
+    for curvature in (visibility.FLAT, curved):
+        answer = visibility.min_visible_altitude(grid, anchors, mode, curvature)
+        answer.visible(above_ground_m=1.5)
+        answer.margin_m(altitude_m=50.0)
 
 
 def _lines(grid: ElevationGrid) -> None:
@@ -167,4 +184,15 @@ def _detections(_grid: ElevationGrid) -> None:
 
 
 # the longest first, so that all cores end together
-PARTS = (_paths, _sampled_paths, _columns_of_air, _detections, _placements, _lines, _minimum_altitudes, _navigation)
+PARTS = (
+    _fast_maps,
+    _columns_of_air,
+    _paths,
+    _sampled_paths,
+    _exact_maps,
+    _detections,
+    _navigation,
+    _lines,
+    _placements,
+)
+WITHOUT_MAPS = (_exact_maps, _detections)  # about as long together as maps take

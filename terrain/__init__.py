@@ -16,6 +16,7 @@ from .grid import ElevationGrid, Provenance
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
+from .read_only import read_only
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
@@ -44,6 +45,7 @@ __all__ = [
     "nearest_surface",
     "plane",
     "read_dem",
+    "read_only",
     "ridge",
     "to_grid_frame",
     "to_lon_lat",

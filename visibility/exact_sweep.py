@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from terrain import read_only
+
 from .kernels import exact as kernel
 from .kernels.turning import turn
 from .sectors import Eye, share_out, snapped, write_own_posts
@@ -27,9 +29,9 @@ def sweep(
     heights_m: (rows, cols), at least 2 x 2. drop_per_step2_m: curvature drop in metres per squared row step and per
     squared column step.
     """
-    eyes = snapped(eyes, SNAP_CELLS)
+    eyes, heights_m = snapped(eyes, SNAP_CELLS), read_only(heights_m)
     work = share_out(eyes, heights_m, drop_per_step2_m, kernel.BLOCK_POSTS)
     turned_m = np.empty(heights_m.shape[::-1], np.float32)
     turn(heights_m, turned_m)
-    kernel.sweep(heights_m, turned_m, out_m, work.tasks, work.reals, work.bins)
+    kernel.sweep(heights_m, read_only(turned_m), out_m, work.tasks, work.reals, work.bins)
     write_own_posts(heights_m, eyes, out_m)

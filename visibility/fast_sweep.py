@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from terrain import read_only
+
 from . import exact_sweep
 from .kernels import sweep as kernel
 from .kernels.turning import turn
@@ -31,7 +33,7 @@ def sweep(
     heights_m: (rows, cols), at least 2 x 2. drop_per_step2_m: curvature drop in metres per squared row step and per
     squared column step. An eye straight over the map in the height of satellites is answered exactly instead.
     """
-    eyes = snapped(eyes, SNAP_CELLS)
+    eyes, heights_m = snapped(eyes, SNAP_CELLS), read_only(heights_m)
     turned_m = np.empty((0, 0), np.float32)
     if len(eyes) >= MANY_EYES:
         turned_m = np.empty(heights_m.shape[::-1], np.float32)
@@ -45,7 +47,7 @@ def sweep(
             exact_sweep.sweep(heights_m, some, drop_per_step2_m, part_m)
         else:
             work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS)
-            kernel.sweep(heights_m, turned_m, part_m, work.tasks, work.reals, work.bins)
+            kernel.sweep(heights_m, read_only(turned_m), part_m, work.tasks, work.reals, work.bins)
     write_own_posts(heights_m, eyes, out_m)
 
 

@@ -135,7 +135,8 @@ def variances_of(
             "one of them must be positive in every direction."
         )
     upper = np.triu_indices(3)
-    return np.column_stack([ranging_m**2, poses_m2[:, *upper]])
+    # stacked columns lie in an order of their own, which would be another type to the kernels
+    return np.ascontiguousarray(np.column_stack([ranging_m**2, poses_m2[:, *upper]]))
 
 
 def _covariances(anchors: int, pose_covariance_m2: npt.ArrayLike) -> npt.NDArray[np.float64]:

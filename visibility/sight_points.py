@@ -60,7 +60,7 @@ def horizontal_box(grid: ElevationGrid) -> tuple[npt.NDArray[np.float64], npt.ND
 
 def in_posts(grid: ElevationGrid, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """(n, 3) fractional row, fractional column and altitude of points given as east, north, altitude."""
-    posts = np.empty_like(points_m)
+    posts = np.empty(points_m.shape)  # in C order whatever theirs: the kernels know no other
     posts[:, 0] = (grid.origin_north_m - points_m[:, 1]) / grid.cell_north_m
     posts[:, 1] = (points_m[:, 0] - grid.origin_east_m) / grid.cell_east_m
     posts[:, 2] = points_m[:, 2]

@@ -158,6 +158,8 @@ def parcel_bits(parcel: Parcel) -> Bits:
     else:
         seen = surfaces.visible(above_ground_m=targets.above_ground_m).reshape(len(anchors), -1)[:, targets.post] == 1
     if math.isfinite(options.max_range_m):
+        # picked columns lie in an order of their own, which would be another type to the kernel
+        seen = np.ascontiguousarray(seen)
         # all anchors at once: limits of their antennas would be a kernel call each
         keep_in_range(seen, parcel.position_m, targets.point_m, options.max_range_m, surfaces.curvature.drop_per_m2)
     return pack(seen)

@@ -33,17 +33,24 @@ DRONES = (
 DRONE_ABOVE_GROUND_M = 150.0
 RECEIVER_ABOVE_GROUND_M = 1.5
 CALCULATION_MAY_TAKE_S = 120.0
+# One map is all it is asked for, so nothing else is compiled, and no process is started that would stand idle.
+SETTINGS = {
+    "SIGHTLINE_REHEARSE": "maps",
+    "SIGHTLINE_WORKERS": "1",
+    "SIGHTLINE_FILE_WORKERS": "1",
+    "SIGHTLINE_SPARE_WORKERS": "0",
+}
 
 
 def run_demo(out: Path, as_json: bool) -> None:
     """Start the service, ask it, write its layers into ``out``, print what it found. Raises ServiceError, OSError."""
     folder = output_folder(out)
-    # compiled here once; on a machine where that is still to do, each worker would compile everything for itself
-    warm_up()
+    with progress_bar("Making the kernels of maps ready, which takes a while the first time"):
+        warm_up("maps")  # here and not in the service, so that it starts within its time on a slow machine too
     with (
         tempfile.TemporaryDirectory(prefix="sightline-demo-") as data,
         progress_bar("Starting the service") as progress,
-        running_service(Path(data)) as client,
+        running_service(Path(data), SETTINGS) as client,
     ):
         progress(0.3)
         address = str(client.base_url)

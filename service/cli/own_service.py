@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,13 +28,20 @@ ADDRESS = re.compile(r"https?://\S+")
 
 
 @contextmanager
-def running_service(data: Path) -> Iterator[httpx.Client]:
-    """A client of a service that is ready for work and keeps its data in ``data``. Raises ServiceError."""
+def running_service(data: Path, settings: Mapping[str, str] | None = None) -> Iterator[httpx.Client]:
+    """A client of a service that is ready for work and keeps its data in ``data``. Raises ServiceError.
+
+    settings: what the environment does not set, as SIGHTLINE_<NAME>.
+    """
     log = data / "service.log"
     command = [sys.executable, "-m", "service.cli", "serve", "--host", "127.0.0.1", "--port", "0"]
     with _leaving_when_terminated(), log.open("wb") as output:
         process = subprocess.Popen(
-            [*command, "--data", str(data / "data")], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
+            [*command, "--data", str(data / "data")],
+            env={**(settings or {}), **os.environ},
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
         )
         try:
             deadline_s = time.monotonic() + START_MAY_TAKE_S

@@ -52,7 +52,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         try:
             app.state.service = service = Service.assemble(chosen, opened)
             service.pool.start()
-            await asyncio.to_thread(rehearse)
+            if chosen.rehearse == "everything":
+                await asyncio.to_thread(rehearse)
             await service.supervisor.start()
             tasks = [asyncio.create_task(work) for work in (service.watch_store(), service.detectors.keep_sweeping())]
             try:

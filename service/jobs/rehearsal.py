@@ -11,6 +11,7 @@ import pyproj
 from service.layers import write_layer
 from service.map_store import load, save
 from service.schemas import VisibilityMapParameters
+from service.settings import Rehearsal
 from service.visibility_map import calculate
 from service.warm_up import warm_up
 from terrain import ElevationGrid
@@ -18,12 +19,12 @@ from terrain import ElevationGrid
 __all__ = ["rehearse"]
 
 
-def rehearse(*, first: bool) -> None:
+def rehearse(what: Rehearsal, *, first: bool) -> None:
     """Load kernels, projections and raster drivers by using each once. Raises OSError when nothing can be written.
 
     first: of all workers; it also compiles what the processes of sampled plans need, for itself and all others.
     """
-    warm_up(own_processes=first)
+    warm_up(what, own_processes=first)
     utm = pyproj.CRS.from_epsg(32611)
     grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
     anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}

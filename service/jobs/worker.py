@@ -58,7 +58,7 @@ def main() -> None:
     told = orders.get()
     settings = Settings.model_validate(told["settings"])
     try:
-        rehearse(first=told["first"])
+        rehearse(settings.rehearse, first=told["first"])
     except OSError as error:
         # without a place for temporary files the first task is slower, nothing else
         logger.warning("could not rehearse: %s", error)

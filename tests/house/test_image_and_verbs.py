@@ -85,10 +85,43 @@ def test_the_image_holds_no_secret() -> None:
     assert not re.search(r"(?i)password|secret|token|api_?key|credential", text)
 
 
+def commands_on_a_clean_clone(verb: str) -> str:
+    """What make would run for a verb where nothing is set up, in order."""
+    dry_run = ["make", "--dry-run", "--always-make", verb]
+    return subprocess.run(dry_run, cwd=ROOT, capture_output=True, check=True, text=True).stdout
+
+
 @pytest.mark.parametrize("verb", VERBS)
-def test_make_knows_the_verb(verb: str) -> None:
-    dry_run = subprocess.run(["make", "--dry-run", "--always-make", verb], cwd=ROOT, capture_output=True, check=False)
-    assert dry_run.returncode == 0, dry_run.stderr.decode()
+def test_make_knows_the_verb_and_installs_once_before_it(verb: str) -> None:
+    commands = commands_on_a_clean_clone(verb)
+    assert commands.index("-m venv") < commands.index("pip install")
+    if verb not in ("serve", "demo"):
+        assert "pip install --quiet --disable-pip-version-check --no-compile --editable '.[test,bench]'" in commands
+
+
+@pytest.mark.parametrize(("verb", "compiles"), [("demo", False), ("serve", True)])
+def test_those_who_only_use_the_product_install_no_tools_of_developers(verb: str, compiles: bool) -> None:
+    commands = commands_on_a_clean_clone(verb)
+    assert commands.count("pip install") == 1
+    assert "[test" not in commands
+    # the demo compiles the little that it asks for itself
+    assert ("sightline warm-up" in commands) is compiles
+
+
+@pytest.mark.parametrize("verb", ["setup", "test", "bench"])
+def test_developers_and_their_tests_find_every_kernel_compiled(verb: str) -> None:
+    commands = commands_on_a_clean_clone(verb)
+    assert commands.index("[test,bench]") < commands.index("sightline warm-up")
+
+
+def test_two_verbs_at_once_do_not_install_into_one_environment_at_the_same_time() -> None:
+    assert "\n.NOTPARALLEL:\n" in (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
+def test_the_image_carries_bytecode_since_the_user_that_runs_it_cannot_write_beside_the_packages() -> None:
+    builder, runtime = dockerfile_stages()
+    assert "--no-compile" not in " ".join(arguments(builder, "RUN"))
+    assert "/opt/sightline" not in " ".join(arguments(runtime, "RUN"))
 
 
 def test_continuous_integration_runs_the_verbs_of_the_readme() -> None:

@@ -1,4 +1,4 @@
-"""After the warm-up no map of positioning, and no layer of one, waits for a compiler."""
+"""After the warm-up no map, and no layer of one, waits for a compiler; the demo's needs no more than that of maps."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import importlib
 import pkgutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 import dem_samples
 import terrain.kernels
 import visibility.kernels
+from service.cli.demo import DRONES, RECEIVER_ABOVE_GROUND_M
 from service.layers import LAYERS, write_layer
 from service.map_store import load, save
-from service.products import DOP_MAP, MORPHING_MAP, Product
+from service.products import DOP_MAP, MORPHING_MAP, VISIBILITY_MAP, Product
+from service.settings import Rehearsal
 from service.warm_up import warm_up
 from terrain import ElevationGrid
 
@@ -70,17 +75,43 @@ def make_everything(folder: Path) -> None:
                     write_layer(finished, layer.name, kept / layer.name)
 
 
-def main(folder: Path) -> None:
-    warm_up()
+def make_the_map_of_the_demo(folder: Path) -> None:
+    drones = [{"id": name, "lon_deg": lon, "lat_deg": lat, "above_ground_m": 150.0} for name, lon, lat in DRONES]
+    asked = {"anchors": drones, "receiver_above_ground_m": RECEIVER_ABOVE_GROUND_M}
+    grid = dem_samples.load_sample("jacksboro")
+    save(VISIBILITY_MAP.calculate(grid, VISIBILITY_MAP.parameters.model_validate(asked), None), folder)
+    finished = load(folder)
+    for layer in LAYERS[VISIBILITY_MAP.name].values():
+        write_layer(finished, layer.name, folder / layer.name)
+
+
+def main(what: Rehearsal, make: Callable[[Path], None], folder: Path) -> None:
+    warm_up(what)
     before = compiled()
-    make_everything(folder)
+    make(folder)
     print(sorted(name for name, versions in compiled().items() if versions != before[name]))
 
 
-def test_no_kernel_is_compiled_after_the_warm_up(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("what", "make"), [("everything", make_everything), ("maps", make_the_map_of_the_demo)])
+def test_no_kernel_is_compiled_after_the_warm_up(what: Rehearsal, make: Callable[[Path], None], tmp_path: Path) -> None:
     # in a process of its own: this one may have compiled anything
-    program = f"from pathlib import Path; from {__name__} import main; main(Path({str(tmp_path)!r}))"
+    program = (
+        f"from pathlib import Path; from {__name__} import {make.__name__}, main; "
+        f"main({what!r}, {make.__name__}, Path({str(tmp_path)!r}))"
+    )
     root = Path(__file__).parents[2]
     run = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     assert run.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_kernels_of_maps_are_compiled_for_one_type_of_heights(tmp_path: Path) -> None:
+    # grids' heights, ground with unknown posts, ground under satellites: read-only and writable arrays are two types
+    program = (
+        "from service.warm_up import warm_up; warm_up(); "
+        "from visibility.kernels import exact, sweep, turning; "
+        "print([len(kernel.signatures) for kernel in (exact.sweep, sweep.sweep, turning.turn)])"
+    )
+    root = Path(__file__).parents[2]
+    run = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "[1, 1, 1]"
