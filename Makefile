@@ -27,6 +27,8 @@ $(CREATED):
 	@touch $@
 
 # Python writes the bytecode of what it imports when it does; of everything that is installed it would take as long again
+# (also where the environment tells it not to: every process would then make it again)
+export PYTHONDONTWRITEBYTECODE :=
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
 $(PRODUCT): pyproject.toml | $(CREATED)

@@ -118,6 +118,18 @@ def test_two_verbs_at_once_do_not_install_into_one_environment_at_the_same_time(
     assert "\n.NOTPARALLEL:\n" in (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
+def test_what_pip_leaves_uncompiled_is_kept_once_it_is_imported() -> None:
+    # machines that build images often tell Python to write no bytecode; each process would compile all packages anew
+    makefile = "include Makefile\ntold:\n\t@echo told=$$PYTHONDONTWRITEBYTECODE"
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    make = ["make", "--file", "-", "told"]
+    said = subprocess.run(
+        make, cwd=ROOT, env=environment, input=makefile, capture_output=True, check=True, text=True
+    ).stdout
+    assert "--no-compile" in (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert said == "told=\n"
+
+
 def test_the_image_carries_bytecode_since_the_user_that_runs_it_cannot_write_beside_the_packages() -> None:
     builder, runtime = dockerfile_stages()
     assert "--no-compile" not in " ".join(arguments(builder, "RUN"))
