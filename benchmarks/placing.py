@@ -9,10 +9,12 @@ from itertools import combinations
 import numpy as np
 
 from planning.placement import (
+    Candidates,
     Goal,
     Placement,
     SearchOptions,
     SightOptions,
+    Targets,
     area_targets,
     candidate_grid,
     check_placement,
@@ -155,7 +157,7 @@ def after_a_loss(instances: int = 6) -> Table:
     return Table("With any one anchor lost", columns, rows, LOSS_NOTE)
 
 
-def _best_of_all(grid: ElevationGrid, places, targets, count: int, goal: Goal) -> float:  # type: ignore[no-untyped-def]
+def _best_of_all(grid: ElevationGrid, places: Candidates, targets: Targets, count: int, goal: Goal) -> float:
     ready = prepare(grid, places, targets, goal, PlacementRules(), (), SightOptions("exact"), None, None, None)
     judge = judge_of(ready.problem)
     best = max(combinations(range(len(places)), count), key=lambda some: judge.value(list(some)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from planning.placement import (
     Candidates,
@@ -60,12 +61,16 @@ def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> Place
 
 def candidates_of(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candidates:
     """One set of candidates."""
-    heights = {"above_ground_m": asked.above_ground_m, "altitude_m": asked.altitude_m, "what": asked.what}
+    heights: dict[str, Any] = {
+        "above_ground_m": asked.above_ground_m,
+        "altitude_m": asked.altitude_m,
+        "what": asked.what,
+    }
     if asked.places is not None:
-        return candidate_points(grid, places_in_grid(grid, asked.places), **heights)  # type: ignore[arg-type]
+        return candidate_points(grid, places_in_grid(grid, asked.places), **heights)
     assert asked.spacing_m is not None, "the schema has seen to it"
     area = None if asked.area is None else polygon_in_grid(grid, asked.area, f"candidates[{number}].area")
-    return candidate_grid(grid, asked.spacing_m, area=area, **heights)  # type: ignore[arg-type]
+    return candidate_grid(grid, asked.spacing_m, area=area, **heights)
 
 
 def targets_of(grid: ElevationGrid, asked: TargetsIn) -> Targets:

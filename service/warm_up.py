@@ -29,10 +29,10 @@ def warm_up(what: Rehearsal = "everything", *, own_processes: bool = True) -> No
     what a fast visibility map calls. own_processes: also what starts processes that compile for themselves; they fill
     the cache for everybody, and leave nothing loaded here.
     """
-    for number, part in enumerate(PARTS):
-        if part is not _fast_maps and (what == "maps" or (part is _sampled_paths and not own_processes)):
-            continue
-        _warm_up_part(number)
+    parts = (_fast_maps,) if what == "maps" else PARTS
+    for part in parts:
+        if own_processes or part is not _sampled_paths:
+            _warm_up_part(PARTS.index(part))
 
 
 def warm_up_on_all_cores() -> None:

@@ -6,7 +6,7 @@ import hashlib
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ from pyproj.exceptions import CRSError
 from .errors import ElevationGridError
 
 __all__ = ["ElevationGrid", "Provenance"]
+
+Numbers = npt.NDArray[np.integer[Any]] | npt.NDArray[np.floating[Any]]
+Reals = npt.NDArray[np.float64]
 
 # posts closer than this lie on one another in UTM coordinates; no planet has room for two that are further apart
 SMALLEST_CELL_M, LARGEST_CELL_M = 1e-6, 1e8
@@ -120,14 +123,26 @@ class ElevationGrid:
         south_m = self.origin_north_m - (self.rows - 1) * self.cell_north_m
         return self.origin_east_m, south_m, east_m, self.origin_north_m
 
-    def post_at(self, east_m: float, north_m: float) -> tuple[float, float]:
-        """Fractional (row, col) of a position; whole numbers are posts. Works outside the grid too."""
+    @overload
+    def post_at(self, east_m: float, north_m: float) -> tuple[float, float]: ...
+
+    @overload
+    def post_at(self, east_m: Numbers, north_m: Numbers) -> tuple[Reals, Reals]: ...
+
+    def post_at(self, east_m: Any, north_m: Any) -> tuple[Any, Any]:
+        """Fractional (row, col) of a position, or of arrays of them; whole numbers are posts. Works outside too."""
         row = (self.origin_north_m - north_m) / self.cell_north_m
         col = (east_m - self.origin_east_m) / self.cell_east_m
         return row, col
 
-    def position_of(self, row: float, col: float) -> tuple[float, float]:
-        """(east_m, north_m) of a fractional post position."""
+    @overload
+    def position_of(self, row: float, col: float) -> tuple[float, float]: ...
+
+    @overload
+    def position_of(self, row: Numbers, col: Numbers) -> tuple[Reals, Reals]: ...
+
+    def position_of(self, row: Any, col: Any) -> tuple[Any, Any]:
+        """(east_m, north_m) of a fractional post position, or of arrays of them: north of rows, east of columns."""
         return self.origin_east_m + col * self.cell_east_m, self.origin_north_m - row * self.cell_north_m
 
     def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> ElevationGrid:
@@ -152,6 +167,7 @@ def _as_metric_crs(crs: Any) -> pyproj.CRS | None:
         raise ElevationGridError(f"The CRS {str(crs)[:80]!r} is not known: {error}".splitlines()[0]) from error
     if not parsed.is_projected:
         raise ElevationGridError(
-            f"The CRS {parsed.name!r} is not projected; a grid needs metres east and north (read_dem warps for you)."
+            f"The CRS {parsed.name!r} is not projected; a grid needs metres east and north. "
+            "Map files in degrees are warped when they are read; arrays of heights are not."
         )
     return parsed

@@ -64,7 +64,7 @@ _FunctionCompiler = getattr(numba_dispatcher, "_FunctionCompiler", None)
 
 if _FunctionCompiler is not None:
 
-    class _NoAliasCompiler(_FunctionCompiler):  # type: ignore[misc, valid-type]
+    class _NoAliasCompiler(_FunctionCompiler):  # type: ignore[misc, valid-type] # private to numba
         """numba's function compiler with the noalias flag set."""
 
         def _customize_flags(self, flags: Any) -> Any:

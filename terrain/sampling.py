@@ -17,7 +17,7 @@ def height_at(grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike
     east_m, north_m: scalars or arrays that broadcast together, metres in the grid's frame; the result has their shape.
     """
     east, north = np.broadcast_arrays(np.asarray(east_m, np.float64), np.asarray(north_m, np.float64))
-    row, col = grid.post_at(east.ravel(), north.ravel())  # type: ignore[arg-type]
+    row, col = grid.post_at(east.ravel(), north.ravel())
     heights_m = np.full(east.size, np.nan)
     kernels.surface_heights(grid.heights_m, np.ascontiguousarray(row), np.ascontiguousarray(col), heights_m)
     return heights_m.reshape(east.shape)

@@ -127,7 +127,7 @@ def check_receiver(above_ground_m: float) -> None:
 
 def antenna_points(grid: ElevationGrid, rows: tuple[int, int], above_ground_m: float) -> npt.NDArray[np.float64]:
     """(posts, 3) east, north, altitude of an antenna over the posts of some rows, (first, stop); NaN = unknown."""
-    east_m, north_m = grid.position_of(np.arange(*rows)[:, None], np.arange(grid.cols))  # type: ignore[arg-type]
+    east_m, north_m = grid.position_of(np.arange(*rows)[:, None], np.arange(grid.cols))
     points_m = np.empty((rows[1] - rows[0], grid.cols, 3))
     points_m[..., 0], points_m[..., 1] = east_m, north_m
     points_m[..., 2] = grid.heights_m[slice(*rows)] + np.float32(above_ground_m)

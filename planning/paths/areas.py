@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from terrain import ElevationGrid
 __all__ = ["outside_of", "squares_touched", "squares_with_middle_in"]
 
 Mask = npt.NDArray[np.bool_]
+Posts = npt.NDArray[np.integer[Any]]  # row or column numbers
 
 # blocks of so many squares each way are asked before their squares are
 BLOCK = 32
@@ -55,7 +57,7 @@ def squares_with_middle_in(grid: ElevationGrid, zone: shapely.Geometry) -> Mask:
     cols = np.arange(max(math.floor(left - 0.5), 0), min(math.ceil(right + 0.5), grid.cols - 1))
     if len(rows) and len(cols):
         shapely.prepare(zone)
-        e, n = grid.position_of(rows[:, None] + 0.5, cols + 0.5)  # type: ignore[arg-type]
+        e, n = grid.position_of(rows[:, None] + 0.5, cols + 0.5)
         inside[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1] = shapely.intersects_xy(zone, *np.broadcast_arrays(e, n))
     return inside
 
@@ -69,10 +71,8 @@ def outside_of(grid: ElevationGrid, areas: Sequence[shapely.Geometry]) -> shapel
     )
 
 
-def _boxes(
-    grid: ElevationGrid, row: npt.ArrayLike, col: npt.ArrayLike, last_row: npt.ArrayLike, last_col: npt.ArrayLike
-) -> npt.NDArray[np.object_]:
-    west_m, north_m = grid.position_of(row, col)  # type: ignore[arg-type]
-    east_m, south_m = grid.position_of(last_row, last_col)  # type: ignore[arg-type]
+def _boxes(grid: ElevationGrid, row: Posts, col: Posts, last_row: Posts, last_col: Posts) -> npt.NDArray[np.object_]:
+    west_m, north_m = grid.position_of(row, col)
+    east_m, south_m = grid.position_of(last_row, last_col)
     boxes: npt.NDArray[np.object_] = shapely.box(west_m, south_m, east_m, north_m)
     return boxes

@@ -139,15 +139,15 @@ def _judges(base: Any, information: Any, motions: Motions) -> tuple[Any, Any, An
             last[0], last[1] = key, motions.cost(a, b)
         return float(last[1])
 
-    class Checker(base.StateValidityChecker):  # type: ignore[misc]
+    class Checker(base.StateValidityChecker):  # type: ignore[misc] # OMPL ships no types
         def isValid(self, state: State) -> bool:  # noqa: N802 - OMPL's name
             return motions.allowed(state)
 
-    class Segments(base.MotionValidator):  # type: ignore[misc]
+    class Segments(base.MotionValidator):  # type: ignore[misc] # OMPL ships no types
         def checkMotion(self, a: State, b: State) -> bool:  # noqa: N802 - OMPL's name
             return cost(a, b) < math.inf
 
-    class Objective(base.OptimizationObjective):  # type: ignore[misc]
+    class Objective(base.OptimizationObjective):  # type: ignore[misc] # OMPL ships no types
         def stateCost(self, _state: State) -> Any:  # noqa: N802 - OMPL's name
             return base.Cost(0.0)
 

@@ -50,9 +50,9 @@ class SightTable:
     bits: Bits
     targets: int
 
-    def visible(self, which: npt.ArrayLike | slice = slice(None)) -> npt.NDArray[np.bool_]:
+    def visible(self, which: slice | list[int] | npt.NDArray[np.intp] = slice(None)) -> npt.NDArray[np.bool_]:
         """(rows, m) bool of some rows."""
-        rows = np.ascontiguousarray(self.bits[which]).astype("<u8").view(np.uint8)  # type: ignore[index]
+        rows = np.ascontiguousarray(self.bits[which]).astype("<u8").view(np.uint8)
         return np.unpackbits(rows, axis=-1, bitorder="little")[..., : self.targets].astype(np.bool_)
 
 

@@ -172,8 +172,10 @@ def _cuts(summary: dict[str, Any]) -> tuple[Table, ...]:
     if cut is None:
         return ()
     table = Table(title="What would let a path through, one by itself", title_justify="left")
-    for column, justify in (("limit", "left"), ("asked", "right"), ("needed", "right"), ("in words", "left")):
-        table.add_column(column, justify=justify)  # type: ignore[arg-type]
+    table.add_column("limit")
+    table.add_column("asked", justify="right")
+    table.add_column("needed", justify="right")
+    table.add_column("in words")
     for one in cut["relaxations"]:
         numbers = ("–" if one[name] is None else f"{one[name]:.4g}" for name in ("asked", "needed"))
         table.add_row(one["reason"], *numbers, escape(one["sentence"]))

@@ -57,7 +57,7 @@ def describe(app: FastAPI) -> None:
             app.openapi_schema = schema
         return app.openapi_schema
 
-    app.openapi = described  # type: ignore[method-assign]
+    app.openapi = described  # type: ignore[method-assign] # FastAPI has no other way
 
 
 def _drop_framework_answers(responses: dict[str, Any]) -> None:

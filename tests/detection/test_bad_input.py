@@ -87,7 +87,7 @@ def test_epochs_that_come_twice_late_or_out_of_order_are_told_and_counted() -> N
 def test_misuse_is_told_in_one_sentence(change: dict[str, object], words: str) -> None:
     asked: dict[str, object] = {"anchor_positions_m": DRONES_M, "ranges_m": np.full(8, 100.0)} | change
     with pytest.raises(DetectionInputError, match=words):
-        detect_3d(**asked)  # type: ignore[arg-type]
+        detect_3d(**asked)
 
 
 @pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_odometry_that_cannot_be_is_set_aside_and_the_ranges_are_judged(odometry
 )
 def test_settings_that_make_no_sense_are_refused_in_one_sentence(change: dict[str, object], words: str) -> None:
     with pytest.raises(DetectionInputError, match=words):
-        DetectorSettings(**change)  # type: ignore[arg-type]
+        DetectorSettings(**change)
 
 
 @pytest.mark.parametrize(
@@ -179,7 +179,7 @@ def test_settings_that_make_no_sense_are_refused_in_one_sentence(change: dict[st
 def test_an_anchor_that_makes_no_sense_is_refused(change: dict[str, object], words: str) -> None:
     anchor: dict[str, object] = {"id": "A", "east_m": 0.0, "north_m": 0.0} | change
     with pytest.raises(DetectionInputError, match=words):
-        RangingAnchor(**anchor)  # type: ignore[arg-type]
+        RangingAnchor(**anchor)
 
 
 @given(

@@ -54,7 +54,7 @@ def test_heights_and_cell_sizes_are_enough(tmp_path: Path) -> None:
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("dtype", ["<i2", ">i2", "<f8", "|u1"])
 def test_bare_heights_are_read_with_the_cell_size_given(tmp_path: Path, dtype: str, order: str) -> None:
-    heights = np.array(hill() / 4, dtype=dtype, order=order)  # type: ignore[call-overload]
+    heights = np.array(hill() / 4, dtype=dtype, order=order)
     np.save(tmp_path / "dem.npy", heights)
     grid = read_dem(tmp_path / "dem.npy", cell_m=(2.0, 3.0), crs="EPSG:32632")
     np.testing.assert_array_equal(grid.heights_m, heights.astype("f4"))

@@ -16,7 +16,7 @@ from tests.terrain.files import hill, write_asc, write_tif
 
 
 def make_npz(path: Path) -> Path:
-    write_npz(ElevationGrid(hill(), 10.0, 10.0, 5e5, 5e6, "EPSG:32632"), path)  # type: ignore[arg-type]
+    write_npz(ElevationGrid(hill(), 10.0, 10.0, 5e5, 5e6, "EPSG:32632"), path)
     return path
 
 

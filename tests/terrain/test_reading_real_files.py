@@ -17,7 +17,7 @@ DEMS = sorted(path for path in SHARED_DEMS.glob("*.*") if path.suffix != ".json"
 
 
 def read(name: str, **options: object) -> ElevationGrid:
-    return read_dem(SHARED_DEMS / name, **options)  # type: ignore[arg-type]
+    return read_dem(SHARED_DEMS / name, **options)
 
 
 def highest(grid: ElevationGrid) -> tuple[float, float]:

@@ -41,7 +41,10 @@ def test_the_horizon_of_an_eye_and_a_target_over_curved_ground() -> None:
     # a 1.7 m tall person sees 4.65 km of sea without refraction; 5 km is what they are told
     assert horizon_distance_m(1.7, 0.0, 6.371e6, 1.0) == pytest.approx(4654.0, abs=1.0)
     distance_m = horizon_distance_m(30.0, 10.0, 6.371e6)
-    lowered = lambda d: d * d / (2.0 * 4.0 / 3.0 * 6.371e6)  # noqa: E731  the drop of the ground, as the engines apply it
+
+    def lowered(d):
+        return d * d / (2.0 * 4.0 / 3.0 * 6.371e6)  # the drop of the ground, as the engines apply it
+
     touch_m = math.sqrt(2.0 * 4.0 / 3.0 * 6.371e6 * 30.0)
     line_at_touch_m = 30.0 + (10.0 - lowered(distance_m) - 30.0) * touch_m / distance_m
     assert line_at_touch_m == pytest.approx(-lowered(touch_m), abs=1e-6), "the line just touches the ground"

@@ -82,7 +82,7 @@ def test_a_warped_plane_stays_a_plane_and_cells_keep_the_resolution(tmp_path: Pa
     assert grid.cell_east_m == pytest.approx(0.001 * 111_320 * np.cos(np.radians(46.96)), rel=0.01)
     assert grid.cell_north_m == pytest.approx(0.002 * 111_170, rel=0.01)
     r, c = np.mgrid[0 : grid.rows, 0 : grid.cols]
-    east, north = grid.position_of(r, c)  # type: ignore[arg-type]
+    east, north = grid.position_of(r, c)
     lon, lat = to_lon_lat(grid, east, north)
     expected = 1000.0 - 3.0 * ((47.0 - lat) / 0.002 - 0.5) + 2.0 * ((lon - 11.9) / 0.001 - 0.5)
     known = ~np.isnan(grid.heights_m)
@@ -98,7 +98,7 @@ def test_a_void_costs_exactly_the_triangles_it_belongs_to(tmp_path: Path) -> Non
     lon, lat = DEGREE_TRANSFORM @ (14.5, 12.5)
     assert np.isnan(height_at(grid, *to_grid_frame(grid, lon, lat)))
     r, c = np.mgrid[0 : grid.rows, 0 : grid.cols]
-    lons, lats = to_lon_lat(grid, *grid.position_of(r, c))  # type: ignore[arg-type]
+    lons, lats = to_lon_lat(grid, *grid.position_of(r, c))
     cols_away, rows_away = np.abs((lons - lon) / 0.001), np.abs((lats - lat) / 0.002)
     beyond = (np.maximum(cols_away, rows_away) > 1.0) & (np.minimum(lons - 11.9005, 11.9295 - lons) > 1e-6)
     beyond &= np.minimum(46.999 - lats, lats - 46.941) > 1e-6

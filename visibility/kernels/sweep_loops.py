@@ -1,7 +1,7 @@
 """The inner loops of the fast sweep: rays take in a line of posts, posts are answered from rays.
 
 Rays and posts are taken a stride at a time, so that what is picked for them stays in the nearest cache and the loops
-have no odd ends.
+have no odd ends. Their counters become float32 by way of int32: without AVX-512 no vector of 64-bit ones does.
 """
 
 import numpy as np

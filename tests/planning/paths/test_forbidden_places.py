@@ -47,7 +47,7 @@ class Veiled:
 
 def level_problem(**limits: float) -> PathProblem:
     grid = ElevationGrid(np.zeros((40, 60), np.float32), 5.0, 5.0)
-    asked = PathLimits(**limits)  # type: ignore[arg-type]
+    asked = PathLimits(**limits)
     return PathProblem(grid, START, GOAL, anchors=ANCHORS, limits=asked, budget=PlanBudget(sampling=False))
 
 

@@ -38,7 +38,7 @@ def grid_of(heights_m: np.ndarray) -> ElevationGrid:
 
 def asked(grid: ElevationGrid | None = None, **changes: object) -> PathProblem:
     given = {"start": START, "goals": GOAL, "rover": ROVER, "budget": GRID_ALONE} | changes
-    return PathProblem(grid or grid_of(level()), **given)  # type: ignore[arg-type]
+    return PathProblem(grid or grid_of(level()), **given)
 
 
 def overhead(count: int) -> tuple[Anchor, ...]:
@@ -194,7 +194,7 @@ def test_a_question_that_makes_no_sense_is_refused(changes: dict, error: type[Ex
 )
 def test_numbers_that_cannot_be_are_refused(make: object, words: str) -> None:
     with pytest.raises(PathProblemError, match=words):
-        make()  # type: ignore[operator]
+        make()
 
 
 def test_speed_over_slope_makes_uphill_take_longer_than_downhill() -> None:

@@ -23,7 +23,7 @@ def hilly_problem(seed: int = 0, **changes: object) -> PathProblem:
     rover = RoverModel(max_slope_rad=math.radians(60.0))
     west_m, south_m, east_m, north_m = grid.bounds_m
     given = {"rover": rover, "seed": seed, "budget": PlanBudget(iterations=15_000)} | changes
-    return PathProblem(grid, (west_m + 311.0, south_m + 287.0), (east_m - 407.0, north_m - 333.0), **given)  # type: ignore[arg-type]
+    return PathProblem(grid, (west_m + 311.0, south_m + 287.0), (east_m - 407.0, north_m - 333.0), **given)
 
 
 def test_the_path_is_the_same_twice_and_no_dearer_than_the_grids() -> None:
@@ -119,7 +119,7 @@ def test_a_process_that_dies_is_told_as_an_error() -> None:
             return os._exit, (3,)
 
     with OwnProcess() as own:
-        own.begin(Poison())  # type: ignore[arg-type]
+        own.begin(Poison())
         with pytest.raises(PlanningProcessError, match="exit code 3"):
             own.answer(lambda: False)
 

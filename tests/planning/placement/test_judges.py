@@ -82,7 +82,7 @@ def test_values_are_those_of_the_oracle(chosen: list[int]) -> None:
 
 @pytest.mark.parametrize("objective", ["coverage", "dop"])
 def test_a_spare_counts_what_is_left_after_the_worst_loss(objective: str) -> None:
-    goal = Goal(objective, visible=3, dop_limit=7.0)  # type: ignore[arg-type]
+    goal = Goal(objective, visible=3, dop_limit=7.0)
     robust, plain = problem_of(replace(goal, spare=1)), problem_of(goal)
     chosen = [0, 2, 3, 5, 7, 8]
     # a target counts once every loss leaves it enough; the share after a loss of one anchor everywhere is no less

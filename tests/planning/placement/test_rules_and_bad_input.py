@@ -211,7 +211,7 @@ BAD = {
     "a stand-off below 0": (lambda: PlacementRules(stand_off=((FAR, -1.0),)), "stand-off distance must be"),
     "a link without base": (lambda: Link(()), "at least one base"),
     "a link of no length": (lambda: Link(((0.0, 0.0, 0.0),), 0.0), "max_range_m > 0"),
-    "an objective of its own": (lambda: Goal("best"), "objective must be one of"),  # type: ignore[arg-type]
+    "an objective of its own": (lambda: Goal("best"), "objective must be one of"),
     "two spares": (lambda: Goal(spare=2), "spare 0 or 1"),
     "no limit": (lambda: Goal(dop_limit=0.0), "dop_limit must be a number > 0"),
     "a vertical error along the ground": (lambda: Goal(on_surface=True, dilution="vdop"), "is not defined"),

@@ -20,7 +20,7 @@ def ridge(height_m: float = 30.0) -> ElevationGrid:
     return ElevationGrid(heights_m, 5.0, 5.0)
 
 
-def check(report: PathValidation, limit: PathLimit):  # type: ignore[no-untyped-def]
+def check(report: PathValidation, limit: PathLimit):
     return next(one for one in report.checks if one.limit is limit)
 
 
