@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 
@@ -14,8 +13,8 @@ from .geometric import MOST_RANGES
 from .intake import take_in
 from .judging import Judge
 from .settings import DetectorSettings
-from .state import AnchorState, DetectorState
-from .verdicts import EpochResult, Rejection, Sight
+from .state import AnchorRecord, DetectorState
+from .verdicts import EpochResult, Rejection
 
 __all__ = ["Detector", "detect_epoch"]
 
@@ -36,7 +35,7 @@ class Detector:
         self.settings = settings
         self._order = EpochOrder(settings.window)
         self._rejections: Counter[Rejection] = Counter()
-        self._seen = {a.id: AnchorState(a.id, Sight.UNKNOWN, 0.5, None, math.nan, 0, 0.0) for a in anchors}
+        self._seen = {anchor.id: AnchorRecord() for anchor in anchors}
         self._judge = Judge(anchors, settings)
         self._epochs = 0
         self._last: EpochResult | None = None
@@ -50,8 +49,9 @@ class Detector:
             east_m, north_m, up_m, east, north, up = track.state[:6].tolist()
             place_m, velocity_m_per_s = (east_m, north_m, up_m), (east, north, up)
         return DetectorState(
-            self._order.time_s, self._epochs, dict(self._rejections), tuple(self._seen.values()),
-            self._judge.monitor.health(), self._last, place_m, velocity_m_per_s,
+            self._order.time_s, self._epochs, dict(self._rejections),
+            tuple(record.state(anchor_id) for anchor_id, record in self._seen.items()), self._judge.monitor.health(),
+            self._last, place_m, velocity_m_per_s,
         )  # fmt: skip
 
     def process(self, epoch: RangeEpoch) -> EpochResult:
@@ -79,12 +79,7 @@ class Detector:
         self._epochs += 1
         self._last = result
         for verdict in result.verdicts:
-            before = self._seen[verdict.anchor_id]
-            share = (before.occluded_share * before.ranges + verdict.occluded) / (before.ranges + 1)
-            self._seen[verdict.anchor_id] = AnchorState(
-                verdict.anchor_id, verdict.sight, verdict.probability, epoch.time_s, verdict.range_m,
-                before.ranges + 1, share,
-            )  # fmt: skip
+            self._seen[verdict.anchor_id].note(verdict, epoch.time_s)
 
 
 def detect_epoch(

@@ -26,6 +26,9 @@ from .verdicts import (
 
 __all__ = ["epoch_result", "rejected_epoch", "verdict_on"]
 
+OCCLUDED, UNKNOWN = Sight.OCCLUDED, Sight.UNKNOWN
+SILENT, GEOMETRY = Say.SILENT, Witness.GEOMETRY
+
 SPOKEN = {
     Witness.GEOMETRY: "geometry",
     Witness.ODOMETRY: "odometry",
@@ -46,7 +49,7 @@ def verdict_on(
     probability = fused
     if probability is None:
         probability = 0.5 if measured.p_sight is None else 1.0 - measured.p_sight
-    confidence = abs(2.0 * probability - 1.0) if sight is not Sight.UNKNOWN else 0.0
+    confidence = abs(2.0 * probability - 1.0) if sight is not UNKNOWN else 0.0
     score = abs(excess_m) / harmful_m if math.isfinite(excess_m) else probability
     return AnchorVerdict(
         measured.anchor_id, sight, probability, confidence, score, measured.range_m, excess_m, tuple(says),
@@ -55,17 +58,17 @@ def verdict_on(
 
 
 def _reason(anchor_id: str, sight: Sight, says: Sequence[WitnessSay], agree: bool) -> str:
-    spoken = [say for say in says if say.says is not Say.SILENT]
+    spoken = [say for say in says if say.says is not SILENT]
     if not spoken:
-        spoken = [say for say in says if say.witness is Witness.GEOMETRY]
-    words = "; ".join(f"{SPOKEN[say.witness]}: {say.reason}" for say in spoken)
+        spoken = [say for say in says if say.witness is GEOMETRY]
+    words = "; ".join([f"{SPOKEN[say.witness]}: {say.reason}" for say in spoken])
     doubt = "" if agree else ", though the witnesses differ"
     return f"{anchor_id} is {sight}{doubt}. {words[:1].upper()}{words[1:]}."
 
 
 def _too_short(sight: Sight, excess_m: float, harmful_m: float) -> str:
     """An occlusion makes ranges long, never short; whoever reads of one that is short shall look elsewhere."""
-    if sight is not Sight.OCCLUDED or not excess_m < -harmful_m:
+    if sight is not OCCLUDED or not excess_m < -harmful_m:
         return ""
     return (
         f" Its range is {-excess_m:.2f} m too short, which no occlusion explains: suspect where the anchor stands, or "
@@ -83,9 +86,9 @@ def epoch_result(
     needed: str,
 ) -> EpochResult:
     """The answer to an epoch that was used."""
-    excluded = tuple(verdict.anchor_id for verdict in verdicts if verdict.occluded)
-    included = tuple(verdict.anchor_id for verdict in verdicts if not verdict.occluded)
-    unknown = sum(verdict.sight is Sight.UNKNOWN for verdict in verdicts)
+    excluded = tuple([verdict.anchor_id for verdict in verdicts if verdict.sight is OCCLUDED])
+    included = tuple([verdict.anchor_id for verdict in verdicts if verdict.sight is not OCCLUDED])
+    unknown = sum([verdict.sight is UNKNOWN for verdict in verdicts])
     classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(len(excluded), 2)]
     if unknown or not verdicts:
         classification = Classification.UNDETERMINED

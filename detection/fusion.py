@@ -14,8 +14,10 @@ __all__ = [
     "fuse",
     "fused_probability",
     "is_good_geometry",
-    "normalised",
 ]
+
+SILENT = Say.SILENT
+CLEAR, OCCLUDED, UNKNOWN = Sight.CLEAR, Sight.OCCLUDED, Sight.UNKNOWN
 
 # of good and poor geometry, of reliable and unreliable odometry, before they are normalised (step 2)
 GEOMETRY_WEIGHTS = (0.7, 0.3)
@@ -31,26 +33,30 @@ def is_good_geometry(dilution: float) -> bool:
     return dilution <= GOOD_DILUTION
 
 
-def normalised(weights: Sequence[float]) -> tuple[float, ...]:
-    """Weights that sum to one; all zero stays all zero."""
-    total = sum(weights)
-    return tuple(weight / total if total > 0.0 else 0.0 for weight in weights)
-
-
 def fused_probability(says: Sequence[WitnessSay]) -> float | None:
-    """Weighted mean of what the witnesses that speak say, 1 or 0 or a probability (step 3); None where none does."""
-    speaking = [say for say in says if say.says is not Say.SILENT and say.weight > 0.0]
-    if not speaking:
-        return None
-    weights = normalised([say.weight for say in speaking])
-    return sum(weight * say.probability for weight, say in zip(weights, speaking, strict=True))
+    """Mean of what the witnesses that vote say, 1 or 0 or a probability, by their weights, normalised (steps 2 and 3).
+
+    None where no witness votes.
+    """
+    voting = _voting(says)
+    return _mean(voting) if voting else None
 
 
 def fuse(says: Sequence[WitnessSay], settings: DetectorSettings) -> tuple[Sight, float | None, bool]:
     """(sight, fused probability, whether the witnesses agree); cautious where they do not (step 4)."""
-    probability = fused_probability(says)
-    if probability is None:
-        return Sight.UNKNOWN, None, True
-    agree = len({say.says for say in says if say.says is not Say.SILENT and say.weight > 0.0}) == 1
+    voting = _voting(says)
+    if not voting:
+        return UNKNOWN, None, True
+    probability = _mean(voting)
+    agree = len({say.says for say in voting}) == 1
     threshold = settings.occlusion_threshold if agree else settings.cautious_threshold
-    return (Sight.OCCLUDED if probability > threshold else Sight.CLEAR), probability, agree
+    return (OCCLUDED if probability > threshold else CLEAR), probability, agree
+
+
+def _voting(says: Sequence[WitnessSay]) -> list[WitnessSay]:
+    return [say for say in says if say.weight > 0.0 and say.says is not SILENT]
+
+
+def _mean(voting: Sequence[WitnessSay]) -> float:
+    total = sum([say.weight for say in voting])
+    return sum([say.weight / total * say.probability for say in voting])

@@ -160,36 +160,30 @@ def detect_ranges(
     if not searched.found:
         return _without_position(n, _why_nothing_meets(n, dimension, searched), report)
     best = searched.found[0]
-    weights = np.array([math.exp(0.5 * (_merit(best) - _merit(one))) for one in searched.found])
-    weights /= weights.sum()
+    odds = [math.exp(0.5 * (_merit(best) - _merit(one))) for one in searched.found]
+    weights = [one / sum(odds) for one in odds]
     left_out = np.array([[not one.kept >> i & 1 for i in range(n)] for one in searched.found])
-    p_occluded = weights @ left_out
+    p_occluded = np.array(weights) @ left_out
     unknown = (p_occluded > 1.0 - BELIEVED) & (p_occluded < BELIEVED)
-    if n == dimension:
-        unknown[:] = True
     best, mirror_m = settled_side(best, dimension)
+    kept = best.kept.bit_count()
     excess_m, statistic = np.empty(n), np.empty(n)
     kernel.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
-    by_chance = _by_chance(best.kept.bit_count(), statistic[left_out[0]], dimension)
-    if by_chance > 1.0 - BELIEVED:
+    if n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
         unknown[:] = True
-    occluded = left_out[0] & ~unknown
-    candidates = tuple(
-        tuple(np.flatnonzero(row).tolist())
-        for row, weight in zip(left_out, weights, strict=True)
-        if weight > 1.0 - BELIEVED
-    )
-    kept = best.kept.bit_count()
+    undetermined = bool(unknown.any())
+    likely = [number for number, weight in enumerate(weights) if weight > 1.0 - BELIEVED]
+    position_m = np.array(best.place_m[:dimension])
     classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(n - kept, 2)]
     needed = ""
-    if unknown.any():
+    if undetermined:
         classification = Classification.UNDETERMINED
         needed = f"{_more(1)}, a prediction of who is in sight, or odometry" + (
             f": {n} ranges cannot check one another."
             if n == dimension
             else f": so few of {n} ranges may meet by chance."
-            if len(candidates) == 1
-            else f": {len(candidates)} explanations fit."
+            if len(likely) == 1
+            else f": {len(likely)} explanations fit."
         )
     elif mirror_m is not None:
         needed = "An altitude or a side: anchors in one plane leave two places." if dimension == 3 else (
@@ -197,19 +191,19 @@ def detect_ranges(
         )  # fmt: skip
     return GeometricDetection(
         classification,
-        occluded,
+        left_out[0] & ~unknown,
         unknown,
         p_occluded,
         excess_m,
         statistic,
         kept,
         n - kept,
-        np.array(best.place_m[:dimension]),
-        covariance_of(ranges, best, dimension),
+        position_m,
+        covariance_of(ranges, ~left_out[0], position_m),
         mirror_m,
         None if best.nearly_m is None else np.array(best.nearly_m[:dimension]),
-        kept > dimension and not unknown.any(),
-        candidates if len(candidates) > 1 else (),
+        kept > dimension and not undetermined,
+        tuple(tuple(np.flatnonzero(left_out[number]).tolist()) for number in likely) if len(likely) > 1 else (),
         report,
         needed,
     )

@@ -46,17 +46,23 @@ def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings
 def _range_rejection(
     measured: RangeMeasurement, known: Container[str], twice: set[str], settings: DetectorSettings
 ) -> Rejection | None:
-    checks = (
-        (measured.anchor_id not in known, Rejection.UNKNOWN_ANCHOR),
-        (measured.anchor_id in twice, Rejection.ANCHOR_TWICE),
-        (not math.isfinite(measured.range_m), Rejection.NOT_FINITE),
-        (measured.range_m <= 0.0, Rejection.NOT_POSITIVE),
-        (measured.range_m > settings.max_range_m, Rejection.TOO_LONG),
-        (measured.sigma_m is not None and not 0.0 < measured.sigma_m <= LARGEST_SIGMA_M, Rejection.BAD_SIGMA),
-        (measured.p_sight is not None and not 0.0 <= measured.p_sight <= 1.0, Rejection.BAD_PRIOR),
-        (measured.time_s is not None and not math.isfinite(measured.time_s), Rejection.BAD_TIME),
-    )
-    return next((reason for wrong, reason in checks if wrong), None)
+    if measured.anchor_id not in known:
+        return Rejection.UNKNOWN_ANCHOR
+    if measured.anchor_id in twice:
+        return Rejection.ANCHOR_TWICE
+    if not math.isfinite(measured.range_m):
+        return Rejection.NOT_FINITE
+    if measured.range_m <= 0.0:
+        return Rejection.NOT_POSITIVE
+    if measured.range_m > settings.max_range_m:
+        return Rejection.TOO_LONG
+    if measured.sigma_m is not None and not 0.0 < measured.sigma_m <= LARGEST_SIGMA_M:
+        return Rejection.BAD_SIGMA
+    if measured.p_sight is not None and not 0.0 <= measured.p_sight <= 1.0:
+        return Rejection.BAD_PRIOR
+    if measured.time_s is not None and not math.isfinite(measured.time_s):
+        return Rejection.BAD_TIME
+    return None
 
 
 def _usable(odometry: OdometryIncrement) -> bool:

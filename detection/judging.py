@@ -6,9 +6,6 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
-
 from .clock_offsets import aligned
 from .epoch_arrays import EpochArrays, anchor_places, arrays_of
 from .epoch_results import epoch_result, verdict_on
@@ -26,6 +23,8 @@ from .verdicts import AnchorVerdict, EpochResult, OdometryCondition, PositionFix
 from .witnesses import geometry_says, motion_says, odometry_says, prediction_says
 
 __all__ = ["Judge"]
+
+CLEAR, UNKNOWN, SILENT = Sight.CLEAR, Sight.UNKNOWN, Say.SILENT
 
 
 class Judge:
@@ -72,32 +71,46 @@ class Judge:
             limit=settings.search_limit,
         )
         excess_m, sigma_m = self._tracker.follow(arrays, geometry, time_s)
-        direction = self._directions(geometry)
+        rover_m = self._rover_m(geometry)
         changes = [
             self._trusted[measured.anchor_id].judge(measured.range_m, sigma, settings, self._scale)
             for measured, sigma in zip(intake.ranges, arrays.heard.sigmas_m.tolist(), strict=True)
         ]
-        weights = self._weights(geometry, arrays, motion, changes)
-        verdicts = []
-        for i, measured in enumerate(intake.ranges):
-            harmful_m = float(arrays.harmful_m[i])
-            least_m = float(0.5 * arrays.heard.sigmas_m[i])
-            says = (
-                geometry_says(geometry, i, weights[0]),
-                odometry_says(changes[i], weights[1]),
-                motion_says(float(excess_m[i]), float(sigma_m[i]), least_m, harmful_m, MOTION_WEIGHT),
-                prediction_says(measured.p_sight),
-            )
-            # a track that is not settled still knows more than ranges that allow no position
-            by_track = says[2].says is not Say.SILENT or math.isnan(geometry.excess_m[i])
-            best_m = float(excess_m[i] if by_track else geometry.excess_m[i])
-            verdicts.append(verdict_on(measured, best_m, harmful_m, says, settings))
-        self._learn(verdicts, changes, arrays, direction)
+        verdicts = self._verdicts(intake, arrays, geometry, changes, (excess_m.tolist(), sigma_m.tolist()), motion)
+        self._learn(verdicts, changes, arrays, rover_m)
         position = self._position(geometry, verdicts, time_s)
         condition = OdometryCondition.MISSING if motion is None else motion.condition
         return epoch_result(
             base_time_s, tuple(verdicts), position, condition, geometry.search, intake.rejected, geometry.needed
         )
+
+    def _verdicts(
+        self,
+        intake: Intake,
+        arrays: EpochArrays,
+        geometry: GeometricDetection,
+        changes: Sequence[Change | None],
+        by_track: tuple[list[float], list[float]],
+        motion: Motion | None,
+    ) -> list[AnchorVerdict]:
+        """What the witnesses make of each range together. by_track: its excess, and the sigma of its distance."""
+        geometry_weight, odometry_weight = self._weights(geometry, arrays, motion, changes)
+        harmful_m = arrays.harmful_m.tolist()
+        says = zip(
+            geometry_says(geometry, geometry_weight),
+            odometry_says(changes, odometry_weight),
+            motion_says(*by_track, (0.5 * arrays.heard.sigmas_m).tolist(), harmful_m, MOTION_WEIGHT),
+            prediction_says([measured.p_sight for measured in intake.ranges]),
+            strict=True,
+        )
+        verdicts = []
+        for measured, told, harm_m, track_m, meeting_m in zip(
+            intake.ranges, says, harmful_m, by_track[0], geometry.excess_m.tolist(), strict=True
+        ):
+            # a track that is not settled still knows more than ranges that allow no position
+            best_m = track_m if told[2].says is not SILENT or math.isnan(meeting_m) else meeting_m
+            verdicts.append(verdict_on(measured, best_m, harm_m, told, self._settings))
+        return verdicts
 
     def _move(self, epoch: RangeEpoch) -> None:
         """Anchors that fly: their ranges are no longer to be compared with those from where they were."""
@@ -116,8 +129,9 @@ class Judge:
             ahead_s = self._settings.odometry_offset_s - self._settings.ranging_offset_s
             motion, self._motion = aligned(self._motion, raw, ahead_s), raw
             self.monitor.note_odometry(motion.reliable)
+        reliable = motion if motion is not None and motion.reliable else None
         for trusted in self._trusted.values():
-            trusted.drive(motion)
+            trusted.drive(reliable)
         return motion
 
     def _weights(
@@ -126,48 +140,44 @@ class Judge:
         """Weights of geometry and odometry by conditions and by how well they did so far (fusion step 2)."""
         good = False
         if geometry.covariance_m2 is not None:
-            mean_sigma_m = float(arrays.heard.sigmas_m.mean())
-            good = is_good_geometry(math.sqrt(float(np.trace(geometry.covariance_m2))) / mean_sigma_m)
+            mean_sigma_m = sum(arrays.heard.sigmas_m.tolist()) / len(changes)
+            good = is_good_geometry(math.sqrt(float(geometry.covariance_m2.trace())) / mean_sigma_m)
         reliable = motion is not None and motion.reliable and not self.monitor.odometry_fails
         # many violations at once speak against odometry that cannot be cross-checked, not against all anchors
-        violations = sum(change is not None and change.violated for change in changes)
+        violations = sum([change is not None and change.violated for change in changes])
         if violations > 1 and 2 * violations > len(changes):
             reliable = False
         geometry_weight = GEOMETRY_WEIGHTS[0 if good else 1] * self.monitor.accuracy("geometry")
         odometry_weight = ODOMETRY_WEIGHTS[0 if reliable else 1] * self.monitor.accuracy("odometry")
         return geometry_weight, odometry_weight
 
-    def _directions(self, geometry: GeometricDetection) -> npt.NDArray[np.float64] | None:
-        """(n, 3) unit vectors from the rover to all anchors, where the rover's place is known."""
-        place_m = np.zeros(3)
+    def _rover_m(self, geometry: GeometricDetection) -> list[float] | None:
+        """East, north, altitude (zero in two dimensions) of the rover, where its place is known."""
         if self._tracker.track is not None:
-            place_m = self._tracker.track.place_m
-        elif geometry.position_m is not None and geometry.checked and geometry.mirror_m is None:
-            place_m[: self._settings.dimension] = geometry.position_m
-        else:
-            return None
-        offset_m = self._places_m - place_m
-        toward: npt.NDArray[np.float64] = offset_m / np.maximum(np.linalg.norm(offset_m, axis=1, keepdims=True), 1e-6)
-        return toward
+            return [*self._tracker.track.place_m.tolist()]
+        if geometry.position_m is not None and geometry.checked and geometry.mirror_m is None:
+            return [*geometry.position_m.tolist(), 0.0][:3]
+        return None
 
     def _learn(
         self,
         verdicts: Sequence[AnchorVerdict],
         changes: Sequence[Change | None],
         arrays: EpochArrays,
-        directions: npt.NDArray[np.float64] | None,
+        rover_m: Sequence[float] | None,
     ) -> None:
-        for i, (verdict, change) in enumerate(zip(verdicts, changes, strict=True)):
+        """Note who was overruled, and which ranges the next ones are to be compared with."""
+        for verdict, change, sigma_m, anchor_m in zip(
+            verdicts, changes, arrays.heard.sigmas_m.tolist(), arrays.places_m.tolist(), strict=True
+        ):
+            clear = verdict.sight is CLEAR
             for say in verdict.says[:2]:
-                if say.says is not Say.SILENT:
-                    self.monitor.note(say.witness, say.says is Say.OCCLUDED and verdict.sight is Sight.CLEAR)
+                if say.says is not SILENT:
+                    self.monitor.note(say.witness, clear and say.says is Say.OCCLUDED)
             violated = change is not None and change.violated and not change.shorter
-            if verdict.sight is Sight.CLEAR or (verdict.sight is Sight.UNKNOWN and not violated):
-                toward = None
-                if directions is not None:
-                    east, north, up = directions[arrays.heard.index[i]].tolist()
-                    toward = (east, north, up)
-                self._trusted[verdict.anchor_id].trust(verdict.range_m, float(arrays.heard.sigmas_m[i]), toward)
+            if clear or (verdict.sight is UNKNOWN and not violated):
+                toward = None if rover_m is None else _direction(rover_m, anchor_m)
+                self._trusted[verdict.anchor_id].trust(verdict.range_m, sigma_m, toward)
 
     def _position(
         self, geometry: GeometricDetection, verdicts: Sequence[AnchorVerdict], time_s: float
@@ -178,3 +188,10 @@ class Judge:
         if geometry.position_m is None or geometry.covariance_m2 is None:
             return None
         return PositionFix(geometry.position_m, geometry.covariance_m2, geometry.checked, geometry.mirror_m)
+
+
+def _direction(rover_m: Sequence[float], anchor_m: Sequence[float]) -> tuple[float, float, float]:
+    """The unit vector from the rover to an anchor."""
+    east_m, north_m, up_m = anchor_m[0] - rover_m[0], anchor_m[1] - rover_m[1], anchor_m[2] - rover_m[2]
+    distance_m = max(math.sqrt(east_m * east_m + north_m * north_m + up_m * up_m), 1e-6)
+    return east_m / distance_m, north_m / distance_m, up_m / distance_m

@@ -15,6 +15,8 @@ from .verdicts import OdometryCondition
 
 __all__ = ["Motion", "expected_range_m", "motion_of", "violates_triangle"]
 
+RELIABLE = OdometryCondition.RELIABLE
+
 
 @dataclass(frozen=True, slots=True)
 class Motion:
@@ -30,7 +32,7 @@ class Motion:
     @property
     def reliable(self) -> bool:
         """Whether occlusion may be judged by it."""
-        return self.condition is OdometryCondition.RELIABLE
+        return self.condition is RELIABLE
 
 
 def violates_triangle(

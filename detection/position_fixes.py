@@ -15,6 +15,7 @@ Floats = npt.NDArray[np.float64]
 
 # Where ranges say nothing along an axis the covariance is this much larger than along the best known one.
 UNKNOWN_ALONG = 1e-12
+AXES = {2: np.eye(2), 3: np.eye(3)}
 
 
 def settled_side(one: ConsistentSet, dimension: int) -> tuple[ConsistentSet, Floats | None]:
@@ -28,13 +29,12 @@ def settled_side(one: ConsistentSet, dimension: int) -> tuple[ConsistentSet, Flo
     return one, np.array(mirror_m[:dimension])
 
 
-def covariance_of(ranges: Ranges, one: ConsistentSet, dimension: int) -> Floats:
-    """(d, d) covariance of the least squares at the place, m²; huge along an axis that the ranges say nothing of."""
-    kept = np.array([one.kept >> i & 1 for i in range(len(ranges.ranges_m))], np.bool_)
-    offset = (np.array(one.place_m) - ranges.anchors_m[kept])[:, :dimension]
-    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
+def covariance_of(ranges: Ranges, kept: npt.NDArray[np.bool_], place_m: Floats) -> Floats:
+    """(d, d) covariance of the least squares at a place (d,), m²; huge along an axis that the ranges say nothing of."""
+    offset = place_m - ranges.anchors_m[kept, : len(place_m)]
+    distance = np.maximum(np.sqrt((offset * offset).sum(axis=1)), 1e-9)
     rows = offset / (distance * ranges.sigmas_m[kept])[:, None]
     normal = rows.T @ rows
-    normal += np.eye(dimension) * (UNKNOWN_ALONG * np.trace(normal))
+    normal += AXES[len(place_m)] * (UNKNOWN_ALONG * normal.trace())
     covariance: Floats = np.linalg.inv(normal)
     return covariance

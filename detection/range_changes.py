@@ -50,8 +50,8 @@ class Trusted:
     broken: bool = field(default=False)  # odometry was missing or unreliable since
 
     def drive(self, motion: Motion | None) -> None:
-        """Add an increment to the motion since the trusted range."""
-        if motion is None or not motion.reliable:
+        """Add a reliable increment to the motion since the trusted range; None = there is none."""
+        if motion is None:
             self.broken = True
             return
         self.length_m += motion.length_m

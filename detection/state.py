@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from .verdicts import EpochResult, Rejection, Sight
+from .verdicts import AnchorVerdict, EpochResult, Rejection, Sight
 
-__all__ = ["AnchorState", "DetectorState", "Health"]
+__all__ = ["AnchorRecord", "AnchorState", "DetectorState", "Health"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +21,29 @@ class AnchorState:
     range_m: float
     ranges: int
     occluded_share: float
+
+
+@dataclass(slots=True)
+class AnchorRecord:
+    """What a session notes of one anchor; changed in place, and read as an ``AnchorState``."""
+
+    last: AnchorVerdict | None = None
+    time_s: float | None = None
+    ranges: int = 0
+    occluded_share: float = 0.0
+
+    def note(self, verdict: AnchorVerdict, time_s: float) -> None:
+        """Count one range and its verdict."""
+        self.occluded_share = (self.occluded_share * self.ranges + verdict.occluded) / (self.ranges + 1)
+        self.last, self.time_s = verdict, time_s
+        self.ranges += 1
+
+    def state(self, anchor_id: str) -> AnchorState:
+        """As it is now."""
+        sight, probability, range_m = Sight.UNKNOWN, 0.5, math.nan
+        if self.last is not None:
+            sight, probability, range_m = self.last.sight, self.last.probability, self.last.range_m
+        return AnchorState(anchor_id, sight, probability, self.time_s, range_m, self.ranges, self.occluded_share)
 
 
 @dataclass(frozen=True, slots=True)

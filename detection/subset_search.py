@@ -79,30 +79,23 @@ def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     """
     n = len(ranges.ranges_m)
     table, sets = np.zeros((kernel.MOST, kernel.FOUND)), np.zeros(kernel.MOST, np.int64)
-    order = np.arange(n)
-    count, tried, _ = kernel.exhaustive(ranges, rules, order, 0, limit, table, sets)
-    if count or n <= rules.least_kept:
-        return Search(_sorted(table, sets, count), max(tried, 1), True)
-    kept, place, cost = 0, (0.0, 0.0, 0.0), math.inf
     bound = n - rules.least_kept
-    if sum(math.comb(n, out) for out in range(1, bound + 1)) > limit:
-        kept, place, cost = kernel.bounded(ranges, rules, SLACK if rules.refine else 1.0)
+    few = sum([math.comb(n, out) for out in range(1, bound + 1)]) <= limit
+    count, tried, complete = kernel.largest(ranges, rules, np.arange(n), (0, bound if few else 0), limit, table, sets)
+    if count or few:
+        # where all ranges are needed, their one set counts as tried though the triangle inequality rules it out
+        return Search(_sorted(table, sets, count), tried if bound else 1, complete)
+    order = np.arange(n)
+    kept, place, cost = kernel.bounded(ranges, rules, SLACK if rules.refine else 1.0)
     if kept:
         bound = n - kernel.bits(kept)
         order = _by_error(ranges, kept, rules.flat, place)
-    for leave_out in range(1, bound + 1):
-        count, more, complete = kernel.exhaustive(ranges, rules, order, leave_out, limit - tried, table, sets)
-        tried += more
-        if count and complete:
-            return Search(_sorted(table, sets, count), tried, True)
-        if not complete:
-            found = list(_sorted(table, sets, count))
-            if not found and kept:
-                found.append(ConsistentSet(kept, place, cost, 0.0, None, math.inf))
-            return Search(tuple(found), tried, False)
-    if kept:  # a set that settles from a candidate point but not from its own linear system
-        return Search((ConsistentSet(kept, place, cost, 0.0, None, math.inf),), tried, True)
-    return Search((), tried, True)
+    count, more, complete = kernel.largest(ranges, rules, order, (1, bound), limit - tried, table, sets)
+    found = _sorted(table, sets, count)
+    if kept and not found:
+        # the fits ran out, or the set settles from a candidate point but not from its own linear system
+        found = (ConsistentSet(kept, place, cost, 0.0, None, math.inf),)
+    return Search(found, tried + more, complete)
 
 
 def _by_error(ranges: Ranges, kept: int, flat: bool, place: tuple[float, float, float]) -> npt.NDArray[np.int64]:
@@ -113,7 +106,7 @@ def _by_error(ranges: Ranges, kept: int, flat: bool, place: tuple[float, float, 
 
 def _sorted(table: Floats, sets: npt.NDArray[np.int64], count: int) -> tuple[ConsistentSet, ...]:
     found = []
-    for row, kept in zip(table[: min(count, kernel.MOST)].tolist(), sets.tolist(), strict=False):
+    for row, kept in zip(table[:count].tolist(), sets[:count].tolist(), strict=True):
         cost, *place, other_cost, other_e, other_n, other_u, places, penalty = row
         other = (other_e, other_n, other_u)
         mirror, nearly = (other, None) if places == fits.MIRRORED else (None, other)

@@ -111,11 +111,9 @@ class Tracker:
 
     def _remember(self, arrays: EpochArrays) -> None:
         heard = arrays.heard
-        for i in range(len(heard.ranges_m)):
-            self._last[int(heard.index[i])] = (
-                float(heard.times_s[i]), float(heard.ranges_m[i]), float(heard.sigmas_m[i]),
-                float(arrays.tolerances_m[i]),
-            )  # fmt: skip
+        columns = heard.times_s, heard.ranges_m, heard.sigmas_m, arrays.tolerances_m
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        self._last.update(zip(heard.index.tolist(), rows, strict=True))
 
     def _begin(self, arrays: EpochArrays, geometry: GeometricDetection, time_s: float) -> None:
         """Begin where this epoch's ranges meet, or the last range of each anchor where one epoch has too few."""
@@ -127,7 +125,7 @@ class Tracker:
             index = np.array(list(recent), np.int64)
             times_s, ranges_m, sigmas_m, tolerances_m = np.array(list(recent.values())).T.copy()
             heard = Heard(arrays.heard.anchors_m, index, ranges_m, sigmas_m, times_s, np.full(len(index), 0.5))
-            together = EpochArrays(heard, tolerances_m, tolerances_m, np.zeros(len(index)))
+            together = EpochArrays(heard, heard.anchors_m[index], tolerances_m, tolerances_m, np.zeros(len(index)))
             moment = together.at_one_moment(None, time_s, self._settings.max_speed_m_per_s)
             geometry = self._detect(moment)
         else:

@@ -56,7 +56,8 @@ class Track:
     @property
     def speed_m_per_s(self) -> float:
         """How fast it goes."""
-        return float(np.linalg.norm(self.state[3:6]))
+        velocity = self.state[3:6]
+        return math.sqrt(velocity @ velocity)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,14 +106,12 @@ def begin(
 def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings) -> tuple[Track, Floats, Floats]:
     """(track after an epoch's ranges, excess (m,) of each over the distance from it, sigma (m,) of that distance)."""
     sigma_m = settings.range_sigma_m
+    measured = heard.anchors_m, heard.index, heard.ranges_m, heard.sigmas_m, heard.times_s, heard.p_sight
     order = np.argsort(heard.times_s, kind="stable")
-    measured = (
-        heard.anchors_m, heard.index[order], heard.ranges_m[order], heard.sigmas_m[order], heard.times_s[order],
-        heard.p_sight[order],
-    )  # fmt: skip
     state, covariance, heard_s, log_likelihood, excess_m, sigmas_m = kernel.follow(
         (track.state, track.covariance, track.time_s, track.heard_s),
         measured,
+        order,
         end_s,
         (settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2, CLIMB_FORGOTTEN_PER_S),
         (CREEP * sigma_m, CREEP_OF_ITSELF, BACK_PER_S, MEAN * sigma_m),
@@ -127,10 +126,8 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
         ),
         settings.dimension == 2,
     )
-    back = np.argsort(order)
     log_likelihood += track.log_likelihood
-    gone_on = Track(state, covariance, end_s, heard_s, track.since_s, log_likelihood)
-    return gone_on, excess_m[back], sigmas_m[back]
+    return Track(state, covariance, end_s, heard_s, track.since_s, log_likelihood), excess_m, sigmas_m
 
 
 def with_displacement(

@@ -1,4 +1,8 @@
-"""What the detector answers: per anchor which witness said what, per epoch which ranges a position may lean on."""
+"""What the detector answers: per anchor which witness said what, per epoch which ranges a position may lean on.
+
+Naming a member of an enumeration costs a function call in Python 3.11, and an epoch asks for hundreds: the modules that
+judge range by range bind members to names of their own.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +45,9 @@ class Sight(StrEnum):
     CLEAR = "clear"
     OCCLUDED = "occluded"
     UNKNOWN = "unknown"
+
+
+OCCLUDED = Sight.OCCLUDED
 
 
 class Witness(StrEnum):
@@ -136,7 +143,7 @@ class AnchorVerdict:
     @property
     def occluded(self) -> bool:
         """The binary flag: unknown is not flagged."""
-        return self.sight is Sight.OCCLUDED
+        return self.sight is OCCLUDED
 
 
 @dataclass(frozen=True, slots=True, eq=False)

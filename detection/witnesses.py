@@ -1,8 +1,9 @@
-"""What each witness says about one range, in a number and in words."""
+"""What each witness says about the ranges of an epoch, in numbers and in words: one say per range, in their order."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from .geometric import GeometricDetection
 from .range_changes import Change
@@ -14,62 +15,85 @@ __all__ = ["geometry_says", "motion_says", "odometry_says", "prediction_says"]
 SETTLED = 0.5
 SURELY = 0.9987  # three sigma beyond what is harmful
 
-
-def geometry_says(geometry: GeometricDetection, i: int, weight: float) -> WitnessSay:
-    """Whether range i meets the others of its epoch."""
-    statistic = float(geometry.statistic[i])
-    if geometry.unknown[i]:
-        why = "the ranges of the epoch do not tell"
-        if geometry.classification is Classification.UNDETERMINED and geometry.needed:
-            why = "the ranges of the epoch do not tell which are too long"
-        return WitnessSay(Witness.GEOMETRY, Say.SILENT, statistic, 0.0, why)
-    excess_m = float(geometry.excess_m[i])
-    if geometry.occluded[i]:
-        why = f"it misses by {excess_m:+.2f} m the point where {geometry.count} others meet"
-        return WitnessSay(Witness.GEOMETRY, Say.OCCLUDED, statistic, weight, why, 1.0)
-    why = f"it meets {geometry.count - 1} others to {abs(excess_m):.2f} m"
-    return WitnessSay(Witness.GEOMETRY, Say.CLEAR, statistic, weight, why, 0.0)
+GEOMETRY, ODOMETRY, MOTION, PREDICTION = Witness.GEOMETRY, Witness.ODOMETRY, Witness.MOTION, Witness.PREDICTION
+CLEAR, OCCLUDED, SILENT = Say.CLEAR, Say.OCCLUDED, Say.SILENT
+NO_ODOMETRY = WitnessSay(ODOMETRY, SILENT, math.nan, 0.0, "no odometry since a range that was trusted")
+NO_PREDICTION = WitnessSay(PREDICTION, SILENT, math.nan, 0.0, "no prediction")
 
 
-def odometry_says(change: Change | None, weight: float) -> WitnessSay:
-    """Whether the range changed by more than the rover moved."""
-    if change is None:
-        return WitnessSay(Witness.ODOMETRY, Say.SILENT, math.nan, 0.0, "no odometry since a range that was trusted")
+def geometry_says(geometry: GeometricDetection, weight: float) -> list[WitnessSay]:
+    """Whether each range meets the others of its epoch."""
+    untold = "the ranges of the epoch do not tell"
+    if geometry.classification is Classification.UNDETERMINED and geometry.needed:
+        untold = "the ranges of the epoch do not tell which are too long"
+    count, says = geometry.count, []
+    for unknown, occluded, excess_m, statistic in zip(
+        geometry.unknown.tolist(), geometry.occluded.tolist(), geometry.excess_m.tolist(), geometry.statistic.tolist(),
+        strict=True,
+    ):  # fmt: skip
+        if unknown:
+            says.append(WitnessSay(GEOMETRY, SILENT, statistic, 0.0, untold))
+        elif occluded:
+            why = f"it misses by {excess_m:+.2f} m the point where {count} others meet"
+            says.append(WitnessSay(GEOMETRY, OCCLUDED, statistic, weight, why, 1.0))
+        else:
+            why = f"it meets {count - 1} others to {abs(excess_m):.2f} m"
+            says.append(WitnessSay(GEOMETRY, CLEAR, statistic, weight, why, 0.0))
+    return says
+
+
+def odometry_says(changes: Iterable[Change | None], weight: float) -> list[WitnessSay]:
+    """Whether each range changed by more than the rover moved."""
+    return [NO_ODOMETRY if change is None else _change_says(change, weight) for change in changes]
+
+
+def _change_says(change: Change, weight: float) -> WitnessSay:
     evidence = change.over_m / change.tolerance_m
     if change.shorter:
         why = f"it fell {change.over_m:.2f} m more than the rover moved: it was too long before"
-        return WitnessSay(Witness.ODOMETRY, Say.CLEAR, evidence, weight, why, 0.0)
+        return WitnessSay(ODOMETRY, CLEAR, evidence, weight, why, 0.0)
     if change.confirmed:
         surely = "by far " if change.high else ""
         why = f"it is {change.over_m:.2f} m off what the motion allows, {surely}and keeps being so"
-        return WitnessSay(Witness.ODOMETRY, Say.OCCLUDED, evidence, weight, why, 1.0)
+        return WitnessSay(ODOMETRY, OCCLUDED, evidence, weight, why, 1.0)
     if change.violated:
         why = f"it is {change.over_m:.2f} m off what the motion allows, which is not confirmed yet"
-        return WitnessSay(Witness.ODOMETRY, Say.SILENT, evidence, 0.0, why)
-    return WitnessSay(Witness.ODOMETRY, Say.CLEAR, evidence, weight, "it changed no more than the rover moved", 0.0)
+        return WitnessSay(ODOMETRY, SILENT, evidence, 0.0, why)
+    return WitnessSay(ODOMETRY, CLEAR, evidence, weight, "it changed no more than the rover moved", 0.0)
 
 
-def motion_says(excess_m: float, sigma_m: float, least_m: float, harmful_m: float, weight: float) -> WitnessSay:
-    """Whether the range fits where the track leads: by how much it does not, and how surely that is too much.
+def motion_says(
+    excess_m: Iterable[float],
+    sigma_m: Iterable[float],
+    least_m: Iterable[float],
+    harmful_m: Iterable[float],
+    weight: float,
+) -> list[WitnessSay]:
+    """Whether each range fits where the track leads: by how much it does not, and how surely that is too much.
 
     sigma_m: of the distance from the track, inf without one; it counts as ``least_m`` at least. A track that is not
     settled speaks only of what is surely too much.
     """
-    evidence = abs(excess_m) / harmful_m
-    unsure_m = max(sigma_m, least_m)
-    probability = 0.5 * math.erfc((harmful_m - abs(excess_m)) / (unsure_m * math.sqrt(2.0)))
-    settled = sigma_m <= SETTLED * harmful_m
-    if not settled and not probability > SURELY:
-        return WitnessSay(Witness.MOTION, Say.SILENT, evidence, 0.0, "the track is not settled yet")
-    says = Say.OCCLUDED if probability > 0.5 else Say.CLEAR
-    why = f"it is {excess_m:+.2f} m off where the track leads"
-    return WitnessSay(Witness.MOTION, says, evidence, weight, why, probability)
+    says = []
+    for over_m, from_track_m, at_least_m, harm_m in zip(excess_m, sigma_m, least_m, harmful_m, strict=True):
+        size_m = abs(over_m)
+        unsure_m = max(from_track_m, at_least_m)
+        probability = 0.5 * math.erfc((harm_m - size_m) / (unsure_m * math.sqrt(2.0)))
+        if not (from_track_m <= SETTLED * harm_m or probability > SURELY):
+            says.append(WitnessSay(MOTION, SILENT, size_m / harm_m, 0.0, "the track is not settled yet"))
+            continue
+        say = OCCLUDED if probability > 0.5 else CLEAR
+        why = f"it is {over_m:+.2f} m off where the track leads"
+        says.append(WitnessSay(MOTION, say, size_m / harm_m, weight, why, probability))
+    return says
 
 
-def prediction_says(p_sight: float | None) -> WitnessSay:
+def prediction_says(p_sights: Iterable[float | None]) -> list[WitnessSay]:
     """What was predicted: a prior that the others have already weighed in, so it has no vote of its own."""
-    if p_sight is None:
-        return WitnessSay(Witness.PREDICTION, Say.SILENT, math.nan, 0.0, "no prediction")
-    says = Say.CLEAR if p_sight > 0.5 else Say.OCCLUDED
+    return [NO_PREDICTION if p_sight is None else _predicted(p_sight) for p_sight in p_sights]
+
+
+def _predicted(p_sight: float) -> WitnessSay:
+    say = CLEAR if p_sight > 0.5 else OCCLUDED
     why = f"a probability of sight of {p_sight:.0%} was predicted"
-    return WitnessSay(Witness.PREDICTION, says, math.nan, 0.0, why, 1.0 - p_sight)
+    return WitnessSay(PREDICTION, say, math.nan, 0.0, why, 1.0 - p_sight)

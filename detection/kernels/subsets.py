@@ -13,7 +13,7 @@ from terrain.kernel_options import scalar_kernel
 from .fits import COLLINEAR, MIRRORED, NO_FIT, ONE, descend, fit, range_pair_meets, side_of
 from .small_systems import inverse, quadratic_form
 
-__all__ = ["FOUND", "MOST", "bits", "bounded", "clashes", "exhaustive", "meets", "place_of", "statistics"]
+__all__ = ["FOUND", "MOST", "bits", "bounded", "clashes", "exhaustive", "largest", "meets", "place_of", "statistics"]
 
 # columns of the table of consistent sets
 FOUND = 10  # cost, place (3), other cost, other place (3), places, penalty
@@ -282,3 +282,15 @@ def exhaustive(ranges, rules, order, leave_out, limit, found, sets):
         ripple = chosen + lowest
         chosen = (((ripple ^ chosen) >> 2) // lowest) | ripple
     return count, tried, True
+
+
+@scalar_kernel
+def largest(ranges, rules, order, leave_out, limit, found, sets):
+    """The same for the least number left out with which any set meets, from the first of leave_out to the last."""
+    tried = 0
+    for out in range(leave_out[0], leave_out[1] + 1):
+        count, more, complete = exhaustive(ranges, rules, order, out, limit - tried, found, sets)
+        tried += more
+        if count > 0 or not complete:
+            return count, tried, complete
+    return 0, tried, True

@@ -148,13 +148,13 @@ def pull(state, covariance, direction, measured, variance):
 
 
 @scalar_kernel
-def follow(track, measured, end_s, motion, creep, odds, flat):
-    """(state, covariance, heard_s, log-likelihood, excess_m, sigma_m) after an epoch's ranges, in the order of times.
+def follow(track, measured, order, end_s, motion, creep, odds, flat):
+    """(state, covariance, heard_s, log-likelihood, excess_m, sigma_m) after an epoch's ranges, in an order of times.
 
     track: state (7 + n,), covariance, time of the state, times (n,) each anchor was last heard. measured: anchors
-    (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). odds: 1/s at which an
-    anchor's sight is drawn anew, mean and sigma of a new excess (m), noise and cleared sigma as shares of a range's
-    sigma, share of new excesses that are far longer, and their sigma (m).
+    (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,). order: (m,) of their times. odds:
+    1/s at which an anchor's sight is drawn anew, mean and sigma of a new excess (m), noise and cleared sigma as shares
+    of a range's sigma, share of new excesses that are far longer, and their sigma (m).
     excess_m, sigma_m: of every range against the place at its time, as known at the end.
     """
     state, covariance, heard_s = track[0].copy(), track[1].copy(), track[3].copy()
@@ -164,7 +164,7 @@ def follow(track, measured, end_s, motion, creep, odds, flat):
     work = np.zeros((3 + OUTCOMES, size))
     outcomes = np.zeros((OUTCOMES, 3))
     log_likelihood = 0.0
-    for m in range(count):
+    for m in order:
         _predict(state, covariance, times_s[m] - now_s, motion, creep, flat)
         now_s = max(now_s, times_s[m])
         i = index[m]

@@ -17,7 +17,6 @@ from detection.fusion import (
     fuse,
     fused_probability,
     is_good_geometry,
-    normalised,
 )
 from detection.health import Monitor, sensitivity_scale
 
@@ -41,9 +40,9 @@ def both(geometry: bool | None, odometry: bool | None, good: bool = True, reliab
 def test_weights_are_those_of_the_specification_and_sum_to_one() -> None:
     assert GEOMETRY_WEIGHTS == (0.7, 0.3)
     assert ODOMETRY_WEIGHTS == (0.8, 0.2)
-    assert normalised((0.7, 0.8)) == pytest.approx((7 / 15, 8 / 15))
-    assert sum(normalised((0.3, 0.2, 0.7))) == pytest.approx(1.0)
-    assert normalised((0.0, 0.0)) == (0.0, 0.0)
+    assert fused_probability(both(True, False)) == pytest.approx(7 / 15)
+    assert fused_probability(both(False, True)) == pytest.approx(8 / 15)
+    assert fused_probability(both(True, True)) == pytest.approx(1.0)
     assert is_good_geometry(1.5)
     assert not is_good_geometry(9.0)
 
