@@ -35,6 +35,11 @@ def test_occluded_ranges_among_clear_ones_are_found_wherever_they_are(seed: int,
     detect = detect_2d if dimension == 2 else detect_3d
     hint = None if dimension == 2 else (np.nan, np.nan, 0.0)
     found = detect(anchors_m, ranges_m, TOLERANCE_M, hint_m=hint)
+    if found.classification is Classification.UNDETERMINED:
+        # one world in forty thousand: a too long range meets the clear ones by chance, and both explanations are told
+        assert tuple(sorted(hidden.tolist())) in found.candidates
+        assert len(found.candidates) > 1
+        return
     assert set(np.flatnonzero(found.occluded)) == set(hidden.tolist())
     assert found.classification == ("none", "single", "multiple", "multiple")[occluded]
     assert found.count == 9 - occluded
