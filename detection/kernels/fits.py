@@ -8,10 +8,11 @@ import math
 
 from terrain.kernel_options import scalar_kernel
 
-from .small_systems import inverse, solved, weakest_axis
+from .small_systems import inverse, solved, weakest_axis, without_axis
 
 __all__ = [
     "COLLINEAR",
+    "CROSSED",
     "MIRRORED",
     "NO_FIT",
     "ONE",
@@ -23,8 +24,9 @@ __all__ = [
     "spread_of",
 ]
 
-# How many places fit a set of ranges.
-NO_FIT, ONE, MIRRORED, COLLINEAR = 0, 1, 2, 3
+# How many places fit a set of ranges. Crossed: one, and the best place on the other side of the anchors is their plane.
+NO_FIT, ONE, MIRRORED, COLLINEAR, CROSSED = 0, 1, 2, 3, 4
+FREE = (0.0, 0.0, 0.0)
 
 # Least over largest eigenvalue of the linear system (an aspect of 1 to 10 squared) under which both sides are tried.
 NEARLY_FLAT = 0.01
@@ -87,8 +89,11 @@ def linear_start(ranges, kept, flat):
 
 
 @scalar_kernel
-def descend(ranges, kept, flat, start):
-    """(place, squared residuals in sigmas, normal matrix) of the least squares from a start, by damped Gauss-Newton."""
+def descend(ranges, kept, flat, start, held):
+    """(place, squared residuals in sigmas, normal matrix) of the least squares from a start, by damped Gauss-Newton.
+
+    held: a unit vector along which the place stays where it is, or ``FREE``.
+    """
     anchors, measured, sigmas, _, _ = ranges
     at_e, at_n, at_u = start
     damping, cost = 0.0, math.inf
@@ -114,6 +119,8 @@ def descend(ranges, kept, flat, start):
         if flat:
             eu, nu, down_u = 0.0, 0.0, 0.0
             uu = 0.5 * (ee + nn)
+        along = down_e * held[0] + down_n * held[1] + down_u * held[2]
+        down_e, down_n, down_u = down_e - along * held[0], down_n - along * held[1], down_u - along * held[2]
         if here <= cost:
             gained, cost = cost - here, here
             best_e, best_n, best_u = at_e, at_n, at_u
@@ -124,7 +131,7 @@ def descend(ranges, kept, flat, start):
                 break
         else:
             damping = max(10.0 * damping, 1e-3)
-        ee, en, eu, nn, nu, uu = matrix
+        ee, en, eu, nn, nu, uu = without_axis(matrix, held)
         more = damping * (ee + nn + uu)
         inverted, exists = inverse((ee + more, en, eu, nn + more, nu, uu + more))
         if not exists:
@@ -154,12 +161,31 @@ def spread_of(ranges, kept, place):
 
 
 @scalar_kernel
-def _cheaper_first(place, cost, normal, second):
-    """What ``fit`` gives for two descents, from either side of the anchors; they may have ended in one place."""
-    other, other_cost, other_normal = second
-    east, north, up = place[0] - other[0], place[1] - other[1], place[2] - other[2]
-    if east * east + north * north + up * up < ONE_PLACE_M * ONE_PLACE_M:
-        return ONE, place, cost, normal, (0.0, 0.0, 0.0), math.inf
+def _out_of_plane_m(place, middle, axis):
+    """How far a place lies out of the anchors' plane, along its normal."""
+    return (place[0] - middle[0]) * axis[0] + (place[1] - middle[1]) * axis[1] + (place[2] - middle[2]) * axis[2]
+
+
+@scalar_kernel
+def _from_both_sides(ranges, kept, flat, descended, across, plane):
+    """What ``fit`` gives for descents from either side of the anchors: the first, and where the second begins.
+
+    plane: the middle of the anchors, and its unit normal.
+
+    They end in two places only if they end on either side. One that crosses the plane finds no least squares on its own
+    side: it goes where the other went, slowly through the plane, and where it stands after its last step is no place.
+    Then the best place on its side lies in the plane.
+    """
+    middle, axis = plane
+    place, cost, normal = descended
+    other, other_cost, other_normal = descend(ranges, kept, flat, across, FREE)
+    out_m, other_out_m = _out_of_plane_m(place, middle, axis), _out_of_plane_m(other, middle, axis)
+    if out_m * other_out_m > 0.0:
+        if other_cost < cost:
+            place, cost, normal, out_m = other, other_cost, other_normal, other_out_m
+        within = (place[0] - out_m * axis[0], place[1] - out_m * axis[1], place[2] - out_m * axis[2])
+        within, within_cost, _ = descend(ranges, kept, flat, within, axis)
+        return CROSSED, place, cost, normal, within, within_cost
     if other_cost < cost:
         return MIRRORED, other, other_cost, other_normal, place, cost
     return MIRRORED, place, cost, normal, other, other_cost
@@ -188,6 +214,7 @@ def fit(ranges, kept, flat, refine):
     nothing = (0.0, 0.0, 0.0)
     empty = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     axis_e, axis_n, axis_u, least, second = weakest_axis(matrix)
+    axis = (axis_e, axis_n, axis_u)
     if not matrix[0] + matrix[3] + matrix[5] > 0.0:
         return NO_FIT, nothing, math.inf, empty, nothing, math.inf
     if second < ON_A_LINE:
@@ -200,12 +227,12 @@ def fit(ranges, kept, flat, refine):
         start = (east + middle[0], north + middle[1], 0.0 if flat else up + middle[2])
         if not refine:
             return ONE, start, 0.0, empty, nothing, math.inf
-        place, cost, normal = descend(ranges, kept, flat, start)
+        place, cost, normal = descend(ranges, kept, flat, start, FREE)
         if least > ONE_SIDED:
             return ONE, place, cost, normal, nothing, math.inf
-        out_m = (place[0] - middle[0]) * axis_e + (place[1] - middle[1]) * axis_n + (place[2] - middle[2]) * axis_u
+        out_m = _out_of_plane_m(place, middle, axis)
         across = (place[0] - 2.0 * out_m * axis_e, place[1] - 2.0 * out_m * axis_n, place[2] - 2.0 * out_m * axis_u)
-        return _cheaper_first(place, cost, normal, descend(ranges, kept, flat, across))
+        return _from_both_sides(ranges, kept, flat, (place, cost, normal), across, (middle, axis))
     more = matrix[0] + matrix[3] + matrix[5]
     ee, en, eu, nn, nu, uu = matrix
     inverted, exists = inverse(
@@ -229,5 +256,4 @@ def fit(ranges, kept, flat, refine):
     below = (in_plane[0] - out_m * axis_e, in_plane[1] - out_m * axis_n, in_plane[2] - out_m * axis_u)
     if not refine:
         return MIRRORED, above, 0.0, empty, below, 0.0
-    place, cost, normal = descend(ranges, kept, flat, above)
-    return _cheaper_first(place, cost, normal, descend(ranges, kept, flat, below))
+    return _from_both_sides(ranges, kept, flat, descend(ranges, kept, flat, above, FREE), below, (middle, axis))

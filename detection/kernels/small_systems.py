@@ -4,7 +4,7 @@ import math
 
 from terrain.kernel_options import scalar_kernel
 
-__all__ = ["inverse", "quadratic_form", "solved", "weakest_axis"]
+__all__ = ["inverse", "quadratic_form", "solved", "weakest_axis", "without_axis"]
 
 
 @scalar_kernel
@@ -78,3 +78,19 @@ def weakest_axis(matrix):
         return 0.0, 0.0, 1.0, max(least, 0.0) / largest, middle
     over = 1.0 / math.sqrt(length1)
     return east1 * over, north1 * over, up1 * over, max(least, 0.0) / largest, middle
+
+
+@scalar_kernel
+def without_axis(matrix, axis):
+    """The matrix cut down to the plane across a unit vector, and as stiff along it as it ever is; zeros cut nothing."""
+    ee, en, eu, nn, nu, uu = matrix
+    across_e, across_n, across_u = solved(matrix, axis[0], axis[1], axis[2])
+    along = across_e * axis[0] + across_n * axis[1] + across_u * axis[2] + ee + nn + uu
+    return (
+        ee - 2.0 * across_e * axis[0] + along * axis[0] * axis[0],
+        en - across_e * axis[1] - across_n * axis[0] + along * axis[0] * axis[1],
+        eu - across_e * axis[2] - across_u * axis[0] + along * axis[0] * axis[2],
+        nn - 2.0 * across_n * axis[1] + along * axis[1] * axis[1],
+        nu - across_n * axis[2] - across_u * axis[1] + along * axis[1] * axis[2],
+        uu - 2.0 * across_u * axis[2] + along * axis[2] * axis[2],
+    )

@@ -10,7 +10,7 @@ import numpy as np
 
 from terrain.kernel_options import scalar_kernel
 
-from .fits import COLLINEAR, MIRRORED, NO_FIT, ONE, descend, fit, range_pair_meets, side_of
+from .fits import COLLINEAR, CROSSED, FREE, MIRRORED, NO_FIT, ONE, descend, fit, range_pair_meets, side_of
 from .small_systems import inverse, quadratic_form
 
 __all__ = ["FOUND", "MOST", "bits", "bounded", "clashes", "exhaustive", "largest", "meets", "place_of", "statistics"]
@@ -19,6 +19,8 @@ __all__ = ["FOUND", "MOST", "bits", "bounded", "clashes", "exhaustive", "largest
 FOUND = 10  # cost, place (3), other cost, other place (3), places, penalty
 MOST = 64  # sets kept of one size
 NO_REDUNDANCY = 1e-6
+# Squared residuals that a place on the hinted side may cost more: three sigma of the one number that it gives up.
+SURE_OF_SIDE = 9.0
 
 
 @scalar_kernel
@@ -83,7 +85,12 @@ def place_of(ranges, kept, rules, work):
     places, place, cost, _, other, other_cost = fit(ranges, kept, flat, refine)
     if places in (NO_FIT, COLLINEAR):
         return NO_FIT, place, cost, other, other_cost
-    side = side_of(place, other, hint) if places == MIRRORED else -1
+    side = side_of(place, other, hint) if places in (MIRRORED, CROSSED) else -1
+    if places == CROSSED:
+        # against a hint of the other side the ranges have to be sure before the one place that they fit is the answer
+        if side > 0 and other_cost - cost <= SURE_OF_SIDE and meets(ranges, kept, flat, other, studentised, work):
+            return ONE, other, other_cost, place, math.inf
+        side, other_cost = -1, math.inf
     good = side <= 0 and meets(ranges, kept, flat, place, studentised, work)
     other_good = side >= 0 and meets(ranges, kept, flat, other, studentised, work)
     if good and other_good:
@@ -136,7 +143,7 @@ def _settled(ranges, near, flat, place, rules, work):
             return np.int64(0), place, math.inf
         cost = 0.0
         if refine:
-            place, cost, _ = descend(ranges, near, flat, place)
+            place, cost, _ = descend(ranges, near, flat, place, FREE)
         if meets(ranges, near, flat, place, studentised, work):
             return near, place, cost
         worst, most = -1, 0.0
@@ -266,12 +273,8 @@ def exhaustive(ranges, rules, order, leave_out, limit, found, sets):
                     if (out >> i) & 1:
                         penalty += ranges[4][i]
                 found[count, 0], found[count, 1], found[count, 2], found[count, 3] = cost, place[0], place[1], place[2]
-                found[count, 4], found[count, 5], found[count, 6], found[count, 7] = (
-                    other_cost,
-                    other[0],
-                    other[1],
-                    other[2],
-                )
+                found[count, 4] = other_cost
+                found[count, 5], found[count, 6], found[count, 7] = other
                 found[count, 8], found[count, 9] = places, penalty
                 sets[count] = kept
                 count += 1

@@ -8,21 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from detection import Classification, detect_2d, detect_3d
-from tests.detection.worlds import DRONES_M, ROVER_M, Floats, true_ranges
+from tests.detection.worlds import DRONES_M, ROVER_M, Floats, true_ranges, world
 from tests.reference import occlusion
 
 TOLERANCE_M = 0.1
-
-
-def world(seed: int, count: int, dimension: int) -> tuple[Floats, Floats]:
-    """(anchors, rover): anchors of a few hundred metres around, at least 40 m from one another, high and low."""
-    rng = np.random.default_rng(seed)
-    anchors: list[Floats] = []
-    while len(anchors) < count:
-        anchor = np.append(rng.uniform(-200.0, 200.0, 2), rng.uniform(20.0, 150.0))[:dimension]
-        if all(np.linalg.norm(anchor[:2] - other[:2]) > 40.0 for other in anchors):
-            anchors.append(anchor)
-    return np.array(anchors), np.append(rng.uniform(-120.0, 120.0, 2), 1.0)[:dimension]
 
 
 @given(seed=st.integers(0, 10_000), dimension=st.sampled_from([2, 3]), occluded=st.integers(0, 3))
@@ -33,7 +22,7 @@ def test_occluded_ranges_among_clear_ones_are_found_wherever_they_are(seed: int,
     hidden = np.random.default_rng(seed).permutation(9)[:occluded]
     ranges_m[hidden] += 3.0 + 4.0 * np.arange(occluded)
     detect = detect_2d if dimension == 2 else detect_3d
-    hint = None if dimension == 2 else (np.nan, np.nan, 0.0)
+    hint = None if dimension == 2 else (np.nan, np.nan, rover_m[2])
     found = detect(anchors_m, ranges_m, TOLERANCE_M, hint_m=hint)
     if found.classification is Classification.UNDETERMINED:
         # one world in forty thousand: a too long range meets the clear ones by chance, and both explanations are told
@@ -44,12 +33,11 @@ def test_occluded_ranges_among_clear_ones_are_found_wherever_they_are(seed: int,
     assert found.classification == ("none", "single", "multiple", "multiple")[occluded]
     assert found.count == 9 - occluded
     assert found.checked
-    # a descent along a valley may not have reached its end within its steps; see the shares below
-    assert found.position_m == pytest.approx(rover_m, abs=1.0)
+    assert found.position_m == pytest.approx(rover_m, abs=1e-6)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_ranges_without_error_nearly_always_give_the_place_and_the_excess(dimension: int) -> None:
+def test_ranges_without_error_give_the_place_and_the_excess(dimension: int) -> None:
     off_m, excess_off_m = [], []
     for seed in range(200):
         anchors_m, rover_m = world(seed, 9, dimension)
@@ -62,9 +50,8 @@ def test_ranges_without_error_nearly_always_give_the_place_and_the_excess(dimens
         off_m.append(np.linalg.norm(found.position_m - rover_m))
         too_long_m = ranges_m - true_ranges(anchors_m, rover_m)
         excess_off_m.extend(np.abs(found.excess_m - too_long_m)[hidden])
-    assert np.median(off_m) < 1e-6
-    assert np.quantile(off_m, 0.98) < 0.01
-    assert np.quantile(excess_off_m, 0.98) < 0.01
+    assert max(off_m) < 1e-6
+    assert max(excess_off_m) < 1e-6
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -167,24 +154,6 @@ def test_anchors_on_a_line_in_space_allow_no_position() -> None:
     assert found.position_m is None
     assert found.unknown.all()
     assert found.needed
-
-
-def test_a_shallow_layer_of_anchors_is_tried_from_both_sides() -> None:
-    """Ranges with errors may fit the wrong side of a nearly level layer better; a hint keeps the right one."""
-    rng = np.random.default_rng(11)
-    wrong = {True: 0, False: 0}
-    for _ in range(60):
-        layer_m = np.column_stack([DRONES_M[:, :2] / 60.0, rng.uniform(2.0, 2.8, 8)])
-        rover_m = np.array([rng.uniform(1.0, 5.0), rng.uniform(1.0, 5.0), 1.2])
-        ranges_m = true_ranges(layer_m, rover_m) + 0.1 * rng.normal(size=8)
-        for hinted in wrong:
-            hint = (np.nan, np.nan, 0.0) if hinted else None
-            found = detect_3d(layer_m, ranges_m, 0.3, hint_m=hint)
-            assert found.position_m is not None
-            told = [found.position_m] if found.mirror_m is None else [found.position_m, found.mirror_m]
-            wrong[hinted] += min(float(np.linalg.norm(place - rover_m)) for place in told) > 1.2
-    assert wrong[True] <= 1
-    assert wrong[True] <= wrong[False]
 
 
 def test_two_anchors_at_one_place_count_as_two_ranges_and_break_nothing() -> None:

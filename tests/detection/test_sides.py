@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from detection import Detector, DetectorSettings, RangeEpoch, RangeMeasurement, RangingAnchor
-from tests.detection.worlds import DRONES_M, ROVER_M, STEP_M, drive, heard, named, off_m
+from detection import Detector, DetectorSettings, RangeEpoch, RangeMeasurement, RangingAnchor, detect_3d
+from tests.detection.worlds import DRONES_M, ROVER_M, STEP_M, drive, heard, named, off_m, true_ranges, world
 
 
 def level_drones() -> list[RangingAnchor]:
@@ -55,3 +55,49 @@ def test_a_track_that_begins_on_the_wrong_side_of_a_shallow_layer_is_corrected_b
         assert answer.position is not None
         lost += np.linalg.norm(answer.position.position_m - place_m) > 0.8
     assert lost == 0
+
+
+@pytest.mark.parametrize(("seed", "occluded"), [(7149, 0), (5269, 0), (7938, 3), (5124, 3)])
+def test_a_descent_that_crosses_the_anchors_is_no_second_place(seed: int, occluded: int) -> None:
+    """From above the anchors it goes where the one from below went; its last step was once taken for the answer."""
+    anchors_m, rover_m = world(seed, 9, 3)
+    ranges_m = true_ranges(anchors_m, rover_m)
+    hidden = np.random.default_rng(seed).permutation(9)[:occluded]
+    ranges_m[hidden] += 3.0 + 4.0 * np.arange(occluded)
+    found = detect_3d(anchors_m, ranges_m, 0.1, hint_m=(np.nan, np.nan, 0.0))
+    assert found.position_m == pytest.approx(rover_m, abs=1e-6)
+    assert (found.mirror_m, found.nearly_m) == (None, None)
+
+
+def test_ranges_that_are_not_sure_of_a_side_leave_the_place_on_the_hinted_one() -> None:
+    """Where noise lifts the place above a shallow layer and none is left below, it is held in the layer's plane."""
+    rng = np.random.default_rng(12)
+    above = {True: 0, False: 0}
+    for _ in range(300):
+        layer_m = np.column_stack([DRONES_M[:, :2] / 60.0, 2.4 + rng.uniform(-0.4, 0.4, 8)])
+        rover_m = np.array([rng.uniform(1.0, 5.0), rng.uniform(1.0, 5.0), 1.9])
+        ranges_m = true_ranges(layer_m, rover_m) + 0.1 * rng.normal(size=8)
+        for hinted in above:
+            found = detect_3d(layer_m, ranges_m, 0.3, hint_m=(np.nan, np.nan, 0.0) if hinted else None)
+            if found.position_m is not None and found.mirror_m is None:
+                above[hinted] += int(found.position_m[2] > 2.6)
+    assert above[False] >= 5
+    assert above[True] == 0
+
+
+def test_a_shallow_layer_of_anchors_is_tried_from_both_sides() -> None:
+    """Ranges with errors may fit the wrong side of a nearly level layer better; a hint keeps the right one."""
+    rng = np.random.default_rng(11)
+    wrong = {True: 0, False: 0}
+    for _ in range(60):
+        layer_m = np.column_stack([DRONES_M[:, :2] / 60.0, rng.uniform(2.0, 2.8, 8)])
+        rover_m = np.array([rng.uniform(1.0, 5.0), rng.uniform(1.0, 5.0), 1.2])
+        ranges_m = true_ranges(layer_m, rover_m) + 0.1 * rng.normal(size=8)
+        for hinted in wrong:
+            hint = (np.nan, np.nan, 0.0) if hinted else None
+            found = detect_3d(layer_m, ranges_m, 0.3, hint_m=hint)
+            assert found.position_m is not None
+            told = [found.position_m] if found.mirror_m is None else [found.position_m, found.mirror_m]
+            wrong[hinted] += min(float(np.linalg.norm(place - rover_m)) for place in told) > 1.2
+    assert wrong[True] <= 1
+    assert wrong[True] <= wrong[False]

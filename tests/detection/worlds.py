@@ -32,6 +32,17 @@ def true_ranges(anchors_m: Floats, place_m: Floats) -> Floats:
     return distances
 
 
+def world(seed: int, count: int, dimension: int) -> tuple[Floats, Floats]:
+    """(anchors, rover): anchors of a few hundred metres around, at least 40 m from one another, high and low."""
+    rng = np.random.default_rng(seed)
+    anchors: list[Floats] = []
+    while len(anchors) < count:
+        anchor = np.append(rng.uniform(-200.0, 200.0, 2), rng.uniform(20.0, 150.0))[:dimension]
+        if all(np.linalg.norm(anchor[:2] - other[:2]) > 40.0 for other in anchors):
+            anchors.append(anchor)
+    return np.array(anchors), np.append(rng.uniform(-120.0, 120.0, 2), 1.0)[:dimension]
+
+
 def heard(
     time_s: float, ranges_m: dict[str, float], odometry: OdometryIncrement | None = None, **p_sight: float
 ) -> RangeEpoch:
