@@ -122,7 +122,8 @@ def test_what_pip_leaves_uncompiled_is_kept_once_it_is_imported() -> None:
     # machines that build images often tell Python to write no bytecode; each process would compile all packages anew
     makefile = "include Makefile\ntold:\n\t@echo told=$$PYTHONDONTWRITEBYTECODE"
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-    make = ["make", "--file", "-", "told"]
+    # make test runs this, and a make within make says where it is
+    make = ["make", "--no-print-directory", "--file", "-", "told"]
     said = subprocess.run(
         make, cwd=ROOT, env=environment, input=makefile, capture_output=True, check=True, text=True
     ).stdout
