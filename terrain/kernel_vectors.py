@@ -173,15 +173,16 @@ def turn_block(typing_context: Any, source: Any, row: Any, col: Any, out: Any, o
 
 
 @intrinsic  # type: ignore[untyped-decorator] # as numba ships it
-def prefetch(typing_context: Any, row: Any, at: Any) -> Any:
-    """Ask for the cache line of row[at] before it is needed."""
+def prefetch(typing_context: Any, grid: Any, row: Any, col: Any) -> Any:
+    """Ask for the cache line of grid[row, col] before it is needed; a column beyond the row asks in vain."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = context.make_array(row)(context, builder, arguments[0]).data
-        address = builder.bitcast(builder.gep(data, [arguments[1]]), ir.IntType(8).as_pointer())
+        array = context.make_array(grid)(context, builder, arguments[0])
+        item = cgutils.get_item_pointer(context, builder, grid, array, arguments[1:])
+        address = builder.bitcast(item, ir.IntType(8).as_pointer())
         function = ir.FunctionType(ir.VoidType(), [address.type, INT32, INT32, INT32])
         ask = cgutils.get_or_insert_function(builder.module, function, "llvm.prefetch.p0i8")
         builder.call(ask, [address, INT32(0), INT32(3), INT32(1)])  # to read, to keep, data
         return context.get_dummy_value()
 
-    return types.void(row, types.int64), generate
+    return types.void(grid, types.int64, types.int64), generate

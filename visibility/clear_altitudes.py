@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from typing import Literal
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -14,6 +15,7 @@ from terrain import ElevationGrid, height_at
 from .anchors import Anchor
 from .curvature import Curvature
 from .distant import DistantAnchor, middle_m
+from .kernels.fresh_memory import take_pages
 from .sectors import Eye
 
 __all__ = ["Engine", "UnknownGround", "clear_altitudes"]
@@ -41,8 +43,9 @@ def clear_altitudes(
     crosses unknown ground, and the same array where nothing is unknown.
     """
     heights_m = _at_least_two_lines(grid.heights_m)
-    # not zeroed: the engines write every post, and the pages come faster
+    # not zeroed: the engines write every post
     altitude_m = np.empty((len(anchors), *heights_m.shape), np.float32)
+    take_pages(altitude_m.reshape(-1), numba.get_num_threads())
     finished = 0
     for distant, run in itertools.groupby(anchors, key=lambda anchor: isinstance(anchor, DistantAnchor)):
         run_of = tuple(run)

@@ -12,7 +12,7 @@ from terrain import read_only
 
 from . import exact_sweep
 from .kernels import sweep as kernel
-from .kernels.turning import turn
+from .kernels.turning import CACHE_LINE, turn
 from .sectors import Eye, share_out, snapped, write_own_posts
 
 __all__ = ["sweep"]
@@ -47,7 +47,8 @@ def sweep(
             exact_sweep.sweep(heights_m, some, drop_per_step2_m, part_m)
         else:
             work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS)
-            kernel.sweep(heights_m, read_only(turned_m), part_m, work.tasks, work.reals, work.bins)
+            shift = part_m.ctypes.data // part_m.itemsize % CACHE_LINE
+            kernel.sweep(heights_m, read_only(turned_m), part_m, work.tasks, work.reals, work.bins, shift)
     write_own_posts(heights_m, eyes, out_m)
 
 

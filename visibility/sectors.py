@@ -1,31 +1,21 @@
-"""How both sweeps share out their work: four sectors around an eye, cut into blocks of bearings, dealt to workers."""
+"""How both sweeps cut up their work: four sectors around an eye, and each of them into blocks of bearings."""
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numba
 import numpy as np
 import numpy.typing as npt
 
 from .kernels.sweep import COARSEST
+from .shares import Work, dealt, evened
 
-__all__ = ["Eye", "Work", "share_out", "snapped", "write_own_posts"]
+__all__ = ["Eye", "share_out", "snapped", "write_own_posts"]
 
 # an eye: fractional row and column, altitude in metres
 Eye = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Work:
-    """The tables that the sweep kernels take: tasks and reals with one row per block, bins with one row per worker."""
-
-    tasks: npt.NDArray[np.int64]
-    reals: npt.NDArray[np.float64]
-    bins: npt.NDArray[np.int64]
 
 
 def snapped(eyes: Sequence[Eye], within_cells: float) -> list[Eye]:
@@ -50,21 +40,25 @@ def share_out(
     heights_m: npt.NDArray[np.float32],
     drop_per_step2_m: tuple[float, float],
     block_rays: int,
+    workers: int | None = None,
 ) -> Work:
-    """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to threads.
+    """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to workers.
 
-    drop_per_step2_m: curvature drop in metres per squared row step and per squared column step.
+    drop_per_step2_m: curvature drop in metres per squared row step and per squared column step. workers: None = as many
+    as numba has threads.
     """
     rows, cols = heights_m.shape
     ground_m = _some_ground_m(heights_m)
-    tasks: list[tuple[int, ...]] = []
-    reals: list[tuple[float, ...]] = []
+    tasks, reals = [], []
     for number, eye in enumerate(eyes):
-        for task, real in _blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays):
-            tasks.append(task)
-            reals.append(real)
-    table = np.array(tasks, np.int64)
-    return Work(table, np.array(reals, np.float64), _deal(table, min(numba.get_num_threads(), len(tasks))))
+        blocks = list(_blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays))
+        eye_tasks = np.array([task for task, _ in blocks], np.int64)
+        eye_reals = np.array([real for _, real in blocks], np.float64)
+        eye_tasks, eye_reals = evened(eye_tasks, eye_reals, (rows, cols))
+        tasks.append(eye_tasks)
+        reals.append(eye_reals)
+    workers = numba.get_num_threads() if workers is None else workers
+    return dealt(np.vstack(tasks), np.vstack(reals), (rows, cols), workers)
 
 
 def _some_ground_m(heights_m: npt.NDArray[np.float32]) -> float:
@@ -83,6 +77,7 @@ def _blocks(
     block_rays: int,
 ) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
     """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
+    is_inside = 0.0 <= eye[0] <= shape[0] - 1 and 0.0 <= eye[1] <= shape[1] - 1
     for axis in (0, 1):
         along_0, across_0 = eye[axis], eye[1 - axis]
         length, width = shape[axis], shape[1 - axis]
@@ -113,20 +108,5 @@ def _blocks(
             for first_ray in range(0, rays - 1, each):
                 last = first_ray + each >= rays - 1
                 count = rays - first_ray if last else each + 1
-                task = (number, axis, direction, first, steps, first_ray, count, int(first_ray == 0), int(last))
+                task = (number, axis, direction, first, steps, first_ray, count, first_ray == 0, last, is_inside)
                 yield task, (along_0, across_0, eye[2], t_0, dt, drop_along, drop_across, tilt)
-
-
-def _deal(tasks: npt.NDArray[np.int64], workers: int) -> npt.NDArray[np.int64]:
-    """Deal tasks to workers, the dearest first, so that all finish together; -1 fills the short hands."""
-    cost = tasks[:, 4] * tasks[:, 6]
-    hands: list[list[int]] = [[] for _ in range(workers)]
-    loads = [(0, worker) for worker in range(workers)]
-    for number in np.argsort(-cost, kind="stable"):
-        load, worker = heapq.heappop(loads)
-        hands[worker].append(int(number))
-        heapq.heappush(loads, (load + int(cost[number]), worker))
-    table = np.full((workers, max(len(hand) for hand in hands)), -1, np.int64)
-    for worker, hand in enumerate(hands):
-        table[worker, : len(hand)] = sorted(hand)
-    return table

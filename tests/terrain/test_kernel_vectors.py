@@ -45,9 +45,9 @@ def _turned(source, row, col, out, out_row, out_col):
 
 
 @inner_loop
-def _asked_for(row):
-    for i in range(row.shape[0]):
-        prefetch(row, i)
+def _asked_for(grid):
+    for row in range(grid.shape[0]):
+        prefetch(grid, row, 0)
 
 
 @pytest.mark.parametrize(
@@ -96,9 +96,9 @@ def test_a_block_is_turned_and_nothing_beside_it_written():
 
 
 def test_asking_ahead_changes_nothing():
-    row = np.arange(40, dtype=np.float32)
-    _asked_for(row)
-    assert row.tolist() == list(range(40))
+    grid = np.arange(40, dtype=np.float32).reshape(8, 5)
+    _asked_for(grid)
+    assert grid.ravel().tolist() == list(range(40))
 
 
 @pytest.mark.parametrize(

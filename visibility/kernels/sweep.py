@@ -14,23 +14,25 @@ import numpy as np
 from numba import float32, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
-from terrain.kernel_vectors import prefetch
 
 from .owned_posts import owned_posts
 from .sweep_loops import NO_GROUND, NOT_BLOCKED, STRIDE, advance, answer
-from .turning import CACHE_LINE, TILE, turn_in, turn_out
+from .turning import TILE, turn_in, turn_out
 
 __all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "sweep"]
 
-BLOCK_RAYS = 1024
+BLOCK_RAYS = 2048
 COARSEST = 16  # near the eye only every 16th ray runs
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
-LINES_AHEAD = 2
+LINES_AHEAD = 3
 RAY_ROOM = 2 * BLOCK_RAYS + 2 * STRIDE  # a block has at most twice its rays; vectors reach over the last
 TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
 
 # one task = one block of rays in one sector of one eye
-TASK_COLUMNS = ("eye", "axis", "direction", "first", "steps", "first_ray", "rays", "is_first_block", "is_last_block")
+TASK_COLUMNS = (
+    "eye", "axis", "direction", "first", "steps",
+    "first_ray", "rays", "is_first_block", "is_last_block", "is_eye_inside",
+)  # fmt: skip
 REAL_COLUMNS = ("along_0", "across_0", "altitude_m", "t_0", "dt", "drop_along", "drop_across", "tilt")
 
 
@@ -74,14 +76,16 @@ def _refine(along, task, real, stride, steepest, fan):
 @scalar_kernel
 def _answer_line(owned, real, scale, eye, lines, out, state):
     """Answer the owned posts of a line; the outermost post of the map has no neighbour aside on one side."""
-    q_first, dq, count, width, lean = scale
+    q_first, dq, count, width, lean, is_eye_inside = scale
     steepest, _, places, picked = state
-    ground, before, ground_start = lines
+    ground, before, ground_start, ahead = lines
     start, stop = owned
+    if stop <= start:
+        return
     inner_start = max(start, 1) if lean < 0 else start
     inner_stop = min(stop, width - 1) if lean > 0 else stop
     drop_along = float32(real[5] * float(eye[1]) * float(eye[1]))
-    seen_from = (*eye, drop_along, float32(real[6]), float32(lean))
+    seen_from = (*eye, drop_along, float32(real[6]), float32(lean), is_eye_inside)
     for piece in range(3):
         first, last, aside = inner_start, inner_stop, lean
         if piece == 1:
@@ -90,8 +94,17 @@ def _answer_line(owned, real, scale, eye, lines, out, state):
             first, last, aside = inner_stop, stop, 0
         if last > first:
             q = float32(max((first - real[1]) * dq - q_first, 0.0))
-            where = (first - ground_start, last - first, aside, count - 1, q, float32(dq), float32(first - real[1]))
-            answer(out, ground, before, steepest, places, picked, where, seen_from)
+            where = (
+                first - ground_start,
+                last - first,
+                aside,
+                count - 1,
+                q,
+                float32(dq),
+                float32(first - real[1]),
+                first,
+            )
+            answer(out, ground, before, ahead, steepest, places, picked, where, seen_from)
 
 
 @scalar_kernel
@@ -102,7 +115,7 @@ def _line(task, real, index, stride, lines, out, state):
     Slopes are counted from a plane through the eye that falls by ``tilt`` metres per line, so that float32 serves for
     eyes as far as satellites; ``level`` is its altitude on this line.
     """
-    ground, before, ground_start, width = lines
+    ground, before, ground_start, width, ahead = lines
     steepest, fan, places, picked = state
     along = abs(index - real[0])
     lean = task[2]
@@ -111,8 +124,8 @@ def _line(task, real, index, stride, lines, out, state):
     spacing = real[4] * stride * along
     eye = (float32(real[2] - real[7] * along), float32(along), float32(1.0 / along), float32(real[7]))
     owned = owned_posts(task, real, along, width)
-    scale = (t_first / (real[4] * stride), 1.0 / spacing, count, width, lean)
-    _answer_line(owned, real, scale, eye, (ground, before, ground_start), out, state)
+    scale = (t_first / (real[4] * stride), 1.0 / spacing, count, width, lean, task[9] == 1)
+    _answer_line(owned, real, scale, eye, (ground, before, ground_start, ahead), out, state)
 
     across = real[1] + t_first * along
     q_from, q_to = 0, count
@@ -172,15 +185,9 @@ def _first_strip(lines, task, real, stride, steepest):
 
 
 @scalar_kernel
-def _ask_ahead(heights, out, task, real, index):
-    """Ask memory for a block's part of a line to come: it lies somewhere else, the processor does not foresee where."""
-    ahead = index + LINES_AHEAD * task[2]
-    if 0 <= ahead < heights.shape[0]:
-        start, stop = owned_posts(task, real, abs(ahead - real[0]), heights.shape[1])
-        for post in range(start, stop, CACHE_LINE):
-            prefetch(heights[ahead], post)
-            if out.shape[0] > 0:
-                prefetch(out[ahead], post)
+def _row_ahead(index, direction, rows):
+    ahead = index + LINES_AHEAD * direction
+    return ahead if 0 <= ahead < rows else -1
 
 
 @scalar_kernel
@@ -190,13 +197,14 @@ def _sweep_rows(heights, out, task, real, stride, state):
     for i in range(task[4]):
         index = task[3] + task[2] * i
         stride = _refine(abs(index - real[0]), task, real, stride, state[0], state[1])
-        _ask_ahead(heights, out, task, real, index)
-        _line(task, real, index, stride, (heights[index], before, 0, width), out[index], state)
+        row_ahead = _row_ahead(index, task[2], heights.shape[0])
+        ahead = (heights, row_ahead, out, row_ahead)
+        _line(task, real, index, stride, (heights[index], before, 0, width, ahead), out[index], state)
         before = heights[index]
 
 
 @scalar_kernel
-def _sweep_columns(heights, turned, out, task, real, stride, state, tile):
+def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift):
     rows = heights.shape[0]
     is_turned = turned.shape[0] > 0
     across_0, t_0, dt = real[1], real[3], real[4]
@@ -211,7 +219,8 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile):
     while i < steps:
         index = task[3] + direction * i
         # a tile ends where a cache line of the grid does
-        n = index % TILE + 1 if direction < 0 else TILE - index % TILE
+        beyond = (index + shift) % TILE
+        n = beyond + 1 if direction < 0 else TILE - beyond
         n = min(n, steps - i)
         west = index if direction > 0 else index - n + 1
         near = abs(index - real[0])
@@ -228,11 +237,11 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile):
             line = k if direction > 0 else n - 1 - k
             stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
             here, before = ground[line], ground[TILE if k == 0 else line - direction]
+            ahead = (turned, _row_ahead(west + line, direction, turned.shape[0]), out, -1)
             if is_turned:
-                _ask_ahead(turned, out[:0], task, real, west + line)
                 here = turned[west + line, top:]
                 before = turned[west + line - direction, top:] if i + k > 0 else ground[TILE]
-            lines = (here, before, top, rows)
+            lines = (here, before, top, rows, ahead)
             start[line], stop[line] = _line(task, real, west + line, stride, lines, answered[line], state)
         owned = (start[:n].min(), start[:n].max(), stop[:n].min(), stop[:n].max())
         if owned[3] > owned[0]:
@@ -241,7 +250,7 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile):
 
 
 @parallel_kernel
-def sweep(heights, turned, out, tasks, reals, bins):
+def sweep(heights, turned, out, tasks, reals, bins, shift):
     """Fill out (n_eyes, rows, cols) with the altitude that clears the ground on the way to each eye.
 
     heights: (rows, cols) float32, at least 2 x 2; NaN posts block nothing.
@@ -249,6 +258,7 @@ def sweep(heights, turned, out, tasks, reals, bins):
     tasks, reals: one row per block of rays, columns TASK_COLUMNS and REAL_COLUMNS, rays - 1 a multiple of COARSEST;
         drop_along and drop_across are curvature drops in metres per square step.
     bins: (workers, most) int64, the tasks of each worker, -1 = none.
+    shift: float32 between the start of a cache line and that of out; tiles end where cache lines do.
     """
     for worker in prange(bins.shape[0]):
         steepest = np.zeros(RAY_ROOM, np.float32)
@@ -261,10 +271,7 @@ def sweep(heights, turned, out, tasks, reals, bins):
                 task = tasks[number]
                 row = reals[number]
                 real = (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
-                rows, cols = heights.shape
-                row_0, col_0 = (row[0], row[1]) if task[1] == 0 else (row[1], row[0])
-                inside = 0.0 <= row_0 <= rows - 1 and 0.0 <= col_0 <= cols - 1
-                steepest[:] = NOT_BLOCKED if inside else NO_GROUND
+                steepest[:] = NOT_BLOCKED if task[9] == 1 else NO_GROUND
                 stride = _first_stride(task, real)
                 _load_rays(task, real, stride, state[1])
                 if task[1] == 0:
@@ -272,4 +279,4 @@ def sweep(heights, turned, out, tasks, reals, bins):
                     _sweep_rows(heights, out[task[0]], task, real, stride, state)
                 else:
                     _first_strip(heights.T, task, real, stride, steepest)
-                    _sweep_columns(heights, turned, out[task[0]], task, real, stride, state, tile)
+                    _sweep_columns(heights, turned, out[task[0]], task, real, stride, state, tile, shift)

@@ -8,7 +8,9 @@ import numpy as np
 from numba import float32, int32, uint64
 
 from terrain.kernel_options import inner_loop
-from terrain.kernel_vectors import LANES, pick, pick_pair, pick_pair_wide
+from terrain.kernel_vectors import LANES, pick, pick_pair, pick_pair_wide, prefetch
+
+from .turning import CACHE_LINE
 
 __all__ = ["NOT_BLOCKED", "NO_GROUND", "STRIDE", "advance", "answer"]
 
@@ -44,15 +46,18 @@ def advance(steepest, fan, ground, before, places, picked, where, eye):
     behind_base = base + (0 if lean > 0 else 1)
     for start in range(0, count, STRIDE):
         begin = across + spacing * float32(start)
-        for i in range(STRIDE):
-            places[i] = min(max(int32(begin + spacing * float32(int32(i))), int32(0)), int32(last))
-        if spacing <= ONE_STEP and base + places[STRIDE - 1] + 2 * LANES < ground.shape[0]:
+        end = begin + spacing * float32(STRIDE - 1)
+        inside = begin >= zero and end < float32(last) and base + int32(end) + 2 * LANES < ground.shape[0]
+        if inside and spacing <= ONE_STEP:
+            for i in range(STRIDE):
+                places[i] = int32(begin + spacing * float32(int32(i)))
             for i in range(0, STRIDE, LANES):
                 pick(ground, base, places, i, picked, 0)
                 pick(ground, base + 1, places, i, picked, 1)
                 pick(before, behind_base, places, i, picked, 2)
         else:
             for i in range(STRIDE):
+                places[i] = min(max(int32(begin + spacing * float32(int32(i))), int32(0)), int32(last))
                 picked[0, i] = ground[base + places[i]]
                 picked[1, i] = ground[base + places[i] + 1]
                 picked[2, i] = before[behind_base + places[i]]
@@ -83,19 +88,23 @@ def advance(steepest, fan, ground, before, places, picked, where, eye):
 
 
 @inner_loop
-def answer(out, ground, before, steepest, places, picked, where, eye):
+def answer(out, ground, before, ahead, steepest, places, picked, where, eye):
     """Altitude over each post of one line that clears what its two neighbouring rays have met, and its last diagonal.
 
     out, ground, before: this line's answers and heights, and heights of the line on the eye's side. A post's neighbour
     aside on this line and the same post on the line before together hold the one edge that a sight line to the post
     can still cross after the line before.
+    ahead: (heights, row, answers, row): parts of lines to come, which lie somewhere else in memory: the processor does
+        not foresee where. They are asked for bit by bit, or all other reading would wait; row -1 = nothing to ask for.
     places, picked: as for advance: the ray on the left of each post; what it and the one on the right have met.
     where: (first post, number of posts, offset of the neighbour aside, 0 = there is none, last place, ray number of
-    the first post, rays per post, across of the first post).
-    eye: (level on this line, along, 1 / along, tilt, drop along, drop per square across, lean), see _line in sweep.py.
+    the first post, rays per post, across of the first post, the first post's column in the grids of ``ahead``).
+    eye: (level on this line, along, 1 / along, tilt, drop along, drop per square across, lean, is the eye over the
+        map), see _line in sweep.py.
     """
-    first, count, aside, last_place, q_0, dq, across_0 = where
-    level, along, per_along, tilt, drop_0, drop_across, lean = eye
+    first, count, aside, last_place, q_0, dq, across_0, first_col = where
+    grid, grid_row, answers, answers_row = ahead
+    level, along, per_along, tilt, drop_0, drop_across, lean, is_eye_inside = eye
     one = float32(1.0)
     hidden_by_aside = float32(0.0) if aside != 0 else float32(-2.0)
     for start in range(0, count, STRIDE):
@@ -115,16 +124,22 @@ def answer(out, ground, before, steepest, places, picked, where, eye):
             for i in range(STRIDE):
                 picked[0, i] = steepest[places[i]]
                 picked[1, i] = steepest[places[i] + 1]
+        for col in range(first_col + begin, first_col + begin + STRIDE, CACHE_LINE):
+            if grid_row >= 0:
+                prefetch(grid, grid_row, col)
+            if answers_row >= 0:
+                prefetch(answers, answers_row, col)
         for i in range(min(count, STRIDE)):
             post = uint64(i + begin + first)
             part = q_begin + float32(int32(i)) * dq - float32(places[i])
             left = picked[uint64(0), uint64(i)]
             right = picked[uint64(1), uint64(i)]
             # beside the border of the map one of the two may not have come onto it: the nearer one decides
-            nearer = left if part < HALF else right
-            lower = left if left < right else right
-            left = left if lower > NO_GROUND else nearer
-            right = right if lower > NO_GROUND else nearer
+            if not is_eye_inside:
+                nearer = left if part < HALF else right
+                lower = left if left < right else right
+                left = left if lower > NO_GROUND else nearer
+                right = right if lower > NO_GROUND else nearer
             slope = left + (right - left) * part
             across = across_begin + float32(int32(i))
             drop = drop_0 + drop_across * across * across

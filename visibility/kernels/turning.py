@@ -20,7 +20,7 @@ def turn_in(heights, where, lines):
     for row in range(0, rows - BLOCK + 1, BLOCK):
         for ahead in range(top + row + ROWS_AHEAD, min(top + row + ROWS_AHEAD + BLOCK, bottom)):
             for k in range(0, n, CACHE_LINE):
-                prefetch(heights[ahead], west + k)
+                prefetch(heights, ahead, west + k)
         for k in range(0, cols, BLOCK):
             turn_block(heights, top + row, west + k, lines, k, row)
     for row in range(rows):
@@ -40,7 +40,7 @@ def turn_out(lines, top, where, start, stop, out):
     for row in range(all_from, whole, BLOCK):
         for ahead in range(row + ROWS_AHEAD, min(row + ROWS_AHEAD + BLOCK, whole)):
             for k in range(0, n, CACHE_LINE):
-                prefetch(out[ahead], west + k)
+                prefetch(out, ahead, west + k)
         for k in range(0, n, BLOCK):
             turn_block(lines, k, row - top, out, row, west + k)
     for row in range(first, last):

@@ -1,0 +1,76 @@
+"""Blocks of bearings are shared out evenly, and answers do not depend on who shares them."""
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from terrain import fractal, read_only
+from visibility.kernels import sweep as kernel
+from visibility.sectors import Eye, share_out
+from visibility.shares import Work
+
+SHAPE = (220, 301)
+EYES: list[Eye] = [(110.0, 150.0, 900.0), (5.25, 290.5, 900.0), (-40.0, 420.0, 1500.0)]
+NO_DROP = (0.0, 0.0)
+
+
+def _heights_m() -> npt.NDArray[np.float32]:
+    return read_only(fractal(512, seed=3, relief_m=500.0).heights_m[: SHAPE[0], : SHAPE[1]].copy())
+
+
+def _answered(work: Work, eyes: int) -> npt.NDArray[np.float32]:
+    out_m = np.full((eyes, *SHAPE), np.nan, np.float32)
+    turned_m = read_only(np.empty((0, 0), np.float32))
+    kernel.sweep(_heights_m(), turned_m, out_m, work.tasks, work.reals, work.bins, 0)
+    return out_m
+
+
+@pytest.mark.parametrize("workers", [2, 5, 70])
+def test_any_number_of_workers_gives_the_answers_of_one(workers: int) -> None:
+    alone_m, together_m = (
+        _answered(share_out(EYES, _heights_m(), (1e-6, 2e-6), 64, count), len(EYES)) for count in (1, workers)
+    )
+    np.testing.assert_array_equal(together_m, alone_m)
+    # an eye over a post leaves that post to others; all else is answered
+    assert np.argwhere(np.isnan(alone_m)).tolist() == [[0, 110, 150]]
+
+
+@pytest.mark.parametrize("eye", [*EYES, (30.0, 300.0, 600.0), (0.0, 10.5, 600.0)])
+def test_every_post_is_answered_by_one_block_alone(eye: Eye) -> None:
+    work = share_out([eye], _heights_m(), NO_DROP, 64, 1)
+    answers = np.zeros(SHAPE, np.int64)
+    for number in range(len(work.tasks)):
+        answers += ~np.isnan(_answered(Work(work.tasks, work.reals, np.array([[number]])), 1)[0])
+    own = [list(eye[:2])] if eye[0].is_integer() and eye[1].is_integer() and eye[0] >= 0 else []
+    assert np.argwhere(answers != 1).tolist() == own
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5, 70])
+def test_every_block_is_dealt_once_and_rays_come_in_whole_steps(workers: int) -> None:
+    work = share_out(EYES, _heights_m(), NO_DROP, 64, workers)
+    assert sorted(work.bins[work.bins >= 0].tolist()) == list(range(len(work.tasks)))
+    assert len(work.bins) == workers
+    assert ((work.tasks[:, 6] - 1) % kernel.COARSEST == 0).all()
+    assert (work.tasks[:, 6] > 1).all()
+
+
+@pytest.mark.parametrize("size", [32, 100_000])
+@pytest.mark.parametrize("eye", EYES)
+def test_blocks_of_another_size_answer_alike_but_for_rays_that_meet_a_post_exactly(eye: Eye, size: int) -> None:
+    usual_m, other_m = (_answered(share_out([eye], _heights_m(), NO_DROP, rays, 1), 1)[0] for rays in (128, size))
+    # rounding decides in which of two cells such a ray goes on
+    assert (np.abs(usual_m - other_m) > 1e-3).mean() < 1e-3
+
+
+@pytest.mark.parametrize("eye", [(0.0, 0.0, 900.0), (110.0, 0.0, 900.0), (110.0, 290.0, 900.0)])
+def test_two_workers_have_alike_to_do_wherever_the_eye_is(eye: Eye) -> None:
+    work = share_out([eye], _heights_m(), NO_DROP, 100_000, 2)
+    posts = [_posts_answered(work, hand) for hand in work.bins]
+    assert sum(posts) == SHAPE[0] * SHAPE[1] - 1
+    # what runs over columns costs more, so equal numbers of posts are not what is asked for
+    assert max(posts) <= 1.3 * min(posts)
+
+
+def _posts_answered(work: Work, hand: npt.NDArray[np.int64]) -> int:
+    answered_m = _answered(Work(work.tasks, work.reals, hand[np.newaxis]), 1)
+    return int((~np.isnan(answered_m)).sum())
