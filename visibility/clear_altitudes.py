@@ -26,6 +26,7 @@ Heights = npt.NDArray[np.float32]
 # fills out_m (n_eyes, rows, cols): (heights_m, eyes, curvature drop per squared row and column step, out_m)
 Engine = Callable[[Heights, Sequence[Eye], tuple[float, float], Heights], None]
 
+ALWAYS_FRESH_BYTES = 32 << 20  # smaller pieces of memory the C library may give out again, pages and all
 PARCEL = 8  # anchors between two reports of progress
 
 
@@ -45,7 +46,8 @@ def clear_altitudes(
     heights_m = _at_least_two_lines(grid.heights_m)
     # not zeroed: the engines write every post
     altitude_m = np.empty((len(anchors), *heights_m.shape), np.float32)
-    take_pages(altitude_m.reshape(-1), numba.get_num_threads())
+    if altitude_m.nbytes >= ALWAYS_FRESH_BYTES:
+        take_pages(altitude_m.reshape(-1), numba.get_num_threads())
     finished = 0
     for distant, run in itertools.groupby(anchors, key=lambda anchor: isinstance(anchor, DistantAnchor)):
         run_of = tuple(run)

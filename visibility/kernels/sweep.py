@@ -264,7 +264,8 @@ def sweep(heights, turned, out, tasks, reals, bins, shift):
         steepest = np.zeros(RAY_ROOM, np.float32)
         fan = np.zeros((3, RAY_ROOM), np.float32)
         state = (steepest, fan, np.zeros(STRIDE, np.int32), np.zeros((3, STRIDE), np.float32))
-        tile = (np.empty((TILE + 1, TILE_ROOM), np.float32), np.empty((TILE, TILE_ROOM), np.float32))
+        room = min(TILE_ROOM, heights.shape[0] + 3 * TILE + 8)
+        tile = (np.empty((TILE + 1, room), np.float32), np.empty((TILE, room), np.float32))
         for slot in range(bins.shape[1]):
             number = bins[worker, slot]
             if number >= 0:
