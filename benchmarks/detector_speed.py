@@ -17,21 +17,22 @@ __all__ = ["detector_speed"]
 
 Floats = npt.NDArray[np.float64]
 
-# (anchors, occluded, target for the 99th percentile or the worst case)
-CASES = ((8, 0, ""), (8, 1, "p99 ≤ 1 ms"), (8, 2, "p99 ≤ 1 ms"), (16, 0, ""), (16, 4, ""), (16, 8, ""))
+# (anchors, occluded); of eight the 99th percentile is judged, of sixteen the worst
+CASES = ((8, 0), (8, 1), (8, 2), (16, 0), (16, 4), (16, 8), (16, 16))
 RANGE_SIGMA_M, TARGET_S, WORST_TARGET_S = 0.1, 1e-3, 10e-3
 
 
 def detector_speed(epochs: int = 2000) -> Table:
     """Time per epoch with odometry and noise; the worst case is a search that never finds a set and is cut short."""
     rows = []
-    for count, occluded, target in CASES:
-        wall_s, own_s = _times_s(count, occluded, epochs)
-        met = bool(np.quantile(own_s, 0.99) <= TARGET_S) if target else None
-        rows.append(_row(str(count), str(occluded), wall_s, own_s, target, met))
-    wall_s, own_s = _times_s(16, 16, max(epochs // 10, 50))
-    met = bool(own_s.max() <= WORST_TARGET_S)
-    rows.append(_row("16", "all: the search runs out", wall_s, own_s, "worst ≤ 10 ms", met))
+    for count, occluded in CASES:
+        searched_out = occluded == count
+        wall_s, own_s = _times_s(count, occluded, max(epochs // 10, 50) if searched_out else epochs)
+        target, met = "p99 ≤ 1 ms", bool(np.quantile(own_s, 0.99) <= TARGET_S)
+        if count > 8:
+            target, met = "worst ≤ 10 ms", bool(own_s.max() <= WORST_TARGET_S)
+        shown = "all: the search runs out" if searched_out else str(occluded)
+        rows.append(_row(str(count), shown, wall_s, own_s, target, met))
     columns = ("anchors", "occluded", "median", "p99", "worst", "p99 by the clock on the wall")
     note = (
         f"{epochs} epochs of a session in 3D, 10 a second, with odometry, after 50 that warm up; processor "
@@ -40,7 +41,7 @@ def detector_speed(epochs: int = 2000) -> Table:
     return Table("Detector: time per epoch", columns, rows, note)
 
 
-def _row(anchors: str, occluded: str, wall_s: Floats, own_s: Floats, target: str, met: bool | None) -> Row:
+def _row(anchors: str, occluded: str, wall_s: Floats, own_s: Floats, target: str, met: bool) -> Row:
     shown = (np.median(own_s), np.quantile(own_s, 0.99), own_s.max(), np.quantile(wall_s, 0.99))
     return Row((anchors, occluded, *(duration(float(one)) for one in shown)), target, met)
 
