@@ -14,6 +14,7 @@ import numpy as np
 from numba import float32, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
+from terrain.kernel_vectors import BLOCK
 
 from .owned_posts import owned_posts
 from .sweep_loops import NO_GROUND, NOT_BLOCKED, STRIDE, advance, answer
@@ -215,8 +216,10 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift)
     ground[TILE] = np.nan  # the line before the tile
     start = np.zeros(TILE, np.int64)
     stop = np.zeros(TILE, np.int64)
-    i = 0
+    whole = np.zeros((TILE // BLOCK, 2), np.int64)
+    i, top, bottom, farthest = 0, 0, 0, 0
     while i < steps:
+        past_top, past_bottom = top, bottom
         index = task[3] + direction * i
         # a tile ends where a cache line of the grid does
         beyond = (index + shift) % TILE
@@ -229,9 +232,14 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift)
         bottom = math.ceil(across_0 + max(t_last * near, t_last * far)) + 2
         top = min(max(top, 0), rows - 2)
         bottom = max(min(bottom, rows - 1), top + 1)
-        if i > 0 and not is_turned:
-            ground[TILE, : bottom + 1 - top] = heights[top : bottom + 1, index - direction]
         if not is_turned:
+            # the line before is the last one of the tile before, as far as the rays of this tile can have come from
+            shared = slice(max(top, past_top), max(min(bottom, past_bottom) + 1, top))
+            if i > 0:
+                ground[TILE, : bottom + 1 - top] = np.nan
+                ground[TILE, shared.start - top : shared.stop - top] = ground[
+                    farthest, shared.start - past_top : shared.stop - past_top
+                ]
             turn_in(heights, (top, bottom + 1, west, n), ground)
         for k in range(n):
             line = k if direction > 0 else n - 1 - k
@@ -243,9 +251,12 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift)
                 before = turned[west + line - direction, top:] if i + k > 0 else ground[TILE]
             lines = (here, before, top, rows, ahead)
             start[line], stop[line] = _line(task, real, west + line, stride, lines, answered[line], state)
-        owned = (start[:n].min(), start[:n].max(), stop[:n].min(), stop[:n].max())
-        if owned[3] > owned[0]:
-            turn_out(answered, top, (*owned, west, n), start, stop, out)
+        farthest = n - 1 if direction > 0 else 0
+        for group in range(len(whole)):
+            some = slice(group * BLOCK, group * BLOCK + BLOCK)
+            # fewer lines are not turned as a block
+            whole[group] = (start[some].max(), stop[some].min()) if some.stop <= n else (0, 0)
+        turn_out(answered, (top, start[:n].min(), stop[:n].max(), west, n), start, stop, whole, out)
         i += n
 
 

@@ -29,25 +29,24 @@ def turn_in(heights, where, lines):
 
 
 @inner_loop
-def turn_out(lines, top, where, start, stop, out):
+def turn_out(lines, where, start, stop, whole, out):
     """Copy what each line owns, rows [start, stop), from lines (lines, rows from top on) into a tile of the grid.
 
-    where: (first row that any line owns, first and one past the last that all do, one past the last that any does,
-    first column, columns).
+    where: (first row of lines, first row that any line owns, one past the last, first column of the tile, columns).
+    whole: (TILE / BLOCK, 2) rows that all of so many lines own, one past the last.
     """
-    first, all_from, all_to, last, west, n = where
-    whole = all_from + max(all_to - all_from, 0) // BLOCK * BLOCK if n % BLOCK == 0 else all_from
-    for row in range(all_from, whole, BLOCK):
-        for ahead in range(row + ROWS_AHEAD, min(row + ROWS_AHEAD + BLOCK, whole)):
+    top, first, last, west, n = where
+    for row in range(first, last, BLOCK):
+        for ahead in range(row + ROWS_AHEAD, min(row + ROWS_AHEAD + BLOCK, last)):
             for k in range(0, n, CACHE_LINE):
                 prefetch(out, ahead, west + k)
         for k in range(0, n, BLOCK):
-            turn_block(lines, k, row - top, out, row, west + k)
-    for row in range(first, last):
-        if not all_from <= row < whole:
-            for k in range(n):
-                if start[k] <= row < stop[k]:
-                    out[row, west + k] = lines[k, row - top]
+            if whole[k // BLOCK, 0] <= row and row + BLOCK <= whole[k // BLOCK, 1]:
+                turn_block(lines, k, row - top, out, row, west + k)
+            else:
+                for line in range(k, min(k + BLOCK, n)):
+                    for own in range(max(row, start[line]), min(row + BLOCK, stop[line])):
+                        out[own, west + line] = lines[line, own - top]
 
 
 @parallel_kernel
