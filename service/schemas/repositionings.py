@@ -12,7 +12,7 @@ from .points import NotNegativeMetres, Positive, StrictModel
 from .shapes import PlaceIn
 from .sight import SightParameters
 
-__all__ = ["DroneFlightIn", "RepositioningParameters", "RoverIn"]
+__all__ = ["DroneFlightIn", "RepositioningParameters", "RoverPoseIn"]
 
 Ids = Annotated[list[AnchorId], Field(max_length=64)]
 
@@ -27,7 +27,7 @@ class DroneFlightIn(StrictModel):
     max_flight_m: Positive | None = Field(None, description="Longest flight path of one move, metres; none = any.")
 
 
-class RoverIn(StrictModel):
+class RoverPoseIn(StrictModel):
     """Where the rover is and where it is heading, in place of a path."""
 
     place: PlaceIn = Field(description="Where it is.")
@@ -48,7 +48,7 @@ class RepositioningParameters(SightParameters):
     path: Annotated[list[PlaceIn], Field(min_length=2, max_length=10_000)] | None = Field(
         None, description="The path ahead; or give rover."
     )
-    rover: RoverIn | None = Field(None, description="Place and heading in place of a path.")
+    rover: RoverPoseIn | None = Field(None, description="Place and heading in place of a path.")
     receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of the rover's antenna, metres.")
     goal: GoalIn = Field(
         default_factory=lambda: GoalIn.model_validate({}), description="What shall hold: coverage or dop."

@@ -44,6 +44,11 @@ def test_every_operation_has_summary_description_and_tag(document: dict[str, Any
         assert set(operation["tags"]) <= tags, (method, path)
 
 
+def test_schemas_have_names_of_their_own(document: dict[str, Any]) -> None:
+    # of two models with one name the document would tell the modules they come from
+    assert [name for name in document["components"]["schemas"] if "__" in name] == []
+
+
 def test_every_operation_tells_what_its_problems_look_like(document: dict[str, Any]) -> None:
     for path, method, operation in operations(document):
         errors = {status: answer for status, answer in operation["responses"].items() if int(status) >= 400}
