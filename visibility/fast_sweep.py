@@ -34,6 +34,7 @@ def sweep(
     squared column step. An eye straight over the map in the height of satellites is answered exactly instead.
     """
     eyes, heights_m = snapped(eyes, SNAP_CELLS), read_only(heights_m)
+    blank_m = read_only(np.full(max(heights_m.shape), np.nan, np.float32))
     turned_m = np.empty((0, 0), np.float32)
     if len(eyes) >= MANY_EYES:
         turned_m = np.empty(heights_m.shape[::-1], np.float32)
@@ -48,7 +49,8 @@ def sweep(
         else:
             work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS)
             shift = part_m.ctypes.data // part_m.itemsize % CACHE_LINE
-            kernel.sweep(heights_m, read_only(turned_m), part_m, work.tasks, work.reals, work.bins, shift)
+            tables = work.tasks, work.reals, work.bins
+            kernel.sweep(heights_m, read_only(turned_m), blank_m, part_m, *tables, shift)
     write_own_posts(heights_m, eyes, out_m)
 
 

@@ -20,8 +20,8 @@ def _heights_m() -> npt.NDArray[np.float32]:
 
 def _answered(work: Work, eyes: int) -> npt.NDArray[np.float32]:
     out_m = np.full((eyes, *SHAPE), np.nan, np.float32)
-    turned_m = read_only(np.empty((0, 0), np.float32))
-    kernel.sweep(_heights_m(), turned_m, out_m, work.tasks, work.reals, work.bins, 0)
+    blank_m, turned_m = read_only(np.full(max(SHAPE), np.nan, np.float32)), read_only(np.empty((0, 0), np.float32))
+    kernel.sweep(_heights_m(), turned_m, blank_m, out_m, work.tasks, work.reals, work.bins, 0)
     return out_m
 
 

@@ -11,7 +11,7 @@ travels once.
 import math
 
 import numpy as np
-from numba import float32, prange
+from numba import float32, int64, prange
 
 from terrain.kernel_options import parallel_kernel, scalar_kernel
 from terrain.kernel_vectors import BLOCK
@@ -192,20 +192,20 @@ def _row_ahead(index, direction, rows):
 
 
 @scalar_kernel
-def _sweep_rows(heights, out, task, real, stride, state):
+def _sweep_rows(heights, blank, out, task, real, stride, state):
     width = heights.shape[1]
-    before = np.full(width, np.float32(np.nan))
+    before = blank
     for i in range(task[4]):
         index = task[3] + task[2] * i
         stride = _refine(abs(index - real[0]), task, real, stride, state[0], state[1])
         row_ahead = _row_ahead(index, task[2], heights.shape[0])
         ahead = (heights, row_ahead, out, row_ahead)
-        _line(task, real, index, stride, (heights[index], before, 0, width, ahead), out[index], state)
+        _line(task, real, index, stride, (heights[index], before, int64(0), width, ahead), out[index], state)
         before = heights[index]
 
 
 @scalar_kernel
-def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift):
+def _sweep_columns(heights, turned, blank, out, task, real, stride, state, tile, shift):
     rows = heights.shape[0]
     is_turned = turned.shape[0] > 0
     across_0, t_0, dt = real[1], real[3], real[4]
@@ -245,10 +245,10 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift)
             line = k if direction > 0 else n - 1 - k
             stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
             here, before = ground[line], ground[TILE if k == 0 else line - direction]
-            ahead = (turned, _row_ahead(west + line, direction, turned.shape[0]), out, -1)
+            ahead = (turned, _row_ahead(west + line, direction, turned.shape[0]), out, int64(-1))
             if is_turned:
                 here = turned[west + line, top:]
-                before = turned[west + line - direction, top:] if i + k > 0 else ground[TILE]
+                before = turned[west + line - direction, top:] if i + k > 0 else blank
             lines = (here, before, top, rows, ahead)
             start[line], stop[line] = _line(task, real, west + line, stride, lines, answered[line], state)
         farthest = n - 1 if direction > 0 else 0
@@ -261,11 +261,12 @@ def _sweep_columns(heights, turned, out, task, real, stride, state, tile, shift)
 
 
 @parallel_kernel
-def sweep(heights, turned, out, tasks, reals, bins, shift):
+def sweep(heights, turned, blank, out, tasks, reals, bins, shift):
     """Fill out (n_eyes, rows, cols) with the altitude that clears the ground on the way to each eye.
 
     heights: (rows, cols) float32, at least 2 x 2; NaN posts block nothing.
     turned: the same (cols, rows), which serves many eyes at once; or (0, 0): tiles are turned on the way.
+    blank: NaN, as many as a line has posts: the line before the first.
     tasks, reals: one row per block of rays, columns TASK_COLUMNS and REAL_COLUMNS, rays - 1 a multiple of COARSEST;
         drop_along and drop_across are curvature drops in metres per square step.
     bins: (workers, most) int64, the tasks of each worker, -1 = none.
@@ -288,7 +289,7 @@ def sweep(heights, turned, out, tasks, reals, bins, shift):
                 _load_rays(task, real, stride, state[1])
                 if task[1] == 0:
                     _first_strip(heights, task, real, stride, steepest)
-                    _sweep_rows(heights, out[task[0]], task, real, stride, state)
+                    _sweep_rows(heights, blank, out[task[0]], task, real, stride, state)
                 else:
                     _first_strip(heights.T, task, real, stride, steepest)
-                    _sweep_columns(heights, turned, out[task[0]], task, real, stride, state, tile, shift)
+                    _sweep_columns(heights, turned, blank, out[task[0]], task, real, stride, state, tile, shift)
