@@ -171,8 +171,9 @@ def any_move_can(
         here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
         for altitude_m in (*(ground_m + height for height in heights_m), np.full(len(near), anchor.altitude_m)):
             place_m = np.column_stack([east_m[near], north_m[near], altitude_m])[altitude_m >= ground_m]
+            moved = np.linalg.norm(place_m - here_m, axis=1) >= min(grid.cell_east_m, grid.cell_north_m)
             flight_m, _ = flight_costs(grid, Flight(max_flight_m=reach_m), here_m, place_m)
-            place_m = place_m[flight_m <= reach_m]
+            place_m = place_m[moved & (flight_m <= reach_m)]
             for point in point_m[count < goal.visible]:
                 place_m = place_m[_sees(grid, point, place_m)]
             if len(place_m):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from planning.paths import Path, PathOutcome, PathProblem, Unreachable
+from planning.paths import Path, PathOutcome, PathProblem, Reason, Relaxation, Unreachable
 from planning.validation import PathLimit, PathValidation
 
 __all__ = ["VERTEX_COLUMNS", "outcome_answer", "time_words", "validation_answer", "vertex_table"]
@@ -112,6 +112,16 @@ def _totals(path: Path) -> dict[str, Any]:
     }
 
 
+UNITS = {Reason.SLOPE: "deg", Reason.PITCH_OR_ROLL: "deg", Reason.STEP: "m"}
+
+
+def _limits(one: Relaxation) -> dict[str, Any]:
+    """What a relaxation asks and needs, in the unit in which the limit is given, angles in degrees."""
+    unit = UNITS.get(one.reason, "")
+    factor = math.degrees(1.0) if unit == "deg" else 1.0
+    return {"asked": _number(one.asked * factor), "needed": _number(one.needed * factor), "unit": unit}
+
+
 def _unreachable(found: Unreachable) -> dict[str, Any]:
     return {
         "reason": str(found.reason),
@@ -119,8 +129,7 @@ def _unreachable(found: Unreachable) -> dict[str, Any]:
         "relaxations": [
             {
                 "reason": str(one.reason),
-                "asked": _number(one.asked),
-                "needed": _number(one.needed),
+                **_limits(one),
                 "sentence": one.sentence,
             }
             for one in found.relaxations

@@ -236,7 +236,10 @@ def _answer(grid: ElevationGrid, parameters: RepositioningParameters, found: Lea
 def _sentence(found: Leapfrog) -> str:
     gained = f"{found.share_unmoved:.1%} of the path before, {found.share:.1%} after"
     if not found.moves:
-        return f"Nobody moves: {gained}."
+        why = (
+            "nothing has to" if found.share_unmoved >= 1.0 - 1e-9 else "no move of one drone that is needed gives more"
+        )
+        return f"Nobody moves, since {why}: {gained}."
     if len(found.stretches) == 1 and len(found.moves) == 1:
         move = found.moves[0].move
         return (

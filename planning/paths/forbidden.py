@@ -19,7 +19,7 @@ from .sight_maps import Sightings, SightMaps
 __all__ = ["Ground", "place_error", "sight_error"]
 
 # how far inside its square the nearest allowed place is put, in cells
-INSIDE = 1e-3
+INSIDE = 0.01
 # so many of the nearest places are asked for by exact sight lines at once, and so often
 TRIED, TIMES = 128, 32
 # of these a place is forbidden; of all others it cannot be stood on
@@ -78,7 +78,8 @@ def _error(ground: Ground, sentence: str, name: str, reasons: tuple[str, ...], p
     if nearest is None:
         rest = "no place on the map is allowed."
     else:
-        rest = f"the nearest allowed place is ({nearest[0]:.1f} m east, {nearest[1]:.1f} m north)."
+        digits = _digits(ground)
+        rest = f"the nearest allowed place is ({nearest[0]:.{digits}f} m east, {nearest[1]:.{digits}f} m north)."
     return PlaceError(f"{sentence}; {rest}", name, tuple(str(reason) for reason in reasons), nearest)
 
 
@@ -111,6 +112,12 @@ def _dop_words(ground: Ground, dop: float) -> str:
     if not math.isfinite(dop):
         return f"no fix is possible there, and a dilution of {limits.max_dop:g} or less is asked for"
     return f"the dilution there is {dop:.2f}, and {limits.max_dop:g} or less is asked for"
+
+
+def _digits(ground: Ground) -> int:
+    """Digits after the point with which a place is told so that, typed back, it lies in the same square."""
+    inside_m = INSIDE * min(ground.field.grid.cell_north_m, ground.field.grid.cell_east_m)
+    return max(math.ceil(-math.log10(inside_m)), 1)
 
 
 def _nearest(ground: Ground, name: str, row: float, col: float) -> Place | None:

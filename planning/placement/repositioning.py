@@ -85,7 +85,8 @@ def reposition(
 ) -> Repositioning:
     """The cheapest move of one drone that restores a share of the goal over the path (n, 2) ahead.
 
-    occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved.
+    occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved, a
+        cell at least.
     movable: ids that may be moved; all by default. above_ground_m: heights to consider, beside each drone's own.
     Every post within the flight range is considered at each of these heights. Raises PlacementError, AnchorError.
     """
@@ -183,7 +184,7 @@ def _places_of(
     flight: Flight,
     rules: PlacementRules,
 ) -> _Places | None:
-    """Every post within the flight range at every height, as far as the rules allow; None where none is left.
+    """Every post within the flight range at every height, a cell away or more, as far as the rules allow; None = none.
 
     others: those that count; standing: all that stay where they are.
     """
@@ -205,7 +206,9 @@ def _places_of(
     ]
     place_m = candidates.position_m[numbers]
     flight_m, flight_s = flight_costs(grid, flight, here_m, place_m)
-    keep = flight_m <= flight.max_flight_m
+    # what hides an occluded anchor is not on the map: less than a cell from where it is, it is taken to hide it too
+    moved = np.linalg.norm(place_m - here_m, axis=1) >= min(grid.cell_east_m, grid.cell_north_m)
+    keep = moved & (flight_m <= flight.max_flight_m)
     if rules.no_fly:
         ways = shapely.linestrings(
             np.stack([np.broadcast_to(here_m[:2], place_m[:, :2].shape), place_m[:, :2]], axis=1)

@@ -177,6 +177,8 @@ def _cuts(summary: dict[str, Any]) -> tuple[Table, ...]:
     table.add_column("needed", justify="right")
     table.add_column("in words")
     for one in cut["relaxations"]:
-        numbers = ("–" if one[name] is None else f"{one[name]:.4g}" for name in ("asked", "needed"))
+        numbers = (
+            "–" if one[name] is None else f"{one[name]:.4g} {one['unit']}".rstrip() for name in ("asked", "needed")
+        )
         table.add_row(one["reason"], *numbers, escape(one["sentence"]))
     return (table,) if cut["relaxations"] else ()

@@ -78,8 +78,9 @@ class RelaxationOut(BaseModel):
     """One limit by itself that would let a path through."""
 
     reason: str = Field(description="Which limit.")
-    asked: float | None = Field(description="What was asked for: metres, a number, or an angle as its sentence says.")
-    needed: float | None = Field(description="What would do, in metres, as a number, or an angle as its sentence says.")
+    asked: float | None = Field(description="What was asked for, in the unit that is given; angles in degrees.")
+    needed: float | None = Field(description="What would do, in the unit that is given; angles in degrees.")
+    unit: str = Field(description="deg, m, or empty: a number without a unit.")
     sentence: str = Field(description="The same in words.")
 
 

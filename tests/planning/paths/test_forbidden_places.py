@@ -74,7 +74,7 @@ def test_a_place_that_exact_sight_lines_forbid_says_why_and_names_the_nearest_th
     assert nearest is not None
     assert str(refused.value) == (
         f"The {place} is forbidden: {sentence}; the nearest allowed place is "
-        f"({nearest[0]:.1f} m east, {nearest[1]:.1f} m north)."
+        f"({nearest[0]:.2f} m east, {nearest[1]:.2f} m north)."
     )
     assert (refused.value.place, refused.value.reasons) == (place, (reason,))
     # squares are 5 m wide: the nearest place beyond the veil is at its edge, or a little inside the next square

@@ -81,6 +81,19 @@ def test_after_the_move_the_lines_of_sight_are_there() -> None:
     pytest.fail("no seed needed a move")
 
 
+def test_an_occluded_drone_has_to_go_a_cell_away_before_it_counts() -> None:
+    grid = ElevationGrid(np.zeros((30, 30)), 20.0, 30.0)
+    anchors = [anchor_above_ground(grid, f"D{n}", 60.0 + 140.0 * n, -300.0, 60.0) for n in range(3)]
+    found = reposition(grid, anchors, straight_ahead(100.0, -500.0, 0.3, 150.0), GOAL, occluded=["D1"])
+    # on a plane every place sees everything: the nearest will do, but for the one where something unknown hides it
+    assert found.restored
+    assert found.move is not None
+    assert found.move.anchor.id == "D1"
+    to = found.move.to
+    away_m = math.dist((to.east_m, to.north_m, to.altitude_m), (200.0, -300.0, 60.0))
+    assert 20.0 <= away_m <= 37.0
+
+
 def test_nothing_moves_where_nothing_has_to() -> None:
     grid = ElevationGrid(np.zeros((20, 20), np.float32), 30.0, 30.0)
     found = reposition(grid, crew(grid), [(100.0, -100.0), (200.0, -200.0)], GOAL, occluded=["D0"])
