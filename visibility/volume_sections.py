@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from terrain import height_at
+
 from .control_volumes import ControlVolume, volume_blocks, whole_volume
 from .errors import VisibilityInputError
 from .volume_layers import AltitudeLayers
@@ -19,7 +21,7 @@ __all__ = ["HorizontalSection", "VerticalSection", "horizontal_section", "vertic
 class VerticalSection:
     """A cut along a line on the map; arrays (layers, samples), the first layer lowest.
 
-    distance_m, east_m, north_m, ground_m: (samples,) along the line, at the nearest posts; ground NaN = unknown.
+    distance_m, east_m, north_m, ground_m: (samples,) along the line; the surface there, NaN = unknown.
     altitude_m: (layers, samples). count, unknown_count: anchors in sight, and those of which it is not known.
     dop: float32, +inf = no fix, NaN = unknown. below_ground: bool; nothing is in sight there.
     """
@@ -56,7 +58,8 @@ def vertical_section(
     """A vertical cut along a line of two or more points (n, 2), east and north, within the volume.
 
     spacing_m: between samples; None takes the smaller cell. Each sample is the column of the post nearest to it, since
-    visible sets are known at posts. Raises VisibilityInputError.
+    visible sets are known at posts; where that post's ground is the higher, its lowest air goes down to the surface.
+    Raises VisibilityInputError.
     """
     grid = volume.grid
     corners_m = np.array(points_m, np.float64)
@@ -97,9 +100,16 @@ def vertical_section(
         count[:, here] = block.count[place]
         unknown_count[:, here] = block.unknown_count[place]
         dop[:, here] = block.dop[place]
-    ground_m = grid.heights_m[row, col]
-    base_m = ground_m.astype(np.float64) if volume.layers.above_ground else np.zeros(samples)
-    altitude_m = volume.layers.altitudes_m[:, None] + base_m
+    ground_m = np.asarray(height_at(grid, east_m, north_m), np.float32)
+    if volume.layers.above_ground:
+        altitude_m = volume.layers.altitudes_m[:, None] + ground_m.astype(np.float64)
+        return VerticalSection(distance_m, east_m, north_m, ground_m, altitude_m, count, unknown_count, dop)
+    altitude_m = np.repeat(volume.layers.altitudes_m[:, None], samples, axis=1)
+    lowest = np.argmax(altitude_m >= grid.heights_m[row, col], axis=0)
+    layer = np.maximum(np.arange(layers)[:, None], lowest)
+    count, unknown_count, dop = (np.take_along_axis(values, layer, 0) for values in (count, unknown_count, dop))
+    buried = altitude_m < ground_m
+    count[buried], unknown_count[buried], dop[buried] = 0, 0, np.inf
     return VerticalSection(distance_m, east_m, north_m, ground_m, altitude_m, count, unknown_count, dop)
 
 
