@@ -97,6 +97,10 @@ def _blocks(
             # one ray through each post of the farthest line; where rays hardly spread, one between them too
             dt = (1.0 if near <= 1.0 else 0.5) / far
             t_0 = (math.floor(t_low * far + across_0) - across_0) / far
+            if across_0.is_integer() and t_low <= 0.0:
+                # a ray runs along the eye's own line of posts from the start: walls stand along the grid, and rays that
+                # start later between a hidden and a free one take the mean of both with them to the far end
+                t_0 = -math.ceil(-t_low / (dt * COARSEST)) * COARSEST * dt
             # a whole number of the coarsest steps
             rays = max(math.ceil((t_high - t_0) / (dt * COARSEST)), 1) * COARSEST + 1
             if t_high == 0.0:

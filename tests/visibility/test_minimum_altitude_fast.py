@@ -68,6 +68,29 @@ def test_curvature_lowers_fast_and_exact_alike():
     assert np.median(np.abs(curved - exact)) < 0.25 * np.median(np.abs(flat - exact))
 
 
+@pytest.mark.parametrize("at", [(404, 350), (60, 350), (350, 404), (350, 60)])
+def test_a_wall_along_the_grid_hides_nothing_before_it(at):
+    heights_m = np.zeros((701, 701), np.float32)
+    row, col = at
+    wall = (slice(None), slice(col + 1, None)) if col == 350 else (slice(row + 1, None), slice(None))
+    heights_m[wall] = 200.0
+    grid = ElevationGrid(heights_m, 10.0, 10.0)
+    altitude_m = min_visible_altitude(grid, [clearing_eye(grid, row, col, above_m=10.0)], "fast", FLAT).altitude_m[0]
+    assert altitude_m[heights_m == 0.0].max() == 0.0
+
+
+@pytest.mark.parametrize("beyond", [0.3, 3.0, 10.0])
+def test_from_beyond_a_border_every_post_on_it_is_seen(beyond):
+    grid = fractal(256, seed=2, relief_m=800.0)
+    last = 255.0
+    places = [(-beyond, 70.25), (last + beyond, 200.0), (90.0, -beyond), (130.5, last + beyond)]
+    anchors = [eye(grid, row, col, 1000.0, name=f"A{n}") for n, (row, col) in enumerate(places)]
+    altitude_m = min_visible_altitude(grid, anchors, "fast", FLAT).altitude_m
+    near = [(0, slice(None)), (255, slice(None)), (slice(None), 0), (slice(None), 255)]
+    for number, border in enumerate(near):
+        np.testing.assert_array_equal(altitude_m[number][border], grid.heights_m[border])
+
+
 def test_many_anchors_answer_as_each_alone():
     grid = hills(65)
     anchors = [clearing_eye(grid, row, 60.0 - row, name=f"A{row}") for row in (3.0, 20.5, 44.0, 70.0)]

@@ -106,6 +106,11 @@ def _answer_line(owned, real, scale, eye, lines, out, state):
                 first,
             )
             answer(out, ground, before, ahead, steepest, places, picked, where, seen_from)
+    # from beyond a border that runs along the sector, a line reaches the posts on it from outside: nothing is between
+    if start == 0 and real[1] < 0.0:
+        out[-ground_start] = ground[-ground_start]
+    if stop == width and real[1] > width - 1:
+        out[width - 1 - ground_start] = ground[width - 1 - ground_start]
 
 
 @scalar_kernel
