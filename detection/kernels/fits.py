@@ -34,6 +34,8 @@ NEARLY_FLAT = 0.01
 ONE_SIDED = 0.3
 ONE_PLACE_M = 1e-3
 ON_A_LINE = 1e-6
+# Least part of the way between two places that lies along the axes which a hint knows, for the hint to tell them apart.
+KNOWN_APART = 0.1
 ITERATIONS = 12
 CONVERGED_M = 1e-7
 
@@ -193,12 +195,21 @@ def _from_both_sides(ranges, kept, flat, descended, across, plane):
 
 @scalar_kernel
 def side_of(place, other, hint):
-    """Which of two places a hint is nearer to along the axes that it knows: −1 the first, 1 the second, 0 neither."""
-    here, there = 0.0, 0.0
+    """Which of two places a hint is nearer to along the axes that it knows: −1 the first, 1 the second, 0 neither.
+
+    Neither where they lie apart mostly along the other axes: what little is left is noise, or what the anchors stand
+    off their plane (masts along a road and an altitude).
+    """
+    here, there, known, apart = 0.0, 0.0, 0.0, 0.0
     for axis in range(3):
+        between = (place[axis] - other[axis]) ** 2
+        apart += between
         if not math.isnan(hint[axis]):
+            known += between
             here += (place[axis] - hint[axis]) ** 2
             there += (other[axis] - hint[axis]) ** 2
+    if known < KNOWN_APART * KNOWN_APART * apart:
+        return 0
     return -1 if here < there else 1 if there < here else 0
 
 

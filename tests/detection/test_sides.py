@@ -40,6 +40,34 @@ def test_a_hint_or_a_drone_that_climbs_settles_the_side() -> None:
     assert off_m(answer, 39) < 0.2
 
 
+@pytest.mark.parametrize("off_line_m", [0.0, 0.02])
+@pytest.mark.parametrize("side_m", [150.0, -150.0])
+def test_an_altitude_says_nothing_of_the_side_of_masts_along_a_road(side_m: float, off_line_m: float) -> None:
+    rng = np.random.default_rng(4)
+    along, aside = np.array([np.cos(0.47), np.sin(0.47), 0.0]), np.array([-np.sin(0.47), np.cos(0.47), 0.0])
+    for _ in range(20):
+        off_m = off_line_m * rng.normal(size=6)
+        places_m = [
+            200.0 * n * along + off_m[n] * aside + [0.0, 0.0, up_m]
+            for n, up_m in enumerate((20.0, 35.0, 15.0, 40.0, 25.0, 30.0))
+        ]
+        rover_m = 450.0 * along + side_m * aside + [0.0, 0.0, 2.0]
+        ranges_m = np.linalg.norm(places_m - rover_m, axis=1) + 0.1 * rng.normal(size=6)
+        found = detect_3d(np.array(places_m), ranges_m, 0.3, sigma_m=0.1, hint_m=(np.nan, np.nan, 2.0))
+        assert found.position_m is not None
+        assert found.mirror_m is not None
+        nearer_m = min(np.linalg.norm(np.subtract(place_m, rover_m)) for place_m in (found.position_m, found.mirror_m))
+        assert nearer_m < 10.0
+
+
+def test_drones_at_one_height_and_a_place_on_the_map_leave_two_heights() -> None:
+    anchors = level_drones()
+    detector = Detector(anchors, DetectorSettings(side_hint_m=(float(ROVER_M[0]), float(ROVER_M[1]))))
+    answer = drive(detector, anchors, range(20))[-1]
+    assert answer.position is not None
+    assert answer.position.mirror_m is not None
+
+
 def test_a_track_that_begins_on_the_wrong_side_of_a_shallow_layer_is_corrected_by_the_ranges() -> None:
     rng = np.random.default_rng(3)
     lost = 0
