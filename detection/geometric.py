@@ -66,7 +66,7 @@ def detect_2d(
     studentised: bool = False,
     method: Literal["refined", "seed"] = "refined",
     hint_m: npt.ArrayLike | None = None,
-    search_limit: int = 2000,
+    search_limit: int = 1500,
 ) -> GeometricDetection:
     """Geometric detection in the plane (seed 000, 2D steps 1-7): (n, 2) anchors east, north, (n,) ranges, metres.
 
@@ -90,7 +90,7 @@ def detect_3d(
     studentised: bool = False,
     method: Literal["refined", "seed"] = "refined",
     hint_m: npt.ArrayLike | None = None,
-    search_limit: int = 2000,
+    search_limit: int = 1500,
 ) -> GeometricDetection:
     """Geometric detection in space (seed 000, 3D steps 1-8): (n, 3) anchors east, north, altitude; the rest as in 2D.
 
@@ -171,6 +171,11 @@ def detect_ranges(
     kernel.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
     if n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
         unknown[:] = True
+    blind = np.zeros(n, np.bool_)
+    if kept > dimension:
+        bits = kernel.unwatched(ranges, best.kept, rules.flat, best.place_m)
+        blind = np.array([bool(bits >> i & 1) for i in range(n)])
+        unknown |= blind
     undetermined = bool(unknown.any())
     likely = [number for number, weight in enumerate(weights) if weight > 1.0 - BELIEVED]
     position_m = np.array(best.place_m[:dimension])
@@ -181,6 +186,8 @@ def detect_ranges(
         needed = f"{_more(1)}, a prediction of who is in sight, or odometry" + (
             f": {n} ranges cannot check one another."
             if n == dimension
+            else f": nothing checks {blind.sum()} of {n} ranges."
+            if blind.any()
             else f": so few of {n} ranges may meet by chance."
             if len(likely) == 1
             else f": {len(likely)} explanations fit."

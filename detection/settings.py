@@ -75,7 +75,7 @@ class DetectorSettings:
     cautious_threshold: float = 0.4
     terrain: Literal["open", "mixed", "complex"] = "mixed"
     criticality: Literal["low", "normal", "high"] = "normal"
-    search_limit: int = 2000
+    search_limit: int = 1500
     altitude_hint_m: float | None = None
     side_hint_m: tuple[float, float] | None = None
     odometry_offset_s: float = 0.0

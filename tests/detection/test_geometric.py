@@ -149,6 +149,19 @@ def test_an_altitude_hint_settles_which_of_both_places_it_is(hint_m: float, up_m
     assert np.flatnonzero(found.occluded).tolist() == [3]
 
 
+@pytest.mark.parametrize("aside_m", [0.0, 2.0, 20.0])
+def test_anchors_beside_one_another_check_only_each_other(aside_m: float) -> None:
+    anchors_m = np.array([[0.0, 0.0, 100.0], [aside_m, 0.0, 100.0], [400.0, 30.0, 60.0], [380.0, 420.0, 140.0]])
+    ranges_m = np.linalg.norm(anchors_m - [150.0, 160.0, 2.0], axis=1)
+    ranges_m[3] += 30.0
+    found = detect_3d(anchors_m, ranges_m, TOLERANCE_M, hint_m=(np.nan, np.nan, 2.0))
+    # the place takes up the 30 m: nothing shows them, so nothing may call that range clear or the place checked
+    assert found.classification is Classification.UNDETERMINED
+    assert found.unknown[3]
+    assert not found.checked
+    assert "nothing checks" in found.needed
+
+
 def test_anchors_on_a_line_in_the_plane_leave_two_sides_and_a_hint_settles_them() -> None:
     line_m = np.array([(0.0, 0.0), (50.0, 50.0), (120.0, 120.0), (200.0, 200.0)])
     ranges_m = true_ranges(line_m, np.array([90.0, 10.0]))
