@@ -85,7 +85,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.StoreLockedError: ProblemKind("store-locked", 503, "The job store is locked"),
     ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
     ours.GoneError: ProblemKind("gone", 410, "The resource is over"),
-    ours.NotReadyError: ProblemKind("not-ready", 409, "There is no result"),
+    ours.NotReadyError: ProblemKind("not-ready", 409, "The job is not ready for that"),
     ours.InUseError: ProblemKind("in-use", 409, "The resource is in use"),
     ours.RequestError: ProblemKind("request", 422, "The request makes no sense"),
     ours.NotJsonError: ProblemKind("not-json", 400, "The body is not JSON"),

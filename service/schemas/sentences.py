@@ -11,6 +11,11 @@ __all__ = ["place_of", "sentence_of", "sentence_of_detail"]
 
 # Tags of unions appear in pydantic's locations but not in the request.
 UNION_TAGS = frozenset({"word", "numbers"})
+# what pydantic says by the type of an error, in words for whoever asked
+OTHERWISE = {
+    "extra_forbidden": "this field is not known here",
+    "timezone_aware": "a time needs its zone: add Z for UTC",
+}
 
 
 def sentence_of(error: ValidationError) -> str:
@@ -24,8 +29,7 @@ def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     first = details[0]
     place = place_of(first["loc"])
     message = str(first["msg"]).removeprefix("Value error, ").rstrip(".")
-    if first["type"] == "extra_forbidden":
-        message = "this field is not known here"
+    message = OTHERWISE.get(first["type"], message).replace(" after validation", "")
     if first["type"] == "value_error":
         # our own validators name the thing themselves, except a point, which has no id
         place = place if message.startswith("Point: ") else ""

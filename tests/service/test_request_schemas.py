@@ -65,7 +65,7 @@ def test_degrees_beyond_the_globe_are_refused(lat_deg, lon_deg):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"anchors": []}, "anchors: List should have at least 1 item after validation, not 0."),
+        ({"anchors": []}, "anchors: List should have at least 1 item, not 0."),
         ({"anchors": [ANCHOR, ANCHOR]}, "Anchor ids must be unique; repeated: D1."),
         (
             {"receiver_altitude_m": 5.0, "receiver_above_ground_m": 1.0},
