@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 from detection import DetectorSettings, RangeEpoch, detect_3d, false_positive_rate, tracks
-from detection.kernels import subsets
+from detection.kernels import misfits, subsets
 from detection.subset_search import Ranges, Rules
 
 from .detector_replays import Replay, geometric_step, plain_fit, pooled, session
@@ -160,7 +160,7 @@ def false_positive_rates(epochs: int = 250_000, searched: int = 4000) -> Table:
     for row in statistics:
         ranges = Ranges(anchors_m, true_m + 0.1 * rng.normal(size=8), sigmas_m, wide * sigmas_m, np.zeros(8))
         _, place, _, _, _ = subsets.place_of(ranges, everyone, rules, work)
-        subsets.statistics(ranges, everyone, False, place, True, excess_m, row)
+        misfits.statistics(ranges, everyone, False, place, True, excess_m, row)
     statistics *= wide
     rows = []
     for k, promised in ((2.0, 0.05), (3.0, 0.003), (4.0, 0.00006)):

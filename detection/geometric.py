@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import DetectionInputError
-from .kernels import subsets as kernel
+from .kernels import misfits
 from .position_fixes import covariance_of, settled_side
 from .subset_search import ConsistentSet, Ranges, Rules, Search, search
 from .verdicts import Classification, SearchReport
@@ -168,12 +168,12 @@ def detect_ranges(
     best, mirror_m = settled_side(best, dimension)
     kept = best.kept.bit_count()
     excess_m, statistic = np.empty(n), np.empty(n)
-    kernel.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
+    misfits.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
     if n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
         unknown[:] = True
     blind = np.zeros(n, np.bool_)
     if kept > dimension:
-        bits = kernel.unwatched(ranges, best.kept, rules.flat, best.place_m)
+        bits = misfits.unwatched(ranges, best.kept, rules.flat, best.place_m)
         blind = np.array([bool(bits >> i & 1) for i in range(n)])
         unknown |= blind
     undetermined = bool(unknown.any())

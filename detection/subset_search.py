@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .kernels import fits
+from .kernels import fits, misfits
 from .kernels import subsets as kernel
 
 __all__ = ["ConsistentSet", "Ranges", "Rules", "Search", "search"]
@@ -100,7 +100,7 @@ def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
 
 def _by_error(ranges: Ranges, kept: int, flat: bool, place: tuple[float, float, float]) -> npt.NDArray[np.int64]:
     excess_m, statistic = np.empty(len(ranges.ranges_m)), np.empty(len(ranges.ranges_m))
-    kernel.statistics(ranges, kept, flat, place, False, excess_m, statistic)
+    misfits.statistics(ranges, kept, flat, place, False, excess_m, statistic)
     return np.argsort(-statistic)
 
 

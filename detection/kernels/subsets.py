@@ -11,7 +11,7 @@ import numpy as np
 from terrain.kernel_options import scalar_kernel
 
 from .fits import COLLINEAR, CROSSED, FREE, MIRRORED, NO_FIT, ONE, descend, fit, range_pair_meets, side_of
-from .small_systems import inverse, quadratic_form
+from .misfits import meets
 
 __all__ = [
     "FOUND",
@@ -21,19 +21,12 @@ __all__ = [
     "clashes",
     "exhaustive",
     "largest",
-    "meets",
     "place_of",
-    "statistics",
-    "unwatched",
 ]
 
 # columns of the table of consistent sets
 FOUND = 10  # cost, place (3), other cost, other place (3), places, penalty
 MOST = 64  # sets kept of one size
-NO_REDUNDANCY = 1e-6
-# Share of an error in a range that has to be left over in the ranges' misfit, squared: what it is off by shows from 30
-# tolerances on at the latest.
-WATCHED = 1e-3
 # Squared residuals that a place on the hinted side may cost more: three sigma of the one number that it gives up.
 SURE_OF_SIDE = 9.0
 
@@ -46,72 +39,6 @@ def bits(kept):
         kept &= kept - 1
         count += 1
     return count
-
-
-@scalar_kernel
-def _spread(ranges, kept, flat, place):
-    """(covariance of a place that the kept ranges are fitted at, whether it exists)."""
-    anchors, measured, sigmas, _, _ = ranges
-    ee, en, eu, nn, nu, uu = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(measured.shape[0]):
-        if (kept >> i) & 1:
-            east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
-            weight = 1.0 / (sigmas[i] * sigmas[i] * max(east * east + north * north + up * up, 1e-18))
-            ee, en, eu = ee + weight * east * east, en + weight * east * north, eu + weight * east * up
-            nn, nu, uu = nn + weight * north * north, nu + weight * north * up, uu + weight * up * up
-    if flat:
-        uu = 0.5 * (ee + nn)
-    ridge = 1e-9 * (ee + nn + uu)
-    return inverse((ee + ridge, en, eu, nn + ridge, nu, uu + ridge))
-
-
-@scalar_kernel
-def unwatched(ranges, kept, flat, place):
-    """The kept ranges that no others check: what they are off by, the place takes up (two anchors close together)."""
-    anchors, measured, sigmas, _, _ = ranges
-    covariance, exists = _spread(ranges, kept, flat, place)
-    found = np.int64(0)
-    for i in range(measured.shape[0]):
-        if (kept >> i) & 1:
-            east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
-            over = 1.0 / max(math.sqrt(east * east + north * north + up * up), 1e-9)
-            variance = quadratic_form(covariance, east * over, north * over, up * over) / (sigmas[i] * sigmas[i])
-            if not exists or 1.0 - variance < WATCHED:
-                found |= np.int64(1) << i
-    return found
-
-
-@scalar_kernel
-def statistics(ranges, kept, flat, place, studentised, excess, statistic):
-    """Write of every range its excess over the distance, m, and |excess| in tolerances.
-
-    Studentised tolerances shrink by what the fit absorbed (kept ranges), grow by what the place is unsure of (others).
-    """
-    anchors, measured, sigmas, tolerances, _ = ranges
-    covariance, exists = _spread(ranges, kept if studentised else 0, flat, place)
-    for i in range(measured.shape[0]):
-        east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
-        distance = math.sqrt(east * east + north * north + up * up)
-        excess[i] = measured[i] - distance
-        statistic[i] = abs(excess[i]) / tolerances[i]
-        if studentised and exists and distance > 0.0:
-            over = 1.0 / distance
-            variance = quadratic_form(covariance, east * over, north * over, up * over) / (sigmas[i] * sigmas[i])
-            if (kept >> i) & 1:
-                statistic[i] /= math.sqrt(max(1.0 - variance, NO_REDUNDANCY))
-            else:
-                statistic[i] /= math.sqrt(1.0 + variance)
-
-
-@scalar_kernel
-def meets(ranges, kept, flat, place, studentised, work):
-    """Whether all kept ranges meet at a place. work: (2, n) scratch."""
-    statistics(ranges, kept, flat, place, studentised, work[0], work[1])
-    beyond = 0
-    for i in range(ranges[1].shape[0]):
-        if (kept >> i) & 1 and not work[1, i] <= 1.0:
-            beyond += 1
-    return beyond == 0
 
 
 @scalar_kernel

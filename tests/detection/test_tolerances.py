@@ -17,7 +17,7 @@ from detection import (
     sigma_geometric_m,
     sigma_odometry_m,
 )
-from detection.kernels import subsets
+from detection.kernels import misfits, subsets
 from detection.subset_search import Ranges, Rules
 from tests.detection.worlds import DRONES_M, ROVER_M, Floats, drones, heard, true_ranges
 
@@ -70,7 +70,7 @@ def exceedances() -> Floats:
         # a tolerance of many sigmas, so that every set is taken as it is
         ranges = Ranges(DRONES_M, true_m + sigmas_m * rng.normal(size=8), sigmas_m, 50.0 * sigmas_m, np.zeros(8))
         _, place, _, _, _ = subsets.place_of(ranges, everyone, rules, work)
-        subsets.statistics(ranges, everyone, False, place, True, excess_m, statistic)
+        misfits.statistics(ranges, everyone, False, place, True, excess_m, statistic)
         row[:] = 50.0 * statistic
     return all_statistics
 
