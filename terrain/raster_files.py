@@ -14,6 +14,7 @@ from rasterio._err import CPLE_BaseError  # damaged tags raise it bare
 from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
+from .ascii_values import check_ascii_values
 from .crs_parts import horizontal_part, parse_crs, vertical_part
 from .errors import DemFormatError, DemUnsupportedError, FrameError
 from .limits import check_declared_size
@@ -58,6 +59,8 @@ def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cell
     check_declared_size(name, rows, cols, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=file_bytes)
     if dataset.driver == "AAIGrid" and rows * cols * 2 > file_bytes + 1:
         raise DemFormatError(f"{name} is cut short: {rows} × {cols} heights do not fit into {file_bytes:,} bytes.")
+    if dataset.driver == "AAIGrid":
+        check_ascii_values(file, rows, cols)
     _check_bands(name, dataset, kind, notes)
     scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
     if not (math.isfinite(scale) and math.isfinite(offset)) or scale == 0.0:

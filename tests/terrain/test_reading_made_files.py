@@ -205,3 +205,26 @@ def test_a_small_model_in_metres_is_not_mistaken_for_degrees(tmp_path: Path) -> 
     grid = read_dem(path)
     assert grid.crs is None
     assert grid.cell_east_m == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 30\n1 2 3\n4 5 6",
+        "NCOLS 3\r\nNROWS 2\r\nXLLCENTER 15\r\nYLLCENTER 15\r\nCELLSIZE 30\r\nNODATA_value -9999\r\n1 2 3\r\n4 5 6\r\n",
+        "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ndx 30\ndy 30\nnodata_value nan\n1 2\n3 4\n\n5\n 6 \n",
+        "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 30\n 1,0 2e0 +3\t4. 5 6.0E+0\n\n",
+        "ncols 3\rnrows 2\rxllcorner 0\ryllcorner 0\rcellsize 30\r1 2 3\r4 5 6\r",
+    ],
+    ids=["five lines", "CRLF and centres", "dx, dy and wrapped", "commas and exponents", "CR"],
+)
+def test_an_ascii_grid_may_have_any_usual_header_and_be_wrapped_anyhow(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "dem.asc"
+    path.write_bytes(text.encode())
+    np.testing.assert_array_equal(read_dem(path).heights_m, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+
+
+def test_no_number_is_unknown_ground_in_an_ascii_grid(tmp_path: Path) -> None:
+    path = tmp_path / "dem.asc"
+    path.write_text("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 30\nnan 2.0 NaN\n1.#QNAN 5 6\n")
+    assert read_dem(path).unknown_posts == 3

@@ -1,0 +1,73 @@
+"""Whether an ESRI ASCII grid holds what it announces: GDAL reads words, and what is missing at the end, as 0."""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from pathlib import Path
+from typing import BinaryIO
+
+from .errors import DemFormatError
+
+__all__ = ["check_ascii_values"]
+
+# larger ones are slower: their words no longer fit the cache
+CHUNK_BYTES = 1 << 16
+LONGEST_WORD, LONGEST_SHOWN = 1000, 40
+# GDAL looks for the header no further than this, and has the values begin where a line begins with no letter, or "nan"
+HEADER_BYTES = 1 << 16
+VALUES_BEGIN = re.compile(rb"[\r\n](?=nan|[^A-Za-z\r\n])", re.IGNORECASE)
+USUAL = b"0123456789+-.eE \t\r\n\v\f"
+# what else GDAL reads as it is meant; of -nan and NAN it makes 0
+NUMBER = re.compile(
+    rb"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|\+?(nan|NaN)|[-+]?(inf|Inf|INF)|-?1\.#(QNAN|INF)|-1\.#IND"
+)
+
+
+def check_ascii_values(file: Path, rows: int, cols: int) -> None:
+    """Raises DemFormatError where the values after the header are not rows × cols numbers; memory stays bounded."""
+    count, rest = 0, b""
+    with file.open("rb") as stream:
+        _skip_header(stream)
+        while chunk := stream.read(CHUNK_BYTES):
+            chunk = rest + chunk
+            words = chunk.split()
+            # the last word may go on in the next chunk
+            rest = words.pop() if words and not chunk[-1:].isspace() else b""
+            _check_numbers(file.name, words, count, cols, usual=not chunk.translate(None, USUAL))
+            count += len(words)
+            if len(rest) > LONGEST_WORD:
+                raise _no_number(file.name, rest, count, cols)
+    if rest:
+        _check_numbers(file.name, [rest], count, cols, usual=False)
+        count += 1
+    if count != rows * cols:
+        raise DemFormatError(
+            f"{file.name} is damaged or cut short: {count:,} values where {cols:,} × {rows:,} = {rows * cols:,} are "
+            "announced."
+        )
+
+
+def _skip_header(stream: BinaryIO) -> None:
+    begin = VALUES_BEGIN.search(stream.read(HEADER_BYTES))
+    if begin is not None:
+        stream.seek(begin.end())
+
+
+def _check_numbers(name: str, words: list[bytes], before: int, cols: int, *, usual: bool) -> None:
+    """words: the values after the first ``before``; usual: of USUAL alone, of which Python reads what GDAL does."""
+    if usual:
+        try:
+            deque(map(float, words), maxlen=0)
+        except ValueError:
+            pass
+        else:
+            return
+    for at, word in enumerate(words, before):
+        if NUMBER.fullmatch(word) is None:
+            raise _no_number(name, word, at, cols)
+
+
+def _no_number(name: str, word: bytes, at: int, cols: int) -> DemFormatError:
+    shown = word[:LONGEST_SHOWN].decode("latin-1") + ("…" if len(word) > LONGEST_SHOWN else "")
+    return DemFormatError(f"{name} is damaged: {shown!r} in row {at // cols + 1:,} is not a number.")
