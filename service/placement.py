@@ -21,7 +21,7 @@ from planning.placement import (
     place_anchors,
     placement_geometry,
 )
-from planning.placement.placing import require_enough
+from planning.placement.placing import require_enough, require_sight
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
@@ -99,6 +99,7 @@ def check_placement_request(grid: ElevationGrid, parameters: PlacementParameters
     rules = replace(question.rules, link=None)
     feasible = feasible_candidates(grid, question.candidates, rules, question.targets)
     require_enough(parameters.count or 1, feasible)
+    require_sight(parameters.count, len(question.fixed), question.goal)
     return len(feasible.candidates)
 
 

@@ -134,7 +134,7 @@ def _placements(grid: ElevationGrid) -> None:
         (placement.Goal("dop", spare=1), path),
         (placement.Goal("mean_error"), area),
     ):
-        placed = placement.place_anchors(grid, candidates, targets, 2, goal, rules, fixed=[fixed])
+        placed = placement.place_anchors(grid, candidates, targets, 4, goal, rules, fixed=[fixed])
         placement.check_placement(grid, placed)
     ahead = placement.straight_ahead(101.0, -100.0, 1.0, 60.0)
     placement.reposition(grid, [fixed], ahead, placement.Goal("dop"), above_ground_m=[30.0])

@@ -26,7 +26,7 @@ from .targets import Targets
 from .together import Together
 from .working_out import sight_table
 
-__all__ = ["Placement", "anchor_rows", "place_anchors", "positions_of", "prepare", "require_enough"]
+__all__ = ["Placement", "anchor_rows", "place_anchors", "positions_of", "prepare", "require_enough", "require_sight"]
 
 Floats = npt.NDArray[np.float64]
 SHARE_OF_SIGHT = 0.7
@@ -98,6 +98,7 @@ def place_anchors(
     """
     goal, rules, options = goal or Goal(), rules or PlacementRules(), options or SearchOptions()
     _check_number(count, reach, goal)
+    require_sight(count, len(fixed), goal)
     spread = Cluster(cluster) if isinstance(cluster, str) else cluster
     begin_s = time.perf_counter()
     ready = prepare(grid, candidates, targets, goal, rules, fixed, sight, progress, stop, spread)
@@ -129,6 +130,20 @@ def require_enough(count: int, feasible: Feasible) -> None:
         raise PlacementError(
             f"{count} anchors cannot be placed on {left:,} candidate{'' if left == 1 else 's'}: {feasible.sentence()}"
         )
+
+
+def require_sight(count: int | None, fixed: int, goal: Goal) -> None:
+    """Raises PlacementError where all anchors are fewer than one target needs; count None = as many as needed."""
+    if count is None or fixed + count >= goal.needed_with_spare:
+        return
+    there = f"there {'is' if fixed + count == 1 else 'are'} only {fixed + count}"
+    one = goal.needed == 1
+    lost = " besides one that may be lost" if goal.spare else ""
+    if goal.objective in ("coverage", "dop") and goal.visible == goal.needed:
+        raise PlacementError(
+            f"{goal.visible} anchor{' in sight is' if one else 's in sight are'} asked for{lost}, and {there}."
+        )
+    raise PlacementError(f"A fix needs {goal.needed} anchor{'' if one else 's'} in sight{lost}, and {there}.")
 
 
 def _given(reach: float | None) -> float:

@@ -184,6 +184,26 @@ BAD = {
     "neither number nor share": (lambda: place_anchors(GRID, LATTICE, TARGETS), "exactly one of count and reach"),
     "a share of 2": (lambda: place_anchors(GRID, LATTICE, TARGETS, reach=2.0), "reach must be a share"),
     "more than there are": (lambda: place_anchors(GRID, LATTICE.take(np.arange(3)), TARGETS, 4), "on 3 candidates"),
+    "more in sight than there are": (
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 2, Goal(visible=5)),
+        "5 anchors in sight are asked for, and there are only 2.",
+    ),
+    "more in sight than fixed and placed": (
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal(visible=3), fixed=[Anchor("F", *MIDDLE_M, 9e3)]),
+        "3 anchors in sight are asked for, and there are only 2.",
+    ),
+    "none to spare": (
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal(visible=1, spare=1)),
+        "1 anchor in sight is asked for besides one that may be lost, and there is only 1.",
+    ),
+    "too few for a dilution": (
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 2, Goal("dop", visible=1)),
+        "A fix needs 3 anchors in sight, and there are only 2.",
+    ),
+    "too few for an error": (
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal("mean_error")),
+        "A fix needs 3 anchors in sight, and there is only 1.",
+    ),
     "a share out of reach": (
         lambda: place_anchors(GRID, LATTICE.take(np.arange(2)), TARGETS, goal=Goal(visible=2), reach=1.0),
         "cannot be reached: all 2 candidates together",

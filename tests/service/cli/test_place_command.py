@@ -119,7 +119,7 @@ def test_ground_that_counts_nothing_is_not_served(sightline, dem_file, tmp_path,
     assert weighted["targets"]["points"] < plain["targets"]["points"]
     assert weighted["placed"][0]["east_m"] > WEST_M + 540.0  # behind the wall, where alone it counts
     corridor = sightline(
-        "place", dem_file, "--count", 1, *LATTICE, "--path", line, "--corridor", 90, "--weights", west, "--json"
+        "place", dem_file, "--count", 2, *LATTICE, "--path", line, "--corridor", 90, "--weights", west, "--json"
     )
     assert json.loads(corridor.stdout)["targets"]["what"] == "corridor"
 
@@ -133,7 +133,7 @@ def test_a_path_and_the_fewest_anchors_that_serve_it(sightline, dem_file, line):
 
 def test_a_cluster_that_nobody_answers_for_is_refused_or_done_without(sightline, dem_file, monkeypatch):
     monkeypatch.setattr("service.placement.Cluster", partial(Cluster, timeout_s=0.5))
-    words = ("place", dem_file, "--count", 1, *LATTICE, "--scheduler", "tcp://127.0.0.1:9")
+    words = ("place", dem_file, "--count", 2, *LATTICE, "--scheduler", "tcp://127.0.0.1:9")
     refused = sightline(*words)
     assert refused.code == 2
     assert "No Dask scheduler answers" in refused.stderr
@@ -176,6 +176,7 @@ BAD = {
     "a link without base": ((*LATTICE, "--relays", 1), "need --base"),
     "a base of nothing": ((*LATTICE, "--base", "1,2"), "--base '1,2' is not of the form"),
     "count and reach": ((*LATTICE, "--reach", 0.5), "exactly one of count and reach"),
+    "more in sight than there are": ((*LATTICE, "--min-anchors", 5), "5 anchors in sight are asked for, and there are"),
     "contradictory rules": ((*LATTICE, "--min-agl", 90, "--max-agl", 30), "The rules contradict each other"),
     "no candidate left": ((*LATTICE, "--max-altitude", -50), "above the ceiling"),
     "a spacing of nothing": (("--spacing", 0, "--height", "40agl"), "greater than 0"),
@@ -226,7 +227,7 @@ def test_a_wrong_file_is_told_in_one_sentence(sightline, dem_file, tmp_path, wha
 
 def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path):
     path = tmp_path / "request.json"
-    path.write_text(json.dumps({"count": 1, "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}]}))
+    path.write_text(json.dumps({"count": 4, "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}]}))
     assert sightline("place", dem_file, "--request", path).code == 0
     path.write_text('{"count": "many"}')
     ended = sightline("place", dem_file, "--request", path)

@@ -105,6 +105,11 @@ def lattice(spacing_m: float) -> list[dict[str, Any]]:
 
 BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     "more anchors than candidates": ({"count": 60, "candidates": lattice(20000.0)}, "placement", "cannot be placed on"),
+    "more in sight than there are": (
+        {"count": 2, "goal": {"visible": 5}},
+        "placement",
+        "5 anchors in sight are asked for, and there are only 2.",
+    ),
     "no candidate left": ({"count": 1, "rules": {"max_altitude_m": -100.0}}, "no-candidate", "above the ceiling"),
     "contradictory rules": (
         {"count": 1, "rules": {"min_above_ground_m": 90.0, "max_above_ground_m": 30.0}},
@@ -115,7 +120,7 @@ BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     "a share of metres": ({"reach": 0.9, "goal": {"objective": "mean_error"}}, "validation", "reach is a share"),
     "an area outside the DEM": ({"count": 1, "targets": {"area": FAR_AWAY}}, "placement", "no post of the DEM"),
     "a bow tie": ({"count": 1, "rules": {"no_fly": [BOW_TIE]}}, "request", "is no polygon"),
-    "too many candidates": ({"count": 1, "candidates": lattice(100.0)}, "limit", "SIGHTLINE_MAX_CANDIDATES"),
+    "too many candidates": ({"count": 4, "candidates": lattice(100.0)}, "limit", "SIGHTLINE_MAX_CANDIDATES"),
     "a share that nothing reaches": ({"reach": 1.0, "goal": {"visible": 30}}, "placement", "cannot be reached"),
     "a base outside the DEM": (
         {"count": 1, "rules": {"link": {"bases": [FAR_BASE]}}},
