@@ -40,7 +40,7 @@ KernelField = tuple[
 
 # dilution counts up to this, and no fix counts as this
 WORST_DILUTION = 20.0
-OBSTACLES = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.NO_GO, Reason.KEEP_IN)
+OBSTACLES = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.BORDER, Reason.NO_GO, Reason.KEEP_IN)
 BITS = {reason: np.uint16(1 << number) for number, reason in enumerate(Reason)}
 # of a square, in rows and columns
 CORNERS = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -113,7 +113,9 @@ def cost_field(
     reasons = np.zeros(shape, np.uint16)
     slope, step_m = _ground(grid, rover)
     unknown = np.isnan(slope)
-    reasons[_within_footprint(unknown, grid, rover)] |= BITS[Reason.UNKNOWN_GROUND]
+    reasons[_within_footprint(np.pad(unknown, 1), grid, rover)] |= BITS[Reason.UNKNOWN_GROUND]
+    beyond = np.pad(np.zeros(shape, np.bool_), 1, constant_values=True)
+    reasons[_within_footprint(beyond, grid, rover)] |= BITS[Reason.BORDER]
     reasons[slope > math.tan(rover.max_slope_rad)] |= BITS[Reason.SLOPE]
     reasons[step_m > rover.max_step_m] |= BITS[Reason.STEP]
     _mark_areas(problem, reasons)
@@ -142,18 +144,17 @@ def _ground(grid: ElevationGrid, rover: RoverModel) -> tuple[Floats, Floats]:
     return slope, step_m
 
 
-def _within_footprint(unknown: npt.NDArray[np.bool_], grid: ElevationGrid, rover: RoverModel) -> npt.NDArray[np.bool_]:
-    """Squares from somewhere in which the footprint reaches an unknown one, or beyond the grid."""
-    radius_m = rover.footprint_radius_m
-    if radius_m == 0.0:
-        return unknown
-    around = np.pad(unknown, 1, constant_values=True)
-    corners = np.zeros((around.shape[0] + 1, around.shape[1] + 1), np.bool_)
+def _within_footprint(barred: npt.NDArray[np.bool_], grid: ElevationGrid, rover: RoverModel) -> npt.NDArray[np.bool_]:
+    """Squares from somewhere in which the footprint reaches a barred one; barred has a ring beyond the grid."""
+    radius_m, inside = rover.footprint_radius_m, barred[1:-1, 1:-1]
+    if radius_m == 0.0 or not barred.any():
+        return inside
+    corners = np.zeros((barred.shape[0] + 1, barred.shape[1] + 1), np.bool_)
     for down, across in CORNERS:
-        corners[down : down + around.shape[0], across : across + around.shape[1]] |= around
+        corners[down : down + barred.shape[0], across : across + barred.shape[1]] |= barred
     # two squares are as far apart as their nearest corners
     away_m = scipy.ndimage.distance_transform_edt(~corners, sampling=(grid.cell_north_m, grid.cell_east_m))
-    rows, cols = unknown.shape
+    rows, cols = inside.shape
     nearest_m = np.minimum.reduce([away_m[1 + d : 1 + d + rows, 1 + a : 1 + a + cols] for d, a in CORNERS])
     reached: npt.NDArray[np.bool_] = nearest_m < radius_m
     return reached

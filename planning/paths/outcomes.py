@@ -41,6 +41,7 @@ class Reason(enum.StrEnum):
     MORPHING_MAP = "morphing map"
     BUBBLE = "safety bubble"
     SIGHT_LINE = "exact sight lines"
+    BORDER = "too near the border of the map"
 
     @property
     def in_words(self) -> str:
@@ -57,6 +58,7 @@ _IN_WORDS = {
     Reason.MORPHING_MAP: "the morphing map",
     Reason.BUBBLE: "the safety bubble",
     Reason.SIGHT_LINE: "that a limit breaks by exact sight lines",
+    Reason.BORDER: "the border of the map",
 }
 
 

@@ -32,6 +32,7 @@ REMOVABLE = {
     Reason.MORPHING_MAP: "without the morphing map's limit",
     Reason.BUBBLE: "without the safety bubble",
     Reason.SIGHT_LINE: "with a limit on sight that gives a little",
+    Reason.BORDER: "if the border of the map may be driven",
 }
 # an angle is looked for this closely
 ANGLE_RAD = math.radians(0.05)

@@ -40,7 +40,7 @@ USUAL_LIMIT = 5.0
 GROUND_COLOUR, BARRED_COLOUR = "#d9d2c0", "#7d6a70"
 WAY_COLOUR, DARK_COLOUR, NO_GO_COLOUR, KEEP_IN_COLOUR = "#e6007e", "#2b0a1c", "#c01818", "#176b2c"
 # reasons that the ground itself gives; the others show in the dilution, or as areas
-OF_GROUND = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND)
+OF_GROUND = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.BORDER)
 
 
 def write_path_picture(finished: FinishedPath, path: Path) -> None:

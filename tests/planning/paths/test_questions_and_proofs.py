@@ -150,6 +150,39 @@ def test_places_that_cannot_be_stood_on_are_refused_with_the_reason_and_the_near
 
 
 @pytest.mark.parametrize(
+    ("changes", "reasons"),
+    [
+        (
+            {"start": (15.0, -10.0), "grid": grid_of(np.zeros((3, 100), np.float32))},
+            ("too near the border of the map",),
+        ),
+        ({"goals": (292.0, -97.0)}, ("too near the border of the map",)),
+    ],
+    ids=["a strip of two squares", "a goal on the border"],
+)
+def test_the_border_of_a_map_of_known_ground_is_not_called_unknown(
+    changes: dict[str, object], reasons: tuple[str, ...]
+) -> None:
+    with pytest.raises(PlaceError, match="cannot be stood on: too near the border of the map; ") as refused:
+        plan_path(asked(**changes))
+    assert refused.value.reasons == reasons
+
+
+def test_unknown_ground_at_the_border_is_named_beside_it() -> None:
+    hole_m = level()
+    hole_m[18:22, 57:] = np.nan
+    with pytest.raises(PlaceError) as refused:
+        plan_path(asked(grid_of(hole_m), goals=(292.0, -97.0)))
+    assert refused.value.reasons == ("unknown ground", "too near the border of the map")
+
+
+def test_a_wall_up_to_the_border_is_opened_by_the_border() -> None:
+    outcome = plan_path(asked(no_go=(box(140.0, -190.0, 150.0, -6.0),)))
+    assert outcome.unreachable is not None
+    assert {one.reason for one in outcome.unreachable.relaxations} == {Reason.NO_GO, Reason.BORDER}
+
+
+@pytest.mark.parametrize(
     ("changes", "error", "words"),
     [
         ({"goals": START}, PathProblemError, "same place"),
