@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections import deque
 from pathlib import Path
@@ -57,11 +58,8 @@ def _skip_header(stream: BinaryIO) -> None:
 def _check_numbers(name: str, words: list[bytes], before: int, cols: int, *, usual: bool) -> None:
     """words: the values after the first ``before``; usual: of USUAL alone, of which Python reads what GDAL does."""
     if usual:
-        try:
+        with contextlib.suppress(ValueError):  # which word it is, the loop below finds out
             deque(map(float, words), maxlen=0)
-        except ValueError:
-            pass
-        else:
             return
     for at, word in enumerate(words, before):
         if NUMBER.fullmatch(word) is None:

@@ -147,13 +147,29 @@ def _place_in(problem: FlightProblem, air: Air, name: str) -> tuple[float, float
     if not math.isfinite(flight_cost(*air, place, place)):
         floor_m = _floor_at(air, place)
         if math.isinf(floor_m):
-            raise PlaceError(f"The {name} is over air that may not be flown.", name, (Reason.MORPHING_MAP,), None)
+            raise _over_shut_air(problem, air, name, place)
         top_m = float(air[1][_square(air, place)])
         below = f"below the floor; it may be there from {floor_m:.1f} m up"
         what = below if altitude_m < floor_m else f"above the ceiling; it may be there up to {top_m:.1f} m"
         reasons = (Reason.BUBBLE if problem.above is None else Reason.MORPHING_MAP,)
         raise PlaceError(f"The {name} at {altitude_m:.1f} m is {what}.", name, reasons, (east_m, north_m))
     return place
+
+
+def _over_shut_air(problem: FlightProblem, air: Air, name: str, place: Point) -> PlaceError:
+    """Between floor and ceiling nothing is left there; tells where the nearest air is that may be flown."""
+    floor_m, ceiling_m, (cell_east_m, cell_north_m), _ = air
+    rows, cols = np.nonzero(np.isfinite(floor_m))
+    if len(rows) == 0:
+        return PlaceError("No air on the map may be flown.", name, (Reason.MORPHING_MAP,), None)
+    away_m = np.hypot((rows + 0.5 - place[0]) * cell_north_m, (cols + 0.5 - place[1]) * cell_east_m)
+    row, col = int(rows[away_m.argmin()]), int(cols[away_m.argmin()])
+    east_m, north_m = problem.grid.position_of(row + 0.5, col + 0.5)
+    sentence = (
+        f"The {name} is over air that may not be flown, at no altitude; the nearest that may is over ({east_m:.1f} m "
+        f"east, {north_m:.1f} m north), from {floor_m[row, col]:.1f} to {ceiling_m[row, col]:.1f} m."
+    )
+    return PlaceError(sentence, name, (Reason.MORPHING_MAP,), (east_m, north_m))
 
 
 def _floor_at(air: Air, place: Point | list[float]) -> float:

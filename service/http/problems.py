@@ -66,7 +66,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_planning.PathError: ProblemKind("path", 422, "The path cannot be planned"),
     of_planning.PathProblemError: ProblemKind("path-problem", 422, "Rover, limits or budget make no question"),
     of_planning.AreaError: ProblemKind("area", 422, "An area cannot be used"),
-    of_planning.PlaceError: ProblemKind("place", 422, "The rover cannot stand there"),
+    of_planning.PlaceError: ProblemKind("place", 422, "A place cannot be used"),
     of_planning.NoCoverageError: ProblemKind("no-coverage", 422, "The limits on positioning hold nowhere"),
     of_planning.PlanningProcessError: ProblemKind("planning-process", 500, "The planner ended before its answer"),
     of_planning.ClusterError: ProblemKind("cluster", 503, "The cluster cannot be used"),

@@ -124,3 +124,21 @@ def test_flights_that_make_no_question_are_refused() -> None:
         FlightProblem(grid, (52.0, -30.0, 30.0), (52.0, -30.0, 30.0))
     with pytest.raises(PathProblemError, match="bubble_m"):
         FlightProblem(grid, (52.0, -30.0, 30.0), (251.0, -32.0, 25.0), bubble_m=-1.0)
+
+
+def test_a_start_over_shut_air_is_told_the_nearest_that_is_open() -> None:
+    heights_m = np.zeros((40, 60), np.float32)
+    heights_m[8:20, 6:20] = 90.0
+    grid = ElevationGrid(heights_m, 5.0, 5.0)
+    ends = (52.0, -70.0, 95.0), (251.0, -70.0, 50.0)
+    with pytest.raises(PlaceError, match="start is over air that may not be flown, at no altitude") as refused:
+        plan_flight(FlightProblem(grid, *ends, ceiling_m=80.0, ceiling_above_ground=False))
+    assert refused.value.nearest_m is not None
+    moved = (*refused.value.nearest_m, 50.0)
+    assert plan_flight(FlightProblem(grid, moved, ends[1], ceiling_m=80.0)).status is PathStatus.FOUND
+    with pytest.raises(PlaceError, match="No air on the map may be flown"):
+        plan_flight(
+            FlightProblem(
+                ElevationGrid(np.full((9, 9), 90.0), 5.0, 5.0), (9.0, -9.0, 95.0), (30.0, -9.0, 95.0), ceiling_m=80.0
+            )
+        )
