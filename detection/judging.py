@@ -187,7 +187,8 @@ class Judge:
             return fix
         if geometry.position_m is None or geometry.covariance_m2 is None:
             return None
-        return PositionFix(geometry.position_m, geometry.covariance_m2, geometry.checked, geometry.mirror_m)
+        checked = geometry.checked and self._tracker.is_known(geometry.covariance_m2)
+        return PositionFix(geometry.position_m, geometry.covariance_m2, checked, geometry.mirror_m)
 
 
 def _direction(rover_m: Sequence[float], anchor_m: Sequence[float]) -> tuple[float, float, float]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .epoch_arrays import EpochArrays
 from .geometric import GeometricDetection, detect_ranges
 from .odometry import Motion
+from .position_fixes import squared_sigmas
 from .settings import DetectorSettings
 from .subset_search import Ranges
 from .tracks import Heard, Track, begin, follow, with_displacement
@@ -24,6 +25,7 @@ SILENCE_S = 30.0  # without any range for so long a track says nothing any more
 LOST_EPOCHS = 5  # so often in a row all ranges have to meet elsewhere
 # Ranges that are all too long by less than their tolerance may still meet, elsewhere: k sigma of each, several times.
 LOST_TOLERANCES = 4.0
+ABSURD_M = 1e9  # no rover is so far away
 # Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
 SETTLED_LOG_ODDS = math.log(1000.0)
 
@@ -39,6 +41,7 @@ class Tracker:
         self._anchors = anchors
         self._last: dict[int, tuple[float, float, float, float]] = {}  # index: time, range, sigma, tolerance
         self._elsewhere = 0
+        self._bent_m2 = 0.0  # square of how far along its tangent a sphere of a last range bends off by its tolerance
         self.track: Track | None = None
         self._rival: Track | None = None
 
@@ -80,7 +83,7 @@ class Tracker:
         self.track, excess_m, sigma_m = follow(self.track, heard, time_s, self._settings)
         if self._rival is not None:
             excess_m, sigma_m = self._settle(self._rival, heard, time_s, excess_m, sigma_m)
-        if not np.isfinite(self.track.state).all() or self._is_lost(geometry):
+        if not _is_sane(self.track, self._settings.dimension) or self._is_lost(geometry):
             self.track = self._rival = None
             return np.full(count, np.nan), np.full(count, np.inf)
         return excess_m, sigma_m
@@ -95,7 +98,8 @@ class Tracker:
             self.track, track, rival = rival, rival, track or rival
             excess_m, sigma_m = rival_excess_m, rival_sigma_m
         d = self._settings.dimension
-        one_place = np.linalg.norm(track.place_m - rival.place_m) < math.sqrt(np.trace(track.covariance[:d, :d]))
+        apart_m = track.place_m - rival.place_m
+        one_place = apart_m @ apart_m < track.covariance[:d, :d].trace()
         settled = not track.log_likelihood - rival.log_likelihood < SETTLED_LOG_ODDS
         self._rival = None if one_place or settled else rival
         return excess_m, sigma_m
@@ -107,13 +111,23 @@ class Tracker:
         d = self._settings.dimension
         heard = int(np.count_nonzero(time_s - self.track.heard_s <= RECENT_S))
         mirror_m = None if self._rival is None else self._rival.place_m[:d].copy()
-        return PositionFix(self.track.place_m[:d].copy(), self.track.covariance[:d, :d].copy(), heard > d, mirror_m)
+        covariance_m2 = self.track.covariance[:d, :d].copy()
+        checked = heard > d and self.is_known(covariance_m2)
+        return PositionFix(self.track.place_m[:d].copy(), covariance_m2, checked, mirror_m)
 
     def _remember(self, arrays: EpochArrays) -> None:
         heard = arrays.heard
         columns = heard.times_s, heard.ranges_m, heard.sigmas_m, arrays.tolerances_m
         rows = zip(*(column.tolist() for column in columns), strict=True)
         self._last.update(zip(heard.index.tolist(), rows, strict=True))
+        self._bent_m2 = 2.0 * max([last[1] * last[3] for last in self._last.values()], default=0.0)
+
+    def is_known(self, covariance_m2: Floats) -> bool:
+        """Whether a place is sure enough for its covariance, and all else that is linear, to mean anything.
+
+        Far off a few close anchors it is not: the ranges leave every direction open.
+        """
+        return 0.0 <= float(covariance_m2.trace()) < self._bent_m2
 
     def _begin(self, arrays: EpochArrays, geometry: GeometricDetection, time_s: float) -> None:
         """Begin where this epoch's ranges meet, or the last range of each anchor where one epoch has too few."""
@@ -131,6 +145,8 @@ class Tracker:
         else:
             index = arrays.heard.index
         if geometry.position_m is None or geometry.covariance_m2 is None or not geometry.checked:
+            return
+        if not self.is_known(geometry.covariance_m2):
             return
         too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.occluded)}
         other_m = geometry.nearly_m if geometry.mirror_m is None else geometry.mirror_m
@@ -155,9 +171,19 @@ class Tracker:
             return False
         off_m = geometry.position_m - self.track.place_m[:d]
         spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
-        far = math.sqrt(float(off_m @ np.linalg.solve(spread_m2, off_m))) > LOST_TOLERANCES * self._settings.k_geometric
+        far = squared_sigmas(off_m, spread_m2) > (LOST_TOLERANCES * self._settings.k_geometric) ** 2
         self._elsewhere = self._elsewhere + 1 if far else 0
         if self._elsewhere < LOST_EPOCHS:
             return False
         self._elsewhere = 0
         return True
+
+
+def _is_sane(track: Track, dimension: int) -> bool:
+    """Whether rounding left the track numbers that mean something: of very unsure places it may not."""
+    variances_m2 = track.covariance.diagonal()
+    return bool(
+        np.abs(track.state).max() < ABSURD_M
+        and variances_m2[:dimension].min() > 0.0
+        and variances_m2.max() < ABSURD_M * ABSURD_M
+    )

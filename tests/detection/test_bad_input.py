@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from detection import (
     Detector,
     DetectorSettings,
     OdometryIncrement,
+    PlanningStatus,
     RangeEpoch,
     RangeMeasurement,
     RangingAnchor,
@@ -53,6 +55,46 @@ def test_a_range_that_cannot_be_one_is_named_counted_and_left_out(range_m: float
     assert "B" not in answer.included + answer.excluded
     assert detector.state.rejections == {reason: 1}
     assert detector.process(epoch(1.0)).rejected == ()
+
+
+# a swarm of six within a hand's breadth of one another, ten kilometres away: its ranges tell how far, not which way
+SWARM_M = [
+    (0.013, -0.013, 0.064), (0.01, -0.054, 0.036), (0.13, 0.095, -0.07), (-0.127, -0.062, 0.004),
+    (-0.233, -0.022, -0.125), (-0.073, -0.054, -0.032),
+]  # fmt: skip
+FROM_AFAR_M = [
+    (10440.459, 10440.537, 10440.261, 10440.702, 10440.589, 10440.547),
+    (10440.508, 10440.442, 10440.2, 10440.474, 10440.609, 10440.534),
+]
+
+
+def test_a_close_swarm_far_away_confirms_no_position() -> None:
+    detector = Detector([RangingAnchor(f"D{i}", *place_m) for i, place_m in enumerate(SWARM_M)])
+    for second, ranges_m in enumerate(FROM_AFAR_M * 5):
+        measured = tuple(RangeMeasurement(f"D{i}", range_m) for i, range_m in enumerate(ranges_m))
+        answer = detector.process(RangeEpoch(float(second), measured))
+        assert answer.planning in (PlanningStatus.UNCHECKED, PlanningStatus.NO_POSITION)
+    assert detector.state.epochs == 10
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_anchors_so_close_that_rounding_decides_end_no_session(dimension: Literal[2, 3]) -> None:
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        places_m = rng.normal(size=(6, 3)) * 10.0 ** rng.uniform(-3.0, 0.0)
+        rover_m = 10.0 ** rng.uniform(2.0, 4.8) * rng.normal(size=3)
+        if dimension == 2:
+            places_m[:, 2] = rover_m[2] = 0.0
+        anchors = [RangingAnchor(f"D{i}", *place_m) for i, place_m in enumerate(places_m.tolist())]
+        detector = Detector(anchors, DetectorSettings(dimension=dimension))
+        for second in range(8):
+            ranges_m = np.linalg.norm(places_m - rover_m, axis=1) + 0.1 * rng.normal(size=6)
+            measured = tuple(RangeMeasurement(f"D{i}", range_m) for i, range_m in enumerate(ranges_m.tolist()))
+            fix = detector.process(RangeEpoch(float(second), measured)).position
+            if fix is not None:
+                variances_m2 = np.linalg.eigvalsh(fix.covariance_m2)
+                assert variances_m2[0] > -1e-9 * variances_m2[-1]
+                assert not fix.checked or math.sqrt(variances_m2[-1]) < 0.1 * min(ranges_m)
 
 
 def test_epochs_that_come_twice_late_or_out_of_order_are_told_and_counted() -> None:
