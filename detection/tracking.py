@@ -22,9 +22,11 @@ Floats = npt.NDArray[np.float64]
 
 RECENT_S = 5.0  # ranges so old still help to begin a track
 SILENCE_S = 30.0  # without any range for so long a track says nothing any more
-LOST_EPOCHS = 5  # so often in a row all ranges have to meet elsewhere
+LOST_EPOCHS = 5  # so often in a row ranges have to meet elsewhere
+LOST_S = 2.0  # and for so long, where not all do: what is occluded alike meets elsewhere too, in passing
 # Ranges that are all too long by less than their tolerance may still meet, elsewhere: k sigma of each, several times.
 LOST_TOLERANCES = 4.0
+CONFIRMED_S = 60.0  # a track that ranges confirmed is believed for so long over some that meet elsewhere
 ABSURD_M = 1e9  # no rover is so far away
 # Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
 SETTLED_LOG_ODDS = math.log(1000.0)
@@ -41,6 +43,9 @@ class Tracker:
         self._anchors = anchors
         self._last: dict[int, tuple[float, float, float, float]] = {}  # index: time, range, sigma, tolerance
         self._elsewhere = 0
+        self._elsewhere_since_s = 0.0
+        self._confirmed_s = -math.inf  # when ranges that check one another last met at the track
+        self._contradicted = False  # by most ranges of the latest epoch
         self._bent_m2 = 0.0  # square of how far along its tangent a sphere of a last range bends off by its tolerance
         self.track: Track | None = None
         self._rival: Track | None = None
@@ -83,8 +88,13 @@ class Tracker:
         self.track, excess_m, sigma_m = follow(self.track, heard, time_s, self._settings)
         if self._rival is not None:
             excess_m, sigma_m = self._settle(self._rival, heard, time_s, excess_m, sigma_m)
-        if not _is_sane(self.track, self._settings.dimension) or self._is_lost(geometry):
+        supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
+        lost = self._is_lost(geometry, supporting, time_s)
+        self._contradicted = self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
+        if lost or not _is_sane(self.track, self._settings.dimension):
             self.track = self._rival = None
+            self._elsewhere = 0
+            self._begin(arrays, geometry, time_s)
             return np.full(count, np.nan), np.full(count, np.inf)
         return excess_m, sigma_m
 
@@ -105,14 +115,17 @@ class Tracker:
         return excess_m, sigma_m
 
     def position(self, time_s: float) -> PositionFix | None:
-        """The track's place from its second epoch on, checked where more anchors than unknowns were heard of late."""
+        """The track's place from its second epoch on, checked where more anchors than unknowns were heard of late.
+
+        Not where most of the latest ranges contradict it, or meet elsewhere: it may follow a phantom.
+        """
         if self.track is None or self.track.since_s == time_s:
             return None
         d = self._settings.dimension
         heard = int(np.count_nonzero(time_s - self.track.heard_s <= RECENT_S))
         mirror_m = None if self._rival is None else self._rival.place_m[:d].copy()
         covariance_m2 = self.track.covariance[:d, :d].copy()
-        checked = heard > d and self.is_known(covariance_m2)
+        checked = heard > d and not self._contradicted and self.is_known(covariance_m2)
         return PositionFix(self.track.place_m[:d].copy(), covariance_m2, checked, mirror_m)
 
     def _remember(self, arrays: EpochArrays) -> None:
@@ -148,6 +161,7 @@ class Tracker:
             return
         if not self.is_known(geometry.covariance_m2):
             return
+        self._elsewhere, self._confirmed_s = 0, -math.inf
         too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.occluded)}
         other_m = geometry.nearly_m if geometry.mirror_m is None else geometry.mirror_m
         self.track, self._rival = (
@@ -163,20 +177,37 @@ class Tracker:
             moment, settings.dimension, self.hint_m(), refine=True, studentised=True, limit=settings.search_limit
         )
 
-    def _is_lost(self, geometry: GeometricDetection) -> bool:
-        """Whether all ranges met elsewhere, clearly, and epoch after epoch: then the track follows a phantom."""
-        d = self._settings.dimension
-        everything = geometry.least_occluded == 0 and geometry.count > d + 1 and geometry.mirror_m is None
-        if self.track is None or geometry.position_m is None or geometry.covariance_m2 is None or not everything:
+    def _supporting(self, excess_m: Floats, sigma_m: Floats, tolerances_m: Floats) -> int:
+        """How many ranges fit the track, as unsure as it is, without any excess."""
+        unsure_m = self._settings.k_geometric * sigma_m
+        return int(np.count_nonzero(np.abs(excess_m) <= np.sqrt(tolerances_m * tolerances_m + unsure_m * unsure_m)))
+
+    def _is_lost(self, geometry: GeometricDetection, supporting: int, time_s: float) -> bool:
+        """Whether ranges meet elsewhere, clearly, and epoch after epoch: then the track follows a phantom.
+
+        Either all do. Or, for seconds, so many more than fit the track that they tell by themselves which are too long:
+        more over the unknowns than are left out. Anchors that are occluded alike look the same from a good track; so
+        one that ranges have confirmed of late is not given up for less than all of them.
+        """
+        d, count, out = self._settings.dimension, geometry.count, geometry.least_occluded
+        if self.track is None or geometry.position_m is None or geometry.covariance_m2 is None:
+            return False
+        if count <= d + 1 or geometry.mirror_m is not None or not geometry.checked:
             return False
         off_m = geometry.position_m - self.track.place_m[:d]
         spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
-        far = squared_sigmas(off_m, spread_m2) > (LOST_TOLERANCES * self._settings.k_geometric) ** 2
-        self._elsewhere = self._elsewhere + 1 if far else 0
-        if self._elsewhere < LOST_EPOCHS:
+        off2 = squared_sigmas(off_m, spread_m2) / self._settings.k_geometric**2
+        if off2 <= (1.0 if out else LOST_TOLERANCES**2):
+            self._elsewhere = 0
+            if off2 <= 1.0 and supporting > d + 1:
+                self._confirmed_s = time_s
             return False
-        self._elsewhere = 0
-        return True
+        if out and (count - d <= out or count - supporting < out or time_s - self._confirmed_s <= CONFIRMED_S):
+            return False
+        if self._elsewhere == 0:
+            self._elsewhere_since_s = time_s
+        self._elsewhere += 1
+        return self._elsewhere >= LOST_EPOCHS and (out == 0 or time_s - self._elsewhere_since_s >= LOST_S)
 
 
 def _is_sane(track: Track, dimension: int) -> bool:
