@@ -13,7 +13,7 @@ from .odometry import Motion
 from .position_fixes import squared_sigmas
 from .settings import DetectorSettings
 from .subset_search import Ranges
-from .tracks import Heard, Track, begin, follow, with_displacement
+from .tracks import Heard, Track, begin, follow, is_sane, with_displacement
 from .verdicts import PositionFix
 
 __all__ = ["Tracker"]
@@ -27,7 +27,6 @@ LOST_S = 2.0  # and for so long, where not all do: what is occluded alike meets 
 # Ranges that are all too long by less than their tolerance may still meet, elsewhere: k sigma of each, several times.
 LOST_TOLERANCES = 4.0
 CONFIRMED_S = 60.0  # a track that ranges confirmed is believed for so long over some that meet elsewhere
-ABSURD_M = 1e9  # no rover is so far away
 # Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
 SETTLED_LOG_ODDS = math.log(1000.0)
 
@@ -91,7 +90,7 @@ class Tracker:
         supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
         lost = self._is_lost(geometry, supporting, time_s)
         self._contradicted = self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
-        if lost or not _is_sane(self.track, self._settings.dimension):
+        if lost or not is_sane(self.track, self._settings.dimension):
             self.track = self._rival = None
             self._elsewhere = 0
             self._begin(arrays, geometry, time_s)
@@ -208,13 +207,3 @@ class Tracker:
             self._elsewhere_since_s = time_s
         self._elsewhere += 1
         return self._elsewhere >= LOST_EPOCHS and (out == 0 or time_s - self._elsewhere_since_s >= LOST_S)
-
-
-def _is_sane(track: Track, dimension: int) -> bool:
-    """Whether rounding left the track numbers that mean something: of very unsure places it may not."""
-    variances_m2 = track.covariance.diagonal()
-    return bool(
-        np.abs(track.state).max() < ABSURD_M
-        and variances_m2[:dimension].min() > 0.0
-        and variances_m2.max() < ABSURD_M * ABSURD_M
-    )

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .kernels import track as kernel
 from .settings import DetectorSettings
 
-__all__ = ["Heard", "Track", "begin", "follow", "with_displacement"]
+__all__ = ["Heard", "Track", "begin", "follow", "is_sane", "with_displacement"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,6 +31,7 @@ ANEW_PER_S = 1.8
 NEW_SIGMA = 0.7  # of the typical excess
 # One occlusion in ten is an order of magnitude longer: a range so far off must not pull the track along.
 FAR_SHARE, FAR_SIGMA = 0.1, 10.0
+ABSURD_M = 1e9  # no rover is so far away
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,3 +143,13 @@ def with_displacement(
         direction[3 + axis] = 1.0
         kernel.pull(state, covariance, direction, displacement_m[axis] / duration_s, variance)
     return replace(track, state=state, covariance=covariance)
+
+
+def is_sane(track: Track, dimension: int) -> bool:
+    """Whether rounding left the track numbers that mean something: of very unsure places it may not."""
+    variances_m2 = track.covariance.diagonal()
+    return bool(
+        np.abs(track.state).max() < ABSURD_M
+        and variances_m2[:dimension].min() > 0.0
+        and variances_m2.max() < ABSURD_M * ABSURD_M
+    )
