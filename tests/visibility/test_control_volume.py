@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import visibility
-from terrain import ElevationGrid
+from terrain import ElevationGrid, height_at
 from tests.visibility.grounds import hills
 from tests.visibility.morphing_cases import low_anchors, satellites
 from visibility import VISIBLE, Anchor, AntennaLimits, VisibilityInputError, min_visible_altitude
@@ -169,6 +169,29 @@ def test_a_vertical_section_follows_a_bent_line_through_the_volume():
     assert cut.below_ground[0].any()
     assert not cut.count[cut.below_ground].any()
     assert cut.altitude_m[:, 0].tolist() == layers.altitudes_m.tolist()
+
+
+def test_between_posts_a_vertical_section_has_the_surface_and_air_down_to_it():
+    grid, anchors, ceiling_m = low_anchors(6)
+    volume = control_volume(min_visible_altitude(grid, anchors), altitude_layers(0.0, ceiling_m, 5.0))
+    cut = vertical_section(volume, [grid.position_of(1.3, 1.2), grid.position_of(6.8, 7.4)], spacing_m=3.0)
+    np.testing.assert_allclose(cut.ground_m, height_at(grid, cut.east_m, cut.north_m), rtol=1e-6)
+    buried = cut.altitude_m < cut.ground_m
+    assert buried.any()
+    assert not cut.count[buried].any()
+    assert np.isinf(cut.dop[buried]).all()
+    row = np.rint((grid.origin_north_m - cut.north_m) / grid.cell_north_m).astype(int)
+    col = np.rint((cut.east_m - grid.origin_east_m) / grid.cell_east_m).astype(int)
+    whole, post_m = whole_volume(volume), grid.heights_m[row, col]
+    over = ~buried & (cut.altitude_m >= post_m)
+    np.testing.assert_array_equal(cut.count[over], whole.count[:, row, col][over])
+    # where the post stands higher than the surface beside it, the air between is that over the post
+    between = ~buried & (cut.altitude_m < post_m)
+    assert between.any()
+    lowest = np.argmax(cut.altitude_m >= post_m, axis=0)
+    np.testing.assert_array_equal(
+        cut.count[between], np.broadcast_to(cut.count[lowest, np.arange(len(lowest))], cut.count.shape)[between]
+    )
 
 
 def test_a_vertical_section_of_layers_above_ground_lies_on_the_ground():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -147,6 +148,15 @@ def test_places_that_cannot_be_stood_on_are_refused_with_the_reason_and_the_near
         plan_path(asked(no_go=(box(270.0, -110.0, 290.0, -90.0),)))
     with pytest.raises(PlaceError, match="goal area"):
         plan_path(asked(goals=box(270.0, -110.0, 290.0, -90.0), no_go=(box(260.0, -120.0, 300.0, -80.0),)))
+
+
+def test_the_nearest_place_as_it_is_written_can_be_typed_back() -> None:
+    hole_m = level()
+    hole_m[18:22, 2:7] = np.nan
+    with pytest.raises(PlaceError) as refused:
+        plan_path(asked(grid_of(hole_m)))
+    east, north = re.findall(r"(-?[\d.]+) m (?:east|north)", str(refused.value))
+    assert plan_path(asked(grid_of(hole_m), start=(float(east), float(north)))).status is PathStatus.FOUND
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,10 @@ def test_no_path_is_an_answer_and_has_only_a_map(server: Server, ground: dict[st
     path = answer.json()
     assert path["result"]["status"] == "unreachable"
     assert path["result"]["unreachable"]["reason"] == "slope"
-    assert path["result"]["unreachable"]["relaxations"][0]["needed"] is not None
+    slope = path["result"]["unreachable"]["relaxations"][0]
+    assert slope["unit"] == "deg"
+    # the numbers are those of the sentence: "with slopes up to 63.3 deg instead of 20.0 deg"
+    assert f"up to {slope['needed']:.1f} deg instead of {slope['asked']:.1f} deg" in slope["sentence"]
     assert [layer["name"] for layer in path["layers"]] == ["path.geojson", "map.png"]
     missing = server.client.get(f"{path['links']['self']}/layers/path.gpx")
     assert_problem(missing, 404, "not-found", "There is no layer 'path.gpx'")
