@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyproj
 
 from terrain import ElevationGrid, Provenance
 from visibility import Anchor, DistantAnchor
@@ -74,7 +73,7 @@ def load(folder: Path) -> FinishedMap:
         described["cell_north_m"],
         described["origin_east_m"],
         described["origin_north_m"],
-        None if described["crs"] is None else pyproj.CRS.from_wkt(described["crs"]),
+        described["crs"],
         described["vertical_datum"],
         Provenance(**_with_tuples(described["provenance"])),
     )

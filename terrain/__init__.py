@@ -1,6 +1,8 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
 from .array_files import write_npz
+from .crs_parts import same_map
+from .crs_texts import parse_crs
 from .errors import (
     DemFormatError,
     DemReadError,
@@ -43,10 +45,12 @@ __all__ = [
     "height_at",
     "horizon_distance_m",
     "nearest_surface",
+    "parse_crs",
     "plane",
     "read_dem",
     "read_only",
     "ridge",
+    "same_map",
     "to_grid_frame",
     "to_lon_lat",
     "wedge",

@@ -13,7 +13,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from .crs_parts import horizontal_part, parse_crs
+from .crs_parts import horizontal_part
+from .crs_texts import parse_crs
 from .errors import DemFormatError, DemUnsupportedError
 from .grid import ElevationGrid
 from .limits import check_declared_size

@@ -1,43 +1,67 @@
-"""A file's CRS taken apart: horizontal part, height unit and vertical datum."""
+"""A CRS taken apart: horizontal part, datum shift, vertical datum and height unit, and whether its axes make a grid."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import pyproj
-from pyproj.exceptions import CRSError
 
-from .errors import FrameError
+from .units import HeightUnit, height_unit_of_axis
 
-__all__ = ["horizontal_part", "parse_crs", "vertical_part"]
+__all__ = ["axes_fault", "horizontal_part", "same_map", "split_shift", "vertical_part", "with_shift"]
 
-
-def parse_crs(crs: Any) -> pyproj.CRS:
-    """Any way of writing a CRS (EPSG code, WKT, PROJ string, pyproj or rasterio CRS) as pyproj's. Raises FrameError."""
-    try:
-        return pyproj.CRS.from_user_input(crs.to_wkt() if hasattr(crs, "to_wkt") else crs)
-    except CRSError as error:
-        raise FrameError(f"The CRS {str(crs)[:80]!r} is not known; give an EPSG code such as 'EPSG:32611'.") from error
+# as PROJ turns them (always_xy): east and north; round a pole both run along meridians, away from the south pole or
+# from the north pole, the first 90° clockwise of the second like any east and north
+GRID_AXES = ({"east", "north"}, {"north"}, {"south"})
 
 
 def horizontal_part(crs: pyproj.CRS) -> pyproj.CRS:
-    """The two-dimensional CRS in a compound, bound or three-dimensional one; the registered one where it is that."""
-    if crs.is_bound and crs.source_crs is not None:
-        return horizontal_part(crs.source_crs)
+    """The two-dimensional CRS in a compound or three-dimensional one, registered where it is that, with its shift."""
+    crs, shift = split_shift(crs)
     if crs.is_compound:
-        return horizontal_part(crs.sub_crs_list[0])
+        return with_shift(horizontal_part(crs.sub_crs_list[0]), shift)
     flat = crs.to_2d() if len(crs.axis_info) == 3 else crs
     code = flat.to_epsg(min_confidence=100)
-    return flat if code is None else pyproj.CRS.from_epsg(code)
+    return with_shift(flat if code is None else pyproj.CRS.from_epsg(code), shift)
 
 
-def vertical_part(crs: pyproj.CRS) -> tuple[str | None, str | None]:
-    """(vertical datum, unit of the heights as the CRS spells it); None where the CRS has no heights."""
-    if crs.is_bound and crs.source_crs is not None:
-        return vertical_part(crs.source_crs)
+def vertical_part(crs: pyproj.CRS) -> tuple[str | None, HeightUnit | None]:
+    """(vertical datum, unit of the heights); None where the CRS has no heights."""
+    crs, _ = split_shift(crs)
     if crs.is_compound:
         vertical = crs.sub_crs_list[1]
-        return vertical.name, vertical.axis_info[0].unit_name
+        return vertical.name, height_unit_of_axis(vertical.axis_info[0])
     if len(crs.axis_info) == 3:
-        return f"ellipsoid of {crs.name}", crs.axis_info[2].unit_name
+        return f"ellipsoid of {crs.name}", height_unit_of_axis(crs.axis_info[2])
     return None, None
+
+
+def split_shift(crs: pyproj.CRS) -> tuple[pyproj.CRS, dict[str, Any] | None]:
+    """(the CRS itself, the datum shift that is bound to it), as TOWGS84 in a file binds one."""
+    if not crs.is_bound or crs.source_crs is None:
+        return crs, None
+    description = crs.to_json_dict()
+    return crs.source_crs, {key: description[key] for key in ("target_crs", "transformation")}
+
+
+def with_shift(crs: pyproj.CRS, shift: dict[str, Any] | None) -> pyproj.CRS:
+    """The CRS with a datum shift bound to it; without one, as it is."""
+    if shift is None:
+        return crs
+    source = crs.to_json_dict()
+    source.pop("$schema", None)
+    bound = pyproj.CRS.from_json_dict({"type": "BoundCRS", "source_crs": source, **shift})
+    return pyproj.CRS.from_wkt(bound.to_wkt())
+
+
+def same_map(one: pyproj.CRS, other: pyproj.CRS) -> bool:
+    """Whether two CRSs give one place the same east and north; datum shifts, which concern degrees alone, aside."""
+    return bool(split_shift(one)[0].equals(split_shift(other)[0], ignore_axis_order=True))
+
+
+def axes_fault(crs: pyproj.CRS) -> str | None:
+    """Why a projected CRS's axes are no east and north, as a sentence; None where they are."""
+    directions = {axis.direction.lower() for axis in crs.axis_info[:2]}
+    if directions in GRID_AXES:
+        return None
+    return f"The axes of {crs.name} run {' and '.join(sorted(directions, reverse=True))}; warp the DEM to another CRS."

@@ -14,12 +14,14 @@ from pyproj.enums import TransformDirection
 from .errors import FrameError
 from .grid import ElevationGrid
 
-__all__ = ["Body", "body_of", "to_grid_frame", "to_lon_lat"]
+__all__ = ["Body", "body_of", "datum_doubt", "shift_matters", "to_grid_frame", "to_lon_lat"]
 
 Array = npt.NDArray[np.float64]
 
 # no flat map of a planet in the solar system reaches this far
 FARTHEST_M = 1.0e9
+# a millimetre: two datum shifts that agree so far are one
+SAME_PLACE_DEG = 1.0e-8
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,39 @@ def to_lon_lat(
         raise FrameError("east_m and north_m must be finite numbers.")
     lon, lat = _degrees_to_metres(_crs_of(grid)).transform(east, north, direction=TransformDirection.INVERSE)
     return _checked(grid, lon, lat, f"east_m {east.flat[0]:g}, north_m {north.flat[0]:g}" if east.size == 1 else "")
+
+
+def datum_doubt(grid: ElevationGrid) -> str | None:
+    """Why the grid's degrees are doubtful, as a sentence; None where PROJ knows how its datum lies to WGS 84."""
+    if grid.crs is None or body_of(grid.crs).name != "Earth":
+        return None
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    _, guessed = _degrees_at(grid.crs, (west_m + east_m) / 2.0, (south_m + north_m) / 2.0)
+    if not guessed:
+        return None
+    datum = grid.crs.name if grid.crs.datum is None else grid.crs.datum.name
+    return (
+        f"How the datum {datum!r} lies to WGS 84 is not known: longitudes and latitudes are taken to be its own, "
+        "which may put them up to some hundred metres off. Positions in metres are right; give crs= if you know it."
+    )
+
+
+def shift_matters(plain: pyproj.CRS, shifted: pyproj.CRS, x: float, y: float) -> bool:
+    """Whether a datum shift that is bound to a CRS moves degrees away from where PROJ puts them by itself."""
+    if body_of(plain).name != "Earth":
+        return False
+    itself, guessed = _degrees_at(plain, x, y)
+    stated, _ = _degrees_at(shifted, x, y)
+    return guessed or max(abs(a - b) for a, b in zip(itself, stated, strict=True)) > SAME_PLACE_DEG
+
+
+def _degrees_at(crs: pyproj.CRS, x: float, y: float) -> tuple[tuple[float, float], bool]:
+    """((lon_deg, lat_deg), whether PROJ only takes the degrees of one datum for those of the other)."""
+    onward = _degrees_to_metres(crs)
+    lon, lat = onward.transform(x, y, direction=TransformDirection.INVERSE)
+    if not np.isfinite([lon, lat]).all():
+        return (lon, lat), False
+    return (lon, lat), "ballpark" in onward.get_last_used_operation().description.lower()
 
 
 def _crs_of(grid: ElevationGrid) -> pyproj.CRS:

@@ -11,9 +11,10 @@ from typing import Any, overload
 import numpy as np
 import numpy.typing as npt
 import pyproj
-from pyproj.exceptions import CRSError
 
-from .errors import ElevationGridError
+from .crs_parts import axes_fault
+from .crs_texts import parse_crs
+from .errors import ElevationGridError, FrameError
 
 __all__ = ["ElevationGrid", "Provenance"]
 
@@ -162,12 +163,19 @@ def _as_metric_crs(crs: Any) -> pyproj.CRS | None:
     if crs is None:
         return None
     try:
-        parsed = pyproj.CRS.from_user_input(crs)
-    except CRSError as error:
-        raise ElevationGridError(f"The CRS {str(crs)[:80]!r} is not known: {error}".splitlines()[0]) from error
+        parsed = parse_crs(crs)
+    except FrameError as error:
+        raise ElevationGridError(str(error)) from error
     if not parsed.is_projected:
         raise ElevationGridError(
             f"The CRS {parsed.name!r} is not projected; a grid needs metres east and north. "
             "Map files in degrees are warped when they are read; arrays of heights are not."
+        )
+    fault = axes_fault(parsed)
+    if fault is not None:
+        raise ElevationGridError(fault)
+    if parsed.axis_info[0].unit_conversion_factor != 1.0:
+        raise ElevationGridError(
+            f"The axes of {parsed.name!r} are in {parsed.axis_info[0].unit_name}; a grid needs metres east and north."
         )
     return parsed

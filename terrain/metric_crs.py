@@ -10,6 +10,7 @@ from pyproj.crs.coordinate_operation import AzimuthalEquidistantConversion, UTMC
 
 from .errors import DemUnsupportedError
 from .frames import body_of
+from .units import degrees_per_unit
 
 __all__ = ["ground_scale", "local_metric_crs"]
 
@@ -25,6 +26,7 @@ def local_metric_crs(
 ) -> pyproj.CRS:
     """Metric CRS on the datum of ``geodetic`` for the ground that the points (n,) enclose (longitudes unwrapped).
 
+    lon_deg counts from the prime meridian of ``geodetic``, which for UTM has to be Greenwich.
     UTM on Earth where the ground is at most one zone wide and off the poles; else azimuthal equidistant at its middle.
     Raises DemUnsupportedError where the ground is too wide for any flat map.
     """
@@ -38,7 +40,8 @@ def local_metric_crs(
         raise DemUnsupportedError("The DEM spans too much of the planet for a flat map; cut out the part you need.")
     lon = (lon + 180.0) % 360.0 - 180.0
     off_poles = south >= UTM_SOUTH_DEG and north <= UTM_NORTH_DEG
-    if body_of(geodetic).name == "Earth" and off_poles and east - west <= UTM_WIDTH_DEG:
+    from_greenwich = geodetic.prime_meridian is not None and geodetic.prime_meridian.longitude == 0.0
+    if from_greenwich and body_of(geodetic).name == "Earth" and off_poles and east - west <= UTM_WIDTH_DEG:
         return _utm(geodetic, int((lon + 180.0) // 6.0) % 60 + 1, "N" if lat >= 0.0 else "S")
     around = AzimuthalEquidistantConversion(
         latitude_natural_origin=round(lat, 6), longitude_natural_origin=round(lon, 6)
@@ -62,11 +65,11 @@ def ground_scale(crs: pyproj.CRS, east_m: float, north_m: float) -> tuple[float,
     ellipsoid = crs.ellipsoid
     if ellipsoid is None or crs.geodetic_crs is None:
         return float("nan"), float("nan")
-    to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True)
+    onward = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True)
     geod = pyproj.Geod(a=ellipsoid.semi_major_metre, b=ellipsoid.semi_minor_metre)
     east = np.array([-PROBE_M, PROBE_M, 0.0, 0.0]) + east_m
     north = np.array([0.0, 0.0, -PROBE_M, PROBE_M]) + north_m
-    lon, lat = to_degrees.transform(east, north)
+    lon, lat = np.array(onward.transform(east, north)) * degrees_per_unit(crs.geodetic_crs)
     if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
         return float("nan"), float("nan")
     _, _, ground_m = geod.inv(lon[[0, 2]], lat[[0, 2]], lon[[1, 3]], lat[[1, 3]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,12 @@ from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from .ascii_values import check_ascii_values
-from .crs_parts import horizontal_part, parse_crs, vertical_part
+from .crs_parts import horizontal_part, vertical_part
+from .crs_texts import parse_crs
 from .errors import DemFormatError, DemUnsupportedError, FrameError
 from .limits import check_declared_size
 from .raw import RawDem
-from .units import height_unit_of
+from .units import HeightUnit
 
 __all__ = ["read_raster"]
 
@@ -35,10 +37,17 @@ SEALED = {
 PICTURE = {ColorInterp.red, ColorInterp.green, ColorInterp.blue, ColorInterp.palette}
 DTED_DATUMS = {"E96": "EGM96 geoid", "E08": "EGM2008 geoid", "MSL": "mean sea level", "WGS84": "ellipsoid of WGS 84"}
 SHEAR_TOLERANCE = 1e-6
+PRJ_BYTES = 1 << 16
+ZUNITS_PER_METRE = {"1": "m", "10": "dm", "100": "cm", "1000": "mm"}
+ZUNITS = re.compile(r"^[ \t]*zunits[ \t]+(\S+)", re.IGNORECASE | re.MULTILINE)
 
 
-def read_raster(file: Path, driver: str, *, cell_m: tuple[float, float] | None, max_cells: int) -> RawDem:
+def read_raster(
+    file: Path, driver: str, *, cell_m: tuple[float, float] | None, band: int | None, max_cells: int
+) -> RawDem:
     """Read one elevation band as it stands in the file; ``cell_m`` (east, north) serves files without georeference.
+
+    band: from 1; None takes the first, and says so where there are others.
 
     Raises DemFormatError, DemTooLargeError (before any pixel is read) and DemUnsupportedError.
     """
@@ -46,23 +55,28 @@ def read_raster(file: Path, driver: str, *, cell_m: tuple[float, float] | None, 
         with rasterio.Env(**SEALED), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(file, driver=driver) as dataset:
-                return _read(file, dataset, cell_m, max_cells)
+                return _read(file, dataset, cell_m, band, max_cells)
     except (RasterioError, CPLE_BaseError) as error:
         raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as {driver}.") from error
 
 
-def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cells: int) -> RawDem:
+def _read(
+    file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_band: int | None, max_cells: int
+) -> RawDem:
     name, notes = file.name, _Notes()
     rows, cols = dataset.height, dataset.width
     file_bytes = file.stat().st_size
-    kind = np.dtype(dataset.dtypes[0]) if dataset.dtypes[0] != "complex_int16" else np.dtype("complex64")
+    band = _band(name, dataset, asked_band, notes)
+    at = band - 1
+    kind = np.dtype(dataset.dtypes[at]) if dataset.dtypes[at] != "complex_int16" else np.dtype("complex64")
     check_declared_size(name, rows, cols, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=file_bytes)
     if dataset.driver == "AAIGrid" and rows * cols * 2 > file_bytes + 1:
         raise DemFormatError(f"{name} is cut short: {rows} × {cols} heights do not fit into {file_bytes:,} bytes.")
     if dataset.driver == "AAIGrid":
         check_ascii_values(file, rows, cols)
-    _check_bands(name, dataset, kind, notes)
-    scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
+    if kind.kind == "c":
+        raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
+    scale, offset = float(dataset.scales[at]), float(dataset.offsets[at])
     if not (math.isfinite(scale) and math.isfinite(offset)) or scale == 0.0:
         raise DemUnsupportedError(
             f"{name} says that its heights are its values × {scale:g} + {offset:g}, which makes no heights of them."
@@ -78,11 +92,11 @@ def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cell
     if tags.get("AREA_OR_POINT") == "Point":
         notes.conversions.append("Pixel-is-point: the file's points are the posts, its bounds lie half a cell outside.")
     declared_void = None
-    if MaskFlags.all_valid not in dataset.mask_flag_enums[0]:
-        declared_void = dataset.read_masks(1) == 0
+    if MaskFlags.all_valid not in dataset.mask_flag_enums[at]:
+        declared_void = dataset.read_masks(band) == 0
     elif ColorInterp.alpha in dataset.colorinterp:  # GDAL heeds only an alpha band of uint8 or uint16
         declared_void = dataset.read(dataset.colorinterp.index(ColorInterp.alpha) + 1) == 0
-    values = dataset.read(1)
+    values = dataset.read(band)
     if step_y < 0.0:
         notes.conversions.append("Rows run from south to north in the file; turned so that row 0 is northmost.")
         values, y0, step_y = values[::-1], y0 + (rows - 1) * -step_y, -step_y
@@ -92,7 +106,8 @@ def _read(file: Path, dataset: Any, cell_m: tuple[float, float] | None, max_cell
         driver=dataset.driver,
         scale=scale,
         offset=offset,
-        height_unit=height_unit_of(dataset.units[0]) or height_unit_of(crs_unit),
+        height_unit=dataset.units[at] or (_zunits(file) if dataset.driver == "AAIGrid" else None),
+        crs_height_unit=crs_unit,
         vertical_datum=datum,
         conversions=tuple(notes.conversions),
         warnings=tuple(notes.warnings),
@@ -107,14 +122,34 @@ class _Notes:
         self.warnings: list[str] = []
 
 
-def _check_bands(name: str, dataset: Any, kind: np.dtype[Any], notes: _Notes) -> None:
-    if kind.kind == "c":
-        raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
+def _band(name: str, dataset: Any, asked: int | None, notes: _Notes) -> int:
+    """Which band holds the heights, from 1."""
+    if asked is not None:
+        if not 1 <= asked <= dataset.count:
+            raise DemUnsupportedError(f"{name} has {dataset.count} bands, from 1, so there is no band {asked}.")
+        if dataset.colorinterp[asked - 1] in PICTURE | {ColorInterp.alpha}:
+            raise DemUnsupportedError(
+                f"Band {asked} of {name} holds {dataset.colorinterp[asked - 1].name}, not heights."
+            )
+        return asked
     if PICTURE & set(dataset.colorinterp):
         raise DemUnsupportedError(f"{name} is a picture (colours), not a DEM.")
-    heights_bands = [band for band in dataset.colorinterp if band is not ColorInterp.alpha]
+    heights_bands = [colour for colour in dataset.colorinterp if colour is not ColorInterp.alpha]
     if len(heights_bands) > 1:
-        notes.warnings.append(f"The file has {dataset.count} bands; band 1 was taken as heights.")
+        notes.warnings.append(
+            f"The file has {dataset.count} bands; band 1 was taken as heights. Give band= if another holds them."
+        )
+    return 1
+
+
+def _zunits(file: Path) -> str | None:
+    """What an Arc/Info .prj beside an ESRI ASCII grid says of its heights, which GDAL leaves out."""
+    for beside in (file.with_suffix(".prj"), file.with_suffix(".PRJ")):
+        if beside.is_file():
+            with beside.open("rb") as stream:
+                found = ZUNITS.search(stream.read(PRJ_BYTES).decode("latin-1"))
+            return None if found is None or found[1].upper() == "NO" else ZUNITS_PER_METRE.get(found[1], found[1])
+    return None
 
 
 def _geometry(
@@ -137,13 +172,13 @@ def _geometry(
     return affine.c + affine.a / 2.0, affine.f + affine.e / 2.0, affine.a, -affine.e
 
 
-def _crs(file: Path, dataset: Any, notes: _Notes) -> tuple[pyproj.CRS | None, str | None, str | None]:
+def _crs(file: Path, dataset: Any, notes: _Notes) -> tuple[pyproj.CRS | None, str | None, HeightUnit | None]:
     """(horizontal CRS, vertical datum, height unit); an ESRI ASCII grid may have its CRS in NAME.prj."""
     if dataset.crs is not None:
         try:
             crs = parse_crs(dataset.crs.to_wkt(version="WKT2_2019"))
-        except FrameError:
-            notes.warnings.append("The file's CRS cannot be understood and was left out; give crs=.")
+        except FrameError as error:
+            notes.warnings.append(f"The file's CRS was left out; give crs=. {error}")
             return None, None, None
         if dataset.driver == "AAIGrid":
             notes.conversions.append(f"The CRS was taken from {file.stem}.prj beside the file.")

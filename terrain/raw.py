@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
+from .units import HeightUnit
+
 __all__ = ["RawDem"]
 
 
@@ -19,7 +21,8 @@ class RawDem:
     values: (rows, cols) real numbers of the file's own type; height = values · scale + offset, in ``height_unit``.
     declared_void: (rows, cols) bool, True where the file itself says "no data", or None when it says nothing.
     x0, y0: centre of post (0, 0); step_x > 0 eastward, step_y > 0 southward, all in units of ``crs``.
-    crs: None when the file has none. height_unit: None when the file does not say.
+    crs: None when the file has none, with its datum shift where it states one.
+    height_unit: as the file spells it, None when it does not say; crs_height_unit: that of its vertical CRS.
     from_grid: written from an ElevationGrid, so its positions stay as they are and only NaN means unknown.
     """
 
@@ -34,6 +37,7 @@ class RawDem:
     scale: float = 1.0
     offset: float = 0.0
     height_unit: str | None = None
+    crs_height_unit: HeightUnit | None = None
     vertical_datum: str | None = None
     from_grid: bool = False
     conversions: tuple[str, ...] = ()

@@ -9,60 +9,98 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import DemUnsupportedError
+from .raw import RawDem
 
 __all__ = ["implausible_heights", "unknown_posts"]
+
+Numbers = npt.NDArray[Any]
+Mask = npt.NDArray[np.bool_]
 
 # the usual fill values of int16 and text DEMs; as exact heights of real ground they practically never occur
 CLASSIC_FILLS = (-9999, -32768, -32767, 32767)
 # no ground of any body stands 100 km high or deep: ±3.4e38, 1e38, -2147483648 and their like are fill
-IMPOSSIBLE_HEIGHT = 1.0e5
+IMPOSSIBLE_HEIGHT_M = 1.0e5
 EARTH_LOWEST_M, EARTH_HIGHEST_M = -500.0, 9000.0
 
 
 def unknown_posts(
-    name: str,
-    values: npt.NDArray[Any],
-    declared_void: npt.NDArray[np.bool_] | None,
-    *,
-    nodata: float | None,
-    only_nan: bool,
-) -> tuple[npt.NDArray[np.bool_], tuple[str, ...]]:
+    name: str, raw: RawDem, *, factor: float, offset_m: float, nodata: float | None
+) -> tuple[Mask, tuple[str, ...]]:
     """Mask (rows, cols) of the posts whose height is unknown, and a warning for each value taken as fill undeclared.
 
+    factor, offset_m: height in metres = value · factor + offset_m; what is plausible is judged on heights.
     nodata: the value that means "unknown" in place of what the file declares; NaN says that only NaN does.
-    only_nan: nothing else than NaN was ever meant as fill.
     Raises DemUnsupportedError for infinite heights and where no post is known.
     """
-    warnings: list[str] = []
+    values, warnings = raw.values, list[str]()
     if nodata is not None:
         void = _equal(values, nodata)
         if not math.isnan(nodata) and not void.any():
             warnings.append(f"nodata={nodata:g} was given, but no post holds that value.")
-    elif declared_void is not None:
-        void = declared_void.copy()
+    elif raw.declared_void is not None:
+        void = raw.declared_void.copy()
     else:
         void = np.zeros(values.shape, np.bool_)
     if values.dtype.kind == "f":
         void |= np.isnan(values)
-    if nodata is None and not only_nan:
-        for fill in CLASSIC_FILLS:
-            void, count = _also(void, _equal(values, fill))
-            if count:
-                warnings.append(
-                    f"{count:,} posts hold {fill}, a usual fill value that the file does not declare: taken as unknown "
-                    "ground (give nodata=nan to keep them as heights)."
-                )
-    if values.dtype.itemsize > 2 or values.dtype.kind == "f":
-        infinite = int(np.count_nonzero(np.isinf(values) & ~void)) if values.dtype.kind == "f" else 0
+        infinite = int(np.count_nonzero(np.isinf(values) & ~void))
         if infinite:
             raise DemUnsupportedError(f"{name} holds {infinite:,} infinite heights; give nodata=inf if they are fill.")
-        with np.errstate(over="ignore"):  # float16 ends before that height, and compares rightly all the same
-            void, count = _also(void, (values > IMPOSSIBLE_HEIGHT) | (values < -IMPOSSIBLE_HEIGHT))
-        if count:
-            warnings.append(f"{count:,} posts hold values beyond ±{IMPOSSIBLE_HEIGHT:,.0f}: taken as unknown ground.")
+    declared = np.count_nonzero(void)
+    void, impossible = _also(void, _impossible(values, factor, offset_m))
+    if nodata is None and not raw.from_grid:
+        void = _with_classic_fills(raw, void, warnings)
+    if impossible:
+        warnings.append(f"{impossible:,} posts hold heights beyond ±100,000 m: taken as unknown ground.")
     if void.all():
-        raise DemUnsupportedError(f"{name} has no known height: all {void.size:,} posts are void.")
+        why = ""
+        if impossible == void.size - declared > 0:
+            why = " Its heights lie beyond ±100,000 m; give height_unit= if they are not in metres."
+        raise DemUnsupportedError(f"{name} has no known height: all {void.size:,} posts are void.{why}")
     return void, tuple(warnings)
+
+
+def _impossible(values: Numbers, factor: float, offset_m: float) -> Mask:
+    """Where the height is one that no ground has."""
+    low, high = sorted((limit_m - offset_m) / factor for limit_m in (-IMPOSSIBLE_HEIGHT_M, IMPOSSIBLE_HEIGHT_M))
+    if values.dtype.kind in "iu":
+        kind = np.iinfo(values.dtype)
+        low, high = max(low, float(kind.min)), min(high, float(kind.max))
+        if (low, high) == (kind.min, kind.max):
+            return np.zeros(values.shape, np.bool_)
+    with np.errstate(over="ignore"):  # float16 ends before that height, and compares rightly all the same
+        return np.asarray((values > high) | (values < low), np.bool_)
+
+
+def _with_classic_fills(raw: RawDem, void: Mask, warnings: list[str]) -> Mask:
+    """The voids and the usual fill values, as they stand in the file or once scaled.
+
+    In integers that are heights as they stand they are fill; else only apart from all other values of the file, since
+    scaled or fractional heights may come to such a number by themselves.
+    """
+    whole = raw.values.dtype.kind in "iu" and (raw.scale, raw.offset) == (1.0, 0.0)
+    found: dict[float, Mask] = {}
+    for fill in CLASSIC_FILLS:
+        for number in {float(fill), round((fill - raw.offset) / raw.scale, 6)}:
+            there = _equal(raw.values, number) & ~void
+            if there.any():
+                found[number] = there
+    if not found:
+        return void
+    rest = ~void
+    for there in found.values():
+        rest &= ~there
+    lowest, highest = (raw.values[rest].min(), raw.values[rest].max()) if rest.any() else (0.0, 0.0)
+    for number, there in found.items():
+        outside = max(float(lowest) - number, number - float(highest))
+        count = np.count_nonzero(there)
+        said = f"{count:,} posts hold {number:.10g}, a usual fill value that the file does not declare: "
+        if whole or not rest.any() or outside > (float(highest) - float(lowest)) / 2.0:
+            void = void | there
+            warnings.append(f"{said}taken as unknown ground (give nodata=nan to keep them as heights).")
+        elif outside > 0.0:
+            warnings.append(f"{said}kept as heights, next to the others (give nodata={number:.10g} if they are fill).")
+    return void
 
 
 def implausible_heights(heights_m: npt.NDArray[np.float32]) -> tuple[str, ...]:
@@ -80,7 +118,7 @@ def implausible_heights(heights_m: npt.NDArray[np.float32]) -> tuple[str, ...]:
     return tuple(warnings)
 
 
-def _equal(values: npt.NDArray[Any], fill: float) -> npt.NDArray[np.bool_]:
+def _equal(values: Numbers, fill: float) -> Mask:
     if values.dtype.kind == "f":
         # a fill value written as text reaches a float32 file rounded to float32
         with np.errstate(over="ignore"):
@@ -94,7 +132,7 @@ def _equal(values: npt.NDArray[Any], fill: float) -> npt.NDArray[np.bool_]:
     return np.asarray(values == int(fill), np.bool_)
 
 
-def _also(void: npt.NDArray[np.bool_], more: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], int]:
+def _also(void: Mask, more: Mask) -> tuple[Mask, int]:
     new = more & ~void
     count = int(np.count_nonzero(new))
     return (void | new if count else void), count

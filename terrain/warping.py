@@ -13,6 +13,7 @@ from pyproj.enums import TransformDirection
 from . import kernels
 from .errors import DemUnsupportedError
 from .limits import check_declared_size
+from .units import degrees_per_unit
 
 __all__ = ["Posts", "border_positions", "warp"]
 
@@ -75,7 +76,7 @@ def warp(name: str, posts: Posts, target: pyproj.CRS, *, max_cells: int) -> Post
     top_m = (north.min() + north.max() + (rows - 1) * cell_north_m) / 2.0
     geographic = posts.crs.is_geographic
     turning = geographic and (
-        max(abs(posts.y0), abs(2.0 * posts.middle[1] - posts.y0)) * _degrees(posts.crs) > POLAR_DEG
+        max(abs(posts.y0), abs(2.0 * posts.middle[1] - posts.y0)) * degrees_per_unit(posts.crs) > POLAR_DEG
     )
     fine_enough = math.sqrt(LATTICE_ERROR_CELLS * 8.0 * SMALL_RADIUS_M / max(cell_east_m, cell_north_m))
     lattice = 1 if turning else max(1, min(LATTICE, int(fine_enough)))
@@ -84,7 +85,7 @@ def warp(name: str, posts: Posts, target: pyproj.CRS, *, max_cells: int) -> Post
     mesh_east, mesh_north = np.meshgrid(lattice_east, lattice_north)
     x, y = onward.transform(mesh_east, mesh_north, direction=TransformDirection.INVERSE)
     if geographic:
-        turn = 360.0 / _degrees(posts.crs)
+        turn = 360.0 / degrees_per_unit(posts.crs)
         middle = posts.middle[0]
         x = (x - middle + turn / 2.0) % turn + middle - turn / 2.0
     source_rows, source_cols = (posts.y0 - y) / posts.step_y, (x - posts.x0) / posts.step_x
@@ -103,17 +104,15 @@ def _cell_sizes(posts: Posts, onward: pyproj.Transformer) -> tuple[float, float]
     return float(max(abs(across[0]), abs(down[0]))), float(max(abs(across[1]), abs(down[1])))
 
 
-def _degrees(crs: pyproj.CRS) -> float:
-    """Degrees per unit of a geographic CRS."""
-    return float(np.degrees(crs.axis_info[0].unit_conversion_factor))
-
-
 def _closed_circle(posts: Posts) -> Posts:
     """Where a geographic grid goes once around the planet, its first column again as its last: no seam."""
     cols = posts.heights_m.shape[1]
     if not posts.crs.is_geographic:
         return posts
-    if abs(cols * posts.step_x * _degrees(posts.crs) - 360.0) > posts.step_x * _degrees(posts.crs) / 2.0:
+    if (
+        abs(cols * posts.step_x * degrees_per_unit(posts.crs) - 360.0)
+        > posts.step_x * degrees_per_unit(posts.crs) / 2.0
+    ):
         return posts
     closed = np.concatenate([posts.heights_m, posts.heights_m[:, :1]], axis=1)
     return Posts(closed, posts.x0, posts.y0, posts.step_x, posts.step_y, posts.crs)

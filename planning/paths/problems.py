@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-import pyproj
 import shapely
-from pyproj.exceptions import CRSError
 
 from planning.errors import AreaError, PathProblemError
-from terrain import ElevationGrid
+from terrain import ElevationGrid, FrameError, parse_crs, same_map
 from visibility import Anchor, DistantAnchor, DopMap, MinimumVisibleAltitude, MorphingMap, MovingAnchor
 
 from .limits import CostWeights, PathLimits, PlanBudget
@@ -161,9 +159,9 @@ def _check_crs(grid: ElevationGrid, crs: Any) -> None:
     if crs is None:
         return
     try:
-        given = pyproj.CRS.from_user_input(crs)
-    except CRSError as error:
+        given = parse_crs(crs)
+    except FrameError as error:
         raise AreaError(f"The CRS of the areas, {str(crs)[:80]!r}, is not known.") from error
-    if grid.crs is None or not given.equals(grid.crs, ignore_axis_order=True):
+    if grid.crs is None or not same_map(given, grid.crs):
         frame = "a local frame" if grid.crs is None else f"{grid.crs.name!r}"
         raise AreaError(f"The areas are in {given.name!r} and the grid is in {frame}; transform them first.")

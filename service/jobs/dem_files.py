@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyproj
 
 from terrain import ElevationGrid, Provenance
 
@@ -41,7 +40,7 @@ def load_grid(folder: Path) -> ElevationGrid:
     crs = described.pop("crs")
     return ElevationGrid(
         np.load(folder / HEIGHTS, mmap_mode="r", allow_pickle=False),
-        crs=None if crs is None else pyproj.CRS.from_wkt(crs),
+        crs=crs,
         provenance=Provenance(
             provenance["source"],
             provenance["driver"],
