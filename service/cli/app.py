@@ -16,10 +16,13 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     Crs,
     CurvatureOption,
     CurvatureWord,
     DemPath,
+    HeightUnitOption,
     LonLat,
     Mode,
     ModeOption,
@@ -28,6 +31,7 @@ from .options import (
     ReceiverHeight,
     UnknownGround,
     UnknownOption,
+    reading_options,
 )
 from .place_options import place
 from .plan_options import plan
@@ -63,11 +67,19 @@ def _sightline(
 
 
 @app.command()
-def info(dem: DemPath, nodata: Nodata = None, crs: Crs = None, as_json: AsJson = False) -> None:
+def info(
+    dem: DemPath,
+    nodata: Nodata = None,
+    crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
+    as_json: AsJson = False,
+) -> None:
     """Show what is read from a DEM, what was converted on the way, and every warning."""
     from .info import show_info
 
-    show_info(dem, nodata, crs, as_json)
+    show_info(dem, reading_options(nodata, crs, height_unit, band, cell_m), as_json)
 
 
 @app.command()
@@ -85,6 +97,9 @@ def visibility(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -96,8 +111,7 @@ def visibility(
 
     make_visibility_map(
         dem,
-        nodata=nodata,
-        crs=crs,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
         anchor_texts=anchor or [],
         lonlat=lonlat,
         anchor_files=anchors or [],
@@ -139,6 +153,9 @@ def los(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     as_json: AsJson = False,
 ) -> None:
     """Tell whether one point sees another, and by how much."""
@@ -146,8 +163,7 @@ def los(
 
     show_line_of_sight(
         dem,
-        nodata,
-        crs,
+        reading_options(nodata, crs, height_unit, band, cell_m),
         (start, end),
         lonlat=lonlat,
         flat=curvature is CurvatureWord.FLAT,

@@ -13,11 +13,14 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     ConeDeg,
     Crs,
     CurvatureOption,
     CurvatureWord,
     DemPath,
+    HeightUnitOption,
     LonLat,
     Mode,
     ModeOption,
@@ -29,6 +32,7 @@ from .options import (
     SkyAt,
     UnknownGround,
     UnknownOption,
+    reading_options,
 )
 
 __all__ = ["bubble"]
@@ -119,6 +123,9 @@ def bubble(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -157,8 +164,7 @@ def bubble(
             "unknown": unknown.value,
             "curvature": curvature.value,
         },
-        nodata=nodata,
-        crs=crs,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
         out=out,
         as_json=as_json,
     )

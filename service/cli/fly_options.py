@@ -11,13 +11,17 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     Crs,
     DemPath,
+    HeightUnitOption,
     Kind,
     Measure,
     Mode,
     Nodata,
     OutFolder,
+    reading_options,
 )
 
 __all__ = ["fly"]
@@ -65,6 +69,9 @@ def fly(
     ] = None,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -97,4 +104,4 @@ def fly(
         },
         rest={"bubble_m": bubble, "climb_weight": climb_weight, "speed_m_per_s": speed, "seed": seed},
     )
-    make_flight(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_flight(dem, asked, reading=reading_options(nodata, crs, height_unit, band, cell_m), out=out, as_json=as_json)

@@ -14,9 +14,9 @@ from .output import facts_table, print_json, print_tables, print_warnings
 __all__ = ["dem_description", "show_info"]
 
 
-def show_info(dem: str, nodata: float | None, crs: str | None, as_json: bool) -> None:
+def show_info(dem: str, reading: dict[str, Any], as_json: bool) -> None:
     """Read the DEM as every command does and print what came of it."""
-    description = dem_description(read_dem(dem, nodata=nodata, crs=crs))
+    description = dem_description(read_dem(dem, **reading))
     if as_json:
         print_json(description)
         return

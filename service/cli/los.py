@@ -22,8 +22,7 @@ __all__ = ["show_line_of_sight"]
 
 def show_line_of_sight(
     dem: str,
-    nodata: float | None,
-    crs: str | None,
+    reading: dict[str, Any],
     ends: tuple[str, str],
     *,
     lonlat: bool,
@@ -33,7 +32,7 @@ def show_line_of_sight(
 ) -> None:
     """Read the DEM and print the verdict between both ends, each EAST,NORTH,HEIGHT."""
     asked = [_point(name, text, lonlat) for name, text in zip(("--from", "--to"), ends, strict=True)]
-    grid = read_dem(dem, nodata=nodata, crs=crs)
+    grid = read_dem(dem, **reading)
     start_m, end_m = (resolve_point(grid, point, name) for name, point in zip(("--from", "--to"), asked, strict=True))
     sight = line_of_sight(grid, start_m, end_m, curvature=FLAT if flat else None, **options)
     if as_json:

@@ -55,14 +55,13 @@ def make_map(
     files: MapFiles,
     tables: Callable[[dict[str, Any]], tuple[Table, ...]],
     *,
-    nodata: float | None,
-    crs: str | None,
+    reading: dict[str, Any],
     out: Path | None,
     as_json: bool,
     what: str = "Sight lines",
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
-    grid = read_dem(dem, nodata=nodata, crs=crs)
+    grid = read_dem(dem, **reading)
     folder = None if out is None else output_folder(out)
     with progress_bar(what) as progress:
         finished = calculate(grid, parameters, progress)

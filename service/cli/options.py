@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -13,12 +13,16 @@ __all__ = [
     "AnchorFiles",
     "AnchorTexts",
     "AsJson",
+    "Band",
+    "CellM",
     "ConeDeg",
     "Crs",
     "CurvatureOption",
     "CurvatureWord",
     "DemPath",
     "DopLimit",
+    "HeightUnitOption",
+    "HeightUnitWord",
     "Kind",
     "KindOption",
     "LonLat",
@@ -36,6 +40,7 @@ __all__ = [
     "SkyAt",
     "UnknownGround",
     "UnknownOption",
+    "reading_options",
 ]
 
 
@@ -61,6 +66,18 @@ class CurvatureWord(StrEnum):
     FLAT = "flat"
 
 
+class HeightUnitWord(StrEnum):
+    """Units of heights."""
+
+    METRE = "m"
+    FOOT = "ft"
+    SURVEY_FOOT = "us-ft"
+    DECIMETRE = "dm"
+    CENTIMETRE = "cm"
+    MILLIMETRE = "mm"
+    KILOMETRE = "km"
+
+
 class Kind(StrEnum):
     """What is measured."""
 
@@ -82,7 +99,15 @@ class Measure(StrEnum):
 DemPath = Annotated[str, typer.Argument(metavar="DEM", help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")]
 Nodata = Annotated[float | None, typer.Option("--nodata", metavar="NUMBER", help="Value that marks unknown posts.")]
 Crs = Annotated[
-    str | None, typer.Option("--crs", metavar="CRS", help="CRS of a DEM whose file names none, such as EPSG:32611.")
+    str | None,
+    typer.Option("--crs", metavar="CRS", help="CRS of a DEM whose file names none: EPSG:32611, EPSG:6529+6360."),
+]
+HeightUnitOption = Annotated[
+    HeightUnitWord | None, typer.Option("--height-unit", help="Unit of the heights, in place of what the file says.")
+]
+Band = Annotated[int | None, typer.Option("--band", metavar="N", help="Band that holds the heights. (default 1)")]
+CellM = Annotated[
+    float | None, typer.Option("--cell-m", metavar="M", help="Metres between posts, for files that do not tell.")
 ]
 UnknownOption = Annotated[
     UnknownGround, typer.Option(help="What a line over unknown ground is, unless known ground blocks it.")
@@ -139,3 +164,15 @@ DopLimit = Annotated[float, typer.Option(metavar="NUMBER", help="From this dilut
 MinAnchors = Annotated[
     int | None, typer.Option(metavar="K", help="So many must be in sight as well. (default what a fix needs)")
 ]
+
+
+def reading_options(
+    nodata: float | None,
+    crs: str | None,
+    height_unit: HeightUnitWord | None,
+    band: int | None,
+    cell_m: float | None,
+) -> dict[str, Any]:
+    """What read_dem takes besides the path."""
+    unit = None if height_unit is None else height_unit.value
+    return {"nodata": nodata, "crs": crs, "height_unit": unit, "band": band, "cell_m": cell_m}

@@ -12,10 +12,13 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     Crs,
     CurvatureOption,
     CurvatureWord,
     DemPath,
+    HeightUnitOption,
     Kind,
     KindOption,
     LonLat,
@@ -28,6 +31,7 @@ from .options import (
     ReceiverHeight,
     UnknownGround,
     UnknownOption,
+    reading_options,
 )
 
 __all__ = ["place"]
@@ -126,6 +130,9 @@ def place(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -185,4 +192,12 @@ def place(
             "curvature": curvature.value,
         },
     )
-    make_placement(dem, asked, scheduler, or_local=or_local, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_placement(
+        dem,
+        asked,
+        scheduler,
+        or_local=or_local,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        out=out,
+        as_json=as_json,
+    )

@@ -12,10 +12,13 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     ConeDeg,
     Crs,
     CurvatureWord,
     DemPath,
+    HeightUnitOption,
     Kind,
     Measure,
     Mode,
@@ -26,6 +29,7 @@ from .options import (
     SatelliteTime,
     SkyAt,
     UnknownGround,
+    reading_options,
 )
 
 __all__ = ["plan"]
@@ -117,6 +121,9 @@ def plan(
     curvature: Annotated[CurvatureWord | None, typer.Option(help="auto: as the DEM's CRS implies; flat: none.")] = None,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -174,4 +181,4 @@ def plan(
         },
         SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
     )
-    make_path(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_path(dem, asked, reading=reading_options(nodata, crs, height_unit, band, cell_m), out=out, as_json=as_json)

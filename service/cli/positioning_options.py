@@ -12,12 +12,15 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     ConeDeg,
     Crs,
     CurvatureOption,
     CurvatureWord,
     DemPath,
     DopLimit,
+    HeightUnitOption,
     Kind,
     KindOption,
     LonLat,
@@ -35,6 +38,7 @@ from .options import (
     SkyAt,
     UnknownGround,
     UnknownOption,
+    reading_options,
 )
 
 __all__ = ["dop", "morph"]
@@ -98,6 +102,9 @@ def dop(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -116,8 +123,7 @@ def dop(
     make_positioning_map(
         "dop-map",
         dem,
-        nodata=nodata,
-        crs=crs,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
         anchor_texts=anchor or [],
         lonlat=lonlat,
         anchor_files=anchors or [],
@@ -189,6 +195,9 @@ def morph(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -206,8 +215,7 @@ def morph(
     make_positioning_map(
         "morphing-map",
         dem,
-        nodata=nodata,
-        crs=crs,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
         anchor_texts=anchor or [],
         lonlat=lonlat,
         anchor_files=anchors or [],

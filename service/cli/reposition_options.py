@@ -12,10 +12,13 @@ from .options import (
     AnchorFiles,
     AnchorTexts,
     AsJson,
+    Band,
+    CellM,
     Crs,
     CurvatureOption,
     CurvatureWord,
     DemPath,
+    HeightUnitOption,
     Kind,
     KindOption,
     LonLat,
@@ -28,6 +31,7 @@ from .options import (
     ReceiverHeight,
     UnknownGround,
     UnknownOption,
+    reading_options,
 )
 
 __all__ = ["reposition"]
@@ -110,6 +114,9 @@ def reposition(
     curvature: CurvatureOption = CurvatureWord.AUTO,
     nodata: Nodata = None,
     crs: Crs = None,
+    height_unit: HeightUnitOption = None,
+    band: Band = None,
+    cell_m: CellM = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -169,4 +176,6 @@ def reposition(
             "curvature": curvature.value,
         },
     )
-    make_repositioning(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_repositioning(
+        dem, asked, reading=reading_options(nodata, crs, height_unit, band, cell_m), out=out, as_json=as_json
+    )

@@ -23,8 +23,7 @@ LAYER_FILES = ("visible.tif", "min_visible_altitude.tif", "count.tif", "map.png"
 def make_visibility_map(
     dem: str,
     *,
-    nodata: float | None,
-    crs: str | None,
+    reading: dict[str, Any],
     anchor_texts: list[str],
     lonlat: bool,
     anchor_files: list[Path],
@@ -43,8 +42,7 @@ def make_visibility_map(
         calculate,
         MapFiles(SUMMARY, LAYER_FILES),
         lambda summary: (anchors_table(summary), count_table(summary)),
-        nodata=nodata,
-        crs=crs,
+        reading=reading,
         out=out,
         as_json=as_json,
     )

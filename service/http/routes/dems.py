@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import time
 import uuid
 from pathlib import PurePath
@@ -67,15 +68,21 @@ async def upload_dem(
         str | None, Query(max_length=64, description="Take this bundled DEM instead of a file.", examples=["jacksboro"])
     ] = None,
     nodata: Annotated[
-        float | None, Query(allow_inf_nan=False, description="Value in the file that means unknown height.")
+        float | None, Query(description="Value in the file that means unknown height; `nan`: no value does.")
     ] = None,
     crs: Annotated[
         str | None,
-        Query(max_length=4000, description="CRS of the file's positions, for files without one; `local` for metres."),
+        Query(
+            max_length=4000,
+            description="CRS of the file's positions, for files without one; `local` for metres. A code, WKT, PROJJSON "
+            "or a plain PROJ string; its vertical part, as in `EPSG:6529+6360`, tells unit and datum of the heights.",
+        ),
     ] = None,
     height_unit: Annotated[
-        Literal["m", "ft", "us-ft"] | None, Query(description="Unit of the heights, in place of what the file says.")
+        Literal["m", "ft", "us-ft", "dm", "cm", "mm", "km"] | None,
+        Query(description="Unit of the heights, in place of what the file says."),
     ] = None,
+    band: Annotated[int | None, Query(ge=1, description="Band that holds the heights; without it the first.")] = None,
     cell_m: Annotated[
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,
@@ -85,7 +92,9 @@ async def upload_dem(
     Send the file as a multipart form (`curl -F file=@dem.tif`) or as the body (`curl --data-binary @dem.tif` with
     `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told.
     """
-    given = {"nodata": nodata, "crs": crs, "height_unit": height_unit, "cell_m": cell_m}
+    # as text where JSON has no such number
+    fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
+    given = {"nodata": fill, "crs": crs, "height_unit": height_unit, "band": band, "cell_m": cell_m}
     options = {name: value for name, value in given.items() if value is not None}
     if sample is not None:
         if options or filename is not None:

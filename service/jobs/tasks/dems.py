@@ -25,7 +25,10 @@ def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Map
     Raises DemReadError, FrameError, SampleError.
     """
     path = sample_path(arguments["sample"]) if "sample" in arguments else Path(arguments["path"])
-    grid = read_dem(path, max_cells=context.settings.max_dem_cells, **arguments["options"])
+    options = dict(arguments["options"])
+    if "nodata" in options:
+        options["nodata"] = float(options["nodata"])
+    grid = read_dem(path, max_cells=context.settings.max_dem_cells, **options)
     save_grid(grid, context.work)
     make_durable(context.work)
     return _summary(grid)
