@@ -16,7 +16,7 @@ from pyproj.exceptions import CRSError
 
 from .errors import FrameError
 
-__all__ = ["parse_crs"]
+__all__ = ["check_no_files", "parse_crs"]
 
 LONGEST_TEXT = 200_000
 AUTHORITY_CODE = re.compile(r"[A-Za-z]\w*:[\w.-]+(\+([A-Za-z]\w*:)?[\w.-]+)?", re.ASCII)
@@ -27,6 +27,8 @@ LEGACY_INIT = re.compile(
 )
 PROJ_STRING = re.compile(r"\w+=", re.ASCII)
 WKT = re.compile(r"[A-Za-z]\w*\s*[\[(]", re.ASCII)
+WKT_INSIDE = re.compile(r"\w\s*[\[(]\s*[\"\u201c]")
+FILE_PARTS = re.compile(r"proj4_grids|parameterfile", re.IGNORECASE)
 # what PROJ reads as a PROJ string, or as parameters of one, inside WKT and PROJJSON
 PROJ_INSIDE = re.compile(r"\bproj\b|\binit\s*=", re.IGNORECASE)
 PAIR = re.compile(r"(\w+)\s*=\s*([^\s\"\u201d]*)", re.ASCII)
@@ -63,6 +65,18 @@ def parse_crs(crs: Any) -> pyproj.CRS:
     except (CRSError, ValueError, RecursionError) as error:
         shown = str(crs)[:80]
         raise FrameError(f"The CRS {shown!r} is not known; give an EPSG code such as 'EPSG:32611'.") from error
+
+
+def check_no_files(text: str) -> None:
+    """What a file states of its CRS, before GDAL reads it. Raises FrameError where it names a file to open."""
+    named = FILE_PARTS.search(text)
+    if named is not None:
+        raise FrameError(
+            f"The CRS holds {named[0].upper()}, which makes PROJ open a file; take it out, such as by writing the CRS "
+            "anew as an authority code."
+        )
+    if WKT_INSIDE.search(text):
+        _check_inner(text)
 
 
 def _check_length(text: str) -> None:

@@ -112,7 +112,9 @@ def _degrees_at(crs: pyproj.CRS, x: float, y: float) -> tuple[tuple[float, float
     lon, lat = onward.transform(x, y, direction=TransformDirection.INVERSE)
     if not np.isfinite([lon, lat]).all():
         return (lon, lat), False
-    return (lon, lat), "ballpark" in onward.get_last_used_operation().description.lower()
+    # where PROJ has several operations it tells only afterwards which one it took
+    used = onward.get_last_used_operation() if onward.description.startswith("unavailable") else onward
+    return (lon, lat), "ballpark" in used.description.lower()
 
 
 def _crs_of(grid: ElevationGrid) -> pyproj.CRS:

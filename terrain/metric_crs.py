@@ -41,7 +41,9 @@ def local_metric_crs(
     lon = (lon + 180.0) % 360.0 - 180.0
     off_poles = south >= UTM_SOUTH_DEG and north <= UTM_NORTH_DEG
     from_greenwich = geodetic.prime_meridian is not None and geodetic.prime_meridian.longitude == 0.0
-    if from_greenwich and body_of(geodetic).name == "Earth" and off_poles and east - west <= UTM_WIDTH_DEG:
+    # PROJ makes no UTM of a sphere
+    spheroid = geodetic.ellipsoid is not None and geodetic.ellipsoid.inverse_flattening != 0.0
+    if from_greenwich and spheroid and body_of(geodetic).name == "Earth" and off_poles and east - west <= UTM_WIDTH_DEG:
         return _utm(geodetic, int((lon + 180.0) // 6.0) % 60 + 1, "N" if lat >= 0.0 else "S")
     around = AzimuthalEquidistantConversion(
         latitude_natural_origin=round(lat, 6), longitude_natural_origin=round(lon, 6)

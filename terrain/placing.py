@@ -15,7 +15,7 @@ from .errors import DemUnsupportedError
 from .frames import body_of, shift_matters
 from .metric_crs import ground_scale, local_metric_crs
 from .raw import RawDem
-from .units import degrees_per_unit, in_metres, metres_per_unit
+from .units import axis_unit, degrees_per_unit, in_metres, metres_per_unit
 from .warping import Posts, border_positions, warp
 
 __all__ = ["Placed", "place"]
@@ -130,7 +130,7 @@ def _local_metres(
     """Metres per unit of a local frame, which a file may state without saying where it lies."""
     if raw.crs is None or not raw.crs.is_engineering or not raw.crs.axis_info:
         return 1.0
-    metres, unit = metres_per_unit(raw.crs), raw.crs.axis_info[0].unit_name
+    metres, unit = metres_per_unit(raw.crs), axis_unit(raw.crs)
     if metres != 1.0:
         conversions.append(f"Positions converted from {unit} to metres (× {metres:.10g}).")
         _warn_of_heights(unit, height_unit_known, warnings)
@@ -193,7 +193,7 @@ def _axes_in_metres(posts: Posts, height_unit_known: bool, conversions: list[str
     metres = metres_per_unit(posts.crs)
     if metres == 1.0:
         return posts
-    unit = posts.crs.axis_info[0].unit_name
+    unit = axis_unit(posts.crs)
     crs = in_metres(posts.crs)
     conversions.append(f"Positions converted from {unit} to metres (× {metres:.10g}); the CRS is now {crs.name}.")
     _warn_of_heights(unit, height_unit_known, warnings)

@@ -21,6 +21,7 @@ from .crs_texts import parse_crs
 from .errors import DemFormatError, DemUnsupportedError, FrameError
 from .limits import check_declared_size
 from .raw import RawDem
+from .stated_crs import check_stated_crs, prj_text
 from .units import HeightUnit
 
 __all__ = ["read_raster"]
@@ -37,7 +38,6 @@ SEALED = {
 PICTURE = {ColorInterp.red, ColorInterp.green, ColorInterp.blue, ColorInterp.palette}
 DTED_DATUMS = {"E96": "EGM96 geoid", "E08": "EGM2008 geoid", "MSL": "mean sea level", "WGS84": "ellipsoid of WGS 84"}
 SHEAR_TOLERANCE = 1e-6
-PRJ_BYTES = 1 << 16
 ZUNITS_PER_METRE = {"1": "m", "10": "dm", "100": "cm", "1000": "mm"}
 ZUNITS = re.compile(r"^[ \t]*zunits[ \t]+(\S+)", re.IGNORECASE | re.MULTILINE)
 
@@ -51,6 +51,7 @@ def read_raster(
 
     Raises DemFormatError, DemTooLargeError (before any pixel is read) and DemUnsupportedError.
     """
+    check_stated_crs(file, driver)
     try:
         with rasterio.Env(**SEALED), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
@@ -144,12 +145,8 @@ def _band(name: str, dataset: Any, asked: int | None, notes: _Notes) -> int:
 
 def _zunits(file: Path) -> str | None:
     """What an Arc/Info .prj beside an ESRI ASCII grid says of its heights, which GDAL leaves out."""
-    for beside in (file.with_suffix(".prj"), file.with_suffix(".PRJ")):
-        if beside.is_file():
-            with beside.open("rb") as stream:
-                found = ZUNITS.search(stream.read(PRJ_BYTES).decode("latin-1"))
-            return None if found is None or found[1].upper() == "NO" else ZUNITS_PER_METRE.get(found[1], found[1])
-    return None
+    found = ZUNITS.search(prj_text(file) or "")
+    return None if found is None or found[1].upper() == "NO" else ZUNITS_PER_METRE.get(found[1], found[1])
 
 
 def _geometry(

@@ -14,6 +14,7 @@ from .errors import DemUnsupportedError
 __all__ = [
     "HEIGHT_UNITS",
     "HeightUnit",
+    "axis_unit",
     "degrees_per_unit",
     "height_unit_of",
     "height_unit_of_axis",
@@ -93,6 +94,12 @@ def metres_per_unit(crs: pyproj.CRS) -> float:
 def degrees_per_unit(crs: pyproj.CRS) -> float:
     """Degrees per unit of a geographic CRS's axes: 0.9 where they are in grads."""
     return math.degrees(crs.axis_info[0].unit_conversion_factor)
+
+
+def axis_unit(crs: pyproj.CRS) -> str:
+    """What to call the unit of a CRS's horizontal axes."""
+    name = str(crs.axis_info[0].unit_name)
+    return f"units of {metres_per_unit(crs):.10g} m" if name in ("", "unknown") else name
 
 
 def in_metres(crs: pyproj.CRS) -> pyproj.CRS:
