@@ -28,6 +28,7 @@ LEGACY_INIT = re.compile(
 PROJ_STRING = re.compile(r"\w+=", re.ASCII)
 WKT = re.compile(r"[A-Za-z]\w*\s*[\[(]", re.ASCII)
 WKT_INSIDE = re.compile(r"\w\s*[\[(]\s*[\"\u201c]")
+PE_STRING = re.compile(r"ESRI PE String\s*=", re.IGNORECASE)
 FILE_PARTS = re.compile(r"proj4_grids|parameterfile", re.IGNORECASE)
 # what PROJ reads as a PROJ string, or as parameters of one, inside WKT and PROJJSON
 PROJ_INSIDE = re.compile(r"\bproj\b|\binit\s*=", re.IGNORECASE)
@@ -76,7 +77,7 @@ def check_no_files(text: str) -> None:
             "anew as an authority code."
         )
     if WKT_INSIDE.search(text):
-        _check_inner(text)
+        _check_inner(PE_STRING.sub("", text))
 
 
 def _check_length(text: str) -> None:

@@ -136,7 +136,8 @@ def test_a_body_over_the_limit_is_refused_with_413_that_names_it(server: Server)
     [
         ({"crs": "EPSG:999999"}, "EPSG:999999"),
         ({"crs": "nonsense"}, "nonsense"),
-        ({"nodata": "nan"}, "nodata"),
+        ({"nodata": "none"}, "nodata"),
+        ({"band": "0"}, "band"),
         ({"cell_m": "-3"}, "cell_m"),
         ({"height_unit": "furlong"}, "height_unit"),
     ],
