@@ -148,6 +148,26 @@ def test_unknown_reading_options_are_refused(server: Server, query: dict[str, st
     assert word in answer.json()["detail"]
 
 
+@pytest.mark.parametrize("crs", ["+init=/etc/passwd:root", "+proj=utm +zone=32 +nadgrids=/etc/passwd", "@/etc/passwd"])
+def test_a_crs_that_names_a_file_of_the_machine_is_refused(server: Server, crs: str) -> None:
+    answer = server.client.post("/dems", params={"crs": crs}, files={"file": ("flat.tif", geotiff(np.ones((4, 4))))})
+    assert answer.status_code == 422
+    assert "EPSG:32611" in answer.json()["detail"]
+    assert "root:" not in answer.text
+
+
+def test_what_the_warnings_recommend_can_be_asked_over_http(server: Server) -> None:
+    heights_m = np.full((4, 4), 100.0)
+    heights_m[1, 1] = -9999.0
+    file = {"file": ("flat.tif", geotiff(heights_m))}
+    assert "give nodata=nan" in server.client.post("/dems", files=file).json()["warnings"][0]
+    kept = server.client.post("/dems", params={"nodata": "nan"}, files=file)
+    assert kept.status_code == 201, kept.text
+    assert (kept.json()["unknown_posts"], kept.json()["lowest_m"]) == (0, -9999.0)
+    small = server.client.post("/dems", params={"height_unit": "cm", "band": 1}, files=file)
+    assert (small.status_code, small.json()["highest_m"]) == (201, 1.0)
+
+
 def test_forms_without_a_file_or_with_more_than_one_are_refused(server: Server) -> None:
     two = [("file", ("a.tif", b"x")), ("file", ("b.tif", b"y"))]
     assert "more than one" in server.client.post("/dems", files=two).json()["detail"]
