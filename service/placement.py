@@ -27,6 +27,7 @@ from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
 from .errors import RequestError
 from .map_facts import Calculation, curvature_of, dem_summary
+from .missions import mission_warnings
 from .placement_question import placement_question
 from .schemas.placements import PlacementParameters
 
@@ -139,7 +140,7 @@ def calculate_placement(
     if progress is not None:
         progress(1.0)
     more = () if geometry.warning is None else (geometry.warning,)
-    warnings = (*grid.provenance.warnings, *placement.warnings, *more)
+    warnings = (*grid.provenance.warnings, *placement.warnings, *more, *mission_warnings("placement", grid))
     calculation = Calculation(error_statement, curvature, warnings, time.perf_counter() - started_s, placement.version)
     return FinishedPlacement(
         grid=grid, anchors=question.fixed, parameters=parameters, calculation=calculation, answer=answer, **maps

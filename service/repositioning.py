@@ -31,6 +31,7 @@ from visibility.sight_lines import ERROR_STATEMENT
 
 from .errors import LimitError
 from .map_facts import Calculation, curvature_of, dem_summary
+from .missions import mission_warnings
 from .placement import place_of
 from .placement_question import goal_of, rules_of, sight_of
 from .positions import resolve_anchor
@@ -144,7 +145,7 @@ def calculate_repositioning(
     calculation = Calculation(
         ERROR_STATEMENT,
         (curvature_of(parameters) or Curvature.of(grid)).sentence(),
-        (*grid.provenance.warnings, *warnings),
+        (*grid.provenance.warnings, *warnings, *mission_warnings("repositioning", grid)),
         time.perf_counter() - started_s,
         importlib.metadata.version("sightline"),
     )

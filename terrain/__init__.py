@@ -11,8 +11,9 @@ from .errors import (
     SampleError,
     TerrainError,
 )
-from .frames import Body, body_of, to_grid_frame, to_lon_lat
+from .frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
 from .grid import ElevationGrid, Provenance
+from .height_references import HeightReference, height_reference_of
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
@@ -31,6 +32,7 @@ __all__ = [
     "ElevationGrid",
     "ElevationGridError",
     "FrameError",
+    "HeightReference",
     "NearestSurface",
     "Provenance",
     "SampleError",
@@ -40,7 +42,9 @@ __all__ = [
     "cone",
     "fractal",
     "grid_mesh",
+    "grid_north",
     "height_at",
+    "height_reference_of",
     "horizon_distance_m",
     "nearest_surface",
     "plane",
@@ -49,6 +53,7 @@ __all__ = [
     "ridge",
     "to_grid_frame",
     "to_lon_lat",
+    "true_offsets",
     "wedge",
     "write_npz",
 ]
