@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
@@ -15,6 +16,7 @@ from .schemas.sight import CurvatureIn, SightParameters
 __all__ = [
     "Calculation",
     "body_name",
+    "check_bodies",
     "crs_label",
     "curvature_of",
     "dem_name",
@@ -74,6 +76,13 @@ def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
 def body_name(grid: ElevationGrid) -> str | None:
     """The celestial body that the grid lies on; None for a local frame."""
     return None if grid.crs is None else body_of(grid.crs).name
+
+
+def check_bodies(grid: ElevationGrid, named: Iterable[str | None]) -> None:
+    """Raises FrameError where degrees are named as those of another body than the grid's; None: not named."""
+    others = {name for name in named if name is not None} - {body_name(grid)}
+    if others and grid.crs is not None:
+        raise FrameError(f"Longitude and latitude on {min(others)} have no place on a DEM of {body_name(grid)}.")
 
 
 def grid_north_deg(grid: ElevationGrid) -> float | None:

@@ -13,12 +13,10 @@ from .grid import ElevationGrid
 
 __all__ = ["HeightReference", "height_reference_of"]
 
-ELLIPSOIDS = re.compile(
-    r"ellips|spheroid|\bhae\b|^(D_)?(WGS|GRS|NAD|ETRS|ITRF|IGS|GDA|JGD|SIRGAS)[ _]?(19|20)?\d\d", re.I
-)
-SEA_LEVELS = re.compile(
-    r"geoid|orthometric|sea[ _-]?level|\bmsl\b|\begm[ _]?\d+|\bnavd|\bngvd|\bevrf|\bnap\b|normal", re.I
-)
+GEODETIC = r"^(D_)?(WGS|GRS|NAD|ETRS|ITRF|IGS|GDA|JGD|SIRGAS)[ _]?(19|20)?\d\d"
+ELLIPSOIDS = re.compile(rf"ellips|spheroid|\bhae\b|{GEODETIC}", re.IGNORECASE)
+GRAVITY = r"geoid|orthometric|normal|sea[ _-]?level|\bmsl\b|\begm[ _]?\d+"
+SEA_LEVELS = re.compile(rf"{GRAVITY}|\bnavd|\bngvd|\bevrf|\bnap\b|vertical_datum", re.IGNORECASE)
 PLAIN = re.compile(r"[\w .,()/+-]+")
 
 
@@ -33,8 +31,8 @@ class HeightReference(StrEnum):
 def height_reference_of(grid: ElevationGrid) -> HeightReference:
     """What a grid's heights count from, told by the name of its vertical datum; of bodies without a sea never that.
 
-    A registered vertical CRS counts from a surface of gravity: heights above an ellipsoid are part of a geographic CRS
-    there (ISO 19111, EPSG guidance note 7-1). One that is named after a geodetic datum counts from its ellipsoid (ESRI).
+    A registered vertical CRS counts from a surface of gravity: heights above an ellipsoid belong to a geographic CRS of
+    three dimensions (ISO 19111). One that is named after a geodetic datum counts from its ellipsoid (as ESRI has them).
     """
     name = (grid.vertical_datum or "").strip()
     if ELLIPSOIDS.search(name):

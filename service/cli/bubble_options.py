@@ -129,6 +129,7 @@ def bubble(
     """
     from .bubble import make_bubbles
     from .building_files import building_fields
+    from .height_words import height_words
     from .positioning import SatelliteOptions
 
     make_bubbles(
@@ -159,6 +160,7 @@ def bubble(
         },
         nodata=nodata,
         crs=crs,
+        heights=height_words(anchor, height),
         out=out,
         as_json=as_json,
     )

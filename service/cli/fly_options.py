@@ -74,6 +74,7 @@ def fly(
     flight.plan and profile.png into --out.
     """
     from .fly import flight_request, make_flight
+    from .height_words import height_words
 
     asked = flight_request(
         request,
@@ -97,4 +98,5 @@ def fly(
         },
         rest={"bubble_m": bubble, "climb_weight": climb_weight, "speed_m_per_s": speed, "seed": seed},
     )
-    make_flight(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    heights = height_words(start, goal, anchor, ceiling)
+    make_flight(dem, asked, nodata=nodata, crs=crs, heights=heights, out=out, as_json=as_json)

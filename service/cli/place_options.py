@@ -135,6 +135,7 @@ def place(
     anchors.geojson, anchors.csv, plans.zip with a .plan for each drone,
     beacons.parm, count.tif, dop.tif and pictures before and after into --out.
     """
+    from .height_words import height_words
     from .place import make_placement, request_of
 
     asked = request_of(
@@ -185,4 +186,6 @@ def place(
             "curvature": curvature.value,
         },
     )
-    make_placement(dem, asked, scheduler, or_local=or_local, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    heights = height_words(anchor, height, mast, site, base)
+    files = {"out": out, "as_json": as_json}
+    make_placement(dem, asked, scheduler, or_local=or_local, nodata=nodata, crs=crs, heights=heights, **files)

@@ -125,6 +125,7 @@ def plan(
     Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
     path.plan and profile.png into --out.
     """
+    from .height_words import height_words
     from .plan import make_path, request_of
     from .positioning import SatelliteOptions
 
@@ -174,4 +175,4 @@ def plan(
         },
         SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
     )
-    make_path(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_path(dem, asked, nodata=nodata, crs=crs, heights=height_words(anchor), out=out, as_json=as_json)

@@ -118,6 +118,7 @@ def reposition(
     Writes reposition.json, moves.geojson, schedule.csv, anchors.csv, plans.zip
     with a .plan for each drone that moves, and map.png into --out.
     """
+    from .height_words import height_words
     from .reposition import make_repositioning, repositioning_request
 
     asked = repositioning_request(
@@ -169,4 +170,4 @@ def reposition(
             "curvature": curvature.value,
         },
     )
-    make_repositioning(dem, asked, nodata=nodata, crs=crs, out=out, as_json=as_json)
+    make_repositioning(dem, asked, nodata=nodata, crs=crs, heights=height_words(anchor), out=out, as_json=as_json)

@@ -29,6 +29,7 @@ def make_visibility_map(
     lonlat: bool,
     anchor_files: list[Path],
     asked: dict[str, Any],
+    heights: frozenset[str],
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -45,6 +46,7 @@ def make_visibility_map(
         lambda summary: (anchors_table(summary), count_table(summary)),
         nodata=nodata,
         crs=crs,
+        heights=heights,
         out=out,
         as_json=as_json,
     )

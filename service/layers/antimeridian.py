@@ -26,17 +26,15 @@ def cut(geometry: dict[str, Any]) -> dict[str, Any]:
     kind, coordinates = geometry["type"], geometry["coordinates"]
     if kind in ("LineString", "MultiLineString"):
         lines = [coordinates] if kind == "LineString" else coordinates
-        parts = [part for line in lines for part in _parts_of_line(line)]
-        return _one_or_many("LineString", kind, parts, len(lines))
+        return _one_or_many("LineString", kind, [part for line in lines for part in _parts_of_line(line)])
     if kind in ("Polygon", "MultiPolygon"):
         polygons = [coordinates] if kind == "Polygon" else coordinates
-        parts = [part for polygon in polygons for part in _parts_of_polygon(polygon)]
-        return _one_or_many("Polygon", kind, parts, len(polygons))
+        return _one_or_many("Polygon", kind, [part for polygon in polygons for part in _parts_of_polygon(polygon)])
     return geometry
 
 
-def _one_or_many(single: str, kind: str, parts: list[Any], before: int) -> dict[str, Any]:
-    if kind == single and len(parts) == before == 1:
+def _one_or_many(single: str, kind: str, parts: list[Any]) -> dict[str, Any]:
+    if kind == single and len(parts) == 1:
         return {"type": single, "coordinates": parts[0]}
     return {"type": f"Multi{single}", "coordinates": parts}
 

@@ -13,7 +13,7 @@ from .geojson import write_collection
 __all__ = ["write_anchors"]
 
 # Told by the geometry and by the altitude that came of it.
-POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "above_ground_m", "altitude_m"}
+POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m"}
 
 
 def write_anchors(finished: VisibilityMap, path: Path) -> None:

@@ -41,7 +41,7 @@ def _meaning(grid: ElevationGrid) -> dict[str, str]:
     told["altitudes_are"] = f"metres above {_datum(grid)}"
     if north_deg is not None:
         told["azimuths_are"] = (
-            f"clockwise from the north of the grid, {crs_label(grid)}, {north_deg:.2f}° from true north"
+            f"clockwise from the grid's north ({crs_label(grid)}), which lies {north_deg:.2f}° clockwise of true north"
         )
     return told
 

@@ -31,8 +31,8 @@ PATH_LAYERS = (
     Layer(
         "path.gpx",
         "application/gpx+xml",
-        "The path as a GPX 1.1 track with altitudes and seconds from its start, a route of its corners. On Earth; without altitudes "
-        "where the DEM counts from an ellipsoid.",
+        "The path as a GPX 1.1 track with altitudes and seconds from its start, a route of its corners. On Earth; "
+        "without altitudes where the DEM counts from an ellipsoid.",
         later(WRITERS, "write_gpx"),
         status=FOUND,
         mission=GPX,
