@@ -77,7 +77,7 @@ def _with_crs(frame: GeoJsonFrame, member: Any, called: str) -> GeoJsonFrame:
         raise RequestError(f"{called} has a member crs that names no CRS.")
     if member.get("type") != "name":
         raise RequestError(
-            f"{called} is in the CRS {name[:80]!r}, says its member crs, which is not of the type 'name' (GeoJSON 2008)."
+            f"{called} is in the CRS {name[:80]!r}, says a member crs that is not of the type 'name' (GeoJSON 2008)."
         )
     crs = crs_of_name(name, called)
     if frame.local or not (crs.is_geographic or crs.is_projected):

@@ -15,6 +15,7 @@ from planning.paths import PathProblem, plan_path
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
+from .areas_without_posts import told_of_areas
 from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
 from .missions import mission_warnings
@@ -137,7 +138,8 @@ def calculate_path(
     if progress is not None:
         progress(1.0)
     path = outcome.path
-    told = () if path is None else mission_warnings("path", grid)
+    told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
+    told += () if path is None else mission_warnings("path", grid)
     return FinishedPath(
         grid,
         mapped.standing,

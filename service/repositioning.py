@@ -29,6 +29,7 @@ from terrain import ElevationGrid
 from visibility import Anchor, Curvature, check_anchors
 from visibility.sight_lines import ERROR_STATEMENT
 
+from .areas_without_posts import areas_of_rules, told_of_areas
 from .errors import LimitError
 from .map_facts import Calculation, curvature_of, dem_summary
 from .missions import mission_warnings
@@ -142,10 +143,11 @@ def calculate_repositioning(
         np.column_stack([good_along(grid, part, who, goal, sight) for who in (start, stretch.counted)])
         for part, stretch in zip(parts, found.stretches, strict=True)
     ]
+    told = (*told_of_areas(grid, areas_of_rules(parameters.rules)), *mission_warnings("repositioning", grid))
     calculation = Calculation(
         ERROR_STATEMENT,
         (curvature_of(parameters) or Curvature.of(grid)).sentence(),
-        (*grid.provenance.warnings, *warnings, *mission_warnings("repositioning", grid)),
+        (*grid.provenance.warnings, *warnings, *told),
         time.perf_counter() - started_s,
         importlib.metadata.version("sightline"),
     )
