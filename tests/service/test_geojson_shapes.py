@@ -13,6 +13,7 @@ from service.geojson_shapes import line_of, polygons_of, shapes_of
 RING = [[11.0, 46.0], [11.1, 46.0], [11.1, 46.1], [11.0, 46.0]]
 POLYGON = {"type": "Polygon", "coordinates": [RING]}
 POINT = {"type": "Point", "coordinates": [11.0, 46.0]}
+INNER = {"type": "GeometryCollection", "geometries": [POLYGON]}
 LINE = {"type": "LineString", "coordinates": RING[:3]}
 PLACES = [{"lon_deg": lon, "lat_deg": lat} for lon, lat in RING]
 
@@ -36,7 +37,7 @@ def named(crs: str) -> dict[str, Any]:
         feature(POLYGON),
         {"type": "MultiPolygon", "coordinates": [[RING]]},
         {"type": "GeometryCollection", "geometries": [POLYGON]},
-        feature({"type": "GeometryCollection", "geometries": [{"type": "GeometryCollection", "geometries": [POLYGON]}]}),
+        feature({"type": "GeometryCollection", "geometries": [INNER]}),
         collection(collection(feature(POLYGON))),
         collection(feature({"type": "MultiPolygon", "coordinates": []}), feature(POLYGON)),
     ],
@@ -156,7 +157,8 @@ def test_coordinates_that_are_nobody_knows_what_are_refused() -> None:
 
 
 def test_a_line_that_was_cut_at_180_degrees_is_one_again() -> None:
-    document = {"type": "MultiLineString", "coordinates": [[[179.0, 1.0], [180.0, 1.5]], [[-180.0, 1.5], [-179.0, 2.0]]]}
+    parts = [[[179.0, 1.0], [180.0, 1.5]], [[-180.0, 1.5], [-179.0, 2.0]]]
+    document = {"type": "MultiLineString", "coordinates": parts}
     assert [place["lon_deg"] for place in line_of(document, "It")] == [179.0, 180.0, -179.0]
 
 

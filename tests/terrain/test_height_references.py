@@ -26,7 +26,9 @@ def test_compound_crss_count_from_a_surface_of_gravity(code: str) -> None:
     assert reference(datum) is HeightReference.SEA_LEVEL
 
 
-@pytest.mark.parametrize("datum", ["EGM96 geoid", "EGM2008 geoid", "mean sea level", "NAVD88 height (ftUS)", "LN02 height"])
+@pytest.mark.parametrize(
+    "datum", ["EGM96 geoid", "EGM2008 geoid", "mean sea level", "NAVD88 height (ftUS)", "LN02 height"]
+)
 def test_geoids_and_levelling_datums_are_sea_level(datum: str) -> None:
     assert reference(datum) is HeightReference.SEA_LEVEL
 
