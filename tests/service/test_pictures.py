@@ -8,6 +8,7 @@ import pyproj
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from service.cli.visibility import count_table
 from service.map_facts import grid_north_deg
@@ -216,8 +217,8 @@ def test_the_north_arrow_points_to_true_north(crs, lon, lat):
     grid = ElevationGrid(np.zeros((2, 2)), 1.0, 1.0, *origin_m, crs)
     axes = Figure(figsize=(4.0, 3.0)).add_axes((0.0, 0.0, 1.0, 1.0))
     draw_scale_and_north(axes, 1000.0, 4.0, 3.0, grid_north_deg(grid))
-    (arrow,) = (text for text in axes.texts if text.arrow_patch is not None)
-    way = (np.array(arrow.xy) - arrow.xyann) * (4.0, 3.0)
+    (arrow,) = (text for text in axes.texts if isinstance(text, Annotation))
+    way = (np.array(arrow.xy) - arrow.get_position()) * (4.0, 3.0)
     azimuth_deg = np.degrees(np.arctan2(*way))
     convergence_deg = 0.0 if crs is None else pyproj.Proj(crs).get_factors(lon, lat).meridian_convergence
     assert azimuth_deg == pytest.approx(-convergence_deg, abs=0.01)
