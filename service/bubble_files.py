@@ -7,14 +7,13 @@ import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from terrain import to_lon_lat
 
 from .finished_bubbles import FinishedBubbles
-from .layers.features import LOCAL_METRES
+from .layers.geojson import write_collection
 from .layers.layer import later
 from .replacing import replacing
 
@@ -56,10 +55,7 @@ def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
         }
         for place, point in zip(across, finished.points, strict=True)
     ]
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False), encoding="utf-8")
+    write_collection(grid, features, path)
 
 
 def _write_npz(finished: FinishedBubbles, path: Path) -> None:

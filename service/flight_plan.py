@@ -20,6 +20,7 @@ from visibility.morphing_maps import check_ceiling
 
 from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
+from .missions import mission_warnings
 from .path_answers import validation_answer
 from .positions import resolve_point
 from .ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
@@ -127,6 +128,7 @@ def calculate_flight(
     found = outcome.status is PathStatus.FOUND
     air = fly_along(problem, outcome.corners_m) if found else None
     told(1.0)
+    told_of_files = mission_warnings("flight", grid) if found else ()
     return FinishedFlight(
         grid,
         (),
@@ -134,7 +136,7 @@ def calculate_flight(
         Calculation(
             error_statement,
             curvature,
-            tuple(dict.fromkeys((*grid.provenance.warnings, *warnings))),
+            tuple(dict.fromkeys((*grid.provenance.warnings, *warnings, *told_of_files))),
             time.perf_counter() - started_s,
             importlib.metadata.version("sightline"),
         ),

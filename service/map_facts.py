@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
 
-from terrain import ElevationGrid
+from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
 from visibility import FLAT, Curvature
 
 from .schemas.sight import CurvatureIn, SightParameters
 
-__all__ = ["Calculation", "crs_label", "curvature_of", "dem_name", "dem_summary", "share_of"]
+__all__ = [
+    "Calculation",
+    "body_name",
+    "check_bodies",
+    "crs_label",
+    "curvature_of",
+    "dem_name",
+    "dem_summary",
+    "grid_north_deg",
+    "share_of",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +64,36 @@ def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
         "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
         "crs": None if grid.crs is None else grid.crs.to_string(),
         "crs_name": crs_label(grid),
+        "body": body_name(grid),
+        "grid_north_deg": grid_north_deg(grid),
         "vertical_datum": grid.vertical_datum,
+        "heights_count_from": height_reference_of(grid).value,
         "unknown_posts": grid.unknown_posts,
         "conversions": list(grid.provenance.conversions),
     }
+
+
+def body_name(grid: ElevationGrid) -> str | None:
+    """The celestial body that the grid lies on; None for a local frame."""
+    return None if grid.crs is None else body_of(grid.crs).name
+
+
+def check_bodies(grid: ElevationGrid, named: Iterable[str | None]) -> None:
+    """Raises FrameError where degrees are named as those of another body than the grid's; None: not named."""
+    others = {name for name in named if name is not None} - {body_name(grid)}
+    if others and grid.crs is not None:
+        raise FrameError(f"Longitude and latitude on {min(others)} have no place on a DEM of {body_name(grid)}.")
+
+
+def grid_north_deg(grid: ElevationGrid) -> float | None:
+    """True azimuth of the grid's north at its middle, degrees, to 0.0001; None for a local frame."""
+    if grid.crs is None:
+        return None
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    try:
+        return round(math.degrees(grid_north(grid, (west_m + east_m) / 2.0, (south_m + north_m) / 2.0)), 4)
+    except FrameError:
+        return None  # a middle where the CRS is not defined has no north
 
 
 def curvature_of(parameters: SightParameters) -> Curvature | None:

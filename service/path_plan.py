@@ -15,8 +15,10 @@ from planning.paths import PathProblem, plan_path
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
+from .areas_without_posts import told_of_areas
 from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
+from .missions import mission_warnings
 from .path_answers import VERTEX_COLUMNS, outcome_answer, validation_answer, vertex_table
 from .path_question import path_question, path_sources, path_tracks
 from .ranging_sources import RangingSources, limit_of, lines_to, sight_lines, source_summary
@@ -136,6 +138,8 @@ def calculate_path(
     if progress is not None:
         progress(1.0)
     path = outcome.path
+    told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
+    told += () if path is None else mission_warnings("path", grid)
     return FinishedPath(
         grid,
         mapped.standing,
@@ -143,7 +147,7 @@ def calculate_path(
         Calculation(
             "" if lines is None else lines.error_statement,
             "" if lines is None else lines.curvature.sentence(),
-            tuple(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings))),
+            tuple(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings, *told))),
             time.perf_counter() - started_s,
             importlib.metadata.version("sightline"),
         ),

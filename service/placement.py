@@ -25,8 +25,10 @@ from planning.placement.placing import require_enough, require_sight
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
+from .areas_without_posts import areas_of_placement, told_of_areas
 from .errors import RequestError
 from .map_facts import Calculation, curvature_of, dem_summary
+from .missions import above_sea_level, mission_warnings
 from .placement_question import placement_question
 from .schemas.placements import PlacementParameters
 
@@ -139,11 +141,20 @@ def calculate_placement(
     if progress is not None:
         progress(1.0)
     more = () if geometry.warning is None else (geometry.warning,)
-    warnings = (*grid.provenance.warnings, *placement.warnings, *more)
+    warnings = (*grid.provenance.warnings, *placement.warnings, *more, *_told(grid, parameters, answer))
     calculation = Calculation(error_statement, curvature, warnings, time.perf_counter() - started_s, placement.version)
     return FinishedPlacement(
         grid=grid, anchors=question.fixed, parameters=parameters, calculation=calculation, answer=answer, **maps
     )
+
+
+def _told(grid: ElevationGrid, asked: PlacementParameters, answer: dict[str, Any]) -> tuple[str, ...]:
+    """What to know about the question's areas and the answer's files."""
+    told = (*told_of_areas(grid, areas_of_placement(asked)), *mission_warnings("placement", grid))
+    nowhere = [one["id"] for one in answer["placed"] if one["above_ground_m"] is None and one["what"] != "mast"]
+    if nowhere and not above_sea_level(grid):
+        told += (f"No plan is written for {', '.join(nowhere)}: how high the ground below is, is not known.",)
+    return told
 
 
 def cluster_of(parameters: PlacementParameters, scheduler: str | None) -> Cluster | None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from terrain import ElevationGrid, height_at, to_grid_frame
 from visibility import VisibilityInputError
 
+from .map_facts import check_bodies
 from .schemas.points import PointIn
 
 __all__ = ["points_in_grid"]
@@ -24,6 +25,7 @@ def points_in_grid(grid: ElevationGrid, points: Sequence[PointIn], called: str) 
     """
     in_m = np.array([_numbers(point.east_m, point.north_m, point.altitude_m) for point in points])
     in_deg = np.array([_numbers(point.lon_deg, point.lat_deg, point.above_ground_m) for point in points])
+    check_bodies(grid, (point.body for point in points))
     by_degrees = ~np.isnan(in_deg[:, 0])
     if by_degrees.any():
         in_m[by_degrees, 0], in_m[by_degrees, 1] = to_grid_frame(grid, in_deg[by_degrees, 0], in_deg[by_degrees, 1])

@@ -7,6 +7,7 @@ import math
 from terrain import ElevationGrid, height_at, to_grid_frame
 from visibility import Anchor, VisibilityInputError, anchor_above_ground
 
+from .map_facts import check_bodies
 from .schemas.anchors import AnchorIn
 from .schemas.points import PointIn
 
@@ -59,6 +60,7 @@ def resolve_point(grid: ElevationGrid, point: PointIn, called: str = "Point") ->
 
 def _horizontal(grid: ElevationGrid, point: PointIn) -> tuple[float, float]:
     if point.lon_deg is not None and point.lat_deg is not None:
+        check_bodies(grid, (point.body,))
         return to_grid_frame(grid, point.lon_deg, point.lat_deg)
     return _given(point.east_m), _given(point.north_m)
 

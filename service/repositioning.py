@@ -29,8 +29,10 @@ from terrain import ElevationGrid
 from visibility import Anchor, Curvature, check_anchors
 from visibility.sight_lines import ERROR_STATEMENT
 
+from .areas_without_posts import areas_of_rules, told_of_areas
 from .errors import LimitError
 from .map_facts import Calculation, curvature_of, dem_summary
+from .missions import mission_warnings
 from .placement import place_of
 from .placement_question import goal_of, rules_of, sight_of
 from .positions import resolve_anchor
@@ -141,10 +143,11 @@ def calculate_repositioning(
         np.column_stack([good_along(grid, part, who, goal, sight) for who in (start, stretch.counted)])
         for part, stretch in zip(parts, found.stretches, strict=True)
     ]
+    told = (*told_of_areas(grid, areas_of_rules(parameters.rules)), *mission_warnings("repositioning", grid))
     calculation = Calculation(
         ERROR_STATEMENT,
         (curvature_of(parameters) or Curvature.of(grid)).sentence(),
-        (*grid.provenance.warnings, *warnings),
+        (*grid.provenance.warnings, *warnings, *told),
         time.perf_counter() - started_s,
         importlib.metadata.version("sightline"),
     )

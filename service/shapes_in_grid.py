@@ -11,6 +11,7 @@ import shapely
 from service.errors import RequestError
 from terrain import ElevationGrid, to_grid_frame
 
+from .map_facts import check_bodies
 from .schemas.shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
 
 __all__ = ["places_in_grid", "polygon_in_grid", "stand_off_in_grid", "weights_in_grid"]
@@ -20,6 +21,7 @@ def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn]) -> npt.NDArra
     """(n, 2) east, north, metres. Raises FrameError for degrees that have no place on the grid."""
     in_m = np.array([(p.east_m, p.north_m) for p in places], np.float64)
     in_deg = np.array([(p.lon_deg, p.lat_deg) for p in places], np.float64)
+    check_bodies(grid, (p.body for p in places))
     by_degrees = ~np.isnan(in_deg[:, 0])
     if by_degrees.any():
         in_m[by_degrees, 0], in_m[by_degrees, 1] = to_grid_frame(grid, in_deg[by_degrees, 0], in_deg[by_degrees, 1])

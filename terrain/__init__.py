@@ -13,8 +13,9 @@ from .errors import (
     SampleError,
     TerrainError,
 )
-from .frames import Body, body_of, to_grid_frame, to_lon_lat
+from .frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
 from .grid import ElevationGrid, Provenance
+from .height_references import HeightReference, height_reference_of
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
@@ -33,6 +34,7 @@ __all__ = [
     "ElevationGrid",
     "ElevationGridError",
     "FrameError",
+    "HeightReference",
     "NearestSurface",
     "Provenance",
     "SampleError",
@@ -42,7 +44,9 @@ __all__ = [
     "cone",
     "fractal",
     "grid_mesh",
+    "grid_north",
     "height_at",
+    "height_reference_of",
     "horizon_distance_m",
     "nearest_surface",
     "parse_crs",
@@ -53,6 +57,7 @@ __all__ = [
     "same_map",
     "to_grid_frame",
     "to_lon_lat",
+    "true_offsets",
     "wedge",
     "write_npz",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import overload
@@ -14,7 +15,16 @@ from pyproj.enums import TransformDirection
 from .errors import FrameError
 from .grid import ElevationGrid
 
-__all__ = ["Body", "body_of", "datum_doubt", "shift_matters", "to_grid_frame", "to_lon_lat"]
+__all__ = [
+    "Body",
+    "body_of",
+    "datum_doubt",
+    "grid_north",
+    "shift_matters",
+    "to_grid_frame",
+    "to_lon_lat",
+    "true_offsets",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -22,6 +32,8 @@ Array = npt.NDArray[np.float64]
 FARTHEST_M = 1.0e9
 # a millimetre: two datum shifts that agree so far are one
 SAME_PLACE_DEG = 1.0e-8
+# the grid's north is told by two points so far north and south
+PROBE_M = 50.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +129,37 @@ def _degrees_at(crs: pyproj.CRS, x: float, y: float) -> tuple[tuple[float, float
     return (lon, lat), "ballpark" in used.description.lower()
 
 
+def grid_north(grid: ElevationGrid, east_m: float, north_m: float) -> float:
+    """Azimuth of the grid's north at a position: radians clockwise from true north, −π…π. Raises FrameError.
+
+    It is what to add to an azimuth from grid north for one from true north (the meridian convergence of surveyors).
+    """
+    lon, lat = to_lon_lat(grid, [east_m] * 3, [north_m, north_m + PROBE_M, north_m - PROBE_M])
+    azimuth_deg, _, _ = _geodesics(_crs_of(grid)).inv(lon[[0, 0]], lat[[0, 0]], lon[1:], lat[1:])
+    ahead, behind = np.radians(azimuth_deg)
+    return math.atan2(math.sin(ahead) - math.sin(behind), math.cos(ahead) - math.cos(behind))
+
+
+def true_offsets(
+    grid: ElevationGrid, origin_m: tuple[float, float], east_m: npt.ArrayLike, north_m: npt.ArrayLike
+) -> tuple[Array, Array]:
+    """Metres over ground true east and true north, (n,) each, of positions from an origin. Raises FrameError."""
+    lon, lat = to_lon_lat(grid, np.atleast_1d(np.asarray(east_m)), np.atleast_1d(np.asarray(north_m)))
+    from_lon, from_lat = to_lon_lat(grid, *origin_m)
+    geodesics = _geodesics(_crs_of(grid))
+    azimuth_deg, _, way_m = geodesics.inv(np.full_like(lon, from_lon), np.full_like(lat, from_lat), lon, lat)
+    azimuth_rad = np.radians(azimuth_deg)
+    return way_m * np.sin(azimuth_rad), way_m * np.cos(azimuth_rad)
+
+
+def _geodesics(crs: pyproj.CRS) -> pyproj.Geod:
+    """Of the ellipsoid that the degrees of ``to_lon_lat`` lie on."""
+    geodetic = _geodetic_of(crs)
+    ellipsoid = geodetic.ellipsoid
+    assert ellipsoid is not None, "body_of has refused a CRS without one"
+    return pyproj.Geod(a=ellipsoid.semi_major_metre, b=ellipsoid.semi_minor_metre)
+
+
 def _crs_of(grid: ElevationGrid) -> pyproj.CRS:
     if grid.crs is None:
         raise FrameError(
@@ -125,12 +168,16 @@ def _crs_of(grid: ElevationGrid) -> pyproj.CRS:
     return grid.crs
 
 
-@lru_cache(maxsize=64)
-def _degrees_to_metres(crs: pyproj.CRS) -> pyproj.Transformer:
+def _geodetic_of(crs: pyproj.CRS) -> pyproj.CRS:
     geodetic = pyproj.CRS.from_epsg(4326) if body_of(crs).name == "Earth" else crs.geodetic_crs
     if geodetic is None:
         raise FrameError(f"The CRS {crs.name!r} has no longitude and latitude.")
-    return pyproj.Transformer.from_crs(geodetic, crs, always_xy=True)
+    return geodetic
+
+
+@lru_cache(maxsize=64)
+def _degrees_to_metres(crs: pyproj.CRS) -> pyproj.Transformer:
+    return pyproj.Transformer.from_crs(_geodetic_of(crs), crs, always_xy=True)
 
 
 def _checked(grid: ElevationGrid, first: Array, second: Array, where: str) -> tuple[float, float] | tuple[Array, Array]:

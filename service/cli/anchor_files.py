@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -11,14 +9,18 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
+from service.geojson_shapes import GeoJsonShape, shapes_of
 from service.schemas import AnchorIn, sentence_of
+
+from .tables import read_table
 
 __all__ = ["anchors_from_file"]
 
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
-LOCAL_METRES = "coordinates_are"
+TEXTS = {"id", "body"}
+PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 
 
 def anchors_from_file(path: Path, *, level: bool = False) -> list[AnchorIn]:
@@ -26,22 +28,26 @@ def anchors_from_file(path: Path, *, level: bool = False) -> list[AnchorIn]:
 
     Raises RequestError.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RequestError(f"The anchors file {path.name} is not UTF-8 text.") from error
-    except OSError as error:
-        raise RequestError(f"The anchors file {str(path)!r} cannot be read: {error.strerror}.") from error
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        described = _csv_rows(path.name, text)
+        described = _csv_rows(path)
     elif suffix in (".json", ".geojson"):
-        described = _json_entries(path.name, text)
+        described = _json_entries(path.name, _text_of(path))
     else:
+        _text_of(path)
         raise RequestError(f"The anchors file {path.name} must end in .json, .geojson or .csv.")
     if not described:
         raise RequestError(f"The anchors file {path.name} holds no anchors.")
     return [_anchor(path.name, place, fields, level) for place, fields in described]
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise RequestError(f"The anchors file {path.name} is not UTF-8 text.") from error
+    except OSError as error:
+        raise RequestError(f"The anchors file {str(path)!r} cannot be read: {error.strerror}.") from error
 
 
 def _anchor(name: str, place: str, fields: Any, level: bool) -> AnchorIn:
@@ -60,10 +66,12 @@ def _json_entries(name: str, text: str) -> list[tuple[str, Any]]:
         document = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
         raise RequestError(f"The anchors file {name} is not JSON: {error}.") from error
-    if isinstance(document, dict) and document.get("type") == "FeatureCollection":
-        local = LOCAL_METRES in document
-        features = _list_in(name, document, "features")
-        return [(f"feature {i}", _feature_fields(name, i, f, local)) for i, f in enumerate(features, 1)]
+    if isinstance(document, dict) and "type" in document:
+        try:
+            shapes = shapes_of(document, f"The anchors file {name}")
+        except RequestError as error:
+            raise RequestError(f"{str(error).removesuffix('.')}; only Point features can be anchors.") from error
+        return [(f"feature {number}", _fields_of(name, number, shape)) for number, shape in enumerate(shapes, 1)]
     entries = document if isinstance(document, list) else _list_in(name, document, "anchors")
     return [(f"anchor {i}", fields) for i, fields in enumerate(entries, 1)]
 
@@ -78,46 +86,26 @@ def _list_in(name: str, document: Any, member: str) -> list[Any]:
     return entries
 
 
-def _feature_fields(name: str, number: int, feature: Any, local: bool) -> dict[str, Any]:
+def _fields_of(name: str, number: int, shape: GeoJsonShape) -> dict[str, Any]:
     """The request's fields of one GeoJSON point; properties that no anchor has are somebody else's and pass."""
-    geometry = feature.get("geometry") if isinstance(feature, dict) else None
-    coordinates = geometry.get("coordinates") if isinstance(geometry, dict) else None
-    if not isinstance(geometry, dict) or geometry.get("type") != "Point" or not isinstance(coordinates, list):
+    if shape.kind != "Point":
         raise RequestError(f"{name}, feature {number}: only Point features can be anchors.")
-    if len(coordinates) < 2:
-        raise RequestError(f"{name}, feature {number}: a Point needs two coordinates.")
-    properties = feature.get("properties") or {}
-    pair = ("east_m", "north_m") if local else ("lon_deg", "lat_deg")
-    others = FIELDS - {"east_m", "north_m", "lon_deg", "lat_deg"}
-    fields = {key: value for key, value in properties.items() if key in others}
-    fields.setdefault("id", str(feature.get("id", number)))
-    return {**fields, pair[0]: coordinates[0], pair[1]: coordinates[1]}
+    fields = {key: value for key, value in shape.properties.items() if key in FIELDS - PLACE}
+    fields.setdefault("id", str(shape.feature.get("id", number)))
+    return {**fields, **shape.lines[0][0]}
 
 
-def _csv_rows(name: str, text: str) -> list[tuple[str, Any]]:
-    reader = csv.DictReader(io.StringIO(text), skipinitialspace=True, restkey="", strict=True)
-    try:
-        header = [column.strip() for column in reader.fieldnames or []]
-        strange = [column for column in header if column not in COLUMNS]
-        if strange or "id" not in header:
-            known = ", ".join(COLUMNS)
-            wrong = f"unknown column {strange[0]!r}" if strange else "no column 'id'"
-            raise RequestError(f"The anchors file {name} has {wrong}; its first line names columns out of {known}.")
-        reader.fieldnames = header
-        return [(f"line {reader.line_num}", _csv_fields(name, reader.line_num, row)) for row in reader]
-    except csv.Error as error:
-        raise RequestError(f"The anchors file {name} is not CSV: {error}.") from error
-
-
-def _csv_fields(name: str, line: int, row: dict[str, Any]) -> dict[str, Any]:
-    if "" in row:
-        raise RequestError(f"{name}, line {line}: more cells than columns.")
-    fields: dict[str, Any] = {}
-    for column, cell in row.items():
-        if cell is None or not cell.strip():
-            continue
-        try:
-            fields[column] = cell.strip() if column == "id" else float(cell)
-        except ValueError as error:
-            raise RequestError(f"{name}, line {line}: {column} is {cell.strip()[:40]!r}, not a number.") from error
-    return fields
+def _csv_rows(path: Path) -> list[tuple[str, Any]]:
+    table = read_table(path, "The anchors file")
+    strange = [column for column in table.header if column not in COLUMNS]
+    if strange or "id" not in table.header:
+        known = ", ".join(COLUMNS)
+        wrong = f"unknown column {strange[0]!r}" if strange else "no column 'id'"
+        raise RequestError(f"The anchors file {path.name} has {wrong}; its first line names columns out of {known}.")
+    return [
+        (
+            f"line {line}",
+            {name: cell if name in TEXTS else table.number(line, name, cell) for name, cell in cells.items()},
+        )
+        for line, cells in table.rows
+    ]

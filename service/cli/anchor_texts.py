@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 from pydantic import ValidationError
@@ -10,9 +9,10 @@ from pydantic import ValidationError
 from service.errors import RequestError
 from service.schemas import AnchorIn, sentence_of
 
+from .height_words import HEIGHT
+
 __all__ = ["anchor_from_text", "height_field", "position_fields"]
 
-HEIGHT = re.compile(r"(?P<metres>[^a-zA-Z]+(?:[eE][-+]?\d+)?)(?P<above>agl|msl)", re.IGNORECASE)
 FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (altitude)"
 
 

@@ -107,6 +107,7 @@ def visibility(
 
     Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
     """
+    from .height_words import height_words
     from .visibility import make_visibility_map
 
     make_visibility_map(
@@ -115,6 +116,7 @@ def visibility(
         anchor_texts=anchor or [],
         lonlat=lonlat,
         anchor_files=anchors or [],
+        heights=height_words(anchor),
         asked={
             "receiver_above_ground_m": receiver_height,
             "receiver_altitude_m": receiver_altitude,

@@ -136,6 +136,7 @@ def bubble(
     """
     from .bubble import make_bubbles
     from .building_files import building_fields
+    from .height_words import height_words
     from .positioning import SatelliteOptions
 
     make_bubbles(
@@ -165,6 +166,7 @@ def bubble(
             "curvature": curvature.value,
         },
         reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        heights=height_words(anchor, height),
         out=out,
         as_json=as_json,
     )

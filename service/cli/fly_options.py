@@ -81,6 +81,7 @@ def fly(
     flight.plan and profile.png into --out.
     """
     from .fly import flight_request, make_flight
+    from .height_words import height_words
 
     asked = flight_request(
         request,
@@ -104,4 +105,12 @@ def fly(
         },
         rest={"bubble_m": bubble, "climb_weight": climb_weight, "speed_m_per_s": speed, "seed": seed},
     )
-    make_flight(dem, asked, reading=reading_options(nodata, crs, height_unit, band, cell_m), out=out, as_json=as_json)
+    heights = height_words(start, goal, anchor, ceiling)
+    make_flight(
+        dem,
+        asked,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        heights=heights,
+        out=out,
+        as_json=as_json,
+    )

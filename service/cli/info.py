@@ -49,12 +49,20 @@ def _facts(description: dict[str, Any]) -> list[tuple[str, str]]:
         ("east of posts", f"{bounds['west']:.2f} … {bounds['east']:.2f} m"),
         ("north of posts", f"{bounds['south']:.2f} … {bounds['north']:.2f} m"),
         ("CRS", description["crs_name"]),
+        *_north(description["grid_north_deg"]),
         ("vertical datum", description["vertical_datum"] or "not stated"),
+        ("heights count from", description["heights_count_from"]),
         ("heights", _heights_text(description["heights_m"])),
         ("unknown posts", f"{unknown:,} ({100.0 * unknown / posts:.2f} %)"),
         ("converted", "\n".join(description["conversions"]) or "nothing"),
         ("sha256", description["sha256"]),
     ]
+
+
+def _north(grid_north_deg: float | None) -> list[tuple[str, str]]:
+    if grid_north_deg is None:
+        return []
+    return [("grid north", f"{grid_north_deg:.2f}° clockwise of true north, in the middle")]
 
 
 def _heights_text(heights: dict[str, float] | None) -> str:

@@ -15,6 +15,7 @@ from terrain import ElevationGrid, read_dem
 from visibility import FLAT, LineOfSight, line_of_sight
 
 from .anchor_texts import position_fields
+from .height_words import height_words, told_of_heights
 from .output import facts_table, print_json, print_tables, print_warnings
 
 __all__ = ["show_line_of_sight"]
@@ -33,13 +34,14 @@ def show_line_of_sight(
     """Read the DEM and print the verdict between both ends, each EAST,NORTH,HEIGHT."""
     asked = [_point(name, text, lonlat) for name, text in zip(("--from", "--to"), ends, strict=True)]
     grid = read_dem(dem, **reading)
+    told = (*grid.provenance.warnings, *told_of_heights(grid, height_words(ends)))
     start_m, end_m = (resolve_point(grid, point, name) for name, point in zip(("--from", "--to"), asked, strict=True))
     sight = line_of_sight(grid, start_m, end_m, curvature=FLAT if flat else None, **options)
     if as_json:
-        print_json(_document(grid, sight, start_m, end_m))
+        print_json(_document(grid, sight, start_m, end_m, told))
         return
     print_tables(facts_table(f"Line of sight: {sight.verdict}", _facts(sight, start_m, end_m)))
-    print_warnings([*grid.provenance.warnings, *sight.warnings])
+    print_warnings([*told, *sight.warnings])
 
 
 def _point(name: str, text: str, lonlat: bool) -> PointIn:
@@ -52,13 +54,22 @@ def _point(name: str, text: str, lonlat: bool) -> PointIn:
 
 
 def _document(
-    grid: ElevationGrid, sight: LineOfSight, start_m: tuple[float, ...], end_m: tuple[float, ...]
+    grid: ElevationGrid,
+    sight: LineOfSight,
+    start_m: tuple[float, ...],
+    end_m: tuple[float, ...],
+    warnings: tuple[str, ...],
 ) -> dict[str, Any]:
     """The whole answer; numbers that are not known or not finite are null, the verdict says why."""
     told = {name: _finite_or_none(value) for name, value in asdict(sight).items() if name != "curvature"}
     ends = {"from_m": start_m, "to_m": end_m}
-    warnings = [*grid.provenance.warnings, *sight.warnings]
-    return {**ends, **told, "curvature": sight.curvature.sentence(), "dem_sha256": grid.digest, "warnings": warnings}
+    return {
+        **ends,
+        **told,
+        "curvature": sight.curvature.sentence(),
+        "dem_sha256": grid.digest,
+        "warnings": [*warnings, *sight.warnings],
+    }
 
 
 def _finite_or_none(value: Any) -> Any:

@@ -18,6 +18,7 @@ from terrain import ElevationGrid, read_dem
 
 from .anchor_files import anchors_from_file
 from .anchor_texts import anchor_from_text
+from .height_words import told_of_heights
 from .output import print_json, print_tables, print_warnings, progress_bar
 
 __all__ = ["MapFiles", "anchors_of", "make_map", "output_folder"]
@@ -56,16 +57,22 @@ def make_map(
     tables: Callable[[dict[str, Any]], tuple[Table, ...]],
     *,
     reading: dict[str, Any],
+    heights: frozenset[str],
     out: Path | None,
     as_json: bool,
     what: str = "Sight lines",
 ) -> None:
-    """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
+    """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work.
+
+    heights: the words with which the options' heights were given.
+    """
     grid = read_dem(dem, **reading)
+    told = told_of_heights(grid, heights)
     folder = None if out is None else output_folder(out)
     with progress_bar(what) as progress:
         finished = calculate(grid, parameters, progress)
     summary = finished.summary()
+    summary["warnings"] = [*summary["warnings"], *told]
     written = [] if folder is None else _write_files(finished, summary, files, folder)
     if as_json:
         print_json({**summary, "files": [str(path) for path in written]})

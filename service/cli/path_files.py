@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -11,9 +9,12 @@ from pydantic import ValidationError
 from service.errors import RequestError
 from service.schemas import PointIn, sentence_of
 
+from .tables import read_table
+
 __all__ = ["path_from_file", "points_and_columns"]
 
-COLUMNS = tuple(PointIn.model_fields)
+# cells are numbers
+COLUMNS = tuple(field for field in PointIn.model_fields if field != "body")
 
 
 def path_from_file(path: Path) -> list[PointIn]:
@@ -23,24 +24,16 @@ def path_from_file(path: Path) -> list[PointIn]:
 
 def points_and_columns(path: Path, more: tuple[str, ...] = ()) -> tuple[list[PointIn], dict[str, list[float]]]:
     """The points of a .csv file, and those of the columns ``more`` that it has. Raises RequestError."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RequestError(f"The path file {path.name} is not UTF-8 text.") from error
-    except OSError as error:
-        raise RequestError(f"The path file {str(path)!r} cannot be read: {error.strerror}.") from error
-    try:
-        rows = csv.DictReader(io.StringIO(text), skipinitialspace=True, strict=True)
-        columns = rows.fieldnames or [""]
-        strange = [column for column in columns if column not in (*COLUMNS, *more)]
-        if strange:
-            raise RequestError(
-                f"The path file {path.name} has the unknown column {strange[0]!r}; its first line names columns out of "
-                f"{', '.join((*COLUMNS, *more))}."
-            )
-        read = [(rows.line_num, _numbers(path.name, rows.line_num, row)) for row in rows]
-    except csv.Error as error:
-        raise RequestError(f"The path file {path.name} is not CSV: {error}.") from error
+    table = read_table(path, "The path file")
+    columns = table.header
+    strange = [column for column in columns if column not in (*COLUMNS, *more)]
+    if strange or not columns:
+        wrong = f"the unknown column {strange[0]!r}" if strange else "no header"
+        raise RequestError(
+            f"The path file {path.name} has {wrong}; its first line names columns out of "
+            f"{', '.join((*COLUMNS, *more))}."
+        )
+    read = [(line, table.numbers(line, cells)) for line, cells in table.rows]
     if not read:
         raise RequestError(f"The path file {path.name} holds no points.")
     told: dict[str, list[float]] = {column: [] for column in more if column in columns}
@@ -59,10 +52,3 @@ def _point(name: str, line: int, numbers: dict[str, float]) -> PointIn:
         return PointIn.model_validate(numbers)
     except ValidationError as error:
         raise RequestError(f"{name}, line {line}: {sentence_of(error)}") from error
-
-
-def _numbers(name: str, line: int, row: dict[str, str]) -> dict[str, float]:
-    try:
-        return {column: float(cell) for column, cell in row.items() if cell and cell.strip()}
-    except (ValueError, TypeError, AttributeError) as error:
-        raise RequestError(f"{name}, line {line}: its cells must be numbers, one for each column.") from error

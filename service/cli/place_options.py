@@ -142,6 +142,7 @@ def place(
     anchors.geojson, anchors.csv, plans.zip with a .plan for each drone,
     beacons.parm, count.tif, dop.tif and pictures before and after into --out.
     """
+    from .height_words import height_words
     from .place import make_placement, request_of
 
     asked = request_of(
@@ -192,12 +193,14 @@ def place(
             "curvature": curvature.value,
         },
     )
+    heights = height_words(anchor, height, mast, site, base)
+    files = {"out": out, "as_json": as_json}
     make_placement(
         dem,
         asked,
         scheduler,
         or_local=or_local,
         reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        out=out,
-        as_json=as_json,
+        heights=heights,
+        **files,
     )

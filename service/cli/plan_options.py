@@ -132,6 +132,7 @@ def plan(
     Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
     path.plan and profile.png into --out.
     """
+    from .height_words import height_words
     from .plan import make_path, request_of
     from .positioning import SatelliteOptions
 
@@ -181,4 +182,11 @@ def plan(
         },
         SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
     )
-    make_path(dem, asked, reading=reading_options(nodata, crs, height_unit, band, cell_m), out=out, as_json=as_json)
+    make_path(
+        dem,
+        asked,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        heights=height_words(anchor),
+        out=out,
+        as_json=as_json,
+    )

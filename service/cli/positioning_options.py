@@ -115,6 +115,7 @@ def dop(
     --path is given, cut-1.png and so on for each --cut, and with --volume the
     voxels.
     """
+    from .height_words import height_words
     from .path_files import path_from_file
     from .positioning import SatelliteOptions, make_positioning_map
     from .volume_texts import VolumeOptions, cut_fields
@@ -144,6 +145,7 @@ def dop(
             "curvature": curvature.value,
         },
         left_out=air.left_out,
+        heights=height_words(anchor, cut, ceiling),
         out=out,
         as_json=as_json,
     )
@@ -208,6 +210,7 @@ def morph(
     surface.stl; with --frames frames_altitude.tif, frames_state.tif,
     availability.tif, availability.png and animation.gif.
     """
+    from .height_words import height_words
     from .positioning import SatelliteOptions, make_positioning_map
     from .track_files import frames_fields, tracks_from_file
     from .volume_texts import ceiling_fields
@@ -235,6 +238,7 @@ def morph(
             "curvature": curvature.value,
         },
         left_out=() if mesh else MESHES,
+        heights=height_words(anchor, ceiling, available_at),
         out=out,
         as_json=as_json,
     )

@@ -125,6 +125,7 @@ def reposition(
     Writes reposition.json, moves.geojson, schedule.csv, anchors.csv, plans.zip
     with a .plan for each drone that moves, and map.png into --out.
     """
+    from .height_words import height_words
     from .reposition import make_repositioning, repositioning_request
 
     asked = repositioning_request(
@@ -177,5 +178,10 @@ def reposition(
         },
     )
     make_repositioning(
-        dem, asked, reading=reading_options(nodata, crs, height_unit, band, cell_m), out=out, as_json=as_json
+        dem,
+        asked,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        heights=height_words(anchor),
+        out=out,
+        as_json=as_json,
     )

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from service.errors import RequestError
-from service.geojson_shapes import lines_of, places_of, polygons_of, shapes_of
+from service.geojson_shapes import line_of, polygons_of, shapes_of
 
 __all__ = ["path_fields", "place_fields", "polygon_fields", "stand_off_fields", "weight_fields"]
 
-Field = dict[str, float]
+Field = dict[str, Any]
 
 
 def polygon_fields(path: Path) -> list[dict[str, Any]]:
@@ -30,22 +30,17 @@ def weight_fields(path: Path) -> list[dict[str, Any]]:
 
 
 def path_fields(path: Path) -> list[Field]:
-    """The places of a file's first line. Raises RequestError."""
-    for line in lines_of(_document(path), _called(path)):
-        return line
-    raise RequestError(f"The file {path.name} holds no LineString.")
+    """The places of a file's line. Raises RequestError."""
+    return line_of(_document(path), _called(path))
 
 
 def place_fields(path: Path) -> list[Field]:
     """The points of a file, and the corners of its lines. Raises RequestError."""
     found: list[Field] = []
-    for kind, coordinates, local, _ in shapes_of(_document(path), _called(path)):
-        if kind == "Point":
-            found += places_of([coordinates], local, _called(path))
-        elif kind in ("MultiPoint", "LineString"):
-            found += places_of(coordinates, local, _called(path))
-    if not found:
-        raise RequestError(f"The file {path.name} holds no points.")
+    for shape in shapes_of(_document(path), _called(path)):
+        if shape.kind == "Polygon":
+            raise RequestError(f"{_called(path)} holds a Polygon; places are points, or the corners of lines.")
+        found += shape.lines[0]
     return found
 
 
@@ -59,16 +54,11 @@ def stand_off_fields(text: str) -> list[dict[str, Any]]:
     if not comma:
         raise RequestError(f"--stand-off {text!r} is not of the form FILE,METRES.")
     path = Path(name)
-    found: list[dict[str, Any]] = []
-    for kind, coordinates, local, _ in shapes_of(_document(path), _called(path)):
-        lines: Any = {"Point": [[coordinates]], "LineString": [coordinates], "Polygon": coordinates[:1]}.get(
-            kind, coordinates
-        )
-        if kind == "MultiPoint":
-            lines = [[point] for point in coordinates]
-        elif kind == "MultiPolygon":
-            lines = [polygon[0] for polygon in coordinates]
-        found += [{"places": places_of(line, local, _called(path)), "distance_m": distance_m} for line in lines]
+    found = []
+    for shape in shapes_of(_document(path), _called(path)):
+        if len(shape.lines) > 1:
+            raise RequestError(f"{_called(path)} holds a polygon with holes; a stand-off keeps from whole areas.")
+        found.append({"places": shape.lines[0], "distance_m": distance_m})
     return found
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -14,22 +12,18 @@ from service.errors import RequestError
 from service.schemas import sentence_of
 from service.schemas.frames import TrackIn, TrackPointIn
 
-from .anchor_texts import HEIGHT
+from .height_words import HEIGHT
+from .tables import read_table
 
 __all__ = ["frames_fields", "tracks_from_file"]
 
-POINT_COLUMNS = tuple(TrackPointIn.model_fields)
+# cells are numbers
+POINT_COLUMNS = tuple(field for field in TrackPointIn.model_fields if field != "body")
 
 
 def tracks_from_file(path: Path) -> list[TrackIn]:
     """The tracks of a .json or .csv file. Raises RequestError."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RequestError(f"The track file {path.name} is not UTF-8 text.") from error
-    except OSError as error:
-        raise RequestError(f"The track file {str(path)!r} cannot be read: {error.strerror}.") from error
-    entries = _of_json(path.name, text) if path.suffix.lower() == ".json" else _of_csv(path.name, text)
+    entries = _of_json(path) if path.suffix.lower() == ".json" else _of_csv(path)
     if not entries:
         raise RequestError(f"The track file {path.name} holds no tracks.")
     try:
@@ -62,9 +56,14 @@ def frames_fields(frames: str | None, available_at: str | None) -> dict[str, flo
     return {**fields, "above_ground_m" if height["above"].lower() == "agl" else "altitude_m": metres}
 
 
-def _of_json(name: str, text: str) -> list[Any]:
+def _of_json(path: Path) -> list[Any]:
+    name = path.name
     try:
-        document = json.loads(text)
+        document = json.loads(path.read_text(encoding="utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise RequestError(f"The track file {name} is not UTF-8 text.") from error
+    except OSError as error:
+        raise RequestError(f"The track file {str(path)!r} cannot be read: {error.strerror}.") from error
     except (json.JSONDecodeError, RecursionError) as error:
         raise RequestError(f"The track file {name} is not JSON: {error}.") from error
     entries = document.get("tracks") if isinstance(document, dict) else document
@@ -73,26 +72,17 @@ def _of_json(name: str, text: str) -> list[Any]:
     return entries
 
 
-def _of_csv(name: str, text: str) -> list[Any]:
+def _of_csv(path: Path) -> list[Any]:
+    table = read_table(path, "The track file")
+    strange = [column for column in table.header if column not in ("id", *POINT_COLUMNS)]
+    if strange or "id" not in table.header:
+        wrong = f"the unknown column {strange[0]!r}" if strange else "no column 'id'"
+        raise RequestError(
+            f"The track file {path.name} has {wrong}; its first line names id and columns out of "
+            f"{', '.join(POINT_COLUMNS)}."
+        )
     points: dict[str, list[dict[str, float]]] = {}
-    try:
-        rows = csv.DictReader(io.StringIO(text), skipinitialspace=True, strict=True)
-        strange = [column for column in rows.fieldnames or [""] if column not in ("id", *POINT_COLUMNS)]
-        if strange or "id" not in (rows.fieldnames or []):
-            wrong = f"the unknown column {strange[0]!r}" if strange else "no column 'id'"
-            raise RequestError(
-                f"The track file {name} has {wrong}; its first line names id and columns out of "
-                f"{', '.join(POINT_COLUMNS)}."
-            )
-        for row in rows:
-            points.setdefault(row["id"] or "", []).append(_point(name, rows.line_num, row))
-    except csv.Error as error:
-        raise RequestError(f"The track file {name} is not CSV: {error}.") from error
+    for line, cells in table.rows:
+        point = table.numbers(line, {column: cell for column, cell in cells.items() if column != "id"})
+        points.setdefault(cells.get("id", ""), []).append(point)
     return [{"id": id, "points": listed} for id, listed in points.items()]
-
-
-def _point(name: str, line: int, row: dict[str, str]) -> dict[str, float]:
-    try:
-        return {column: float(cell) for column, cell in row.items() if column != "id" and cell and cell.strip()}
-    except (ValueError, TypeError, AttributeError) as error:
-        raise RequestError(f"{name}, line {line}: its cells must be numbers, one for each column.") from error

@@ -28,6 +28,7 @@ def make_visibility_map(
     lonlat: bool,
     anchor_files: list[Path],
     asked: dict[str, Any],
+    heights: frozenset[str],
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -43,6 +44,7 @@ def make_visibility_map(
         MapFiles(SUMMARY, LAYER_FILES),
         lambda summary: (anchors_table(summary), count_table(summary)),
         reading=reading,
+        heights=heights,
         out=out,
         as_json=as_json,
     )

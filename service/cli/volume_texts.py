@@ -7,7 +7,7 @@ from typing import Any
 
 from service.errors import RequestError
 
-from .anchor_texts import HEIGHT
+from .height_words import HEIGHT
 
 __all__ = ["VOLUME_FILES", "VolumeOptions", "ceiling_fields", "cut_fields"]
 

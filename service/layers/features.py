@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from service.visibility_map import VisibilityMap
 from terrain import to_lon_lat
 
-__all__ = ["LOCAL_METRES", "write_anchors"]
+from .geojson import write_collection
 
-# what a FeatureCollection without a CRS says
-LOCAL_METRES = {"coordinates_are": "metres east and north in the DEM's local frame, which has no CRS"}
+__all__ = ["write_anchors"]
 
 # Told by the geometry and by the altitude that came of it.
-POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "above_ground_m", "altitude_m"}
+POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m"}
 
 
 def write_anchors(finished: VisibilityMap, path: Path) -> None:
@@ -41,10 +39,7 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
                 "properties": {**_without(found, "above_ground_m"), **limits, "altitude_m": anchor.altitude_m},
             }
         )
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False, indent=1), encoding="utf-8")
+    write_collection(grid, features, path, indent=1)
 
 
 def _without(properties: dict[str, Any], name: str) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 from service.flight_plan import AIR_COLUMNS, FinishedFlight
 from terrain import to_lon_lat
 
-from .features import LOCAL_METRES
+from .geojson import write_collection
 from .qgroundcontrol import COPTER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
 
 __all__ = ["write_csv", "write_geojson", "write_plan"]
@@ -35,10 +34,7 @@ def write_geojson(finished: FinishedFlight, path: Path) -> None:
                 for number, corner in enumerate(answer["corners"])
             ),
         ]
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if finished.grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False), encoding="utf-8")
+    write_collection(finished.grid, features, path)
 
 
 def write_csv(finished: FinishedFlight, path: Path) -> None:

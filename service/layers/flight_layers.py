@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from service.missions import MISSIONS
+
 from .layer import GEOJSON, PNG, Layer, later
 
 __all__ = ["FLIGHT_LAYERS"]
@@ -9,6 +11,7 @@ __all__ = ["FLIGHT_LAYERS"]
 FILES = "service.layers.flight_files"
 PICTURES = "service.pictures.flight_picture"
 FOUND = "found"
+(PLAN,) = MISSIONS["flight"]
 
 FLIGHT_LAYERS = (
     Layer(
@@ -27,10 +30,10 @@ FLIGHT_LAYERS = (
     Layer(
         "flight.plan",
         "application/json",
-        "The corners of the flight as a QGroundControl mission for a drone. Needs a DEM with a CRS.",
+        "The corners of the flight as a QGroundControl mission for a drone. On Earth, above sea level.",
         later(FILES, "write_plan"),
         status=FOUND,
-        in_degrees=True,
+        mission=PLAN,
     ),
     Layer("map.png", PNG, "The flight over shaded relief.", later(PICTURES, "write_flight_picture")),
     Layer(

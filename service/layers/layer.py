@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from service.missions import Mission
+
 __all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "later"]
 Writer = Callable[[Any, Path], None]
 COG = "image/tiff; application=geotiff; profile=cloud-optimized"
@@ -21,7 +23,7 @@ class Layer:
     """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path.
 
     needs: the parameter without which a map does not have it. at_least: as many entries of it.
-    status: of a result that alone has it. in_degrees: whether it needs a DEM with a CRS.
+    status: of a result that alone has it. mission: it is for programs on Earth, and not written of every DEM.
     for_screens: a part that a page puts together; commands that write files leave it out.
     """
 
@@ -32,7 +34,7 @@ class Layer:
     needs: str | None = None
     at_least: int = 1
     status: str | None = None
-    in_degrees: bool = False
+    mission: Mission | None = None
     for_screens: bool = False
 
     def is_of(self, parameters: Mapping[str, Any]) -> bool:
@@ -44,7 +46,7 @@ class Layer:
 
     def is_in(self, result: Mapping[str, Any]) -> bool:
         """Whether there is something to put into it."""
-        if self.in_degrees and result.get("dem", {}).get("crs") is None:
+        if self.mission is not None and not self.mission.is_of(result.get("dem", {})):
             return False
         return self.status is None or result.get("status") == self.status
 

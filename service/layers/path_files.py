@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from service.path_answers import VERTEX_COLUMNS
 from service.path_plan import FinishedPath
 from terrain import ElevationGrid, to_lon_lat
 
-from .features import LOCAL_METRES
+from .geojson import write_collection
 
 __all__ = ["vertex_properties", "write_csv", "write_geojson"]
 
@@ -29,10 +28,7 @@ def write_geojson(finished: FinishedPath, path: Path) -> None:
     A found path is one LineString, whose properties ``vertices`` hold what the points hold one by one.
     """
     features = [_line(finished), *_points(finished)] if finished.found else _blocked(finished)
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if finished.grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False), encoding="utf-8")
+    write_collection(finished.grid, features, path)
 
 
 def write_csv(finished: FinishedPath, path: Path) -> None:

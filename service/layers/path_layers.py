@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from service.missions import MISSIONS
+
 from .layer import GEOJSON, PNG, Layer, later
 
 __all__ = ["PATH_LAYERS"]
 
 FILES = "service.layers.path_files"
-MISSIONS = "service.layers.path_missions"
+WRITERS = "service.layers.path_missions"
 FOUND = "found"
+GPX, PLAN = MISSIONS["path"]
 
 PATH_LAYERS = (
     Layer(
@@ -28,18 +31,19 @@ PATH_LAYERS = (
     Layer(
         "path.gpx",
         "application/gpx+xml",
-        "The path as a GPX 1.1 track with altitudes and seconds from its start, a route of its corners. Needs a CRS.",
-        later(MISSIONS, "write_gpx"),
+        "The path as a GPX 1.1 track with altitudes and seconds from its start, a route of its corners. On Earth; "
+        "without altitudes where the DEM counts from an ellipsoid.",
+        later(WRITERS, "write_gpx"),
         status=FOUND,
-        in_degrees=True,
+        mission=GPX,
     ),
     Layer(
         "path.plan",
         "application/json",
-        "The corners of the path as a QGroundControl mission for a rover. Needs a DEM with a CRS.",
-        later(MISSIONS, "write_plan"),
+        "The corners of the path as a QGroundControl mission for a rover. On Earth.",
+        later(WRITERS, "write_plan"),
         status=FOUND,
-        in_degrees=True,
+        mission=PLAN,
     ),
     Layer(
         "map.png",

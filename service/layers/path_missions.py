@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import gpxpy.gpx
 
 from service.map_facts import dem_name
+from service.missions import above_sea_level
 from service.path_plan import FinishedPath
 from terrain import to_lon_lat
 
@@ -22,8 +24,10 @@ BEGIN = datetime(1970, 1, 1, tzinfo=UTC)
 def write_gpx(finished: FinishedPath, path: Path) -> None:
     """GPX 1.1: every vertex as a track, its times counted from 1970-01-01T00:00:00Z; the corners as a route.
 
+    Elevations in it count from mean sea level: a DEM whose heights count from an ellipsoid has none to give.
     Raises FrameError for a DEM without CRS.
     """
+    above_sea = above_sea_level(finished.grid)
     gpx = gpxpy.gpx.GPX()
     gpx.creator = f"Sightline {finished.calculation.version}"
     gpx.name = f"Path over {dem_name(finished.grid)}"
@@ -31,7 +35,7 @@ def write_gpx(finished: FinishedPath, path: Path) -> None:
     track, segment, route = gpxpy.gpx.GPXTrack(), gpxpy.gpx.GPXTrackSegment(), gpxpy.gpx.GPXRoute()
     for lon_deg, lat_deg, up_m, seconds in _vertices(finished):
         moment = BEGIN + timedelta(seconds=round(seconds, 3))
-        segment.points.append(gpxpy.gpx.GPXTrackPoint(lat_deg, lon_deg, up_m, moment))
+        segment.points.append(gpxpy.gpx.GPXTrackPoint(lat_deg, lon_deg, up_m if above_sea else None, moment))
     for number, corner in enumerate(finished.corners.tolist()):
         point = segment.points[corner]
         route.points.append(
@@ -44,11 +48,15 @@ def write_gpx(finished: FinishedPath, path: Path) -> None:
 
 
 def write_plan(finished: FinishedPath, path: Path) -> None:
-    """A way-point for each corner, for a ground vehicle. Raises FrameError for a DEM without CRS."""
+    """A way-point for each corner, for a ground vehicle: above sea level, or else on the ground. Raises FrameError."""
     vertices = _vertices(finished)
     items = [PlanItem(WAYPOINT, *vertices[corner][:3]) for corner in finished.corners.tolist()]
+    on_ground = not above_sea_level(finished.grid)
+    if on_ground:
+        items = [replace(item, altitude_m=0.0) for item in items]
     speed_m_per_s = finished.parameters.rover.speed_m_per_s
-    text = plan_text(items, items[0], vehicle=ROVER, cruise_m_per_s=speed_m_per_s, hover_m_per_s=speed_m_per_s)
+    speeds = {"cruise_m_per_s": speed_m_per_s, "hover_m_per_s": speed_m_per_s}
+    text = plan_text(items, items[0], vehicle=ROVER, above_ground=on_ground, **speeds)
     path.write_text(text, encoding="utf-8")
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 from typing import Any
 
+from service.missions import above_sea_level
 from service.placement import FinishedPlacement
-from terrain import height_at, to_lon_lat
+from terrain import height_at, to_lon_lat, true_offsets
 
-from .features import LOCAL_METRES
+from .geojson import write_collection
 from .qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text, zip_plans
 
 __all__ = ["plan_texts", "write_beacons", "write_csv", "write_geojson", "write_plans"]
@@ -39,10 +39,7 @@ def write_geojson(finished: FinishedPlacement, path: Path) -> None:
                 "properties": properties | measured_with,
             }
         )
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False, indent=1), encoding="utf-8")
+    write_collection(grid, features, path, indent=1)
 
 
 def write_csv(finished: FinishedPlacement, path: Path) -> None:
@@ -58,10 +55,11 @@ def write_csv(finished: FinishedPlacement, path: Path) -> None:
 
 def plan_texts(finished: FinishedPlacement) -> dict[str, str]:
     """The text of each drone's .plan by its file name. Raises FrameError for a DEM without CRS."""
+    by_sea = above_sea_level(finished.grid)
     return {
-        f"{placed['id']}.plan": _plan(finished, placed)
+        f"{placed['id']}.plan": _plan(finished, placed) if by_sea else _plan_above_ground(finished, placed)
         for placed in finished.answer["placed"]
-        if placed["what"] != "mast"
+        if placed["what"] != "mast" and (by_sea or placed["above_ground_m"] is not None)
     }
 
 
@@ -75,16 +73,18 @@ def write_beacons(finished: FinishedPlacement, path: Path) -> None:
     grid, placed = finished.grid, finished.answer["placed"]
     first = placed[0]
     origin_altitude_m = first["altitude_m"] - (first["above_ground_m"] or 0.0)
-    lon_deg, lat_deg = to_lon_lat(grid, first["east_m"], first["north_m"])
+    origin_m = first["east_m"], first["north_m"]
+    lon_deg, lat_deg = to_lon_lat(grid, *origin_m)
+    # turned here: the parameter that would turn them on board, BCN_ORIENT_YAW, holds whole degrees only (AP_Int16)
+    along = true_offsets(grid, origin_m, *([one[name] for one in placed] for name in ("east_m", "north_m")))
     lines = [
-        "# Origin of the beacons; offsets are metres north, east, down of it along the DEM's grid.",
+        "# Origin of the beacons; offsets are metres over ground from it to true north, to the east, and down.",
         f"BCN_LATITUDE,{lat_deg:.7f}",
         f"BCN_LONGITUDE,{lon_deg:.7f}",
         f"BCN_ALT,{origin_altitude_m:.2f}",
         "BCN_ORIENT_YAW,0",
     ]
-    for number, one in enumerate(placed):
-        north_m, east_m = one["north_m"] - first["north_m"], one["east_m"] - first["east_m"]
+    for number, (one, east_m, north_m) in enumerate(zip(placed, *along, strict=True)):
         lines.append(
             f"# beacon {number}, {one['id']}: {north_m:.2f}, {east_m:.2f}, {origin_altitude_m - one['altitude_m']:.2f}"
         )
@@ -112,3 +112,15 @@ def _plan(finished: FinishedPlacement, placed: dict[str, Any]) -> str:
         PlanItem(LOITER, lon_deg, lat_deg, altitude_m),
     ]
     return plan_text(items, home)
+
+
+def _plan_above_ground(finished: FinishedPlacement, placed: dict[str, Any]) -> str:
+    """The same with heights above the ground, where none above sea level is known."""
+    lon_deg, lat_deg = to_lon_lat(finished.grid, placed["east_m"], placed["north_m"])
+    height_m = placed["above_ground_m"]
+    items = [
+        PlanItem(TAKE_OFF, lon_deg, lat_deg, max(height_m, CLEAR_OF_GROUND_M)),
+        PlanItem(WAYPOINT, lon_deg, lat_deg, height_m),
+        PlanItem(LOITER, lon_deg, lat_deg, height_m),
+    ]
+    return plan_text(items, items[0], above_ground=True)

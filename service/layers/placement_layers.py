@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from service.missions import MISSIONS
+
 from .layer import COG, GEOJSON, PNG, Layer, later
 
 __all__ = ["PLACEMENT_LAYERS"]
@@ -9,6 +11,7 @@ __all__ = ["PLACEMENT_LAYERS"]
 RASTERS = "service.layers.placement_rasters"
 FILES = "service.layers.placement_files"
 PICTURES = "service.pictures.placement_picture"
+PLANS, BEACONS = MISSIONS["placement"]
 
 PLACEMENT_LAYERS = (
     Layer(
@@ -23,14 +26,17 @@ PLACEMENT_LAYERS = (
     Layer(
         "plans.zip",
         "application/zip",
-        "A QGroundControl .plan file for each placed drone: take off, fly there, hold. Needs a DEM with a CRS.",
+        "A QGroundControl .plan file for each placed drone: take off, fly there, hold. On Earth.",
         later(FILES, "write_plans"),
+        mission=PLANS,
     ),
     Layer(
         "beacons.parm",
         "text/plain; charset=utf-8",
-        "ArduPilot parameters of the beacons' origin, and each beacon's offset from it north, east, down in metres.",
+        "ArduPilot parameters of the beacons' origin, and each beacon's offset from it in metres: true north, "
+        "east, down. On Earth, above sea level.",
         later(FILES, "write_beacons"),
+        mission=BEACONS,
     ),
     Layer(
         "count.tif",

@@ -16,15 +16,19 @@ WAYPOINT, LOITER, TAKE_OFF = 16, 17, 22
 # MAV_TYPE
 COPTER, ROVER = 2, 10
 GENERIC_FIRMWARE = 0  # MAV_AUTOPILOT
-ABSOLUTE = 0  # MAV_FRAME_GLOBAL: altitudes count from mean sea level
-ABSOLUTE_MODE = 2  # how QGroundControl shows them
+# (MAV_FRAME, QGroundControl's AltMode): MAV_FRAME_GLOBAL counts from mean sea level, MAV_FRAME_GLOBAL_TERRAIN_ALT from
+# the ground below. MAV_FRAME_GLOBAL_RELATIVE_ALT, which counts from wherever the vehicle is armed, is never written.
+SEA_LEVEL, GROUND = (0, 2), (10, 4)
 # a zip's entries carry a time; one for all makes files of equal plans equal
 ZIP_TIME = (2020, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class PlanItem:
-    """One command: where, WGS 84 degrees, at which altitude above mean sea level in metres, and how long it holds."""
+    """One command: where, WGS 84 degrees, at which altitude in metres, and how long it holds.
+
+    altitude_m: above mean sea level, or above the ground in a plan that says so.
+    """
 
     command: int
     lon_deg: float
@@ -40,8 +44,13 @@ def plan_text(
     vehicle: int = COPTER,
     cruise_m_per_s: float = 15.0,
     hover_m_per_s: float = 5.0,
+    above_ground: bool = False,
 ) -> str:
-    """The text of a .plan file (format of QGroundControl's "Plan" version 1) of these items, from home."""
+    """The text of a .plan file (format of QGroundControl's "Plan" version 1) of these items, from home.
+
+    above_ground: whether altitudes count from the ground; QGroundControl then looks up home's altitude itself.
+    """
+    frame, mode = GROUND if above_ground else SEA_LEVEL
     document = {
         "fileType": "Plan",
         "version": 1,
@@ -52,11 +61,11 @@ def plan_text(
             "version": 2,
             "firmwareType": GENERIC_FIRMWARE,
             "vehicleType": vehicle,
-            "globalPlanAltitudeMode": ABSOLUTE_MODE,
+            "globalPlanAltitudeMode": mode,
             "cruiseSpeed": cruise_m_per_s,
             "hoverSpeed": hover_m_per_s,
-            "plannedHomePosition": [home.lat_deg, home.lon_deg, home.altitude_m],
-            "items": [_item(number, item) for number, item in enumerate(items, 1)],
+            "plannedHomePosition": [home.lat_deg, home.lon_deg, None if above_ground else home.altitude_m],
+            "items": [_item(number, item, frame, mode) for number, item in enumerate(items, 1)],
         },
     }
     return json.dumps(document, allow_nan=False, indent=1)
@@ -69,16 +78,16 @@ def zip_plans(texts: Mapping[str, str], path: Path) -> None:
             archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), text)
 
 
-def _item(number: int, item: PlanItem) -> dict[str, Any]:
+def _item(number: int, item: PlanItem, frame: int, mode: int) -> dict[str, Any]:
     # params 1 to 4 belong to the command; param 4 of None keeps the heading
     return {
         "type": "SimpleItem",
         "autoContinue": True,
         "command": item.command,
         "doJumpId": number,
-        "frame": ABSOLUTE,
+        "frame": frame,
         "Altitude": item.altitude_m,
-        "AltitudeMode": ABSOLUTE_MODE,
+        "AltitudeMode": mode,
         "AMSLAltAboveTerrain": None,
         "params": [item.hold_s, 0, 0, None, item.lat_deg, item.lon_deg, item.altitude_m],
     }

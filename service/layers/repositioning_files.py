@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 from service.repositioning import FinishedRepositioning
 from terrain import ElevationGrid, to_lon_lat
 
-from .features import LOCAL_METRES
+from .geojson import write_collection
 from .qgroundcontrol import LOITER, WAYPOINT, PlanItem, plan_text, zip_plans
 
 __all__ = ["move_plan_texts", "write_anchors_after", "write_moves", "write_plans", "write_schedule"]
@@ -43,10 +42,7 @@ def write_moves(finished: FinishedRepositioning, path: Path) -> None:
                 },
             }
         )
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False, indent=1), encoding="utf-8")
+    write_collection(grid, features, path, indent=1)
 
 
 def write_schedule(finished: FinishedRepositioning, path: Path) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from service.missions import MISSIONS
+
 from .layer import GEOJSON, PNG, Layer, later
 
 __all__ = ["REPOSITIONING_LAYERS"]
 
 FILES = "service.layers.repositioning_files"
 PICTURES = "service.pictures.repositioning_picture"
+(PLANS,) = MISSIONS["repositioning"]
 
 REPOSITIONING_LAYERS = (
     Layer(
@@ -31,8 +34,9 @@ REPOSITIONING_LAYERS = (
     Layer(
         "plans.zip",
         "application/zip",
-        "A QGroundControl .plan file for each drone that moves: up, across, down, hold. Needs a DEM with a CRS.",
+        "A QGroundControl .plan file for each drone that moves: up, across, down, hold. On Earth, above sea level.",
         later(FILES, "write_plans"),
+        mission=PLANS,
     ),
     Layer(
         "map.png",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from service.morphing_map import FinishedMorphingMap
 from terrain import ElevationGrid, to_lon_lat
 from visibility import NO_GO, contour_lines, zones
 
-from .features import LOCAL_METRES
+from .geojson import write_collection
 
 __all__ = ["write_contours", "write_no_go_zones"]
 
@@ -33,7 +32,7 @@ def write_no_go_zones(finished: FinishedDopMap | FinishedMorphingMap, path: Path
         )
         for zone in zones(grid, finished.no_go == NO_GO)
     ]
-    _write(grid, features, path)
+    write_collection(grid, features, path)
 
 
 def write_contours(finished: FinishedDopMap | FinishedMorphingMap, path: Path) -> None:
@@ -50,7 +49,7 @@ def write_contours(finished: FinishedDopMap | FinishedMorphingMap, path: Path) -
         )
         for level in levels
     ]
-    _write(grid, features, path)
+    write_collection(grid, features, path)
 
 
 def _limit(finished: FinishedDopMap | FinishedMorphingMap) -> dict[str, Any]:
@@ -70,10 +69,3 @@ def _coordinates(grid: ElevationGrid, line_m: npt.NDArray[np.float64]) -> list[l
 
 def _feature(kind: str, coordinates: list[list[list[float]]], properties: dict[str, Any]) -> dict[str, Any]:
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
-
-
-def _write(grid: ElevationGrid, features: list[dict[str, Any]], path: Path) -> None:
-    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
-    if grid.crs is None:
-        collection |= LOCAL_METRES
-    path.write_text(json.dumps(collection, allow_nan=False), encoding="utf-8")

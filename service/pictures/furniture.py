@@ -19,8 +19,13 @@ INK, ANCHOR_COLOUR = "#1a1a1a", "#ffd400"
 MOST_NAMES = 40
 
 
-def draw_scale_and_north(axes: Axes, width_m: float, width_in: float, height_in: float) -> None:
-    """A bar of a round length, about a fifth of the map, and an arrow to grid north, in the lower left corner."""
+def draw_scale_and_north(
+    axes: Axes, width_m: float, width_in: float, height_in: float, grid_north_deg: float | None
+) -> None:
+    """A bar of a round length, about a fifth of the map, and an arrow to true north, in the lower left corner.
+
+    grid_north_deg: true azimuth of the picture's upward direction; None for a local frame, whose north is up.
+    """
     length_m = _round_length(0.22 * width_m)
     # inches on paper as shares of the axes
     across, up = 1.0 / width_in, 1.0 / height_in
@@ -36,9 +41,10 @@ def draw_scale_and_north(axes: Axes, width_m: float, width_in: float, height_in:
     axes.text(left + bar / 2, low + 0.13 * up, text, ha="center", va="bottom", fontsize=9, color=INK, **box)
     arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.6, "shrinkA": 0, "shrinkB": 0}
     at = left + bar + 0.25 * across
-    axes.annotate(
-        "", (at, low + 0.33 * up), (at, low - 0.04 * up), xycoords="axes fraction", arrowprops=arrow, zorder=9
-    )
+    turn_rad = math.radians(-(grid_north_deg or 0.0))
+    reach, middle = (0.185 * math.sin(turn_rad) * across, 0.185 * math.cos(turn_rad) * up), low + 0.145 * up
+    head, tail = ((at + way * reach[0], middle + way * reach[1]) for way in (1.0, -1.0))
+    axes.annotate("", head, tail, xycoords="axes fraction", arrowprops=arrow, zorder=9)
     axes.text(at + 0.06 * across, low, "N", fontsize=9, fontweight="bold", color=INK, va="bottom", **box)
 
 

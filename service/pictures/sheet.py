@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from service.map_facts import crs_label
+from service.map_facts import crs_label, grid_north_deg
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor
 
@@ -61,7 +61,7 @@ def ground_figure(
     axes.locator_params(nbins=7)
     axes.set_xlabel(f"east, km  ({crs_label(grid)})")
     axes.set_ylabel("north, km")
-    draw_scale_and_north(axes, 1000.0 * (east - west), width_in, height_in)
+    draw_scale_and_north(axes, 1000.0 * (east - west), width_in, height_in, grid_north_deg(grid))
     draw_anchors(axes, tuple(a for a in anchors if isinstance(a, Anchor)), (west, east, south, north))
     left, top = LEFT_IN / whole_in[0], whole_in[1]
     figure.text(left, 1 - 0.2 / top, title, fontsize=14, fontweight="bold", va="top", color=INK)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import RequestError
-from service.geojson_shapes import places_of, polygons_of, shapes_of
+from service.geojson_shapes import GeoJsonShape, polygons_of, shapes_of
 
 from .shapes import PlaceIn, PolygonIn
 
@@ -49,29 +49,30 @@ def _point(value: Any) -> Any:
     """A place out of a GeoJSON Point."""
     if not _is_geojson(value):
         return value
-    try:
-        kind, coordinates, local, _ = shapes_of(value, "GeoJSON")[0]
-        if kind == "Point":
-            return places_of([coordinates], local, "GeoJSON")[0]
-    except RequestError as error:
-        raise ValueError(str(error)) from error
-    raise ValueError(f"A place is a GeoJSON Point, not a {kind[:40]}.")
+    shapes = _shapes(value, "GeoJSON")
+    if len(shapes) > 1 or shapes[0].kind != "Point":
+        given = f"{len(shapes)} geometries" if len(shapes) > 1 else f"a {shapes[0].kind}"
+        raise ValueError(f"A place is a GeoJSON Point, not {given}.")
+    return shapes[0].lines[0][0]
 
 
 def _goal(value: Any) -> Any:
     """A place or a polygon out of GeoJSON."""
     if not _is_geojson(value):
         return value
-    try:
-        kind = shapes_of(value, "GeoJSON")[0][0]
-    except RequestError as error:
-        raise ValueError(str(error)) from error
-    if kind == "Point":
+    if _shapes(value, "GeoJSON goal")[0].kind == "Point":
         return _point(value)
     polygons = _read(value, "goal")
     if len(polygons) > 1:
         raise ValueError(f"A goal is one polygon, not {len(polygons)}; give them as several goals.")
     return polygons[0]
+
+
+def _shapes(value: Any, called: str) -> list[GeoJsonShape]:
+    try:
+        return shapes_of(value, called)
+    except RequestError as error:
+        raise ValueError(str(error)) from error
 
 
 def _place_or_area(value: Any) -> str:

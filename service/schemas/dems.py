@@ -27,7 +27,10 @@ EXAMPLE: dict[str, Any] = {
     "bounds_of_posts_m": {"west": 380000.0, "south": 3787000.0, "east": 415880.0, "north": 3806260.0},
     "crs": "EPSG:32611",
     "crs_name": "WGS 84 / UTM zone 11N",
+    "body": "Earth",
+    "grid_north_deg": -0.62,
     "vertical_datum": None,
+    "heights_count_from": "unknown",
     "lowest_m": 315.0,
     "highest_m": 2295.0,
     "unknown_posts": 0,
@@ -68,7 +71,14 @@ class DemOut(BaseModel):
     bounds_of_posts_m: Bounds
     crs: str | None = Field(description="Metric CRS that positions are in; null for a local metric frame.")
     crs_name: str | None = Field(None, description="The same in words.")
+    body: str | None = Field(None, description="Celestial body that the CRS lies on; null for a local frame.")
+    grid_north_deg: float | None = Field(
+        None, description="True azimuth of the grid's north in the middle, degrees; add it to azimuths from grid north."
+    )
     vertical_datum: str | None = Field(description="What heights are measured from, when the file says so.")
+    heights_count_from: str | None = Field(
+        None, description="What that is: sea level, ellipsoid or unknown. Mission files need sea level."
+    )
     lowest_m: float | None = Field(description="Lowest known height, metres; null when all is unknown.")
     highest_m: float | None = Field(description="Highest known height, metres; null when all is unknown.")
     unknown_posts: int = Field(description="Posts of unknown height.")

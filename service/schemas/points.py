@@ -50,6 +50,11 @@ class PointIn(StrictModel):
         None, description="Longitude, degrees east (WGS 84, or the DEM's own body); goes with lat_deg."
     )
     lat_deg: DegreesNorth | None = Field(None, description="Latitude, degrees north; goes with lon_deg.")
+    body: str | None = Field(
+        None,
+        max_length=80,
+        description="Body whose degrees lon_deg and lat_deg are, such as Earth or Moon; left out = the DEM's own.",
+    )
     above_ground_m: NotNegativeMetres | None = Field(
         None, description="Height above the DEM's surface at that place, metres; or give altitude_m."
     )
@@ -64,6 +69,8 @@ class PointIn(StrictModel):
         begun = [any(v is not None for v in pair) for pair in (metres, degrees)]
         if sum(whole) != 1 or whole != begun:
             raise ValueError(f"{self._called()}: give exactly one of the pairs east_m, north_m or lon_deg, lat_deg.")
+        if self.body is not None and self.lon_deg is None:
+            raise ValueError(f"{self._called()}: body goes with lon_deg and lat_deg.")
         if (self.above_ground_m is None) == (self.altitude_m is None):
             given = "neither was" if self.altitude_m is None else "both were"
             raise ValueError(f"{self._called()}: give exactly one of above_ground_m and altitude_m; {given} given.")

@@ -18,6 +18,11 @@ class PlaceIn(StrictModel):
     north_m: Metres | None = Field(None, description="North in the DEM's metric CRS, metres; goes with east_m.")
     lon_deg: DegreesEast | None = Field(None, description="Longitude, degrees east; goes with lat_deg.")
     lat_deg: DegreesNorth | None = Field(None, description="Latitude, degrees north; goes with lon_deg.")
+    body: str | None = Field(
+        None,
+        max_length=80,
+        description="Body whose degrees lon_deg and lat_deg are, such as Earth or Moon; left out = the DEM's own.",
+    )
 
     @model_validator(mode="after")
     def _one_pair(self) -> Self:
@@ -26,6 +31,8 @@ class PlaceIn(StrictModel):
         begun = [any(v is not None for v in pair) for pair in (metres, degrees)]
         if sum(whole) != 1 or whole != begun:
             raise ValueError("A place needs exactly one of the pairs east_m, north_m or lon_deg, lat_deg.")
+        if self.body is not None and self.lon_deg is None:
+            raise ValueError("A place: body goes with lon_deg and lat_deg.")
         return self
 
 

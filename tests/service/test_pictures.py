@@ -4,12 +4,17 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
+import pyproj
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from service.cli.visibility import count_table
+from service.map_facts import grid_north_deg
 from service.pictures import draw_map
 from service.pictures.classes import NO_GROUND_COLOUR, NONE_COLOUR, UNKNOWN_COLOUR, count_classes, lookup_table
+from service.pictures.furniture import draw_scale_and_north
 from service.pictures.relief import Sampling, mean_heights, pick, shaded_relief
 from terrain import ElevationGrid
 from tests.service.small_maps import HOLE, ROWS, small_map
@@ -204,3 +209,16 @@ def test_odd_shapes_and_many_anchors_make_a_picture_without_warnings(finished, s
         warnings.simplefilter("error")
         seen = pixels(draw_map(odd))
     assert (seen < 0.98).any()
+
+
+@pytest.mark.parametrize(("crs", "lon", "lat"), [("EPSG:3413", 30.0, 80.0), ("EPSG:32632", 14.4, 64.0), (None, 0, 0)])
+def test_the_north_arrow_points_to_true_north(crs, lon, lat):
+    origin_m = (0.0, 0.0) if crs is None else pyproj.Proj(crs)(lon, lat)
+    grid = ElevationGrid(np.zeros((2, 2)), 1.0, 1.0, *origin_m, crs)
+    axes = Figure(figsize=(4.0, 3.0)).add_axes((0.0, 0.0, 1.0, 1.0))
+    draw_scale_and_north(axes, 1000.0, 4.0, 3.0, grid_north_deg(grid))
+    (arrow,) = (text for text in axes.texts if isinstance(text, Annotation))
+    way = (np.array(arrow.xy) - arrow.get_position()) * (4.0, 3.0)
+    azimuth_deg = np.degrees(np.arctan2(*way))
+    convergence_deg = 0.0 if crs is None else pyproj.Proj(crs).get_factors(lon, lat).meridian_convergence
+    assert azimuth_deg == pytest.approx(-convergence_deg, abs=0.01)

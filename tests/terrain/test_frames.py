@@ -8,7 +8,7 @@ import numpy as np
 import pyproj
 import pytest
 
-from terrain import ElevationGrid, FrameError, body_of, to_grid_frame, to_lon_lat
+from terrain import ElevationGrid, FrameError, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
 
 # what an iterated inverse projection leaves, about a centimetre
 ROUND_TRIP_M = 0.01
@@ -107,3 +107,36 @@ def test_a_crs_without_ellipsoid_has_no_body() -> None:
     engineering = pyproj.CRS.from_wkt('LOCAL_CS["hall",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]')
     with pytest.raises(FrameError, match="has no ellipsoid"):
         body_of(engineering)
+
+
+@pytest.mark.parametrize(
+    ("crs", "lon", "lat"),
+    [
+        ("EPSG:32632", 14.4, 64.0),  # 5.4° off the meridian of its zone: 4.86°
+        ("EPSG:32719", -71.5, -33.0),
+        ("EPSG:2154", -1.0, 45.0),
+        ("EPSG:3413", 30.0, 80.0),
+        ("EPSG:3031", 30.0, -75.0),
+        ("IAU_2015:30130", 20.0, 85.0),
+    ],
+)
+def test_the_grids_north_is_the_convergence_of_surveyors(crs: str, lon: float, lat: float) -> None:
+    grid = grid_in(crs)
+    factors = pyproj.Proj(grid.crs).get_factors(lon, lat)
+    east_m, north_m = pyproj.Proj(grid.crs)(lon, lat)
+    assert np.degrees(grid_north(grid, east_m, north_m)) == pytest.approx(factors.meridian_convergence, abs=1e-3)
+
+
+def test_true_offsets_are_those_of_the_geodesic() -> None:
+    grid = grid_in("EPSG:32632")
+    origin_m = to_grid_frame(grid, 14.4, 64.0)
+    azimuths_deg, ways_m = np.array([0.0, 90.0, -135.0]), np.array([2000.0, 3000.0, 10.0])
+    lon, lat, _ = pyproj.Geod(ellps="WGS84").fwd([14.4] * 3, [64.0] * 3, azimuths_deg, ways_m)
+    east_m, north_m = true_offsets(grid, origin_m, *to_grid_frame(grid, lon, lat))
+    assert east_m == pytest.approx(ways_m * np.sin(np.radians(azimuths_deg)), abs=0.01)
+    assert north_m == pytest.approx(ways_m * np.cos(np.radians(azimuths_deg)), abs=0.01)
+
+
+def test_a_local_frame_has_no_north() -> None:
+    with pytest.raises(FrameError, match="has no CRS"):
+        grid_north(grid_in(None), 0.0, 0.0)

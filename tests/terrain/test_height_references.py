@@ -1,0 +1,48 @@
+"""What heights count from is told by the name of the vertical datum."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyproj
+import pytest
+
+from terrain import ElevationGrid, HeightReference, height_reference_of
+from terrain.crs_parts import vertical_part
+
+
+def reference(datum: str | None, crs: str | None = "EPSG:32632") -> HeightReference:
+    return height_reference_of(ElevationGrid(np.zeros((2, 2)), 1.0, 1.0, crs=crs, vertical_datum=datum))
+
+
+@pytest.mark.parametrize("code", ["EPSG:4979", "EPSG:4937", "EPSG:7843", "EPSG:4957"])
+def test_three_dimensional_crss_count_from_their_ellipsoid(code: str) -> None:
+    datum, _ = vertical_part(pyproj.CRS.from_user_input(code))
+    assert reference(datum) is HeightReference.ELLIPSOID
+
+
+@pytest.mark.parametrize("code", ["EPSG:9518", "EPSG:5498", "EPSG:7405", "EPSG:5555", "EPSG:7409"])
+def test_compound_crss_count_from_a_surface_of_gravity(code: str) -> None:
+    datum, _ = vertical_part(pyproj.CRS.from_user_input(code))
+    assert reference(datum) is HeightReference.SEA_LEVEL
+
+
+@pytest.mark.parametrize(
+    "datum", ["EGM96 geoid", "EGM2008 geoid", "mean sea level", "NAVD88 height (ftUS)", "LN02 height"]
+)
+def test_geoids_and_levelling_datums_are_sea_level(datum: str) -> None:
+    assert reference(datum) is HeightReference.SEA_LEVEL
+
+
+@pytest.mark.parametrize("datum", ["ellipsoid of WGS 84", "WGS_1984", "VertCS_WGS_84_ellipsoid", "GRS 1980", "ETRS89"])
+def test_ellipsoids_and_geodetic_datums_are_ellipsoids(datum: str) -> None:
+    assert reference(datum) is HeightReference.ELLIPSOID
+
+
+@pytest.mark.parametrize("datum", [None, "", "made up", "local", "/etc/hosts", "+init=epsg:5773"])
+def test_anything_else_is_unknown(datum: str | None) -> None:
+    assert reference(datum) is HeightReference.UNKNOWN
+
+
+def test_a_body_without_a_sea_has_no_sea_level() -> None:
+    assert reference("mean sea level", "IAU_2015:30110") is HeightReference.UNKNOWN
+    assert reference("mean sea level", None) is HeightReference.SEA_LEVEL
