@@ -101,31 +101,21 @@ def test_what_is_no_crs_is_refused_in_a_sentence(text: Any) -> None:
 @pytest.mark.parametrize(
     ("given", "code"),
     [
-        ("EPSG:32632", 32632),
-        (32632, 32632),
-        ("epsg:32632", 32632),
-        (("EPSG", 32632), 32632),
-        ("urn:ogc:def:crs:EPSG::32632", 32632),
-        ("http://www.opengis.net/def/crs/EPSG/0/32632", 32632),
-        ("+init=epsg:32632", 32632),
-        (pyproj.CRS(32632), 32632),
-        (pyproj.CRS(32632).to_wkt("WKT1_GDAL"), 32632),
-        (pyproj.CRS(32632).to_json_dict(), 32632),
-        (pyproj.CRS(3857).to_wkt("WKT1_GDAL"), 3857),
+        ("EPSG:32632", 32632), (32632, 32632), ("epsg:32632", 32632), (("EPSG", 32632), 32632),
+        ("urn:ogc:def:crs:EPSG::32632", 32632), ("http://www.opengis.net/def/crs/EPSG/0/32632", 32632),
+        ("+init=epsg:32632", 32632), (pyproj.CRS(32632), 32632), (pyproj.CRS(32632).to_wkt("WKT1_GDAL"), 32632),
+        (pyproj.CRS(32632).to_json_dict(), 32632), (pyproj.CRS(3857).to_wkt("WKT1_GDAL"), 3857),
         ("+proj=merc +a=6378137 +b=6378137 +lat_ts=0 +lon_0=0 +x_0=0 +y_0=0 +k=1 +nadgrids=@null +wktext", 3857),
-        ("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs", 32632),
-        ({"proj": "utm", "zone": 32, "datum": "WGS84"}, 32632),
+        ("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs", 32632), ({"proj": "utm", "zone": 32, "datum": "WGS84"}, 32632),
     ],
-)
+)  # fmt: skip
 def test_every_plain_way_of_writing_a_crs_is_taken(given: Any, code: int) -> None:
     assert parse_crs(given).to_epsg(min_confidence=20) == code
 
 
 def test_a_geoid_model_of_the_heights_is_left_out() -> None:
-    crs = parse_crs(
-        'COMPD_CS["c",' + pyproj.CRS(32632).to_wkt("WKT1_GDAL") + ',VERT_CS["v",VERT_DATUM["v",2005,'
-        'EXTENSION["PROJ4_GRIDS","/etc/passwd"]],UNIT["metre",1],AXIS["Up",UP]]]'
-    )
+    crs = parse_crs("COMPD_CS[\"c\"," + pyproj.CRS(32632).to_wkt("WKT1_GDAL") + ',VERT_CS["v",VERT_DATUM["v",2005,'
+                    'EXTENSION["PROJ4_GRIDS","/etc/passwd"]],UNIT["metre",1],AXIS["Up",UP]]]')  # fmt: skip
     assert crs.sub_crs_list[0].to_epsg() == 32632
     assert "/etc/passwd" not in crs.to_json()
 

@@ -43,27 +43,15 @@ def dem_at(folder: Path, crs: Any, lon_deg: float, lat_deg: float, cell: float =
         (f"+proj=longlat +ellps=bessel {SHIFT} +no_defs", (14.67, 47.37), 0.0002),
         (f"+proj=longlat +ellps=bessel {SHIFT} +no_defs", (14.67, 85.0), 0.0002),
         (f"+proj=merc +ellps=bessel {SHIFT} +units=m +no_defs", (14.67, 47.37), 10.0),
-        (27700, (-0.1, 51.1), 10.0),
-        (30166, (138.0, 35.0), 10.0),
-        (23032, (9.0, 47.0), 10.0),
-        (31467, (9.0, 48.0), 10.0),
-        (27572, (2.5, 47.0), 10.0),
-        (27563, (2.5, 44.0), 10.0),
-        (4807, (2.5, 47.0), 0.0002),
-        (3408, (10.0, 60.0), 10.0),
-        (3413, (-45.0, 70.0), 10.0),
-        (3995, (30.0, 71.0), 10.0),
-        (32661, (20.0, 82.0), 10.0),
-        (5041, (20.0, 82.0), 10.0),
-        (3031, (20.0, -71.0), 10.0),
-        (3976, (20.0, -71.0), 10.0),
-        (32761, (20.0, -82.0), 10.0),
-        (3571, (170.0, 75.0), 10.0),
+        (27700, (-0.1, 51.1), 10.0), (30166, (138.0, 35.0), 10.0), (23032, (9.0, 47.0), 10.0), (31467, (9.0, 48.0), 10.0),
+        (27572, (2.5, 47.0), 10.0), (27563, (2.5, 44.0), 10.0), (4807, (2.5, 47.0), 0.0002), (3408, (10.0, 60.0), 10.0),
+        (3413, (-45.0, 70.0), 10.0), (3995, (30.0, 71.0), 10.0), (32661, (20.0, 82.0), 10.0), (5041, (20.0, 82.0), 10.0),
+        (3031, (20.0, -71.0), 10.0), (3976, (20.0, -71.0), 10.0), (32761, (20.0, -82.0), 10.0), (3571, (170.0, 75.0), 10.0),
         ("+proj=stere +lat_0=90 +lat_ts=70 +lon_0=-45 +datum=WGS84 +units=m", (-45.0, 70.0), 10.0),
         ("+proj=utm +zone=33 +datum=WGS84 +units=km", (15.0, 49.0), 0.01),
         ("+proj=utm +zone=33 +datum=WGS84 +to_meter=0.5", (15.0, 49.0), 10.0),
     ],
-)
+)  # fmt: skip
 def test_a_post_stands_where_gdal_has_it(tmp_path: Path, crs: Any, place: tuple[float, float], cell: float) -> None:
     path, lon, lat = dem_at(tmp_path, crs, *place, cell)
     grid = read_dem(path)
@@ -123,14 +111,12 @@ def test_lambert_in_grads_from_paris_measures_truly_and_is_not_warped(tmp_path: 
 @pytest.mark.parametrize(
     ("crs", "axes"),
     [
-        ("EPSG:2053", "west and south"),
-        ("EPSG:2048", "west and south"),
-        ("EPSG:5513", "west and south"),
+        ("EPSG:2053", "west and south"), ("EPSG:2048", "west and south"), ("EPSG:5513", "west and south"),
         ("+proj=tmerc +lon_0=29 +ellps=WGS84 +axis=wsu", "west and south"),
         ("+proj=utm +zone=33 +datum=WGS84 +axis=esu", "south and east"),
         ("+proj=utm +zone=33 +datum=WGS84 +axis=wnu", "west and north"),
     ],
-)
+)  # fmt: skip
 def test_axes_that_run_otherwise_than_east_and_north_are_refused_everywhere(
     tmp_path: Path, crs: str, axes: str
 ) -> None:

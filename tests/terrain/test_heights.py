@@ -26,14 +26,10 @@ def warnings_of(grid: ElevationGrid) -> str:
 @pytest.mark.parametrize(
     ("dtype", "scale", "offset", "low_m", "high_m"),
     [
-        ("i4", 0.01, 0.0, 897.0, 1535.0),
-        ("i4", 0.001, 0.0, 897.0, 1535.0),
-        ("u2", 0.1, -1000.0, 2260.0, 2297.5),
-        ("i2", 0.5, 0.0, -5100.0, -4900.0),
-        ("i4", 0.1, 0.0, -1200.0, 3500.0),
-        ("u2", 0.01, 0.0, 300.0, 350.0),
+        ("i4", 0.01, 0.0, 897.0, 1535.0), ("i4", 0.001, 0.0, 897.0, 1535.0), ("u2", 0.1, -1000.0, 2260.0, 2297.5),
+        ("i2", 0.5, 0.0, -5100.0, -4900.0), ("i4", 0.1, 0.0, -1200.0, 3500.0), ("u2", 0.01, 0.0, 300.0, 350.0),
     ],
-)
+)  # fmt: skip
 def test_scaled_integers_are_judged_as_heights(
     tmp_path: Path, dtype: str, scale: float, offset: float, low_m: float, high_m: float
 ) -> None:
@@ -107,30 +103,14 @@ def test_distances_from_the_centre_of_a_spheroid_are_refused(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("text", "unit", "above"),
     [
-        ("m", "m", None),
-        ("Metre", "m", None),
-        ("METERS", "m", None),
-        ("[m]", "m", None),
-        ("m above EGM2008", "m", "EGM2008"),
-        ("meters above mean sea level", "m", "mean sea level"),
-        ("metres (NAVD88)", "m", "NAVD88"),
-        ("m above WGS84 ellipsoid", "m", "WGS84 ellipsoid"),
-        ("US_survey_foot", "us-ft", None),
-        ("ftUS", "us-ft", None),
-        ("U.S. Survey Feet", "us-ft", None),
-        ("foot_us", "us-ft", None),
-        ("ft (US)", "us-ft", None),
-        ("us-ft", "us-ft", None),
-        ("FEET", "ft", None),
-        ("international foot", "ft", None),
-        ("feet above MSL", "ft", "MSL"),
-        ("cm", "cm", None),
-        ("decimetre", "dm", None),
-        ("decimeters", "dm", None),
-        ("millimetres", "mm", None),
-        ("km", "km", None),
+        ("m", "m", None), ("Metre", "m", None), ("METERS", "m", None), ("[m]", "m", None), ("m above EGM2008", "m", "EGM2008"),
+        ("meters above mean sea level", "m", "mean sea level"), ("metres (NAVD88)", "m", "NAVD88"),
+        ("m above WGS84 ellipsoid", "m", "WGS84 ellipsoid"), ("US_survey_foot", "us-ft", None), ("ftUS", "us-ft", None),
+        ("U.S. Survey Feet", "us-ft", None), ("foot_us", "us-ft", None), ("ft (US)", "us-ft", None), ("us-ft", "us-ft", None),
+        ("FEET", "ft", None), ("international foot", "ft", None), ("feet above MSL", "ft", "MSL"), ("cm", "cm", None),
+        ("decimetre", "dm", None), ("decimeters", "dm", None), ("millimetres", "mm", None), ("km", "km", None),
     ],
-)
+)  # fmt: skip
 def test_units_are_understood_as_they_are_usually_spelled(text: str, unit: str, above: str | None) -> None:
     told = height_unit_of(text)
     assert told is not None
