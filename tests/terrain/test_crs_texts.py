@@ -106,7 +106,8 @@ def test_what_is_no_crs_is_refused_in_a_sentence(text: Any) -> None:
         ("+init=epsg:32632", 32632), (pyproj.CRS(32632), 32632), (pyproj.CRS(32632).to_wkt("WKT1_GDAL"), 32632),
         (pyproj.CRS(32632).to_json_dict(), 32632), (pyproj.CRS(3857).to_wkt("WKT1_GDAL"), 3857),
         ("+proj=merc +a=6378137 +b=6378137 +lat_ts=0 +lon_0=0 +x_0=0 +y_0=0 +k=1 +nadgrids=@null +wktext", 3857),
-        ("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs", 32632), ({"proj": "utm", "zone": 32, "datum": "WGS84"}, 32632),
+        ("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs", 32632),
+        ({"proj": "utm", "zone": 32, "datum": "WGS84"}, 32632),
     ],
 )  # fmt: skip
 def test_every_plain_way_of_writing_a_crs_is_taken(given: Any, code: int) -> None:

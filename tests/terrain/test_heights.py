@@ -103,10 +103,12 @@ def test_distances_from_the_centre_of_a_spheroid_are_refused(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("text", "unit", "above"),
     [
-        ("m", "m", None), ("Metre", "m", None), ("METERS", "m", None), ("[m]", "m", None), ("m above EGM2008", "m", "EGM2008"),
+        ("m", "m", None), ("Metre", "m", None), ("METERS", "m", None), ("[m]", "m", None),
+        ("m above EGM2008", "m", "EGM2008"),
         ("meters above mean sea level", "m", "mean sea level"), ("metres (NAVD88)", "m", "NAVD88"),
         ("m above WGS84 ellipsoid", "m", "WGS84 ellipsoid"), ("US_survey_foot", "us-ft", None), ("ftUS", "us-ft", None),
-        ("U.S. Survey Feet", "us-ft", None), ("foot_us", "us-ft", None), ("ft (US)", "us-ft", None), ("us-ft", "us-ft", None),
+        ("U.S. Survey Feet", "us-ft", None), ("foot_us", "us-ft", None), ("ft (US)", "us-ft", None),
+        ("us-ft", "us-ft", None),
         ("FEET", "ft", None), ("international foot", "ft", None), ("feet above MSL", "ft", "MSL"), ("cm", "cm", None),
         ("decimetre", "dm", None), ("decimeters", "dm", None), ("millimetres", "mm", None), ("km", "km", None),
     ],
@@ -181,7 +183,8 @@ def test_the_zunits_of_an_arc_info_prj_are_heeded(tmp_path: Path, zunits: str, m
     moved = path.read_text().replace("corner 100", "corner 500000").replace("corner 200", "corner 4000000")
     path.write_text(moved)
     path.with_suffix(".prj").write_text(
-        f"Projection    UTM\nZone          17\nDatum         NAD83\nUnits         METERS\nZunits        {zunits}\nParameters\n"
+        "Projection    UTM\nZone          17\nDatum         NAD83\nUnits         METERS\n"
+        f"Zunits        {zunits}\nParameters\n"
     )
     np.testing.assert_allclose(read_dem(path).heights_m, hill() * metres, atol=1e-3)
 
