@@ -1,0 +1,72 @@
+"""A whole path found by closer looks, leg by leg, and judged by the validator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .checks import hidden_places
+from .closer_look import CloserLook
+from .describing import described
+from .fields import CostField
+from .judging import Judge
+from .outcomes import Path
+from .places import metres_of
+from .problems import PathProblem
+from .sight_maps import SightMaps
+from .ways import drop_repeats
+
+if TYPE_CHECKING:
+    from planning.validation import PathValidation
+
+__all__ = ["Closer", "look_closer"]
+
+# so many ways are handed to the validator before it is given up
+MOST_REFUSALS = 24
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Closer:
+    """What closer looks ended with: a path that the validator passes, a proof to a grain in metres, or neither.
+
+    leg: the one that is cut, or was not decided. why: what kept a way and a proof from being found.
+    """
+
+    found: tuple[Path, PathValidation] | None
+    cut: bool
+    grain_m: float
+    leg: int
+    why: str
+
+
+def look_closer(problem: PathProblem, field: CostField, maps: SightMaps | None, ended: Callable[[], bool]) -> Closer:
+    """Search between the squares of a field, which hold no way."""
+    from planning.validation import validate_path  # it takes its question from this package
+
+    judge = Judge(problem, field, maps)
+    stops = [problem.start, *problem.way_points]
+    goals = [*((stop,) for stop in stops[1:]), problem.goals]
+    legs = [CloserLook(judge, begin, there, ended) for begin, there in zip(stops, goals, strict=True)]
+    for _ in range(MOST_REFUSALS):
+        ways = []
+        for number, leg in enumerate(legs):
+            look = leg.look()
+            if look.places is None:
+                return Closer(None, look.cut, look.grain_m, number, look.why)
+            ways.append(look.places)
+        places = drop_repeats(np.concatenate(ways))
+        hidden = hidden_places(problem, field, maps, places, everywhere=True)
+        refused = list(zip(*(axis.tolist() for axis in metres_of(problem.grid, hidden)), strict=True))
+        if not refused:
+            path = described(problem, field, maps, places, everywhere=True)
+            validation = validate_path(problem, np.column_stack([path.east_m, path.north_m]))
+            if validation.passed:
+                return Closer((path, validation), False, 0.0, -1, "")
+            refused = [check.first_m for check in validation.failures if check.first_m is not None]
+        if not any([leg.refuse(refused) for leg in legs]):
+            break
+    return Closer(None, False, math.nan, 0, "the validator refused what was found")
