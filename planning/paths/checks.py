@@ -70,7 +70,7 @@ def _without(field: CostField, rows: npt.NDArray[np.intp], cols: npt.NDArray[np.
 def hidden_places(
     problem: PathProblem, field: CostField, maps: SightMaps | None, places: Floats, *, everywhere: bool = False
 ) -> Floats:
-    """Places along a path at which exact sight lines break a limit; everywhere: also over squares that are forbidden."""
+    """Places along a path at which exact sight lines break a limit; everywhere: over forbidden squares, too."""
     if maps is None or not problem.limits.on_positioning:
         return np.zeros((0, 2))
     coarse, _ = sampled(places, COARSE)

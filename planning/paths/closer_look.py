@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import shapely
 
 from .judging import CLEAR, CLOSED, DOUBT, FINAL, SLIVER, Judge
@@ -29,9 +30,13 @@ Mask = npt.NDArray[np.bool_]
 Point = tuple[float, float]
 
 # work that is done at most: rounds of splitting, leaves that are split in one of them and that there are in all
-MOST_ROUNDS, MOST_AT_ONCE, MOST_LEAVES = 48, 4_000, 6_000_000
-# what a metre through doubt counts, in metres, when it is chosen where to split
-DOUBTFUL, HOPELESS = 4.0, 16.0
+MOST_ROUNDS, MOST_AT_ONCE, MOST_LEAVES = 64, 20_000, 6_000_000
+# leaves are split on ways through up to so many times as much doubt as the one through least
+AS_MUCH = 1.5
+# what doubt counts for in this that cannot be split
+HOPELESS = 16.0
+# what a metre over a square that the field forbids counts more, so that the grid finds most of the way
+ASIDE = 4.0
 # how far a way stays from the ends of the sides that it crosses, as a share of them
 APART = 0.05
 
@@ -77,7 +82,7 @@ class CloserLook:
             parts = graph.among(clear).labels()
             if _joining(parts, begin & clear, end & clear).any():
                 return Look(self._way(graph.among(clear), begin & clear, end & clear), False, 0.0, "")
-            chosen = self._chosen(graph, parts, begin, end)
+            chosen = self._chosen(parts, graph, begin, end)
             if len(chosen) == 0:
                 return self._undecided("what is left in doubt cannot be decided by searching more finely")
             if len(self._leaves) > MOST_LEAVES:
@@ -130,21 +135,30 @@ class CloserLook:
             end[some] |= shapely.intersects(goal, shapes)
         return begin, end
 
-    def _chosen(self, graph: Graph, parts: Ints, begin: Mask, end: Mask) -> Ints:
-        """Numbers of the leaves to be split next."""
-        doubt = self._codes == DOUBT
-        if np.count_nonzero(doubt) <= MOST_AT_ONCE:
-            return np.flatnonzero(doubt)
-        clear = self._codes == CLEAR
-        reached = clear & (np.isin(parts, parts[begin & clear]) | np.isin(parts, parts[end & clear]))
-        sides = np.concatenate([graph.edges, graph.edges[:, ::-1]])
-        beside = np.unique(sides[reached[sides[:, 0]] & doubt[sides[:, 1]], 1])
-        if 0 < len(beside) <= MOST_AT_ONCE:
-            return beside
-        each = np.array([0.0, 0.0, DOUBTFUL, HOPELESS, 1.0])[self._codes]
-        costs = self._apart_m(graph) * each[graph.edges].max(axis=1)
-        _, nodes = graph.cheapest(costs, np.flatnonzero(begin), np.flatnonzero(end))
-        return nodes[doubt[nodes]]
+    def _chosen(self, parts: Ints, graph: Graph, begin: Mask, end: Mask) -> Ints:
+        """Numbers of the leaves to be split next: those in doubt on ways that lead through little of it.
+
+        parts: (n,) what is everywhere allowed and joined, and each of the other leaves by itself.
+        """
+        doubt = np.flatnonzero(self._codes == DOUBT)
+        weight = np.zeros(int(parts.max()) + 1)
+        other = self._codes != CLEAR
+        hopeless = np.where(self._codes[other] == FINAL, HOPELESS, 1.0)
+        weight[parts[other]] = self._judge.reach_m(self._leaves.some(other)) * hopeless
+        pairs = np.unique(np.sort(parts[graph.edges], axis=1), axis=0)
+        pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+        through = np.zeros(len(doubt))
+        for here, there in ((begin, end), (end, begin)):
+            # a way that comes back to where it began says nothing of where it has to be split
+            some = pairs[~np.isin(pairs, parts[there & ~other]).any(axis=1)]
+            costs = 0.5 * weight[some].sum(axis=1)
+            matrix = scipy.sparse.csr_array((costs, (some[:, 0], some[:, 1])), (len(weight), len(weight)))
+            ends = np.unique(parts[here])
+            away = scipy.sparse.csgraph.dijkstra(matrix, directed=False, indices=ends, min_only=True)
+            through += away[parts[doubt]]
+        order = np.argsort(through, kind="stable")[:MOST_AT_ONCE]
+        chosen: Ints = doubt[order[through[order] <= AS_MUCH * through[order[:1]]]]
+        return chosen
 
     def _split(self, chosen: Ints) -> None:
         parts = self._leaves.some(chosen).split()
@@ -167,6 +181,7 @@ class CloserLook:
         weights = self._judge.problem.weights
         row, col, _ = leaves.triangle
         metre = weights.length + weights.time * float(field.pace.min()) + field.added[row, col].astype(np.float64)
+        metre *= np.where(field.reasons[row, col] == 0, 1.0, ASIDE)
         costs = self._apart_m(graph) * metre[graph.edges].mean(axis=1)
         _, nodes = graph.cheapest(costs, np.flatnonzero(begin), np.flatnonzero(end))
         over = leaves.some(nodes)

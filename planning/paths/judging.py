@@ -37,7 +37,7 @@ Codes = npt.NDArray[np.uint8]
 # everywhere allowed
 CLOSED, SLIVER, DOUBT, FINAL, CLEAR = range(5)
 # so often a triangle in doubt is split: for what has a shape, and for what sight lines from its corners say
-MOST_LEVELS, SIGHT_LEVELS = 3, 2
+MOST_LEVELS, SIGHT_LEVELS = 5, 2
 # places on the rim of the footprint at which the ground under it is looked at, as the validator does
 RIM = 24
 BY_SIGHT = (Reason.ANCHORS, Reason.DOP)
@@ -168,7 +168,8 @@ class Judge:
         away_m = np.stack(
             [corners[..., 0] - west_m, east_m - corners[..., 0], corners[..., 1] - south_m, north_m - corners[..., 1]]
         )
-        return _judged((away_m >= radius_m).all(axis=(0, 2)), (away_m < radius_m).all(axis=2).any(axis=0))
+        nearest_m, farthest_m = away_m.min(axis=(0, 2)), away_m.max(axis=2).min(axis=0)
+        return _judged(nearest_m >= radius_m, farthest_m < radius_m)
 
     @cached_property
     def _unknown(self) -> tuple[shapely.STRtree, scipy.spatial.cKDTree]:

@@ -69,7 +69,8 @@ class Leaves:
     @property
     def size(self) -> Floats:
         """(n,) side of the leaf's square, in cells."""
-        return float(SPLIT) ** -self.level
+        side: Floats = float(SPLIT) ** -self.level.astype(np.float64)
+        return side
 
     @property
     def corners(self) -> Floats:

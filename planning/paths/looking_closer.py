@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from .checks import hidden_places
 from .closer_look import CloserLook
 from .describing import described
+from .ends import square_ends
 from .fields import CostField
 from .judging import Judge
 from .outcomes import Path
-from .places import metres_of
+from .places import metres_of, sampled
 from .problems import PathProblem
 from .sight_maps import SightMaps
-from .ways import drop_repeats
+from .ways import SIXTEEN, cost_of, drop_repeats, grid_way, straightened
 
 if TYPE_CHECKING:
     from planning.validation import PathValidation
 
 __all__ = ["Closer", "look_closer"]
+
+Places = npt.NDArray[np.float64]
 
 # so many ways are handed to the validator before it is given up
 MOST_REFUSALS = 24
@@ -58,7 +63,7 @@ def look_closer(problem: PathProblem, field: CostField, maps: SightMaps | None, 
             if look.places is None:
                 return Closer(None, look.cut, look.grain_m, number, look.why)
             ways.append(look.places)
-        places = drop_repeats(np.concatenate(ways))
+        places = drop_repeats(np.concatenate([_eased(field, way) for way in ways]))
         hidden = hidden_places(problem, field, maps, places, everywhere=True)
         refused = list(zip(*(axis.tolist() for axis in metres_of(problem.grid, hidden)), strict=True))
         if not refused:
@@ -67,6 +72,30 @@ def look_closer(problem: PathProblem, field: CostField, maps: SightMaps | None, 
             if validation.passed:
                 return Closer((path, validation), False, 0.0, -1, "")
             refused = [check.first_m for check in validation.failures if check.first_m is not None]
-        if not any([leg.refuse(refused) for leg in legs]):
+        some = [leg.refuse(refused) for leg in legs]
+        if not any(some):
             break
     return Closer(None, False, math.nan, 0, "the validator refused what was found")
+
+
+def _eased(field: CostField, way: Places) -> Places:
+    """A way with the grid's cheapest in place of each stretch that lies over squares that may be driven anyway."""
+    kernel_field = field.for_kernels()
+    fine, corners = sampled(way, 1.0)
+    free = np.array([math.isfinite(cost_of(kernel_field, fine[n : n + 2])) for n in range(len(fine) - 1)])
+    # a stretch begins and ends where that changes
+    turns = np.flatnonzero(np.diff(free)) + 1
+    cuts = [0, *turns.tolist(), len(fine) - 1]
+    eased = []
+    for begin, end in itertools.pairwise(cuts):
+        own = corners[(corners > begin) & (corners < end)]
+        stretch = fine[[begin, *own.tolist(), end]]
+        if free[begin] and end - begin > 1:
+            (row, col), (last_row, last_col) = stretch[0].tolist(), stretch[-1].tolist()
+            ends = square_ends(kernel_field, row, col, True), square_ends(kernel_field, last_row, last_col, False)
+            over, _ = grid_way(kernel_field, ends, SIXTEEN)
+            if over is not None:
+                straight = straightened(kernel_field, over)
+                stretch = straight.places if straight.cost < cost_of(kernel_field, stretch) else stretch
+        eased.append(stretch)
+    return drop_repeats(np.concatenate(eased))

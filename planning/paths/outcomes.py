@@ -168,8 +168,8 @@ class Unreachable:
 class PathOutcome:
     """The answer to ``plan_path``.
 
-    sentence: the outcome in words. path: only when FOUND. unreachable: only when UNREACHABLE or UNDECIDED, where it says
-        what stopped the search.
+    sentence: the outcome in words. path: only when FOUND. unreachable: only when UNREACHABLE, or UNDECIDED, where it
+        says what stopped the search.
     reference_cost: of the any-angle optimum over the same field; ratio: the path's cost over that; NaN without a path.
     validation: what the validator says of the path, and where REFUSED of the last one that it refused.
     reasons: (rows - 1, cols - 1) uint16, why squares of the field may not be driven: bits in the order of Reason.

@@ -281,9 +281,8 @@ class _Plan:
     def _unreachable(self, unreachable: Unreachable) -> PathOutcome:
         assert unreachable.grain is not None, "what is unreachable is proved"
         width_m = unreachable.grain.width_m
-        sentence = f"There is no way: {_blocks(unreachable)}"
-        if width_m > 0.0:
-            sentence += f" Proved for ways with {_told_m(0.5 * width_m)} m or more to spare on either side."
+        spare = f" with {_told_m(0.5 * width_m)} m or more to spare on either side" if width_m > 0.0 else ""
+        sentence = f"There is no way{spare}: {_blocks(unreachable)}"
         return replace(self._answer(PathStatus.UNREACHABLE, sentence, "grid", "proof"), unreachable=unreachable)
 
     def _undecided(self, blocked: Unreachable, why: str) -> PathOutcome:

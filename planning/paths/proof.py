@@ -90,7 +90,7 @@ def _present(field: CostField) -> list[Reason]:
 
 
 def _price(relaxation: Relaxation) -> tuple[bool, float]:
-    """Shown before not shown; then how much a limit gives, as a share of itself; one that goes altogether costs most."""
+    """Shown before not shown; then how much a limit gives, as a share of itself; all of it is dearest."""
     if math.isnan(relaxation.needed):
         return not relaxation.shown, math.inf
     share = abs(relaxation.needed - relaxation.asked) / max(abs(relaxation.asked), 1e-9)
