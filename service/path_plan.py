@@ -15,6 +15,7 @@ from planning.paths import PathProblem, plan_path
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
+from .asked_frame import told_as_asked
 from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
 from .path_answers import VERTEX_COLUMNS, outcome_answer, validation_answer, vertex_table
@@ -83,6 +84,7 @@ class FinishedPath:
         }
 
 
+@told_as_asked
 def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
     """Refuse what cannot be planned, as far as it shows without maps; how many anchors and satellites there are.
 
@@ -105,6 +107,7 @@ def refuse_path(grid: ElevationGrid, asked: PathParameters, settings: Settings) 
         refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
 
 
+@told_as_asked
 def calculate_path(
     grid: ElevationGrid,
     asked: PathParameters,

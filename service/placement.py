@@ -25,6 +25,7 @@ from planning.placement.placing import require_enough, require_sight
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
+from .asked_frame import told_as_asked
 from .errors import RequestError
 from .map_facts import Calculation, curvature_of, dem_summary
 from .placement_question import placement_question
@@ -87,6 +88,7 @@ class FinishedPlacement:
         }
 
 
+@told_as_asked
 def check_placement_request(grid: ElevationGrid, parameters: PlacementParameters) -> int:
     """Refuse what cannot be placed; how many candidates keep the cheap rules.
 
@@ -103,6 +105,7 @@ def check_placement_request(grid: ElevationGrid, parameters: PlacementParameters
     return len(feasible.candidates)
 
 
+@told_as_asked
 def calculate_placement(
     grid: ElevationGrid,
     parameters: PlacementParameters,

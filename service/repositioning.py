@@ -29,6 +29,7 @@ from terrain import ElevationGrid
 from visibility import Anchor, Curvature, check_anchors
 from visibility.sight_lines import ERROR_STATEMENT
 
+from .asked_frame import told_as_asked
 from .errors import LimitError
 from .map_facts import Calculation, curvature_of, dem_summary
 from .placement import place_of
@@ -79,6 +80,7 @@ class FinishedRepositioning:
         }
 
 
+@told_as_asked
 def check_repositioning_request(grid: ElevationGrid, parameters: RepositioningParameters) -> int:
     """Refuse what makes no question; how many anchors there are. Raises PlacementError, FrameError, AnchorError."""
     path_targets(grid, _path(grid, parameters), parameters.receiver_above_ground_m)
@@ -105,6 +107,7 @@ def refuse_repositioning(grid: ElevationGrid, parameters: RepositioningParameter
         )
 
 
+@told_as_asked
 def calculate_repositioning(
     grid: ElevationGrid, parameters: RepositioningParameters, progress: Callable[[float], None] | None = None
 ) -> FinishedRepositioning:

@@ -20,6 +20,7 @@ from .read_only import read_only
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
+from .told_places import places_told, told_place
 
 __all__ = [
     "DEFAULT_MAX_CELLS",
@@ -43,12 +44,14 @@ __all__ = [
     "height_at",
     "horizon_distance_m",
     "nearest_surface",
+    "places_told",
     "plane",
     "read_dem",
     "read_only",
     "ridge",
     "to_grid_frame",
     "to_lon_lat",
+    "told_place",
     "wedge",
     "write_npz",
 ]

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.errors import NoCoverageError, PlaceError
+from terrain import ElevationGrid, told_place
 from terrain.version import VERSION
 
 from .arrivals import arrivals_along, fastest_arrivals_s
@@ -282,11 +283,13 @@ class _Plan:
         assert unreachable.grain is not None, "what is unreachable is proved"
         width_m = unreachable.grain.width_m
         spare = f" with {_told_m(0.5 * width_m)} m or more to spare on either side" if width_m > 0.0 else ""
-        sentence = f"There is no way{spare}: {_blocks(unreachable)}"
+        sentence = f"There is no way{spare}: {_blocks(self.problem.grid, unreachable)}"
         return replace(self._answer(PathStatus.UNREACHABLE, sentence, "grid", "proof"), unreachable=unreachable)
 
     def _undecided(self, blocked: Unreachable, why: str) -> PathOutcome:
-        sentence = f"No way was found, and that there is none is not proved, for {why}: {_blocks(blocked)}"
+        sentence = (
+            f"No way was found, and that there is none is not proved, for {why}: {_blocks(self.problem.grid, blocked)}"
+        )
         return replace(self._answer(PathStatus.UNDECIDED, sentence, "none", "grain"), unreachable=blocked)
 
     def _out_of_budget(self, sentence: str) -> PathOutcome:
@@ -321,10 +324,9 @@ def _nobody(_: float) -> None:
     """Tells nobody of progress."""
 
 
-def _blocks(found: Unreachable) -> str:
+def _blocks(grid: ElevationGrid, found: Unreachable) -> str:
     """What blocks, where, and what would open a way."""
-    east_m, north_m = found.where_m
-    sentence = f"what blocks it near ({east_m:.0f} m east, {north_m:.0f} m north) is {found.reason.in_words}."
+    sentence = f"what blocks it near {told_place(grid, *found.where_m)} is {found.reason.in_words}."
     if not found.relaxations:
         return f"{sentence} No single limit would open one by giving way."
     cheapest = found.relaxations[0]
