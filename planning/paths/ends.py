@@ -140,7 +140,9 @@ def _standing(ground: Ground, name: str, place: Place) -> tuple[float, float]:
         closed = reasons_of(bits)
         # a square that exact sight lines took away on some path says little of this place in it
         hidden = sight_error(ground, name, (row, col)) if closed == (Reason.SIGHT_LINE,) else None
-        if hidden is not None or not _stands(ground.problem, place):
+        tried = {Reason.SIGHT_LINE, Reason.BUBBLE} & set(closed)
+        # of anchors that move it is not known when the rover gets there
+        if tried or ground.problem.moves or not _stands(ground.problem, place):
             raise hidden or place_error(ground, name, (row, col), closed)
     hidden = sight_error(ground, name, (row, col))
     if hidden is not None:
