@@ -19,7 +19,7 @@ from .fields import CostField
 from .judging import Judge
 from .outcomes import Path
 from .places import metres_of, sampled
-from .problems import PathProblem
+from .problems import PathProblem, Place
 from .sight_maps import SightMaps
 from .ways import SIXTEEN, cost_of, drop_repeats, grid_way, straightened
 
@@ -50,8 +50,6 @@ class Closer:
 
 def look_closer(problem: PathProblem, field: CostField, maps: SightMaps | None, ended: Callable[[], bool]) -> Closer:
     """Search between the squares of a field, which hold no way."""
-    from planning.validation import validate_path  # it takes its question from this package
-
     judge = Judge(problem, field, maps)
     stops = [problem.start, *problem.way_points]
     goals = [*((stop,) for stop in stops[1:]), problem.goals]
@@ -63,19 +61,31 @@ def look_closer(problem: PathProblem, field: CostField, maps: SightMaps | None, 
             if look.places is None:
                 return Closer(None, look.cut, look.grain_m, number, look.why)
             ways.append(look.places)
-        places = drop_repeats(np.concatenate([_eased(field, way) for way in ways]))
-        hidden = hidden_places(problem, field, maps, places, everywhere=True)
-        refused = list(zip(*(axis.tolist() for axis in metres_of(problem.grid, hidden)), strict=True))
-        if not refused:
-            path = described(problem, field, maps, places, everywhere=True)
-            validation = validate_path(problem, np.column_stack([path.east_m, path.north_m]))
-            if validation.passed:
-                return Closer((path, validation), False, 0.0, -1, "")
-            refused = [check.first_m for check in validation.failures if check.first_m is not None]
+        # the shorter one first; what is refused of the other is what the next way keeps away from
+        for shaped in ([_eased(field, way) for way in ways], ways):
+            found, refused = _judged(problem, field, maps, drop_repeats(np.concatenate(shaped)))
+            if found is not None:
+                return Closer(found, False, 0.0, -1, "")
         some = [leg.refuse(refused) for leg in legs]
         if not any(some):
             break
     return Closer(None, False, math.nan, 0, "the validator refused what was found")
+
+
+def _judged(
+    problem: PathProblem, field: CostField, maps: SightMaps | None, places: Places
+) -> tuple[tuple[Path, PathValidation] | None, list[Place]]:
+    """The path over a way if the validator passes it, else where it does not."""
+    from planning.validation import validate_path  # it takes its question from this package
+
+    hidden = hidden_places(problem, field, maps, places, everywhere=True)
+    if len(hidden):
+        return None, list(zip(*(axis.tolist() for axis in metres_of(problem.grid, hidden)), strict=True))
+    path = described(problem, field, maps, places, everywhere=True)
+    validation = validate_path(problem, np.column_stack([path.east_m, path.north_m]))
+    if validation.passed:
+        return (path, validation), []
+    return None, [check.first_m for check in validation.failures if check.first_m is not None]
 
 
 def _eased(field: CostField, way: Places) -> Places:
