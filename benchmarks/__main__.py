@@ -32,6 +32,7 @@ from . import (
     plans_over_http,
     report,
     speed,
+    unreachables,
     volumes,
 )
 
@@ -78,6 +79,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         planning.cost_in_three_seconds,
         path_benefit.benefit,
         planning.same_twice,
+        unreachables.unreachables,
     ),
 }
 # the same tables on small grounds: to see that everything runs, not to be believed
@@ -136,6 +138,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(planning.cost_in_three_seconds, posts=80, count=5),
         partial(path_benefit.benefit, count=3, posts=60),
         partial(planning.same_twice, count=1),
+        partial(unreachables.unreachables, count=12, posts=40),
     ),
 }
 

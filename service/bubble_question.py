@@ -11,6 +11,7 @@ from terrain import ElevationGrid
 from visibility import check_anchors
 from visibility.sight_points import check_points
 
+from .asked_frame import told_as_asked
 from .bubble_surroundings import buildings_of, surroundings
 from .finished_bubbles import way_m
 from .point_arrays import points_in_grid
@@ -34,6 +35,7 @@ def points_and_times(grid: ElevationGrid, parameters: BubbleParameters) -> tuple
     return points_m, way_m(points_m) / (parameters.speed_m_per_s or 1.0)
 
 
+@told_as_asked
 def check_bubble_question(grid: ElevationGrid, parameters: BubbleParameters) -> tuple[int, Array, Array]:
     """(number of anchors and satellites, points, times); refuses what cannot be answered before anything is calculated.
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navigation import BubbleError
-from terrain import ElevationGrid, nearest_surface
+from terrain import ElevationGrid, nearest_surface, told_place
 from visibility import Buildings, Curvature, clear_of_buildings, nearest_building, parse_buildings
 from visibility.building_distance import solid_bodies
 
@@ -62,7 +62,7 @@ def surroundings(
         first = int(np.argmax(nowhere))
         east_m, north_m, _ = points_m[first]
         what = "lies over unknown ground" if grid.contains(east_m, north_m) else "lies outside the DEM"
-        raise BubbleError(f"Point {first} {what}, at {east_m:.1f} m east, {north_m:.1f} m north.", index=first)
+        raise BubbleError(f"Point {first} {what}, at {told_place(grid, east_m, north_m, 0.1)}.", index=first)
     if buildings is None:
         return Surroundings(
             ground.distance_m, ground.nearest_m, ground.unknown_m, np.zeros(len(points_m), dtype=np.bool_)

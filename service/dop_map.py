@@ -22,6 +22,7 @@ from visibility import (
     position_error_map,
 )
 
+from .asked_frame import told_as_asked
 from .dop_paths import along_path
 from .dop_volumes import air_summary, asks_for_air, check_air
 from .map_facts import Calculation, curvature_of, share_of
@@ -105,6 +106,7 @@ class FinishedDopMap:
         }
 
 
+@told_as_asked
 def calculate_dop_map(
     grid: ElevationGrid, parameters: DopMapParameters, progress: Callable[[float], None] | None = None
 ) -> FinishedDopMap:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from terrain import ElevationGrid
+from terrain import ElevationGrid, told_place
 from visibility import (
     AltitudeLayers,
     ControlVolume,
@@ -23,6 +23,7 @@ from visibility import (
 from visibility.control_volumes import posts_within
 
 from .air_layers import air_layers
+from .asked_frame import told_as_asked
 from .schemas.positioning import DopMapParameters
 from .schemas.volumes import CutIn
 from .shapes_in_grid import places_in_grid
@@ -40,6 +41,7 @@ def asks_for_air(parameters: DopMapParameters) -> bool:
     return parameters.volume is not None or bool(parameters.cuts)
 
 
+@told_as_asked
 def check_air(grid: ElevationGrid, parameters: DopMapParameters) -> int:
     """Refuse volumes and cuts that cannot be; tells how many voxels the volume has, 0 without one.
 
@@ -57,8 +59,8 @@ def check_air(grid: ElevationGrid, parameters: DopMapParameters) -> int:
             inside = first_row - SLACK <= row <= last_row + SLACK and first_col - SLACK <= col <= last_col + SLACK
             if not inside:
                 raise VisibilityInputError(
-                    f"cuts[{number}] leaves the volume at {east_m:.0f} m east, {north_m:.0f} m north; keep it between "
-                    "the outermost posts."
+                    f"cuts[{number}] leaves the volume at {told_place(grid, east_m, north_m)}; keep it between the "
+                    "outermost posts."
                 )
         if not np.ptp(line_m, axis=0).any():
             raise VisibilityInputError(f"cuts[{number}] is a single place; its line needs two different ones.")

@@ -18,6 +18,7 @@ from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, MorphingMap, morphing_map
 from visibility.morphing_maps import check_ceiling
 
+from .asked_frame import told_as_asked
 from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
 from .missions import mission_warnings
@@ -79,6 +80,7 @@ class FinishedFlight:
         }
 
 
+@told_as_asked
 def check_flight_request(grid: ElevationGrid, asked: FlightParameters) -> int:
     """Refuse what makes no question; how many anchors and satellites there are.
 
@@ -100,6 +102,7 @@ def refuse_flight(grid: ElevationGrid, asked: FlightParameters, settings: Settin
         refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
 
 
+@told_as_asked
 def calculate_flight(
     grid: ElevationGrid,
     asked: FlightParameters,

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility import NO_GO, Anchor, ColumnState, DistantAnchor, dop_map, morphing_map
 
+from .asked_frame import told_as_asked
 from .map_facts import Calculation, share_of
 from .morphing_frames import find_frames, frames_summary
 from .ranging_sources import RangingSources, calculation_of, common_summary, limit_of, sight_lines
@@ -98,6 +99,7 @@ class FinishedMorphingMap:
         }
 
 
+@told_as_asked
 def calculate_morphing_map(
     grid: ElevationGrid, parameters: MorphingMapParameters, progress: Callable[[float], None] | None = None
 ) -> FinishedMorphingMap:

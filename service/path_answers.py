@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from planning.paths import Path, PathOutcome, PathProblem, Reason, Relaxation, Unreachable
+from planning.paths import Grain, Path, PathOutcome, PathProblem, Reason, Relaxation, Unreachable
 from planning.validation import PathLimit, PathValidation
 
 __all__ = ["VERTEX_COLUMNS", "outcome_answer", "time_words", "validation_answer", "vertex_table"]
@@ -116,10 +116,15 @@ UNITS = {Reason.SLOPE: "deg", Reason.PITCH_OR_ROLL: "deg", Reason.STEP: "m"}
 
 
 def _limits(one: Relaxation) -> dict[str, Any]:
-    """What a relaxation asks and needs, in the unit in which the limit is given, angles in degrees."""
+    """What a relaxation asks and needs, and what is too little, in the unit of the limit, angles in degrees."""
     unit = UNITS.get(one.reason, "")
     factor = math.degrees(1.0) if unit == "deg" else 1.0
-    return {"asked": _number(one.asked * factor), "needed": _number(one.needed * factor), "unit": unit}
+    numbers = {name: _number(getattr(one, name) * factor) for name in ("asked", "needed", "least")}
+    return {**numbers, "unit": unit}
+
+
+def _grain(grain: Grain) -> dict[str, float]:
+    return {"width_m": grain.width_m, "slope_deg": math.degrees(grain.slope_rad)}
 
 
 def _unreachable(found: Unreachable) -> dict[str, Any]:
@@ -131,9 +136,11 @@ def _unreachable(found: Unreachable) -> dict[str, Any]:
                 "reason": str(one.reason),
                 **_limits(one),
                 "sentence": one.sentence,
+                "shown": one.shown,
             }
             for one in found.relaxations
         ],
+        "grain": None if found.grain is None else _grain(found.grain),
     }
 
 

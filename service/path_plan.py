@@ -16,6 +16,7 @@ from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
 from .areas_without_posts import told_of_areas
+from .asked_frame import told_as_asked
 from .estimates import refuse_budget, refuse_map
 from .map_facts import Calculation, dem_summary
 from .missions import mission_warnings
@@ -85,6 +86,7 @@ class FinishedPath:
         }
 
 
+@told_as_asked
 def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
     """Refuse what cannot be planned, as far as it shows without maps; how many anchors and satellites there are.
 
@@ -107,6 +109,7 @@ def refuse_path(grid: ElevationGrid, asked: PathParameters, settings: Settings) 
         refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
 
 
+@told_as_asked
 def calculate_path(
     grid: ElevationGrid,
     asked: PathParameters,

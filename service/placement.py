@@ -26,6 +26,7 @@ from terrain import ElevationGrid, height_at
 from visibility import Anchor, check_anchors, dop_map, min_visible_altitude
 
 from .areas_without_posts import areas_of_placement, told_of_areas
+from .asked_frame import told_as_asked
 from .errors import RequestError
 from .map_facts import Calculation, curvature_of, dem_summary
 from .missions import above_sea_level, mission_warnings
@@ -89,6 +90,7 @@ class FinishedPlacement:
         }
 
 
+@told_as_asked
 def check_placement_request(grid: ElevationGrid, parameters: PlacementParameters) -> int:
     """Refuse what cannot be placed; how many candidates keep the cheap rules.
 
@@ -105,6 +107,7 @@ def check_placement_request(grid: ElevationGrid, parameters: PlacementParameters
     return len(feasible.candidates)
 
 
+@told_as_asked
 def calculate_placement(
     grid: ElevationGrid,
     parameters: PlacementParameters,

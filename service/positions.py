@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from terrain import ElevationGrid, height_at, to_grid_frame
+from terrain import ElevationGrid, height_at, places_told, to_grid_frame, told_place
 from visibility import Anchor, VisibilityInputError, anchor_above_ground
 
 from .map_facts import check_bodies
@@ -47,7 +47,7 @@ def resolve_point(grid: ElevationGrid, point: PointIn, called: str = "Point") ->
         return east_m, north_m, point.altitude_m
     if not grid.contains(east_m, north_m):
         raise VisibilityInputError(
-            f"{called} lies outside the DEM, at {east_m:.0f} m east, {north_m:.0f} m north, where no ground is known; "
+            f"{called} lies outside the DEM, at {_told(grid, point, east_m, north_m)}, where no ground is known; "
             "give its altitude_m instead of above_ground_m, or check whether it was given in metres or degrees."
         )
     ground_m = float(height_at(grid, east_m, north_m))
@@ -56,6 +56,13 @@ def resolve_point(grid: ElevationGrid, point: PointIn, called: str = "Point") ->
             f"{called} lies on unknown ground; give its altitude_m instead of above_ground_m, or move it."
         )
     return east_m, north_m, ground_m + _given(point.above_ground_m)
+
+
+def _told(grid: ElevationGrid, point: PointIn, east_m: float, north_m: float) -> str:
+    """The place of a point as it is given itself."""
+    degrees = point.lon_deg is not None
+    with places_told(in_metres=not degrees, in_degrees=degrees):
+        return told_place(grid, east_m, north_m)
 
 
 def _horizontal(grid: ElevationGrid, point: PointIn) -> tuple[float, float]:

@@ -30,6 +30,7 @@ from visibility import Anchor, Curvature, check_anchors
 from visibility.sight_lines import ERROR_STATEMENT
 
 from .areas_without_posts import areas_of_rules, told_of_areas
+from .asked_frame import told_as_asked
 from .errors import LimitError
 from .map_facts import Calculation, curvature_of, dem_summary
 from .missions import mission_warnings
@@ -81,6 +82,7 @@ class FinishedRepositioning:
         }
 
 
+@told_as_asked
 def check_repositioning_request(grid: ElevationGrid, parameters: RepositioningParameters) -> int:
     """Refuse what makes no question; how many anchors there are. Raises PlacementError, FrameError, AnchorError."""
     path_targets(grid, _path(grid, parameters), parameters.receiver_above_ground_m)
@@ -107,6 +109,7 @@ def refuse_repositioning(grid: ElevationGrid, parameters: RepositioningParameter
         )
 
 
+@told_as_asked
 def calculate_repositioning(
     grid: ElevationGrid, parameters: RepositioningParameters, progress: Callable[[float], None] | None = None
 ) -> FinishedRepositioning:

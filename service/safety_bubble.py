@@ -19,6 +19,7 @@ from visibility import (
     visible_sets,
 )
 
+from .asked_frame import told_as_asked
 from .bubble_question import bubble_sources, check_bubble_question, given_covariances
 from .bubble_surroundings import buildings_of, in_sight_past, open_bodies_warning, surroundings
 from .finished_bubbles import FinishedBubbles
@@ -31,6 +32,7 @@ Array = npt.NDArray[np.float64]
 SHARE_OF_SIGHT_LINES = 0.8
 
 
+@told_as_asked
 def calculate_bubbles(
     grid: ElevationGrid, parameters: BubbleParameters, progress: Callable[[float], None] | None = None
 ) -> FinishedBubbles:

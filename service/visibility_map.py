@@ -13,6 +13,7 @@ import numpy.typing as npt
 from terrain import ElevationGrid, height_at
 from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
 
+from .asked_frame import told_as_asked
 from .map_facts import Calculation, curvature_of, dem_summary, share_of
 from .positions import resolve_anchor
 from .schemas.visibility_maps import VisibilityMapParameters
@@ -76,6 +77,7 @@ class VisibilityMap:
         }
 
 
+@told_as_asked
 def calculate(
     grid: ElevationGrid,
     parameters: VisibilityMapParameters,

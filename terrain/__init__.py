@@ -23,6 +23,7 @@ from .read_only import read_only
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
+from .told_places import places_told, told_place
 
 __all__ = [
     "DEFAULT_MAX_CELLS",
@@ -50,6 +51,7 @@ __all__ = [
     "horizon_distance_m",
     "nearest_surface",
     "parse_crs",
+    "places_told",
     "plane",
     "read_dem",
     "read_only",
@@ -57,6 +59,7 @@ __all__ = [
     "same_map",
     "to_grid_frame",
     "to_lon_lat",
+    "told_place",
     "true_offsets",
     "wedge",
     "write_npz",

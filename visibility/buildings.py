@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from terrain import ElevationGrid, height_at
+from terrain import ElevationGrid, height_at, told_place
 
 from .errors import MeshError
 from .mesh_files import MAX_FACES, MAX_FILE_BYTES, read_mesh_bytes, triangles_of
@@ -156,7 +156,7 @@ def _on_ground(grid: ElevationGrid, buildings: Buildings) -> Buildings:
         east_m, north_m = middle_m[int(np.argmax(nowhere))]
         raise MeshError(
             f"{int(nowhere.sum())} of {bodies} buildings in {buildings.source} have no known ground below, "
-            f"one at east {east_m:.1f} m, north {north_m:.1f} m; set the file's origin, or give absolute heights."
+            f"one at {told_place(grid, east_m, north_m, 0.1)}; set the file's origin, or give absolute heights."
         )
     # a vertex that two bodies share, though not its neighbours, must not be raised twice: one vertex per face corner
     raised_m = corners_m + np.stack([np.zeros(len(body)), np.zeros(len(body)), ground_m[body]], axis=-1)[:, None, :]

@@ -4,7 +4,7 @@ from .flight_problems import FlightOutcome, FlightProblem
 from .flights import plan_flight
 from .limits import CostWeights, PathLimits, PlanBudget
 from .navigation_models import NavigationModel
-from .outcomes import Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable
+from .outcomes import Grain, Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable
 from .planning import plan_path
 from .problems import Goal, PathProblem, Place
 from .rovers import RoverModel
@@ -14,6 +14,7 @@ __all__ = [
     "FlightOutcome",
     "FlightProblem",
     "Goal",
+    "Grain",
     "NavigationModel",
     "Path",
     "PathLimits",

@@ -26,7 +26,7 @@ from .sight_maps import Sightings, SightMaps
 if TYPE_CHECKING:
     from planning.validation import PathValidation
 
-__all__ = ["breaks", "without_broken_squares", "without_refused_squares"]
+__all__ = ["breaks", "hidden_places", "without_broken_squares", "without_refused_squares"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def without_broken_squares(
     """The field without the squares in which a path breaks a limit on positioning; None where it breaks none."""
     if maps is None or not problem.limits.on_positioning:
         return None
-    hidden = _hidden_places(problem, field, maps, places)
+    hidden = hidden_places(problem, field, maps, places)
     if len(hidden):
         return _without(field, hidden[:, 0].astype(np.intp), hidden[:, 1].astype(np.intp), Reason.SIGHT_LINE)
     if problem.limits.bubble_epsilon == 0.0:
@@ -67,10 +67,14 @@ def _without(field: CostField, rows: npt.NDArray[np.intp], cols: npt.NDArray[np.
     return replace(field, reasons=reasons)
 
 
-def _hidden_places(problem: PathProblem, field: CostField, maps: SightMaps, places: Floats) -> Floats:
-    """Places along a path at which exact sight lines break a limit."""
+def hidden_places(
+    problem: PathProblem, field: CostField, maps: SightMaps | None, places: Floats, *, everywhere: bool = False
+) -> Floats:
+    """Places along a path at which exact sight lines break a limit; everywhere: over forbidden squares, too."""
+    if maps is None or not problem.limits.on_positioning:
+        return np.zeros((0, 2))
     coarse, _ = sampled(places, COARSE)
-    times_s = running_sums(field.for_kernels(), coarse)[:, 2]
+    times_s = running_sums(field.for_kernels(everywhere=everywhere), coarse)[:, 2]
     seen = maps.sightings(coarse, times_s)
     hidden = coarse[breaks(problem.limits, seen)]
     near_m = NEAR_M_PER_CELL * max(field.grid.cell_east_m, field.grid.cell_north_m)

@@ -23,9 +23,11 @@ __all__ = ["described"]
 Floats = npt.NDArray[np.float64]
 
 
-def described(problem: PathProblem, field: CostField, maps: SightMaps | None, places: Floats) -> Path:
-    """The path over the corners of a way, as fractional posts (n, 2)."""
-    grid, kernel_field = problem.grid, field.for_kernels()
+def described(
+    problem: PathProblem, field: CostField, maps: SightMaps | None, places: Floats, *, everywhere: bool = False
+) -> Path:
+    """The path over the corners of a way, as fractional posts (n, 2); everywhere: also over forbidden squares."""
+    grid, kernel_field = problem.grid, field.for_kernels(everywhere=everywhere)
     fine, corners = sampled(places, 1.0)
     east_m, north_m = metres_of(grid, fine)
     sums = running_sums(kernel_field, fine)

@@ -80,7 +80,7 @@ def _check_not_there(name: str, place: Place, goal: Goal) -> None:
 def _of_place(ground: Ground, kernel_field: KernelField, name: str, place: Place, onward: bool) -> Ends:
     row, col = _standing(ground, name, place)
     ends = square_ends(kernel_field, row, col, onward)
-    if len(ends.nodes) == 0:
+    if len(ends.nodes) == 0 and segment_cost(kernel_field, row, col, row, col)[0] == CLEAR:
         raise place_error(ground, name, (row, col), (Reason.PITCH_OR_ROLL,))
     return ends
 
@@ -140,8 +140,19 @@ def _standing(ground: Ground, name: str, place: Place) -> tuple[float, float]:
         closed = reasons_of(bits)
         # a square that exact sight lines took away on some path says little of this place in it
         hidden = sight_error(ground, name, (row, col)) if closed == (Reason.SIGHT_LINE,) else None
-        raise hidden or place_error(ground, name, (row, col), closed)
+        tried = {Reason.SIGHT_LINE, Reason.BUBBLE} & set(closed)
+        # of anchors that move it is not known when the rover gets there
+        if tried or ground.problem.moves or not _stands(ground.problem, place):
+            raise hidden or place_error(ground, name, (row, col), closed)
     hidden = sight_error(ground, name, (row, col))
     if hidden is not None:
         raise hidden
     return row, col
+
+
+def _stands(problem: PathProblem, place: Place) -> bool:
+    """Whether the validator lets the rover be at a place in a square of which some is forbidden."""
+    from planning.validation import PathLimit, validate_path  # it takes its question from this package
+
+    of_ways = (PathLimit.START, PathLimit.WAY_POINTS, PathLimit.GOAL, PathLimit.BUBBLE)
+    return all(check.limit in of_ways for check in validate_path(problem, [place]).failures)

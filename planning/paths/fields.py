@@ -81,9 +81,13 @@ class CostField:
     numbers: tuple[float, ...]
     pace: npt.NDArray[np.float64]
 
-    def for_kernels(self) -> KernelField:
-        """The field as the kernels take it."""
+    def for_kernels(self, *, everywhere: bool = False) -> KernelField:
+        """The field as the kernels take it; everywhere: what it costs alone, all of it allowed in every direction."""
         cells = (self.grid.cell_east_m, self.grid.cell_north_m)
+        if everywhere:
+            numbers = (*self.numbers[:2], math.inf, math.inf, *self.numbers[4:])
+            allowed = np.ones(self.reasons.shape, np.uint8)
+            return self.grid.heights_m, allowed, self.added, self.hidden, cells, numbers, self.pace
         allowed = (self.reasons == 0).astype(np.uint8)
         return self.grid.heights_m, allowed, self.added, self.hidden, cells, self.numbers, self.pace
 

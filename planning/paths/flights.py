@@ -18,7 +18,7 @@ import scipy
 from planning.errors import PlaceError
 from planning.kernels.flight_segments import flight_cost, pull_flight
 from planning.kernels.path_proof import least_worst_way
-from terrain import ElevationGrid
+from terrain import ElevationGrid, told_place
 
 from .flight_problems import FlightOutcome, FlightProblem
 from .outcomes import PathStatus, Reason
@@ -166,8 +166,9 @@ def _over_shut_air(problem: FlightProblem, air: Air, name: str, place: Point) ->
     row, col = int(rows[away_m.argmin()]), int(cols[away_m.argmin()])
     east_m, north_m = problem.grid.position_of(row + 0.5, col + 0.5)
     sentence = (
-        f"The {name} is over air that may not be flown, at no altitude; the nearest that may is over ({east_m:.1f} m "
-        f"east, {north_m:.1f} m north), from {floor_m[row, col]:.1f} to {ceiling_m[row, col]:.1f} m."
+        f"The {name} is over air that may not be flown, at no altitude; the nearest that may is over "
+        f"{told_place(problem.grid, east_m, north_m, 0.1)}, from {floor_m[row, col]:.1f} to "
+        f"{ceiling_m[row, col]:.1f} m."
     )
     return PlaceError(sentence, name, (Reason.MORPHING_MAP,), (east_m, north_m))
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 from planning.errors import PlaceError
+from terrain import told_place
 
 from .checks import breaks
 from .fields import CostField
@@ -74,12 +77,13 @@ def place_error(
 
 
 def _error(ground: Ground, sentence: str, name: str, reasons: tuple[str, ...], post: tuple[float, float]) -> PlaceError:
-    nearest = _nearest(ground, name, *post)
-    if nearest is None:
-        rest = "no place on the map is allowed."
-    else:
-        digits = _digits(ground)
-        rest = f"the nearest allowed place is ({nearest[0]:.{digits}f} m east, {nearest[1]:.{digits}f} m north)."
+    nearest, rest = None, "no place on the map is allowed."
+    for squares, which in _from_where_to_go(ground, name):
+        nearest = _nearest(ground, name, squares, *post)
+        if nearest is not None:
+            within_m = INSIDE * min(ground.field.grid.cell_north_m, ground.field.grid.cell_east_m)
+            rest = f"the nearest allowed place {which}is {told_place(ground.field.grid, *nearest, within_m)}."
+            break
     return PlaceError(f"{sentence}; {rest}", name, tuple(str(reason) for reason in reasons), nearest)
 
 
@@ -114,15 +118,32 @@ def _dop_words(ground: Ground, dop: float) -> str:
     return f"the dilution there is {dop:.2f}, and {limits.max_dop:g} or less is asked for"
 
 
-def _digits(ground: Ground) -> int:
-    """Digits after the point with which a place is told so that, typed back, it lies in the same square."""
-    inside_m = INSIDE * min(ground.field.grid.cell_north_m, ground.field.grid.cell_east_m)
-    return max(math.ceil(-math.log10(inside_m)), 1)
+def _from_where_to_go(ground: Ground, name: str) -> Iterator[tuple[npt.NDArray[np.bool_], str]]:
+    """Squares in which to look for a place, best first, and what to say of it.
+
+    From a start the goals are to be reached, and all else from the start; where that stands nowhere itself, the most
+    of the map that hangs together will do.
+    """
+    problem, field = ground.problem, ground.field
+    # sides in common: through a corner goes nobody
+    parts, _ = scipy.ndimage.label(field.reasons == 0)
+    others = problem.goals if name == "start" else (problem.start,)
+    there = set()
+    for other in others:
+        at = other if isinstance(other, tuple) else (other.representative_point().x, other.representative_point().y)
+        if field.grid.contains(*at):
+            there.add(int(parts[field.square_at(*field.grid.post_at(*at))]))
+    reached = np.isin(parts, list(there - {0}))
+    if reached.any():
+        yield reached, "with a way to the goal " if name == "start" else "with a way from the start "
+    elif parts.any():
+        yield parts == int(np.bincount(parts.ravel())[1:].argmax()) + 1, ""
+    yield parts > 0, ""
 
 
-def _nearest(ground: Ground, name: str, row: float, col: float) -> Place | None:
-    """The nearest place in a square that may be driven, a little inside it, at which exact sight lines hold too."""
-    grid, (rows, cols) = ground.field.grid, np.nonzero(ground.field.reasons == 0)
+def _nearest(ground: Ground, name: str, squares: npt.NDArray[np.bool_], row: float, col: float) -> Place | None:
+    """The nearest place in one of the squares, a little inside it, at which exact sight lines hold too."""
+    grid, (rows, cols) = ground.field.grid, np.nonzero(squares)
     at_row = np.clip(row, rows + INSIDE, rows + 1 - INSIDE)
     at_col = np.clip(col, cols + INSIDE, cols + 1 - INSIDE)
     away = ((at_row - row) * grid.cell_north_m) ** 2 + ((at_col - col) * grid.cell_east_m) ** 2

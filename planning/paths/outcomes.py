@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,17 +14,21 @@ import numpy.typing as npt
 if TYPE_CHECKING:  # the validator takes its question from this package
     from planning.validation import PathValidation
 
-__all__ = ["Path", "PathOutcome", "PathStatus", "PathTotals", "Reason", "Relaxation", "Unreachable"]
+__all__ = ["Grain", "Path", "PathOutcome", "PathStatus", "PathTotals", "Reason", "Relaxation", "Unreachable"]
 
 Numbers = npt.NDArray[np.float64]
 
 
 class PathStatus(enum.StrEnum):
-    """How a plan ended. FOUND paths have passed the validator; REFUSED: the validator found a fault in each."""
+    """How a plan ended. FOUND paths have passed the validator; REFUSED: the validator found a fault in each.
+
+    UNREACHABLE: there is no way, which is proved to a grain. UNDECIDED: neither a way nor that proof was found.
+    """
 
     FOUND = "found"
     REFUSED = "refused"
     UNREACHABLE = "unreachable"
+    UNDECIDED = "undecided"
     OUT_OF_BUDGET = "out_of_budget"
 
 
@@ -119,29 +124,52 @@ class Path:
 
 
 @dataclass(frozen=True, slots=True)
+class Grain:
+    """How fine a proof is.
+
+    width_m: a way that has more than half of it free on either side all along does not exist; 0 = none at all.
+    slope_rad: nor one over ground that is steeper than the limit by no more than this.
+    """
+
+    width_m: float
+    slope_rad: float
+
+
+@dataclass(frozen=True, slots=True)
 class Relaxation:
-    """One limit by itself that, set to ``needed`` instead of ``asked``, would let a path through; in its own unit."""
+    """One limit by itself that, set to ``needed`` instead of ``asked``, would let a path through; in its own unit.
+
+    shown: whether a path was found with it that the validator passes; of unknown ground and of what lies beyond the
+    border nobody can. least: with less there is no way for certain; NaN = not known.
+    """
 
     reason: Reason
     asked: float
     needed: float
     sentence: str
+    shown: bool = False
+    least: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
 class Unreachable:
-    """What blocks: the limit, where the way is cut (east_m, north_m), and each single relaxation, cheapest first."""
+    """What blocks: the limit, where the way is cut (east_m, north_m), and each single relaxation, cheapest first.
+
+    grain: how fine the proof is; None where nothing is proved.
+    """
 
     reason: Reason
     where_m: tuple[float, float]
     relaxations: tuple[Relaxation, ...]
+    grain: Grain | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class PathOutcome:
     """The answer to ``plan_path``.
 
-    sentence: the outcome in words. path: only when FOUND. unreachable: only when UNREACHABLE.
+    sentence: the outcome in words. path: only when FOUND. unreachable: only when UNREACHABLE, or UNDECIDED, where it
+        says what stopped the search.
     reference_cost: of the any-angle optimum over the same field; ratio: the path's cost over that; NaN without a path.
     validation: what the validator says of the path, and where REFUSED of the last one that it refused.
     reasons: (rows - 1, cols - 1) uint16, why squares of the field may not be driven: bits in the order of Reason.

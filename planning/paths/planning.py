@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from planning.errors import PlaceError
+from planning.errors import NoCoverageError, PlaceError
+from terrain import ElevationGrid, told_place
 from terrain.version import VERSION
 
 from .arrivals import arrivals_along, fastest_arrivals_s
@@ -20,8 +21,9 @@ from .checks import without_broken_squares, without_refused_squares
 from .corridors import CorridorTask
 from .describing import described
 from .ends import Ends, ends_of
-from .fields import CostField, bit_of, cost_field
-from .outcomes import Path, PathOutcome, PathStatus, Reason, Unreachable
+from .fields import CostField, cost_field
+from .looking_closer import look_closer
+from .outcomes import Grain, Path, PathOutcome, PathStatus, Reason, Unreachable
 from .own_process import OwnProcess
 from .problems import PathProblem
 from .proof import closed_in, proof_of
@@ -47,6 +49,8 @@ TURNING_REPAIRS = 4
 GREED = 3.0
 # half the width of the corridor in which the sampling planner looks for a cheaper way, in cells
 CORRIDOR = 0.5
+# what the validator forgives of a slope
+SLOPE_GRAIN_RAD = 1e-6
 
 
 def plan_path(
@@ -64,16 +68,28 @@ def plan_path(
     with contextlib.ExitStack() as processes:
         # loads while maps and grid are worked at
         turns = problem.rover.min_turning_radius_m > 0.0
+        begin_s = time.perf_counter()
         own = processes.enter_context(OwnProcess()) if problem.budget.sampling and not turns else None
-        return _Plan(problem, own, progress or (lambda _: None), stop or (lambda: False)).outcome()
+        plan = _Plan(problem, own, progress or _nobody, stop or (lambda: False), sight_maps(problem), begin_s)
+        return plan.outcome()
 
 
 class _Plan:
     """One run of ``plan_path``: what is known so far."""
 
-    def __init__(self, problem: PathProblem, own: OwnProcess | None, told: Callable[[float], None], stop: Stop) -> None:
-        self.problem, self.own, self.told, self.stop = problem, own, told, stop
-        self.begin_s = time.perf_counter()
+    def __init__(
+        self,
+        problem: PathProblem,
+        own: OwnProcess | None,
+        told: Callable[[float], None],
+        stop: Stop,
+        maps: SightMaps | None,
+        begin_s: float,
+        *,
+        explains: bool = True,
+    ) -> None:
+        self.problem, self.own, self.told, self.stop, self.maps = problem, own, told, stop, maps
+        self.begin_s, self.explains = begin_s, explains
         self.first_path_s = math.nan
         self.warnings: tuple[str, ...] = ()
 
@@ -83,8 +99,7 @@ class _Plan:
 
     def outcome(self) -> PathOutcome:
         """The whole way from maps to answer."""
-        problem = self.problem
-        maps = sight_maps(problem)
+        problem, maps = self.problem, self.maps
         self.told(0.3)
         field = cost_field(problem, maps)
         self.ready_s = time.perf_counter()
@@ -99,10 +114,10 @@ class _Plan:
                 # the place itself has the sight that is asked for, and no way from it or to it that was tried
                 if fault.reasons != (Reason.SIGHT_LINE,):
                     raise
-                return self._unreachable(closed_in(problem, fault.place))
+                return self._undecided(closed_in(problem, fault.place), "exact sight lines refused what was tried")
             way, leg = self._grid_way(field, ends)
             if way is None:
-                return self._unreachable(proof_of(problem, field, ends, leg))
+                return self._closer(field, maps, ends, leg)
             if problem.rover.min_turning_radius_m > 0.0:
                 return self._turning(field, maps, ends, way)
             repaired = without_broken_squares(problem, field, maps, way.places)
@@ -234,18 +249,48 @@ class _Plan:
         sentence = f"A path was planned that the validator refuses: {validation.sentence}"
         return replace(self._answer(PathStatus.REFUSED, sentence, "none", "count"), validation=validation)
 
+    def _closer(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], leg: int) -> PathOutcome:
+        """The squares hold no way: one between them, the proof that there is none, or neither."""
+        problem, closer = self.problem, look_closer(self.problem, field, maps, self.ended)
+        if closer.found is not None:
+            if problem.rover.min_turning_radius_m == 0.0:
+                return self._found(*closer.found, math.nan, "triangles of the ground", True)
+            return self._out_of_budget(
+                f"There is a way, but only through gaps that are narrower than two squares, and none with a turning "
+                f"radius of {problem.rover.min_turning_radius_m:g} m was looked for there."
+            )
+        if self.ended():
+            return self._out_of_budget("The plan was ended before it had a path or the proof that there is none.")
+        if not self.explains:
+            return self._answer(PathStatus.UNREACHABLE if closer.cut else PathStatus.UNDECIDED, "", "none", "proof")
+        cut = proof_of(problem, field, ends, leg if closer.leg < 0 else closer.leg, self._shows)
+        if not closer.cut:
+            return self._undecided(cut, closer.why)
+        return self._unreachable(replace(cut, grain=Grain(closer.grain_m, SLOPE_GRAIN_RAD)))
+
+    def _shows(self, problem: PathProblem) -> bool | None:
+        """Whether a path is found for a problem that was relaxed; None where that was not tried to its end."""
+        if self.ended() or problem.rover.min_turning_radius_m > 0.0:
+            return None
+        try:
+            plan = _Plan(problem, None, _nobody, self.stop, self.maps, self.begin_s, explains=False)
+            status = plan.outcome().status
+        except (PlaceError, NoCoverageError):
+            return False
+        return None if status is PathStatus.OUT_OF_BUDGET else status is PathStatus.FOUND
+
     def _unreachable(self, unreachable: Unreachable) -> PathOutcome:
-        east_m, north_m = unreachable.where_m
-        # squares that exact sight lines or the bubble took away come of the paths that were tried
-        tried = np.any(self.field.reasons & (bit_of(Reason.SIGHT_LINE) | bit_of(Reason.BUBBLE)))
-        head = "No way was found around what was tried" if tried else "There is no way"
-        what = unreachable.reason.in_words
-        sentence = f"{head}: what blocks it near ({east_m:.0f} m east, {north_m:.0f} m north) is {what}."
-        if unreachable.relaxations:
-            sentence += f" There is one {unreachable.relaxations[0].sentence}."
-        else:
-            sentence += " No single limit would open one by giving way."
+        assert unreachable.grain is not None, "what is unreachable is proved"
+        width_m = unreachable.grain.width_m
+        spare = f" with {_told_m(0.5 * width_m)} m or more to spare on either side" if width_m > 0.0 else ""
+        sentence = f"There is no way{spare}: {_blocks(self.problem.grid, unreachable)}"
         return replace(self._answer(PathStatus.UNREACHABLE, sentence, "grid", "proof"), unreachable=unreachable)
+
+    def _undecided(self, blocked: Unreachable, why: str) -> PathOutcome:
+        sentence = (
+            f"No way was found, and that there is none is not proved, for {why}: {_blocks(self.problem.grid, blocked)}"
+        )
+        return replace(self._answer(PathStatus.UNDECIDED, sentence, "none", "grain"), unreachable=blocked)
 
     def _out_of_budget(self, sentence: str) -> PathOutcome:
         return self._answer(PathStatus.OUT_OF_BUDGET, sentence, "none", self._ended_by)
@@ -273,6 +318,26 @@ class _Plan:
             elapsed_s=time.perf_counter() - self.begin_s,
             version=VERSION,
         )
+
+
+def _nobody(_: float) -> None:
+    """Tells nobody of progress."""
+
+
+def _blocks(grid: ElevationGrid, found: Unreachable) -> str:
+    """What blocks, where, and what would open a way."""
+    sentence = f"what blocks it near {told_place(grid, *found.where_m)} is {found.reason.in_words}."
+    if not found.relaxations:
+        return f"{sentence} No single limit would open one by giving way."
+    cheapest = found.relaxations[0]
+    there_is = "There is one" if cheapest.shown else "There may be one, which was not shown,"
+    return f"{sentence} {there_is} {cheapest.sentence}."
+
+
+def _told_m(metres: float) -> str:
+    """Metres in two figures, rounded up, so that what is said stays true."""
+    digits = max(1 - math.floor(math.log10(metres)), 0)
+    return f"{math.ceil(metres * 10.0**digits) / 10.0**digits:.{digits}f}"
 
 
 def _fixed(ends: tuple[Ends, ...]) -> tuple[Places, ...]:

@@ -1,13 +1,14 @@
-"""The proof that there is no way: which limit cuts it, where, and the least that each limit by itself must give.
+"""What cuts the way: which limit, where, and the least that each limit by itself must give.
 
-On the field a way from square to square exists exactly where a straight-sided one does, so what the search over squares
-does not reach cannot be reached without breaking a limit of the field.
+Where there is no way is proved by closer looks. What is told here of a limit that gives way has been tried: with it a
+path was found that the validator passes, or the answer says that none was shown.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,8 @@ from planning.kernels.path_proof import least_worst_way
 
 from .ends import Ends
 from .fields import CostField, KernelField, bit_of, reasons_of
+from .judging import CLOSED, Judge, slopes_of
+from .leaves import Graph
 from .outcomes import Reason, Relaxation, Unreachable
 from .problems import Goal, PathProblem
 from .ways import SIXTEEN, grid_way
@@ -24,6 +27,9 @@ __all__ = ["closed_in", "proof_of"]
 
 Values = npt.NDArray[np.float64]
 Nodes = npt.NDArray[np.int64]
+Where = tuple[float, float]
+# whether a path is found that the validator passes; None = it was not tried to the end
+Shows = Callable[[PathProblem], bool | None]
 
 REMOVABLE = {
     Reason.NO_GO: "without the no-go areas",
@@ -34,26 +40,30 @@ REMOVABLE = {
     Reason.SIGHT_LINE: "with a limit on sight that gives a little",
     Reason.BORDER: "if the border of the map may be driven",
 }
+# nobody can say what a path over these would be like
+NOT_TO_BE_TRIED = (Reason.UNKNOWN_GROUND, Reason.BORDER, Reason.SIGHT_LINE)
 # an angle is looked for this closely
 ANGLE_RAD = math.radians(0.05)
+# a dilution that exact sight lines refuse is tried again so many times as large
+MORE_DILUTION = (1.0, 1.05, 1.25)
 
 
-def proof_of(problem: PathProblem, field: CostField, ends: Sequence[Ends], leg: int) -> Unreachable:
+def proof_of(problem: PathProblem, field: CostField, ends: Sequence[Ends], leg: int, shows: Shows) -> Unreachable:
     """What cuts a leg of the way: for a problem whose ``grid_way`` found none there."""
     begin, end = ends[leg].nodes, ends[leg + 1].nodes
     found = []
     for reason in _present(field):
-        relaxation = _relaxed(problem, field, reason, begin, end)
-        if relaxation is not None:
-            found.append(relaxation)
+        at = _cut(field, reason, begin, end)
+        for relaxation in _tried(problem, _candidates(problem, field, reason, at, leg), shows):
+            found.append((relaxation, _first_of(field, at[1], at[2]) if len(at[1]) else _place(problem, leg)))
     turned = _gentler(problem, field, ends[leg : leg + 2])
     if turned is not None:
-        found.append(turned)
+        found += [(relaxation, turned[1]) for relaxation in _tried(problem, iter(turned[:1]), shows)]
     found.sort(key=lambda pair: _price(pair[0]))
     if found:
         cheapest, where = found[0]
         return Unreachable(cheapest.reason, where, tuple(relaxation for relaxation, _ in found))
-    return _several(field, begin, end)
+    return _several(problem, field, begin, end, leg)
 
 
 def closed_in(problem: PathProblem, place: str) -> Unreachable:
@@ -61,9 +71,17 @@ def closed_in(problem: PathProblem, place: str) -> Unreachable:
     at: Goal = problem.goals[0]
     if place != "goal":
         at = problem.start if place == "start" else problem.way_points[int(place.removeprefix("way-point ")) - 1]
-    where = at if isinstance(at, tuple) else (at.centroid.x, at.centroid.y)
     little = Relaxation(Reason.SIGHT_LINE, math.nan, math.nan, REMOVABLE[Reason.SIGHT_LINE])
-    return Unreachable(Reason.SIGHT_LINE, where, (little,))
+    return Unreachable(Reason.SIGHT_LINE, _middle(at), (little,))
+
+
+def _middle(goal: Goal) -> Where:
+    return goal if isinstance(goal, tuple) else (goal.centroid.x, goal.centroid.y)
+
+
+def _place(problem: PathProblem, leg: int) -> Where:
+    """Where a leg begins."""
+    return (problem.start, *problem.way_points)[leg]
 
 
 def _present(field: CostField) -> list[Reason]:
@@ -71,25 +89,88 @@ def _present(field: CostField) -> list[Reason]:
     return list(reasons_of(bits))
 
 
-def _price(relaxation: Relaxation) -> float:
-    """How much a limit gives, as a share of itself; one that goes altogether costs most."""
+def _price(relaxation: Relaxation) -> tuple[bool, float]:
+    """Shown before not shown; then how much a limit gives, as a share of itself; all of it is dearest."""
     if math.isnan(relaxation.needed):
-        return math.inf
-    return abs(relaxation.needed - relaxation.asked) / max(abs(relaxation.asked), 1e-9)
+        return not relaxation.shown, math.inf
+    share = abs(relaxation.needed - relaxation.asked) / max(abs(relaxation.asked), 1e-9)
+    return not relaxation.shown, share
 
 
-def _relaxed(
-    problem: PathProblem, field: CostField, reason: Reason, begin: Nodes, end: Nodes
-) -> tuple[Relaxation, tuple[float, float]] | None:
-    """The least that one limit must give if all others stay; None where that opens no way."""
+def _tried(problem: PathProblem, candidates: Iterator[Relaxation], shows: Shows) -> Iterator[Relaxation]:
+    """The first of the candidates with which a path is shown; one that cannot be tried, or was not for want of time."""
+    for relaxation in candidates:
+        if relaxation.reason in NOT_TO_BE_TRIED:
+            yield relaxation
+            return
+        shown = shows(_relaxed(problem, relaxation))
+        if shown is not False:
+            yield replace(relaxation, shown=bool(shown))
+            return
+
+
+def _relaxed(problem: PathProblem, relaxation: Relaxation) -> PathProblem:
+    """The problem with a limit that gives way."""
+    reason, needed, limits = relaxation.reason, relaxation.needed, problem.limits
+    rover = problem.rover
+    if reason is Reason.SLOPE:
+        return replace(problem, rover=replace(rover, max_slope_rad=needed))
+    if reason is Reason.PITCH_OR_ROLL:
+        times = needed / relaxation.asked
+        pitch_rad, roll_rad = (min(times * angle, math.pi / 2) for angle in (rover.max_pitch_rad, rover.max_roll_rad))
+        return replace(problem, rover=replace(rover, max_pitch_rad=pitch_rad, max_roll_rad=roll_rad))
+    if reason is Reason.STEP:
+        return replace(problem, rover=replace(rover, max_step_m=needed))
+    if reason is Reason.ANCHORS:
+        return replace(problem, limits=replace(limits, min_anchors=round(needed)))
+    if reason is Reason.DOP:
+        return replace(problem, limits=replace(limits, max_dop=needed))
+    if reason is Reason.BUBBLE:
+        return replace(problem, limits=replace(limits, bubble_epsilon=0.0))
+    if reason is Reason.NO_GO:
+        return replace(problem, no_go=())
+    if reason is Reason.KEEP_IN:
+        return replace(problem, keep_in=())
+    assert reason is Reason.MORPHING_MAP, f"{reason} is never tried"
+    return replace(problem, maps=None)
+
+
+def _cut(field: CostField, reason: Reason, begin: Nodes, end: Nodes) -> tuple[float, Nodes, npt.NDArray[np.bool_]]:
+    """(the least that a limit must give over squares if all others stay, the way, squares that break it)."""
     violates = (field.reasons & bit_of(reason)) != 0
     value = np.where(violates, _measure(field, reason), -np.inf)
     value[(field.reasons & ~bit_of(reason)) != 0] = np.inf
     worst, nodes = least_worst_way(value, begin, end)
-    if not math.isfinite(worst):
-        return None
-    where = _first_of(field, nodes, violates)
-    return _relaxation(problem, reason, float(worst)), where
+    return float(worst), nodes, violates
+
+
+def _candidates(
+    problem: PathProblem, field: CostField, reason: Reason, cut: tuple[float, Nodes, npt.NDArray[np.bool_]], leg: int
+) -> Iterator[Relaxation]:
+    """What a limit may have to give, least first."""
+    worst = cut[0]
+    if reason is Reason.SLOPE:
+        least_rad = _least_slope_rad(problem, field, leg)
+        found = [_slope(problem, value, least_rad) for value in (least_rad, worst) if math.isfinite(value)]
+        yield from found[:1] if len(found) == 2 and found[0].needed == found[1].needed else found
+    elif reason in REMOVABLE:
+        if math.isfinite(worst) or reason not in NOT_TO_BE_TRIED:
+            yield Relaxation(reason, math.nan, math.nan, REMOVABLE[reason])
+    elif math.isfinite(worst):
+        if reason is Reason.STEP:
+            needed_m, asked_m = math.ceil(worst * 100.0 + 1e-6) / 100.0, problem.rover.max_step_m
+            sentence = f"with steps up to {needed_m:.2f} m instead of {asked_m:.2f} m"
+            yield Relaxation(reason, asked_m, needed_m, sentence)
+        elif reason is Reason.ANCHORS:
+            asked = problem.limits.min_anchors
+            for fewer in range(round(-worst), -1, -1):
+                sentence = f"with {fewer} anchors in sight instead of {asked}"
+                yield Relaxation(reason, float(asked), float(fewer), sentence)
+        elif reason is Reason.DOP:
+            for more in MORE_DILUTION:
+                needed = math.ceil(worst * more * 10.0 + 1e-6) / 10.0
+                sentence = f"with a dilution up to {needed:.1f} instead of {problem.limits.max_dop:.1f}"
+                yield Relaxation(reason, problem.limits.max_dop, needed, sentence)
 
 
 def _measure(field: CostField, reason: Reason) -> Values:
@@ -105,33 +186,34 @@ def _measure(field: CostField, reason: Reason) -> Values:
     return np.zeros(field.reasons.shape)
 
 
-def _relaxation(problem: PathProblem, reason: Reason, worst: float) -> Relaxation:
-    limits, rover = problem.limits, problem.rover
-    if reason is Reason.SLOPE:
-        needed_deg = math.ceil(math.degrees(worst) * 10.0 + 1e-6) / 10.0
-        asked_deg = math.degrees(rover.max_slope_rad)
-        sentence = f"with slopes up to {needed_deg:.1f} deg instead of {asked_deg:.1f} deg"
-        return Relaxation(reason, rover.max_slope_rad, math.radians(needed_deg), sentence)
-    if reason is Reason.STEP:
-        needed_m = math.ceil(worst * 100.0 + 1e-6) / 100.0
-        return Relaxation(
-            reason, rover.max_step_m, needed_m, f"with steps up to {needed_m:.2f} m instead of {rover.max_step_m:.2f} m"
-        )
-    if reason is Reason.ANCHORS:
-        fewer = round(-worst)
-        sentence = f"with {fewer} anchors in sight instead of {limits.min_anchors}"
-        return Relaxation(reason, float(limits.min_anchors), float(fewer), sentence)
-    if reason is Reason.DOP:
-        needed = math.ceil(worst * 10.0 + 1e-6) / 10.0
-        return Relaxation(
-            reason, limits.max_dop, needed, f"with a dilution up to {needed:.1f} instead of {limits.max_dop:.1f}"
-        )
-    return Relaxation(reason, math.nan, math.nan, REMOVABLE[reason])
+def _slope(problem: PathProblem, worst_rad: float, least_rad: float) -> Relaxation:
+    asked_rad = problem.rover.max_slope_rad
+    needed_deg = math.ceil(math.degrees(worst_rad) * 100.0 + 1e-6) / 100.0
+    sentence = f"with slopes up to {needed_deg:.2f} deg instead of {math.degrees(asked_rad):.2f} deg"
+    needed_rad = min(math.radians(needed_deg), math.pi / 2)
+    return Relaxation(Reason.SLOPE, asked_rad, needed_rad, sentence, least=least_rad)
 
 
-def _gentler(
-    problem: PathProblem, field: CostField, ends: Sequence[Ends]
-) -> tuple[Relaxation, tuple[float, float]] | None:
+def _least_slope_rad(problem: PathProblem, field: CostField, leg: int) -> float:
+    """With a lesser slope there is surely no way: that of the least steep way over triangles that may be open else."""
+    steep = replace(problem, rover=replace(problem.rover, max_slope_rad=math.pi / 2))
+    leaves, codes = Judge(steep, field, None).coarsest()
+    slope = np.hypot(*slopes_of(field.grid)).ravel()
+    kept = codes != CLOSED
+    leaves, slope = leaves.some(kept), slope[kept]
+    at = [
+        np.flatnonzero(leaves.hold(np.array([[field.grid.post_at(*_middle(place))]]))[:, 0])
+        for place in (
+            _place(problem, leg),
+            *((problem.way_points[leg],) if leg < len(problem.way_points) else problem.goals),
+        )
+    ]
+    graph = Graph(len(leaves), leaves.sides())
+    worst, _ = graph.cheapest(slope[graph.edges].max(axis=1), at[0], np.concatenate(at[1:]), by_worst=True)
+    return math.atan(worst) if math.isfinite(worst) and math.atan(worst) > problem.rover.max_slope_rad else math.inf
+
+
+def _gentler(problem: PathProblem, field: CostField, ends: Sequence[Ends]) -> tuple[Relaxation, Where] | None:
     """The least pitch or roll, both raised alike, with which there is a way over what may be driven."""
     rover, kernel_field = problem.rover, field.for_kernels()
     asked_rad = max(min(rover.max_pitch_rad, rover.max_roll_rad), 1e-3)
@@ -162,17 +244,17 @@ def _raised(field: KernelField, pitch_rad: float, roll_rad: float, times: float)
     return (*field[:5], (*field[5][:2], *tangents, *field[5][4:]), field[6])
 
 
-def _several(field: CostField, begin: Nodes, end: Nodes) -> Unreachable:
+def _several(problem: PathProblem, field: CostField, begin: Nodes, end: Nodes, leg: int) -> Unreachable:
     """No limit alone would do: the one met first on the way that breaks the fewest kinds."""
     broken = np.bitwise_count(field.reasons).astype(np.float64)
     _, nodes = least_worst_way(broken, begin, end)
-    where = _first_of(field, nodes, field.reasons != 0)
+    where = _first_of(field, nodes, field.reasons != 0) if len(nodes) else _place(problem, leg)
     square = field.square_at(*field.grid.post_at(*where))
     first = reasons_of(int(field.reasons[square]))
     return Unreachable(first[0] if first else Reason.PITCH_OR_ROLL, where, ())
 
 
-def _first_of(field: CostField, nodes: Nodes, marked: npt.NDArray[np.bool_]) -> tuple[float, float]:
+def _first_of(field: CostField, nodes: Nodes, marked: npt.NDArray[np.bool_]) -> Where:
     """The middle of the first marked square of a way, or of its first square."""
     rows, cols = np.divmod(nodes, field.reasons.shape[1])
     hits = np.flatnonzero(marked[rows, cols])

@@ -37,6 +37,7 @@ class FlightSamples:
     floor_m: (n,) of the morphing map, +inf where it has none, NaN without a map. top_m: (n,) ceiling, +inf = none.
     """
 
+    grid: ElevationGrid
     point_m: Numbers
     distance_m: Numbers
     ground_m: Numbers
@@ -77,7 +78,7 @@ def fly_along(problem: FlightProblem, corners_m: npt.ArrayLike, *, step_m: float
         above = problem.above
         floor_m = _between_posts(grid, above.safe_above_m, point_m)
         top_m = np.minimum(top_m, ground_m + above.ceiling_m if above.ceiling_above_ground else above.ceiling_m)
-    return FlightSamples(point_m, at_m, ground_m, clearance_m, floor_m, top_m)
+    return FlightSamples(grid, point_m, at_m, ground_m, clearance_m, floor_m, top_m)
 
 
 def validate_flight(problem: FlightProblem, corners_m: npt.ArrayLike, *, step_m: float | None = None) -> PathValidation:

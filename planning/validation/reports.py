@@ -10,6 +10,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from terrain import ElevationGrid, told_place
+
 __all__ = ["LimitCheck", "PathLimit", "PathValidation", "check_of"]
 
 Numbers = npt.NDArray[np.float64]
@@ -17,6 +19,9 @@ Numbers = npt.NDArray[np.float64]
 
 class Samples(Protocol):
     """Places along a path or flight. place_m: (n, 2); distance_m: (n,) from the start."""
+
+    @property
+    def grid(self) -> ElevationGrid: ...
 
     @property
     def place_m(self) -> Numbers: ...
@@ -69,7 +74,7 @@ class LimitCheck:
         number. NaN where nothing is known.
     broken, samples: at how many places of the path it is broken, of how many looked at.
     where_m: (east_m, north_m) of the worst place; first_m: of the first broken one; along_m: how far along the ground
-        that lies from the start.
+        that lies from the start; where_told: that place in words.
     """
 
     limit: PathLimit
@@ -80,6 +85,7 @@ class LimitCheck:
     where_m: tuple[float, float]
     first_m: tuple[float, float] | None
     along_m: float
+    where_told: str = ""
 
     @property
     def kept(self) -> bool:
@@ -94,8 +100,7 @@ class LimitCheck:
         head = f"{self.limit}: {worst} where {allowed} is the limit"
         if self.kept or self.first_m is None:
             return f"{head}, kept."
-        east_m, north_m = self.first_m
-        at = f"first {self.along_m:.0f} m from the start, at ({east_m:.1f} m, {north_m:.1f} m)"
+        at = f"first {self.along_m:.0f} m from the start, at {self.where_told}"
         return f"{head}; broken at {self.broken} of {self.samples} places, {at}."
 
 
@@ -168,6 +173,7 @@ def check_of(
         _place(walk, places[worst]),
         None if first is None else _place(walk, places[first]),
         float(walk.distance_m[places[worst if first is None else first]]),
+        "" if first is None else told_place(walk.grid, *_place(walk, places[first]), 0.1),
     )
 
 

@@ -16,7 +16,7 @@ from .anchor_texts import height_field
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table
 from .path_files import points_and_columns
-from .planned_paths import planned_path
+from .planned_paths import filter_of_a_plan, planned_path
 from .positioning import SatelliteOptions, sources_table
 from .shape_files import path_fields
 
@@ -73,7 +73,9 @@ def _path(path: Path, height: str | None) -> dict[str, Any]:
             )
         metres = height_field(height, HEIGHT_FORM.format(repr(height)))
         places, times_s = planned
-        return {"points": [_point(path.name, {**place, **metres}) for place in places], "times_s": times_s}
+        points = [_point(path.name, {**place, **metres}) for place in places]
+        # the filter that the plan foresaw, so that both tell one figure for one path
+        return {"points": points, "times_s": times_s, **filter_of_a_plan()}
     if height is not None:
         raise RequestError(
             "--height is for paths in GeoJSON and planned ones; a CSV file has the column above_ground_m or altitude_m."

@@ -90,21 +90,36 @@ def bubble(
         float | None, typer.Option(metavar="M", help="One-sigma error of every range. (default what each anchor says)")
     ] = None,
     interval: Annotated[
-        float | None, typer.Option(metavar="S", help="Seconds between ranges. (default once at each point)")
+        float | None,
+        typer.Option(metavar="S", help="Seconds between ranges. (default once at each point; of a planned path 1)"),
     ] = None,
     epsilon: Annotated[float, typer.Option(metavar="NUMBER", help="So many sigmas is the radius.")] = 3.0,
     dem_sigma: Annotated[float, typer.Option(metavar="M", help="One-sigma error of the DEM, added to it.")] = 0.0,
     dop_scaled: Annotated[
         bool, typer.Option("--dop-scaled", help="Multiply each variance by the PDOP of the anchors in sight.")
     ] = False,
-    start_sigma: Annotated[float, typer.Option(metavar="M", help="Of the position before the first ranges.")] = 10.0,
-    speed_sigma: Annotated[float, typer.Option(metavar="M/S", help="Of the velocity before them, per axis.")] = 1.0,
+    start_sigma: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Of the position before the first ranges. (default 10; of a planned path 1)"),
+    ] = None,
+    speed_sigma: Annotated[
+        float | None,
+        typer.Option(metavar="M/S", help="Of the velocity before them, per axis. (default 1; of a planned path 0.3)"),
+    ] = None,
     agility: Annotated[
-        float, typer.Option(metavar="M2/S3", help="Power of the vehicle's acceleration, per axis: how it swerves.")
-    ] = 0.1,
+        float | None,
+        typer.Option(
+            metavar="M2/S3",
+            help="Power of the vehicle's acceleration, per axis: how it swerves. (default 0.1; of a planned path 0.01)",
+        ),
+    ] = None,
     on_ground: Annotated[
-        bool, typer.Option("--on-ground", help="The vehicle is on the ground, whose height the DEM tells.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--on-ground/--off-ground",
+            help="The vehicle is on the ground, whose height the DEM tells. (default off; of a planned path on)",
+        ),
+    ] = None,
     under_ground: Annotated[
         UnderGround, typer.Option(help="What a point below the ground or inside a building is.")
     ] = UnderGround.REFUSE,
@@ -158,7 +173,7 @@ def bubble(
             "dop_scaled": dop_scaled,
             "initial_position_sigma_m": start_sigma,
             "initial_velocity_sigma_m_per_s": speed_sigma,
-            "motion": {"horizontal_m2_per_s3": agility, "up_m2_per_s3": agility},
+            "motion": None if agility is None else {"horizontal_m2_per_s3": agility, "up_m2_per_s3": agility},
             "on_ground": on_ground,
             "under_ground": under_ground.value,
             "mode": mode.value,

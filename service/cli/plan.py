@@ -176,9 +176,10 @@ def _cuts(summary: dict[str, Any]) -> tuple[Table, ...]:
     table.add_column("asked", justify="right")
     table.add_column("needed", justify="right")
     table.add_column("in words")
+    table.add_column("path found")
     for one in cut["relaxations"]:
         numbers = (
             "–" if one[name] is None else f"{one[name]:.4g} {one['unit']}".rstrip() for name in ("asked", "needed")
         )
-        table.add_row(one["reason"], *numbers, escape(one["sentence"]))
+        table.add_row(one["reason"], *numbers, escape(one["sentence"]), "yes" if one["shown"] else "not shown")
     return (table,) if cut["relaxations"] else ()

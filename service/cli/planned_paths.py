@@ -4,13 +4,31 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
+from planning.paths.navigation_models import NavigationModel
 from service.errors import RequestError
 from service.path_answers import VERTEX_COLUMNS
 
-__all__ = ["planned_path"]
+__all__ = ["filter_of_a_plan", "planned_path"]
 
 COLUMNS = {f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name for name in VERTEX_COLUMNS}
+
+
+def filter_of_a_plan() -> dict[str, Any]:
+    """The fields of a bubble's request with which it foresees what a plan does unless it is told otherwise."""
+    model = NavigationModel()
+    return {
+        "ranging_interval_s": model.interval_s,
+        "initial_position_sigma_m": model.initial_sigma_m,
+        "initial_velocity_sigma_m_per_s": model.initial_velocity_sigma_m_per_s,
+        "ground_sigma_m": model.ground_sigma_m,
+        "motion": {
+            "horizontal_m2_per_s3": model.motion.east_m2_per_s3,
+            "up_m2_per_s3": model.motion.up_m2_per_s3,
+        },
+        "on_ground": True,
+    }
 
 
 def planned_path(path: Path) -> tuple[list[dict[str, float]], list[float]] | None:

@@ -95,7 +95,9 @@ def _blocked(finished: FinishedPath) -> list[dict[str, Any]]:
     ]
     if answer["unreachable"] is not None:
         cut = answer["unreachable"]
-        named.append(("blocked", cut["where"], {"reason": cut["reason"], "relaxations": cut["relaxations"]}))
+        named.append(
+            ("blocked", cut["where"], {name: cut[name] for name in ("reason", "relaxations", "grain") if name in cut})
+        )
     return [
         _feature("Point", _place(grid, at["east_m"], at["north_m"]), {"what": what, "status": answer["status"], **more})
         for what, at, more in named

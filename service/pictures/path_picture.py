@@ -142,7 +142,8 @@ def _draw_cut(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
         return []
     style: dict[str, Any] = {"marker": "X", "ms": 13, "mfc": "#ff3030", "mec": "white", "mew": 1.5, "ls": "none"}
     axes.plot(cut["where"]["east_m"] / 1000.0, cut["where"]["north_m"] / 1000.0, zorder=12, **style)
-    return [(f"cut: {cut['reason']}"[:26], Line2D([], [], **style))]
+    what = "cut" if finished.answer["status"] == "unreachable" else "stopped"
+    return [(f"{what}: {cut['reason']}"[:26], Line2D([], [], **style))]
 
 
 def _draw_ends(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:

@@ -80,16 +80,35 @@ class RelaxationOut(BaseModel):
     reason: str = Field(description="Which limit.")
     asked: float | None = Field(description="What was asked for, in the unit that is given; angles in degrees.")
     needed: float | None = Field(description="What would do, in the unit that is given; angles in degrees.")
+    least: float | None = Field(
+        None, description="With less there is surely no path, in the unit that is given; null: not known."
+    )
     unit: str = Field(description="deg, m, or empty: a number without a unit.")
     sentence: str = Field(description="The same in words.")
+    shown: bool = Field(
+        False,
+        description="Whether a path was found with it that the validator passes; nobody can for unknown ground and "
+        "for what lies beyond the border of the map.",
+    )
+
+
+class GrainOut(BaseModel):
+    """How finely it is proved that there is no path."""
+
+    width_m: float = Field(
+        description="No way exists that has half of this free on either side of the rover all along, metres; 0: none "
+        "at all."
+    )
+    slope_deg: float = Field(description="Nor over ground steeper than the limit by no more than this, degrees.")
 
 
 class UnreachableOut(BaseModel):
-    """What cuts every path."""
+    """What cuts every path; of an undecided plan, what stopped the search."""
 
     reason: str = Field(description="Which limit.")
     where: PathPlaceOut
     relaxations: list[RelaxationOut] = Field(description="Each single limit that would do, cheapest first.")
+    grain: GrainOut | None = Field(None, description="How finely it is proved; null: it is not.")
 
 
 class LimitCheckOut(BaseModel):
@@ -116,9 +135,10 @@ class ValidationOut(BaseModel):
 class PathSummary(MapSummary):
     """How the plan ended, and the path."""
 
-    status: Literal["found", "unreachable", "out_of_budget", "refused"] = Field(
-        description="found: a path that the validator passed; unreachable: proved, and what cuts it; out_of_budget: "
-        "the time was up; refused: the validator found a fault in every path."
+    status: Literal["found", "unreachable", "undecided", "out_of_budget", "refused"] = Field(
+        description="found: a path that the validator passed; unreachable: proved to the grain told, and what cuts "
+        "it; undecided: neither a path nor that proof was found; out_of_budget: the time was up; refused: the "
+        "validator found a fault in every path."
     )
     sentence: str = Field(description="The outcome in words.")
     totals: PathTotalsOut | None
@@ -130,7 +150,8 @@ class PathSummary(MapSummary):
     validation: ValidationOut | None
     planner: str = Field(description="Which planner the path came from.")
     stopped_by: str = Field(
-        description="count: the iterations; time: the time-out; stop: a request; proof: there is no path."
+        description="count: the iterations; time: the time-out; stop: a request; proof: there is no path; "
+        "grain: it was searched as finely as it is."
     )
     seed: int = Field(description="The seed, a number.")
 

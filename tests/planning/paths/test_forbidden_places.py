@@ -73,7 +73,8 @@ def test_a_place_that_exact_sight_lines_forbid_says_why_and_names_the_nearest_th
     nearest = refused.value.nearest_m
     assert nearest is not None
     assert str(refused.value) == (
-        f"The {place} is forbidden: {sentence}; the nearest allowed place is "
+        f"The {place} is forbidden: {sentence}; the nearest allowed place with a way "
+        f"{'to the goal' if place == 'start' else 'from the start'} is "
         f"({nearest[0]:.2f} m east, {nearest[1]:.2f} m north)."
     )
     assert (refused.value.place, refused.value.reasons) == (place, (reason,))
@@ -91,9 +92,9 @@ def test_a_veil_over_everything_leaves_no_place_to_name() -> None:
 
 def test_a_dilution_beyond_the_limit_is_told_with_both_numbers() -> None:
     with pytest.raises(
-        PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and 1.6 or less is asked"
+        PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and 1.59 or less is asked"
     ):
-        plan_path(level_problem(max_dop=1.6))
+        plan_path(level_problem(max_dop=1.59))
 
 
 def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidden_but_cut_off(
@@ -105,7 +106,11 @@ def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidde
     )
     monkeypatch.setattr("planning.paths.planning.sight_maps", lambda _: maps)
     outcome = plan_path(problem)
-    assert outcome.status is PathStatus.UNREACHABLE
+    assert (outcome.status, outcome.stopped_by) == (PathStatus.UNDECIDED, "grain")
     assert outcome.unreachable is not None
+    assert outcome.unreachable.grain is None
     assert (outcome.unreachable.reason, outcome.unreachable.where_m) == (Reason.SIGHT_LINE, START)
-    assert outcome.sentence.startswith("No way was found around what was tried: what blocks it near (22 m east")
+    assert outcome.sentence.startswith(
+        "No way was found, and that there is none is not proved, for exact sight lines refused what was tried: what "
+        "blocks it near (22 m east"
+    )

@@ -163,10 +163,10 @@ def test_the_nearest_place_as_it_is_written_can_be_typed_back() -> None:
     ("changes", "reasons"),
     [
         (
-            {"start": (15.0, -10.0), "grid": grid_of(np.zeros((3, 100), np.float32))},
+            {"start": (15.0, -9.8), "grid": grid_of(np.zeros((3, 100), np.float32))},
             ("too near the border of the map",),
         ),
-        ({"goals": (292.0, -97.0)}, ("too near the border of the map",)),
+        ({"goals": (294.8, -97.0)}, ("too near the border of the map",)),
     ],
     ids=["a strip of two squares", "a goal on the border"],
 )
@@ -182,14 +182,33 @@ def test_unknown_ground_at_the_border_is_named_beside_it() -> None:
     hole_m = level()
     hole_m[18:22, 57:] = np.nan
     with pytest.raises(PlaceError) as refused:
-        plan_path(asked(grid_of(hole_m), goals=(292.0, -97.0)))
+        plan_path(asked(grid_of(hole_m), goals=(294.8, -97.0)))
     assert refused.value.reasons == ("unknown ground", "too near the border of the map")
 
 
 def test_a_wall_up_to_the_border_is_opened_by_the_border() -> None:
-    outcome = plan_path(asked(no_go=(box(140.0, -190.0, 150.0, -6.0),)))
+    ridge_m = level()
+    ridge_m[2:, 30] = 30.0
+    wide = RoverModel(6.0, max_slope_rad=math.radians(30.0))
+    outcome = plan_path(asked(grid_of(ridge_m), rover=wide))
     assert outcome.unreachable is not None
-    assert {one.reason for one in outcome.unreachable.relaxations} == {Reason.NO_GO, Reason.BORDER}
+    assert [(one.reason, one.shown) for one in outcome.unreachable.relaxations] == [
+        (Reason.SLOPE, True),
+        (Reason.BORDER, False),
+    ]
+
+
+@pytest.mark.parametrize("gate_m", [1.2, 2.0, 6.0])
+def test_a_gap_that_the_rover_fits_through_is_found_however_the_squares_lie(gate_m: float) -> None:
+    walls = (
+        box(140.0, -190.0, 150.0, -100.0 - gate_m),
+        box(140.0, -100.0, 150.0, 10.0),
+        box(140.0, -300.0, 150.0, -190.0),
+    )
+    outcome = plan_path(asked(no_go=walls))
+    assert outcome.status is PathStatus.FOUND
+    assert outcome.validation is not None
+    assert outcome.validation.passed
 
 
 @pytest.mark.parametrize(
