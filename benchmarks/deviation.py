@@ -60,7 +60,8 @@ def deviation(
     """
     counted = np.isfinite(exact_m)
     row, col = (round(index) for index in grid.post_at(anchor.east_m, anchor.north_m))
-    counted[row, col] = False
+    if 0 <= row < grid.rows and 0 <= col < grid.cols:
+        counted[row, col] = False
     answer_m = altitude_m.astype(np.float32)
     misclassified: dict[float, tuple[float, ...]] = {}
     for receiver_m in receivers_m:
@@ -106,8 +107,10 @@ def _carried_back(
     eyes_m = np.broadcast_to([anchor.east_m, anchor.north_m, anchor.altitude_m], touching_m.shape)
     lines = lines_of_sight(grid, eyes_m, touching_m, curvature=FLAT)
     share = lines.blocking_distance_m / np.hypot(east_m - anchor.east_m, north_m - anchor.north_m)
-    at_row = np.rint((grid.origin_north_m - lines.blocking_point_m[:, 1]) / grid.cell_north_m).astype(int)
-    at_col = np.rint((lines.blocking_point_m[:, 0] - grid.origin_east_m) / grid.cell_east_m).astype(int)
+    at_row, at_col = (
+        np.clip(np.rint(index), 0, most - 1).astype(int)
+        for index, most in zip(grid.post_at(*lines.blocking_point_m[:, :2].T), grid.shape, strict=True)
+    )
     return error_m[rows, cols] * share, _relief_m(grid.heights_m)[at_row, at_col]
 
 
