@@ -22,6 +22,8 @@ RECEIVERS_M = (0.0, 1.5, 10.0, 50.0)
 LINES = 64  # of a large grid so many lines of posts stand for all
 MEAN_OF_EDGES = 0.03  # misclassified posts per edge between neighbours that differ: in the mean …
 MOST_OF_EDGES = 0.12  # … and more than with any anchor
+MEAN_OF_UNKNOWN = 0.2
+MOST_OF_UNKNOWN = 0.8  # the same of edges between known and unknown answers, which fast mode gives to the unknown
 MOST_POSTS = 8.0  # on grids with few edges so many posts may be wrong besides
 LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's longer side in posts
 
@@ -30,12 +32,14 @@ LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's lo
 class FastErrors:
     """Of the worst anchor: shares of the known posts, and metres.
 
-    edge_share: edges of shadows per post, for that one of RECEIVERS_M which has most. misclassified: share of posts
+    edge_share: edges of shadows per post, for that one of RECEIVERS_M which has most; unknown_share: edges between
+    known and unknown answers per post. misclassified: share of posts
     that fast mode and exact mode call differently, about; misclassified_most: at most. large_error_m: what the
     altitudes of all but one in a thousand hidden posts are within; NaN where no three neighbours are known.
     """
 
     edge_share: float
+    unknown_share: float
     misclassified: float
     misclassified_most: float
     large_error_m: float
@@ -60,33 +64,41 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     rows, cols = heights_m.shape
     tops = np.unique(np.linspace(0, max(rows - 2, 0), min(max(rows - 1, 1), LINES)).astype(np.intp))
     shares = [_edge_share(heights_m, one_m, tops) for one_m in altitude_m]
-    edges = max((edges for edges, _ in shares), default=0.0)
-    known_posts = heights_m.size * min((known for _, known in shares), default=1.0)
+    edges = max((edges for edges, *_ in shares), default=0.0)
+    unknown = max((unknown for _, unknown, _ in shares), default=0.0)
+    known_posts = heights_m.size * min((known for *_, known in shares), default=1.0)
+    few = MOST_POSTS / max(known_posts, MOST_POSTS)
     return FastErrors(
         edge_share=edges,
-        misclassified=MEAN_OF_EDGES * edges,
-        misclassified_most=min(MOST_OF_EDGES * edges + MOST_POSTS / max(known_posts, MOST_POSTS), 1.0),
+        unknown_share=unknown,
+        misclassified=MEAN_OF_EDGES * edges + MEAN_OF_UNKNOWN * unknown,
+        misclassified_most=min(MOST_OF_EDGES * edges + MOST_OF_UNKNOWN * unknown + few, 1.0),
         large_error_m=LARGE_ERRORS * math.sqrt(max(rows, cols)) * _bend_m(heights_m, tops),
     )
 
 
-def _edge_share(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> tuple[float, float]:
-    """Edges of shadows per known post, on some lines of posts and between them and the next; share of known posts."""
+def _edge_share(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> tuple[float, float, float]:
+    """Edges of shadows, and of unknown answers, per known post; share of known posts.
+
+    On some lines of posts, and between them and the next.
+    """
     below = np.minimum(tops + 1, len(heights_m) - 1)
     ground_m, next_m = heights_m[tops], heights_m[below]
     clear_m, next_clear_m = altitude_m[tops], altitude_m[below]
     known, next_known = ~np.isnan(ground_m), ~np.isnan(next_m)
+    both = known[:, 1:] & known[:, :-1], known & next_known
     unknown, next_unknown = np.isnan(clear_m), np.isnan(next_clear_m)
-    most = 0
-    for receiver_m in RECEIVERS_M:
-        seen = clear_m <= ground_m + np.float32(receiver_m)
-        next_seen = next_clear_m <= next_m + np.float32(receiver_m)
-        along = (seen[:, 1:] != seen[:, :-1]) | (unknown[:, 1:] != unknown[:, :-1])
-        across = (seen != next_seen) | (unknown != next_unknown)
-        edges = np.count_nonzero(along & known[:, 1:] & known[:, :-1]) + np.count_nonzero(across & known & next_known)
-        most = max(most, edges)
-    known_posts = np.count_nonzero(known)
-    return most / max(known_posts, 1), known_posts / known.size
+
+    def edges(here: npt.NDArray[np.bool_], there: npt.NDArray[np.bool_]) -> int:
+        along, across = here[:, 1:] != here[:, :-1], here != there
+        return int(np.count_nonzero(along & both[0]) + np.count_nonzero(across & both[1]))
+
+    most = max(
+        edges(clear_m <= ground_m + np.float32(above_m), next_clear_m <= next_m + np.float32(above_m))
+        for above_m in RECEIVERS_M
+    )
+    known_posts = max(int(np.count_nonzero(known)), 1)
+    return most / known_posts, edges(unknown, next_unknown) / known_posts, known_posts / known.size
 
 
 def _bend_m(heights_m: Heights, tops: npt.NDArray[np.intp]) -> float:

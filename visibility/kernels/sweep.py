@@ -25,6 +25,7 @@ __all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "sweep"]
 BLOCK_RAYS = 2048
 COARSEST = 16  # near the eye only every 16th ray runs, or fewer are left out
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
+NEAR_LINES = 16  # so far rays take in every edge: what one of them misses there, all posts behind it miss
 LINES_AHEAD = 3
 RAY_ROOM = 2 * BLOCK_RAYS + 2 * STRIDE  # a block has at most twice its rays; vectors reach over the last
 TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
@@ -115,6 +116,35 @@ def _enter(task, real, along, stride, lines, rays, steepest):
 
 
 @scalar_kernel
+def _cross_strip(task, real, along, stride, lines, rays, steepest):
+    """Raise each ray by every edge that it crosses between the last line and this one.
+
+    rays: (first, one past the last) of those on the map.
+    """
+    ground, before, ground_start, width = lines
+    lean = task[2]
+    for q in range(rays[0], rays[1]):
+        t = real[3] + (task[5] + q * stride) * real[4]
+        here = real[1] + t * along
+        there = here - t
+        bend = real[5] + real[6] * t * t
+        first = max(math.floor(min(here, there)), 0, ground_start)
+        last = min(math.ceil(max(here, there)), width - 1)
+        for post in range(first, last + 1):
+            for end in (post, post + lean):
+                if 0 <= end < width:
+                    # lines back from this one
+                    rate = t - (end - post)
+                    back = (here - end) / rate if rate != 0.0 else -1.0
+                    if 0.0 < back < 1.0:
+                        height = ground[end - ground_start]
+                        height += (before[post - ground_start] - height) * back
+                        slope = (height - real[2]) / (along - back) + real[7] - bend * (along - back)
+                        if slope > steepest[q]:
+                            steepest[q] = np.float32(slope)
+
+
+@scalar_kernel
 def _answer_line(owned, real, scale, eye, lines, out, state):
     """Answer the owned posts of a line; the outermost post of the map has no neighbour aside on one side."""
     q_first, dq, count, width, lean, is_eye_inside = scale
@@ -194,6 +224,8 @@ def _line(task, real, index, stride, lines, out, state):
             lean,
         )
         advance(steepest, fan, ground, before, places, picked, where, eye)
+        if along <= NEAR_LINES and abs(task[3] - real[0]) < along - 0.5:
+            _cross_strip(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
         if real[1] < 0.0 or real[1] > width - 1:
             _enter(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
         steepest[count] = steepest[count - 1]
