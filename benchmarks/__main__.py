@@ -31,6 +31,7 @@ from . import (
     planning,
     plans_over_http,
     report,
+    situations,
     speed,
     unreachables,
     volumes,
@@ -38,7 +39,7 @@ from . import (
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
-    "accuracy": (accuracy.accuracy,),
+    "accuracy": (accuracy.accuracy, situations.fast_mode_by_situation),
     "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
     "dilution": (dilution.dilution_speed, dilution.one_per_set),
     "volumes": (

@@ -54,24 +54,27 @@ def deviation(
     exact_m: npt.NDArray[np.floating],
     receivers_m: tuple[float, ...],
 ) -> Deviation:
-    """Of one anchor's altitude_m from exact_m, both (rows, cols) over flat ground; unknown posts do not count.
+    """Of one anchor's altitude_m from exact_m, both (rows, cols) over flat ground; NaN = unknown, a third answer.
 
-    Nor does the anchor's own post, for which each engine has its own convention.
+    Posts of unknown ground do not count, nor does the anchor's own, for which each engine has its own convention.
     """
-    counted = np.isfinite(exact_m)
+    counted = np.isfinite(grid.heights_m)
     row, col = (round(index) for index in grid.post_at(anchor.east_m, anchor.north_m))
-    counted[row, col] = False
+    if 0 <= row < grid.rows and 0 <= col < grid.cols:
+        counted[row, col] = False
     answer_m = altitude_m.astype(np.float32)
     misclassified: dict[float, tuple[float, ...]] = {}
     for receiver_m in receivers_m:
         receiver_altitude_m = grid.heights_m + np.float32(receiver_m)
         differs = (receiver_altitude_m >= answer_m) != (receiver_altitude_m >= exact_m)
+        differs |= np.isnan(answer_m) != np.isnan(exact_m)
         misclassified[receiver_m] = (float(np.count_nonzero(differs & counted) / np.count_nonzero(counted)),)
-    error_m = np.where(counted, np.abs(answer_m - exact_m), 0.0).astype(np.float32)
+    both = counted & np.isfinite(answer_m) & np.isfinite(exact_m)
+    error_m = np.where(both, np.abs(answer_m - exact_m), 0.0).astype(np.float32)
     at_obstacle_m, relief_m = _carried_back(grid, anchor, error_m, exact_m)
     return Deviation(
         misclassified,
-        error_m[counted & (exact_m > grid.heights_m)],
+        error_m[both & (exact_m > grid.heights_m)],
         float(at_obstacle_m.max(initial=0.0)),
         int(np.count_nonzero(at_obstacle_m > relief_m)),
     )
@@ -106,8 +109,10 @@ def _carried_back(
     eyes_m = np.broadcast_to([anchor.east_m, anchor.north_m, anchor.altitude_m], touching_m.shape)
     lines = lines_of_sight(grid, eyes_m, touching_m, curvature=FLAT)
     share = lines.blocking_distance_m / np.hypot(east_m - anchor.east_m, north_m - anchor.north_m)
-    at_row = np.rint((grid.origin_north_m - lines.blocking_point_m[:, 1]) / grid.cell_north_m).astype(int)
-    at_col = np.rint((lines.blocking_point_m[:, 0] - grid.origin_east_m) / grid.cell_east_m).astype(int)
+    at_row, at_col = (
+        np.clip(np.rint(index), 0, most - 1).astype(int)
+        for index, most in zip(grid.post_at(*lines.blocking_point_m[:, :2].T), grid.shape, strict=True)
+    )
     return error_m[rows, cols] * share, _relief_m(grid.heights_m)[at_row, at_col]
 
 

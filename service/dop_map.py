@@ -74,7 +74,6 @@ class FinishedDopMap:
             mode=self.parameters.mode,
             unknown=self.parameters.unknown,
             curvature=Curvature.of(self.grid) if curvature is None else curvature,
-            error_statement=self.calculation.error_statement,
             warnings=self.calculation.warnings,
             elapsed_s=self.calculation.elapsed_s,
             version=self.calculation.version,

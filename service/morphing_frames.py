@@ -95,6 +95,7 @@ def find_frames(
     [(first, first_lines)] = firsts
     # those of the first frame's sight lines are told with them
     own = tuple(warning for warning in warnings if warning not in first_lines.warnings)
+    own += sources.passed_over
     elapsed_s = time.perf_counter() - started_s - first_lines.elapsed_s
     return FoundFrames(
         *(altitude_m, state, _bands(found), told, first, first_lines, own, sources.unhealthy, elapsed_s),

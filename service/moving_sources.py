@@ -26,12 +26,13 @@ __all__ = ["MovingSources", "check_moving_sources", "moving_sources", "time_of",
 class MovingSources:
     """Anchors, tracks, then satellites that are in view at some time; those left out as unhealthy.
 
-    moving: how many of them are elsewhere in each frame.
+    moving: how many of them are elsewhere in each frame. passed_over: what else in the file of orbits was not used.
     """
 
     all: tuple[Anchor | AnchorTrack | SatelliteTrack, ...]
     unhealthy: tuple[str, ...]
     moving: int
+    passed_over: tuple[str, ...] = ()
 
 
 def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frames: FramesIn) -> MovingSources:
@@ -46,7 +47,8 @@ def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frame
     asked, times_s = parameters.satellites, frames.times_s()
     eyes = eyes_of(grid, asked, [time_of(asked.time, time_s) for time_s in times_s])
     sky = satellite_tracks(eyes, times_s, ranging_sigma_m=asked.ranging_sigma_m)
-    return MovingSources((*standing, *tracks, *sky), eyes.view.unhealthy_ids, len(tracks) + len(sky))
+    everyone, moving = (*standing, *tracks, *sky), len(tracks) + len(sky)
+    return MovingSources(everyone, eyes.view.unhealthy_ids, moving, eyes.view.warnings)
 
 
 def check_moving_sources(

@@ -51,15 +51,20 @@ Source = Anchor | DistantAnchor
 
 @dataclass(frozen=True, slots=True)
 class RangingSources:
-    """The anchors, then the satellites in view; those left out as unhealthy, and sentences about them."""
+    """The anchors, then the satellites in view; those left out as unhealthy, and sentences about all left out.
+
+    passed_over: what else in the file of orbits was not used.
+    """
 
     all: tuple[Source, ...]
     unhealthy: tuple[str, ...] = ()
+    passed_over: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know about those left out."""
-        return (f"Satellites left out as unhealthy: {', '.join(self.unhealthy)}.",) if self.unhealthy else ()
+        unhealthy = (f"Satellites left out as unhealthy: {', '.join(self.unhealthy)}.",) if self.unhealthy else ()
+        return (*unhealthy, *self.passed_over)
 
 
 def ranging_sources(grid: ElevationGrid, parameters: RangingParameters) -> RangingSources:
@@ -70,7 +75,7 @@ def ranging_sources(grid: ElevationGrid, parameters: RangingParameters) -> Rangi
     asked = parameters.satellites
     eyes = eyes_of(grid, asked, [asked.time])
     seen = eyes.distant_anchors(ranging_sigma_m=asked.ranging_sigma_m)
-    return RangingSources((*anchors, *seen), eyes.view.unhealthy_ids)
+    return RangingSources((*anchors, *seen), eyes.view.unhealthy_ids, eyes.view.warnings)
 
 
 def eyes_of(grid: ElevationGrid, asked: SatellitesIn, times: Sequence[datetime]) -> SatelliteEyes:

@@ -47,7 +47,7 @@ def sweep(
         if overhead:
             exact_sweep.sweep(heights_m, some, drop_per_step2_m, part_m)
         else:
-            work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS)
+            work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS, follow_borders=True)
             shift = part_m.ctypes.data // part_m.itemsize % CACHE_LINE
             tables = work.tasks, work.reals, work.bins
             kernel.sweep(heights_m, read_only(turned_m), blank_m, part_m, *tables, shift)

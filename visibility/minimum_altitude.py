@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -20,6 +21,7 @@ from .clear_altitudes import UnknownGround, clear_altitudes
 from .curvature import Curvature
 from .distant import DistantAnchor
 from .errors import VisibilityInputError
+from .fast_errors import fast_errors
 from .kernels.reach import classify
 from .reach import raise_to_reach, within_reach
 
@@ -30,12 +32,7 @@ Mode = Literal["fast", "exact"]
 HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
 
 ENGINES = {"fast": fast_sweep.sweep, "exact": exact_sweep.sweep}
-ERROR_STATEMENTS = {
-    "fast": "rays in float32: on real mountains 0.01 % of posts differ from exact in the mean of twelve anchors and "
-    "0.03 % at worst, on very rough ground 0.2 %; more on grids a few posts wide, behind walls, among scattered "
-    "unknown posts, and for an anchor within centimetres of the ground",
-    "exact": "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum",
-}
+EXACT_ERROR = "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +52,14 @@ class MinimumVisibleAltitude:
     mode: Mode
     unknown: UnknownGround
     curvature: Curvature
-    error_statement: str
     warnings: tuple[str, ...]
     elapsed_s: float
     version: str
+
+    @cached_property
+    def error_statement(self) -> str:
+        """What this answer may be off by: in fast mode on this ground, with these anchors."""
+        return EXACT_ERROR if self.mode == "exact" else fast_errors(self.grid.heights_m, self.altitude_m).sentence()
 
     def visible(self, *, above_ground_m: float | None = None, altitude_m: float | None = None) -> npt.NDArray[np.uint8]:
         """(n_anchors, rows, cols) uint8 for receivers at one height: 1 visible, 0 hidden, 255 unknown.
@@ -150,7 +151,6 @@ def min_visible_altitude(
         mode=mode,
         unknown=unknown,
         curvature=curvature,
-        error_statement=ERROR_STATEMENTS[mode],
         warnings=warnings,
         elapsed_s=time.perf_counter() - started_s,
         version=VERSION,

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from .fans import Fan, entering_fans, plain_fan
 from .kernels.sweep import COARSEST
 from .shares import Work, dealt, evened
 
@@ -41,17 +42,20 @@ def share_out(
     drop_per_step2_m: tuple[float, float],
     block_rays: int,
     workers: int | None = None,
+    *,
+    follow_borders: bool = False,
 ) -> Work:
     """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to workers.
 
     drop_per_step2_m: curvature drop in metres per squared row step and per squared column step. workers: None = as many
-    as numba has threads.
+    as numba has threads. follow_borders: bearings at which lines graze a border that they enter the map across are as
+    dense as posts on it.
     """
     rows, cols = heights_m.shape
     ground_m = _some_ground_m(heights_m)
     tasks, reals = [], []
     for number, eye in enumerate(eyes):
-        blocks = list(_blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays))
+        blocks = list(_blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays, follow_borders))
         eye_tasks = np.array([task for task, _ in blocks], np.int64)
         eye_reals = np.array([real for _, real in blocks], np.float64)
         eye_tasks, eye_reals = evened(eye_tasks, eye_reals, (rows, cols))
@@ -75,6 +79,7 @@ def _blocks(
     ground_m: float,
     drop_per_step2_m: tuple[float, float],
     block_rays: int,
+    follow_borders: bool,
 ) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
     """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
     is_inside = 0.0 <= eye[0] <= shape[0] - 1 and 0.0 <= eye[1] <= shape[1] - 1
@@ -94,23 +99,32 @@ def _blocks(
                 continue
             # an eye beyond the map looks over it along a plane that falls to the ground in its middle
             tilt = 2.0 * (eye[2] - ground_m) / (near + far) if near > 1.0 else 0.0
-            # one ray through each post of the farthest line; where rays hardly spread, one between them too
-            dt = (1.0 if near <= 1.0 else 0.5) / far
-            t_0 = (math.floor(t_low * far + across_0) - across_0) / far
-            if across_0.is_integer() and t_low <= 0.0:
-                # a ray runs along the eye's own line of posts from the start: walls stand along the grid, and rays that
-                # start later between a hidden and a free one take the mean of both with them to the far end
-                t_0 = -math.ceil(-t_low / (dt * COARSEST)) * COARSEST * dt
-            # a whole number of the coarsest steps
-            rays = max(math.ceil((t_high - t_0) / (dt * COARSEST)), 1) * COARSEST + 1
-            if t_high == 0.0:
-                # an eye on the last border: the last ray runs along it, and those to spare beyond the other end
-                t_0 = -(rays - 1) * dt
-            # blocks of like size, rather than full ones and a splinter
-            blocks = max(round((rays - 1) / block_rays), 1)
-            each = math.ceil((rays - 1) / (blocks * COARSEST)) * COARSEST
-            for first_ray in range(0, rays - 1, each):
-                last = first_ray + each >= rays - 1
-                count = rays - first_ray if last else each + 1
-                task = (number, axis, direction, first, steps, first_ray, count, first_ray == 0, last, is_inside)
-                yield task, (along_0, across_0, eye[2], t_0, dt, drop_along, drop_across, tilt)
+            # an eye beyond a border that runs along the sector: its lines come onto the map across it
+            beyond = max(-across_0, across_0 - (width - 1))
+            reach = (t_low, t_high, near, far)
+            entering = follow_borders and beyond > 0.0
+            fans = entering_fans(across_0, beyond, reach) if entering else [plain_fan(across_0, reach)]
+            for number_of_fan, fan in enumerate(fans):
+                ends = number_of_fan == 0, number_of_fan == len(fans) - 1
+                # lines that none of its rays has reached the map on are left out
+                empty = fan.lines_before(beyond, near) if entering else 0
+                for first_ray, count, is_first, is_last in _cut(fan, block_rays, ends):
+                    task = (
+                        number, axis, direction, first + direction * empty, steps - empty, first_ray, count, is_first, is_last, is_inside,
+                        fan.coarsest,
+                    )  # fmt: skip
+                    yield task, (along_0, across_0, eye[2], fan.t_0, fan.dt, drop_along, drop_across, tilt)
+
+
+def _cut(fan: Fan, block_rays: int, ends: tuple[bool, bool]) -> Iterator[tuple[int, int, bool, bool]]:
+    """(first ray, number of rays, whether it is the sector's first, whether its last) of each block of a fan.
+
+    ends: whether the fan is the sector's first, whether its last.
+    """
+    # blocks of like size, rather than full ones and a splinter
+    blocks = max(round((fan.rays - 1) / block_rays), 1)
+    each = math.ceil((fan.rays - 1) / (blocks * COARSEST)) * COARSEST
+    for first_ray in range(0, fan.rays - 1, each):
+        last = first_ray + each >= fan.rays - 1
+        count = fan.rays - first_ray if last else each + 1
+        yield first_ray, count, ends[0] and first_ray == 0, ends[1] and last

@@ -7,7 +7,6 @@ answer must not depend on how many threads there are or on who else is asked abo
 from __future__ import annotations
 
 import heapq
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,6 +88,6 @@ def _cost(tasks: Tasks, reals: Reals, shape: tuple[int, int]) -> npt.NDArray[np.
     left = np.clip(across_0 + (t_0 + first_ray * dt) * along, 0, width)
     right = np.clip(across_0 + (t_0 + (first_ray + rays - 1) * dt) * along, 0, width)
     gap = dt * along
-    gap *= 2.0 ** np.clip(np.floor(np.log2(WIDEST_GAP / gap)), 0, math.log2(COARSEST))
+    gap *= 2.0 ** np.clip(np.floor(np.log2(WIDEST_GAP / gap)), 0, np.log2(tasks[:, 10, np.newaxis]))
     cost: npt.NDArray[np.float64] = ((right - left) * (1.0 + RAY_COST / gap)).mean(axis=1) * steps[:, 0]
     return cost * np.where(axis[:, 0] == 1, COLUMN_COST, 1.0)

@@ -13,7 +13,7 @@ from terrain.version import VERSION
 from .anchors import Anchor, check_anchors
 from .curvature import Curvature
 from .distant import DistantAnchor
-from .minimum_altitude import ERROR_STATEMENTS, MinimumVisibleAltitude, Mode, UnknownGround, min_visible_altitude
+from .minimum_altitude import MinimumVisibleAltitude, Mode, UnknownGround, min_visible_altitude
 
 __all__ = ["SurfaceCache"]
 
@@ -72,7 +72,6 @@ class SurfaceCache:
             mode=self.mode,
             unknown=self.unknown,
             curvature=self.curvature,
-            error_statement=ERROR_STATEMENTS[self.mode],
             warnings=warnings,
             elapsed_s=time.perf_counter() - started_s,
             version=VERSION,

@@ -194,7 +194,7 @@ def _lines_only(problem: PathProblem, anchors: tuple[Standing, ...], cache: Surf
         return cache.surfaces(anchors)
     none = np.zeros((0, *problem.grid.shape), np.float32)
     return MinimumVisibleAltitude(
-        problem.grid, anchors, none, none, "exact", cache.unknown, cache.curvature, "", (), 0.0, ""
+        problem.grid, anchors, none, none, "exact", cache.unknown, cache.curvature, (), 0.0, ""
     )
 
 

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.deviation import deviation
 from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
 from visibility import FLAT, Curvature, fast_sweep, min_visible_altitude
+from visibility.sectors import share_out
 
 
 def misclassified_share(grid, anchors, above_ground_m=0.0):
@@ -89,6 +91,34 @@ def test_from_beyond_a_border_every_post_on_it_is_seen(beyond):
     near = [(0, slice(None)), (255, slice(None)), (slice(None), 0), (slice(None), 255)]
     for number, border in enumerate(near):
         np.testing.assert_array_equal(altitude_m[number][border], grid.heights_m[border])
+
+
+@pytest.mark.parametrize("beyond", [0.3, 3.0, 7.28, 12.0])
+def test_from_beyond_a_border_altitudes_beside_it_are_as_good_as_anywhere(beyond):
+    grid = fractal(257, seed=6, relief_m=900.0)
+    last = 256.0
+    places = [(-beyond, 70.25), (last + beyond, 200.0), (90.0, -beyond), (130.5, last + beyond), (-beyond, -beyond)]
+    places.append((last + beyond, last + 2.0))
+    anchors = [clearing_eye(grid, row, col, above_m=60.0, name=f"A{n}") for n, (row, col) in enumerate(places)]
+    fast_m, exact_m = (min_visible_altitude(grid, anchors, mode, FLAT).altitude_m for mode in ("fast", "exact"))
+    # an altitude over a post follows from a slope over ground before it: no error beyond the relief of neighbours there
+    for number, anchor in enumerate(anchors):
+        found = deviation(grid, anchor, fast_m[number], exact_m[number], (0.0,))
+        assert found.wild == 0
+        assert found.mean(0.0) <= 0.003
+
+
+@pytest.mark.parametrize(("row", "col"), [(-0.5, 31.3), (-40.0, 70.0), (66.0, -3.0), (30.5, 68.0), (-2.0, 300.0)])
+def test_fans_of_entering_rays_follow_one_another_without_a_gap(row, col):
+    grid = hills(65)
+    work = share_out([(row, col, 900.0)], grid.heights_m, (0.0, 0.0), 64, 1, follow_borders=True)
+    for axis, direction in ((0, 1), (0, -1), (1, 1), (1, -1)):
+        own = (work.tasks[:, 1] == axis) & (work.tasks[:, 2] == direction)
+        tasks, reals = work.tasks[own], work.reals[own]
+        starts = reals[:, 3] + tasks[:, 5] * reals[:, 4]
+        ends = reals[:, 3] + (tasks[:, 5] + tasks[:, 6] - 1) * reals[:, 4]
+        np.testing.assert_array_equal(starts[1:], ends[:-1])
+        assert (ends > starts).all()
 
 
 def test_many_anchors_answer_as_each_alone():

@@ -23,8 +23,9 @@ from .turning import TILE, turn_in, turn_out
 __all__ = ["BLOCK_RAYS", "COARSEST", "REAL_COLUMNS", "TASK_COLUMNS", "sweep"]
 
 BLOCK_RAYS = 2048
-COARSEST = 16  # near the eye only every 16th ray runs
+COARSEST = 16  # near the eye only every 16th ray runs, or fewer are left out
 WIDEST_GAP = 0.5  # posts between neighbouring rays, as long as there are rays left to start
+NEAR_LINES = 16  # so far rays take in every edge: what one of them misses there, all posts behind it miss
 LINES_AHEAD = 3
 RAY_ROOM = 2 * BLOCK_RAYS + 2 * STRIDE  # a block has at most twice its rays; vectors reach over the last
 TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of two, or its lines would share cache sets
@@ -32,7 +33,7 @@ TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of t
 # one task = one block of rays in one sector of one eye
 TASK_COLUMNS = (
     "eye", "axis", "direction", "first", "steps",
-    "first_ray", "rays", "is_first_block", "is_last_block", "is_eye_inside",
+    "first_ray", "rays", "is_first_block", "is_last_block", "is_eye_inside", "coarsest",
 )  # fmt: skip
 REAL_COLUMNS = ("along_0", "across_0", "altitude_m", "t_0", "dt", "drop_along", "drop_across", "tilt")
 
@@ -50,28 +51,97 @@ def _load_rays(task, real, stride, fan):
 
 @scalar_kernel
 def _first_stride(task, real):
-    """Every how many rays run at first: fewer than every COARSEST-th where the sector is short."""
+    """Every how many rays run at first: fewer are left out where the sector is short."""
     near = max(abs(task[3] - real[0]), 1.0)
-    stride = COARSEST
+    stride = task[10]
     while stride > 1 and near * real[4] * stride > WIDEST_GAP:
         stride //= 2
     return stride
 
 
 @scalar_kernel
-def _refine(along, task, real, stride, steepest, fan):
+def _refine(along, task, real, stride, state, width):
     """Double the rays until they are close enough together at this distance; returns the new stride."""
+    steepest, fan = state[0], state[1]
+    left_end, right_end = _rays_on_map(real[1], width)
     while stride > 1 and along * real[4] * stride > WIDEST_GAP:
         count = (task[6] - 1) // stride + 1
         for q in range(count - 1, 0, -1):
             left, right = steepest[q - 1], steepest[q]
             steepest[2 * q] = right
-            both = left > NO_GROUND and right > NO_GROUND
-            steepest[2 * q - 1] = float32(0.5) * (left + right) if both else max(left, right)
+            if left > NO_GROUND and right > NO_GROUND:
+                between = float32(0.5) * (left + right)
+            else:
+                # only one of them has come onto the map: so has the one between them, or not yet
+                t = real[3] + (task[5] + (q - 0.5) * stride) * real[4]
+                across = real[1] + t * (along - 1.0)
+                between = max(left, right) if left_end <= across <= right_end else NO_GROUND
+            steepest[2 * q - 1] = between
         steepest[2 * count - 1] = steepest[2 * count - 2]
         stride //= 2
         _load_rays(task, real, stride, fan)
     return stride
+
+
+@scalar_kernel
+def _rays_on_map(across_0, width):
+    """Between which places on a line rays run: those that leave the map for a post more, those that come from the border."""
+    return (-1.0 if across_0 >= 0.0 else -1e-4), (width if across_0 <= width - 1 else width - 1 + 1e-4)
+
+
+@scalar_kernel
+def _enter(task, real, along, stride, lines, rays, steepest):
+    """Start each ray that has come onto the map since the last line with the edge of the border that it crossed.
+
+    rays: (first, one past the last) of those on the map.
+    """
+    ground, before, ground_start, width = lines
+    step = 1 if real[1] < 0.0 else -1
+    border = 0 if step > 0 else width - 1
+    beyond = abs(border - real[1])
+    q = rays[0] if step > 0 else rays[1] - 1
+    here, behind = ground[border - ground_start], before[border - ground_start]
+    while rays[0] <= q < rays[1]:
+        t = abs(real[3] + (task[5] + q * stride) * real[4])
+        # back from this line
+        back = along - beyond / t
+        if back >= 1.0:
+            break
+        crossed = along - back
+        height = here + (behind - here) * back
+        slope = (height - real[2]) / crossed + real[7] - (real[5] + real[6] * t * t) * crossed
+        if slope > steepest[q]:
+            steepest[q] = np.float32(slope)
+        q += step
+
+
+@scalar_kernel
+def _cross_strip(task, real, along, stride, lines, rays, steepest):
+    """Raise each ray by every edge that it crosses between the last line and this one.
+
+    rays: (first, one past the last) of those on the map.
+    """
+    ground, before, ground_start, width = lines
+    lean = task[2]
+    for q in range(rays[0], rays[1]):
+        t = real[3] + (task[5] + q * stride) * real[4]
+        here = real[1] + t * along
+        there = here - t
+        bend = real[5] + real[6] * t * t
+        first = max(math.floor(min(here, there)), 0, ground_start)
+        last = min(math.ceil(max(here, there)), width - 1)
+        for post in range(first, last + 1):
+            for end in (post, post + lean):
+                if 0 <= end < width:
+                    # lines back from this one
+                    rate = t - (end - post)
+                    back = (here - end) / rate if rate != 0.0 else -1.0
+                    if 0.0 < back < 1.0:
+                        height = ground[end - ground_start]
+                        height += (before[post - ground_start] - height) * back
+                        slope = (height - real[2]) / (along - back) + real[7] - bend * (along - back)
+                        if slope > steepest[q]:
+                            steepest[q] = np.float32(slope)
 
 
 @scalar_kernel
@@ -135,9 +205,7 @@ def _line(task, real, index, stride, lines, out, state):
 
     across = real[1] + t_first * along
     q_from, q_to = 0, count
-    # rays that leave the map go on for a post; those that come onto it start at the border
-    left = -1.0 if real[1] >= 0.0 else -1e-4
-    right = width if real[1] <= width - 1 else width - 1 + 1e-4
+    left, right = _rays_on_map(real[1], width)
     if across < left:
         q_from = math.ceil((left - across) / spacing)
     if across + (count - 1) * spacing > right:
@@ -156,6 +224,10 @@ def _line(task, real, index, stride, lines, out, state):
             lean,
         )
         advance(steepest, fan, ground, before, places, picked, where, eye)
+        if along <= NEAR_LINES and abs(task[3] - real[0]) < along - 0.5:
+            _cross_strip(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
+        if real[1] < 0.0 or real[1] > width - 1:
+            _enter(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
         steepest[count] = steepest[count - 1]
     return owned
 
@@ -170,9 +242,9 @@ def _first_strip(lines, task, real, stride, steepest):
     first, direction = task[3], task[2]
     before = first - direction
     count = (task[6] - 1) // stride + 1
-    if not 0 <= before < lines.shape[0]:
-        return
     near, far = (before - along_0) * direction, abs(first - along_0)
+    if not 0 <= before < lines.shape[0] or near > 0.0:
+        return
     middle = math.floor(across_0)
     for q in range(count):
         t = real[3] + (task[5] + q * stride) * real[4]
@@ -202,7 +274,7 @@ def _sweep_rows(heights, blank, out, task, real, stride, state):
     before = blank
     for i in range(task[4]):
         index = task[3] + task[2] * i
-        stride = _refine(abs(index - real[0]), task, real, stride, state[0], state[1])
+        stride = _refine(abs(index - real[0]), task, real, stride, state, width)
         row_ahead = _row_ahead(index, task[2], heights.shape[0])
         ahead = (heights, row_ahead, out, row_ahead)
         _line(task, real, index, stride, (heights[index], before, int64(0), width, ahead), out[index], state)
@@ -248,7 +320,7 @@ def _sweep_columns(heights, turned, blank, out, task, real, stride, state, tile,
             turn_in(heights, (top, bottom + 1, west, n), ground)
         for k in range(n):
             line = k if direction > 0 else n - 1 - k
-            stride = _refine(abs(west + line - real[0]), task, real, stride, state[0], state[1])
+            stride = _refine(abs(west + line - real[0]), task, real, stride, state, rows)
             here, before = ground[line], ground[TILE if k == 0 else line - direction]
             ahead = (turned, _row_ahead(west + line, direction, turned.shape[0]), out, int64(-1))
             if is_turned:

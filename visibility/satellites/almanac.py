@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from ..errors import AlmanacError
 from .gps_time import GpsTime
 
-__all__ = ["REFERENCE_INCLINATION_RAD", "Almanac", "AlmanacEntry", "check_orbit", "satellite_id"]
+__all__ = ["REFERENCE_INCLINATION_RAD", "Almanac", "AlmanacEntry", "check_orbit", "gps_number", "satellite_id"]
 
 # LNAV and SEM give the inclination as an offset from 0.30 semicircles
 REFERENCE_INCLINATION_RAD = 0.30 * math.pi
@@ -27,8 +27,8 @@ class AlmanacEntry:
 
     node_longitude_rad: Ω0, longitude of the orbit plane at the start of the week of applicability.
     inclination_rad: absolute, not the offset that SEM files give.
-    health: 0 = healthy. svn, ura, configuration: None where the file does not tell.
-    Raises AlmanacError.
+    health: 0 = healthy; the orbit of an unhealthy one is never used and may be anything, zeros as a rule.
+    svn, ura, configuration: None where the file does not tell. Raises AlmanacError.
     """
 
     prn: int
@@ -49,6 +49,8 @@ class AlmanacEntry:
 
     def __post_init__(self) -> None:
         satellite = satellite_id(self.prn)
+        if not self.healthy:
+            return
         check_orbit(
             satellite, {field.name: getattr(self, field.name) for field in fields(self) if field.type == "float"}
         )
@@ -75,10 +77,14 @@ class AlmanacEntry:
 
 @dataclass(frozen=True, slots=True)
 class Almanac:
-    """What one almanac file says; source names the file. Raises AlmanacError for no entry or one satellite twice."""
+    """What one almanac file says; source names the file, warnings tell what in it was passed over.
+
+    Raises AlmanacError for no entry or one satellite twice.
+    """
 
     entries: tuple[AlmanacEntry, ...]
     source: str = ""
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.entries:
@@ -122,8 +128,13 @@ def check_orbit(satellite: str, numbers: Mapping[str, float]) -> None:
         )
 
 
+def gps_number(number: int) -> bool:
+    """Whether it is the number of a GPS satellite, not one of another system or none."""
+    return 1 <= number <= MOST_SATELLITES
+
+
 def satellite_id(prn: int) -> str:
     """G and two digits, as in RINEX. Raises AlmanacError for a number that no GPS satellite has."""
-    if not 1 <= prn <= MOST_SATELLITES:
+    if not gps_number(prn):
         raise AlmanacError(f"GPS satellites have numbers from 1 to {MOST_SATELLITES}, not {prn}.")
     return f"G{prn:02d}"

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..errors import AlmanacFileError
 from .almanac import Almanac
 from .sem import parse_sem
-from .text_files import read_text
+from .text_files import is_comment, read_text
 from .yuma import HEADING, parse_yuma
 
 __all__ = ["parse_almanac", "read_almanac"]
@@ -31,7 +31,7 @@ def read_almanac(path: str | os.PathLike[str], reference: date | None = None) ->
 
 def parse_almanac(text: str, source: str = "almanac", reference: date | None = None) -> Almanac:
     """The almanac in a SEM or YUMA file's text; otherwise as ``read_almanac``."""
-    first = next((line.strip() for line in text.splitlines() if line.strip()), "")
+    first = next((line.strip() for line in text.splitlines() if line.strip() and not is_comment(line)), "")
     if not first:
         raise AlmanacFileError(f"{source} is empty.")
     if HEADING.match(first):

@@ -33,7 +33,7 @@ class BroadcastEphemeris:
     """One set of orbit parameters of one satellite (IS-GPS-200, table 20-III), in radians, metres and seconds.
 
     toe: time of ephemeris. ``*_cos``, ``*_sin`` fields: amplitudes of the twice-per-orbit corrections.
-    health: 0 = healthy. Raises AlmanacError.
+    health: 0 = healthy; the orbit of an unhealthy one is never used and may be anything. Raises AlmanacError.
     """
 
     prn: int
@@ -56,7 +56,9 @@ class BroadcastEphemeris:
     health: int = 0
 
     def __post_init__(self) -> None:
-        check_orbit(satellite_id(self.prn), {name: getattr(self, name) for name in PARAMETERS})
+        satellite = satellite_id(self.prn)
+        if self.health == 0:
+            check_orbit(satellite, {name: getattr(self, name) for name in PARAMETERS})
 
     @property
     def id(self) -> str:

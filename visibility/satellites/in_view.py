@@ -30,7 +30,8 @@ DEFAULT_CONE_RAD = math.radians(85.0)
 class SatellitesInView:
     """The answer to ``satellites_in_view``: every usable satellite at every instant, (n_satellites, n_times).
 
-    ids: of the rows, sorted. unhealthy_ids: satellites left out as unhealthy.
+    ids: of the rows, sorted. unhealthy_ids: satellites left out as unhealthy. warnings: what else in the
+        constellation's file was passed over.
     azimuth_rad: clockwise from true north. elevation_rad: above the ellipsoid's horizontal. range_m: slant.
     off_axis_rad: θ of eq. 1. in_view: θ < cone_rad. position_ecef_m: (n_satellites, n_times, 3).
     NaN (and in_view False) where the constellation's file tells no position for that time.
@@ -38,6 +39,7 @@ class SatellitesInView:
 
     ids: tuple[str, ...]
     unhealthy_ids: tuple[str, ...]
+    warnings: tuple[str, ...]
     times: Instants
     place: Place
     cone_rad: float
@@ -83,6 +85,7 @@ def satellites_in_view(
     return SatellitesInView(
         ids=ids,
         unhealthy_ids=constellation.unhealthy_ids,
+        warnings=constellation.warnings,
         times=when,
         place=at,
         cone_rad=cone_rad,

@@ -6,11 +6,14 @@ import math
 from datetime import date
 
 from ..errors import AlmanacError, AlmanacFileError, VisibilityError
-from .almanac import REFERENCE_INCLINATION_RAD, Almanac, AlmanacEntry
+from .almanac import REFERENCE_INCLINATION_RAD, Almanac, AlmanacEntry, gps_number
 from .gps_time import GpsTime, full_week
-from .text_files import real, whole
+from .passed_over import PassedOver, system_of_number
+from .text_files import is_comment, real, whole
 
 __all__ = ["parse_sem"]
+
+Record = list[list[str]]
 
 LINES = (
     ("PRN number",),
@@ -27,33 +30,73 @@ LINES = (
 def parse_sem(text: str, source: str, reference: date | None = None) -> Almanac:
     """The almanac in a SEM file's text.
 
+    Records of other systems, short ones between others and those without an orbit are passed over and told in the
+    warnings; lines that begin with # or the like are comments.
     source: its name in messages. reference: a date near its week, where that is counted modulo 1024.
     Raises AlmanacFileError for a truncated file, a missing field or a number out of range, AlmanacError for a week
     without reference.
     """
-    lines = [line.split() for line in text.splitlines() if line.strip()]
-    if not lines or not lines[0][0].isdecimal():
+    lines = [line.split() for line in text.splitlines() if not is_comment(line)]
+    head = [words for words in lines if words][:2]
+    if not head or not head[0][0].isdecimal():
         raise AlmanacFileError(f"{source} is no SEM almanac: its first line must begin with the number of satellites.")
-    declared = whole(lines[0][0], f"{source}: the number of satellites")
-    if len(lines) < 2 or len(lines[1]) != 2:
+    declared = whole(head[0][0], f"{source}: the number of satellites")
+    if len(head) < 2 or len(head[1]) != 2:
         raise AlmanacFileError(f"{source}: the second line must hold the week and the time of applicability.")
-    week = whole(lines[1][0], f"{source}: the week")
-    second = real(lines[1][1], f"{source}: the time of applicability")
+    week = whole(head[1][0], f"{source}: the week")
+    second = real(head[1][1], f"{source}: the time of applicability")
     try:
         applicable = GpsTime(full_week(week, reference), second)
     except VisibilityError as error:
         raise AlmanacError(f"{source}: {error}") from error
 
-    records = lines[2:]
-    entries = [
-        _entry(records[first : first + len(LINES)], f"{source}: record {first // len(LINES) + 1}", applicable)
-        for first in range(0, len(records), len(LINES))
-    ]
-    if len(entries) != declared:
+    records = _records(lines, declared)
+    if len(records) != declared:
         raise AlmanacFileError(
-            f"{source} declares {declared} satellites but holds {len(entries)}; it is truncated or damaged."
+            f"{source} declares {declared} satellites but holds {len(records)}; it is truncated or damaged."
         )
-    return Almanac(tuple(entries), source)
+    passed = PassedOver()
+    entries: list[AlmanacEntry] = []
+    for number, record in enumerate(records, 1):
+        where, prn = f"{source}: record {number}", record[0][0]
+        if prn.isdecimal() and not gps_number(int(prn[:9])):
+            passed.foreign[system_of_number(int(prn[:9]))] += 1
+        elif len(record) < len(LINES) and number < len(records):
+            passed.useless.append(
+                f"{where} (PRN {prn}) has {len(record)} lines in place of {len(LINES)}. It was passed over."
+            )
+        elif _has_no_orbit(record, where):
+            passed.useless.append(
+                f"{where} (PRN {prn}) is marked healthy but has no orbit, only zeros. It was passed over."
+            )
+        else:
+            entries.append(_entry(record, where, applicable))
+    if not entries:
+        raise passed.nothing_left(f"{source} has no GPS satellite in it.")
+    return Almanac(tuple(entries), source, passed.warnings())
+
+
+def _records(lines: list[list[str]], declared: int) -> list[Record]:
+    """The lines of each record: as many as there must be where that fits, or else what stands between blank lines."""
+    filled = [number for number, words in enumerate(lines) if words]
+    rest = lines[filled[1] + 1 :]
+    solid = [words for words in rest if words]
+    if len(solid) == declared * len(LINES):
+        return [solid[first : first + len(LINES)] for first in range(0, len(solid), len(LINES))]
+    records: list[Record] = [[]]
+    for words in rest:
+        if words:
+            records[-1].append(words)
+        elif records[-1]:
+            records.append([])
+    return [record for record in records if record]
+
+
+def _has_no_orbit(record: Record, where: str) -> bool:
+    """Whether a whole record that is marked healthy is empty all the same."""
+    if [len(words) for words in record[: len(LINES)]] != [len(names) for names in LINES]:
+        return False
+    return whole(record[6][0], f"{where}: the health") == 0 and real(record[4][0], f"{where}: {LINES[4][0]}") == 0.0
 
 
 def _entry(lines: list[list[str]], where: str, applicable: GpsTime) -> AlmanacEntry:

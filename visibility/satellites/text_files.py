@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from pathlib import Path
 
 from ..errors import AlmanacFileError
 
-__all__ = ["read_text", "real", "whole"]
+__all__ = ["is_comment", "read_text", "real", "whole"]
+
+COMMENT = re.compile(r"\s*(?:[#%;!]|//|\*+\s*$)")
 
 
 def read_text(path: str | os.PathLike[str], what: str, most_bytes: int) -> str:
@@ -28,6 +31,11 @@ def read_text(path: str | os.PathLike[str], what: str, most_bytes: int) -> str:
     if b"\0" in content:
         raise AlmanacFileError(f"{file.name} is not a text file, so no {what}.")
     return content.decode("latin-1")
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line of an almanac is a remark that somebody added, or a rule."""
+    return COMMENT.match(line) is not None
 
 
 def real(text: str, where: str) -> float:

@@ -150,11 +150,103 @@ def test_a_yuma_file_cut_after_any_line_is_refused_in_one_sentence(line):
         parse_almanac("\n".join(YUMA.splitlines()[:line]), "x.alm", JANUARY_2007)
 
 
-@pytest.mark.parametrize("line", [number for number, text in enumerate(SEM.splitlines()) if text and number > 1])
-def test_a_sem_file_without_one_of_its_lines_is_refused(line):
+@pytest.mark.parametrize("line", [number for number, text in enumerate(SEM.splitlines()) if text and number > 11])
+def test_a_sem_file_without_one_of_its_last_lines_is_refused(line):
     lines = SEM.splitlines()
     with pytest.raises(AlmanacFileError):
         parse_almanac("\n".join(lines[:line] + lines[line + 1 :]), reference=JANUARY_2007)
+
+
+@pytest.mark.parametrize("line", range(3, 11))
+def test_a_short_sem_record_between_others_ends_where_the_next_begins_and_is_told(line):
+    lines = SEM.splitlines()
+    almanac = parse_almanac("\n".join(lines[:line] + lines[line + 1 :]), "x.al3", reference=JANUARY_2007)
+    assert [entry.id for entry in almanac.entries] == ["G04"]
+    [told] = almanac.warnings
+    # without the line of its number, the next stands in its place
+    assert told == f"x.al3: record 1 (PRN {32 if line == 3 else 1}) has 7 lines in place of 8. It was passed over."
+
+
+def test_a_short_yuma_record_between_others_is_passed_over_and_told():
+    lines = YUMA.splitlines()
+    short = "\n".join(lines[:5] + lines[6:])
+    almanac = parse_almanac(f"{short}\n\n{YUMA.replace('01', '02')}", "x.alm", JANUARY_2007)
+    assert [entry.id for entry in almanac.entries] == ["G02"]
+    assert almanac.warnings == (
+        "x.alm: the record of PRN 1 lacks Orbital Inclination; a field is missing. It was passed over.",
+    )
+
+
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [("193", "QZSS"), ("201", "QZSS"), ("133", "SBAS"), ("J01", "QZSS"), ("E11", "Galileo"), ("99", None), ("0", None)],
+)
+def test_yuma_records_of_other_systems_are_passed_over_and_counted(number, name):
+    foreign = "\n".join([YUMA.splitlines()[0].replace("01", number), f"ID: {number}", "IODA: what it likes", ""])
+    almanac = parse_almanac(f"{foreign}\n{YUMA}\n{foreign}", "mixed.alm", JANUARY_2007)
+    assert [entry.id for entry in almanac.entries] == ["G01"]
+    name = f"satellites with number {number}" if name is None else name
+    assert almanac.warnings == (f"2 records of {name} were passed over; only GPS is read.",)
+    with pytest.raises(AlmanacFileError, match=rf"no GPS satellite in it\. 1 records of {name} were passed over"):
+        parse_almanac(foreign, "foreign.alm", JANUARY_2007)
+
+
+@pytest.mark.parametrize(("number", "name"), [(193, "QZSS"), (138, "SBAS"), (99, "satellites with number 99")])
+def test_sem_records_of_other_systems_are_passed_over_and_counted(number, name):
+    almanac = parse_almanac(SEM.replace("\n1\n32", f"\n{number}\n32"), "mixed.al3", JANUARY_2007)
+    assert [entry.id for entry in almanac.entries] == ["G04"]
+    assert almanac.warnings == (f"1 records of {name} were passed over; only GPS is read.",)
+
+
+def zeroed(text, health):
+    """The same record with health and nothing but zeros besides."""
+    if text is YUMA:
+        lines = [re.sub(r":.*", ": 0.0", line) for line in text.splitlines()]
+        lines[1], lines[2] = "ID: 1", f"Health: {health}"
+        return "\n".join([text.splitlines()[0], *lines[1:], ""])
+    lines = text.splitlines()
+    return "\n".join([*lines[:6], "0.0 0.0 0.0", "0.0 0.0 0.0", "0.0 0.0 0.0", str(health), *lines[10:], ""])
+
+
+@pytest.mark.parametrize("text", [SEM, YUMA], ids=["SEM", "YUMA"])
+def test_an_unhealthy_record_of_zeros_is_unhealthy_and_no_damage(text):
+    whole = "" if text is SEM else f"\n{YUMA.replace('01', '02')}"
+    almanac = parse_almanac(zeroed(text, 63) + whole, "x", JANUARY_2007)
+    assert "G01" in almanac.unhealthy_ids
+    assert almanac.warnings == ()
+
+
+@pytest.mark.parametrize("text", [SEM, YUMA], ids=["SEM", "YUMA"])
+def test_a_healthy_record_of_zeros_is_passed_over_and_told(text):
+    whole = "" if text is SEM else f"\n{YUMA.replace('01', '02')}"
+    almanac = parse_almanac(zeroed(text, 0) + whole, "x", JANUARY_2007)
+    assert "G01" not in [entry.id for entry in almanac.entries]
+    [told] = almanac.warnings
+    assert re.search(r"PRN 1\)? is marked healthy but has no orbit, only zeros\. It was passed over\.", told)
+
+
+@pytest.mark.parametrize("text", [SEM, YUMA], ids=["SEM", "YUMA"])
+def test_remarks_between_lines_of_an_almanac_change_nothing(text):
+    remarked = "# fetched today\n" + "".join(f"{line}\n; seen\n" for line in text.splitlines())
+    assert parse_almanac(remarked, "x", JANUARY_2007) == parse_almanac(text, "x", JANUARY_2007)
+
+
+def test_a_real_almanac_with_foreign_and_broken_records_gives_its_gps_satellites():
+    text = shared_file("mmazat_yuma431.txt").read_text()
+    alone = read_almanac(shared_file("mmazat_yuma431.txt"), date(2007, 12, 1))
+    lines = YUMA.splitlines()
+    foreign = "\n".join(lines).replace("01", "193")
+    mixed = parse_almanac(f"{foreign}\n\n{lines[0]}\n{lines[1]}\n\n{text}", alone.source, date(2007, 12, 1))
+    assert mixed.entries == alone.entries
+    assert len(mixed.warnings) == 2
+
+
+@pytest.mark.parametrize(("file", "satellites"), [("qzss_gps.alm", 8), ("rollover2019.alm", 8)])
+def test_the_case_of_yuma_files_of_other_systems_is_read(file, satellites):
+    almanac = read_almanac(shared_file(f"../../cases/yuma-other-systems/{file}"), date(2019, 5, 8))
+    assert len(almanac.entries) == satellites
+    assert {entry.applicable.week for entry in almanac.entries} == {2052}
+    assert len(almanac.warnings) == (file == "qzss_gps.alm")
 
 
 @pytest.mark.parametrize("line", range(1, len(YUMA.splitlines())))
@@ -180,7 +272,6 @@ def test_a_yuma_file_says_which_field_it_lacks(line):
         (SEM.replace("5.1536845703125E+03", "12.0"), "semi-major axis must lie in"),
         (SEM.replace("1.4945983886719E-02", "0.9"), "inclination must lie in"),
         (SEM.replace("\n4\n34", "\n1\n34"), "stand once in the almanac .*repeated: G01"),
-        (SEM.replace("\n4\n34", "\n99\n34"), "numbers from 1 to 63, not 99"),
         (SEM.replace("\n4\n34", "\n4.5\n34"), "PRN number must be a whole number"),
         (SEM.replace("1.4945983886719E-02 ", ""), r"record 1 \(PRN 1\) holds 2 numbers in place of 3"),
         (YUMA + "Weather: fine\n", "a line that no YUMA almanac has: 'Weather: fine'"),
@@ -212,7 +303,8 @@ def test_damage_of_any_kind_ends_in_one_sentence_or_in_an_orbit(text, data):
         sentence = str(error)
     if sentence is None:
         when = instants(almanac.entries[0].applicable)
-        assert np.isfinite(almanac_positions_ecef_m(almanac.entries, when, math.inf)).all()
+        healthy = [entry for entry in almanac.entries if entry.healthy]
+        assert not healthy or np.isfinite(almanac_positions_ecef_m(healthy, when, math.inf)).all()
     else:
         assert sentence
         assert "\n" not in sentence

@@ -1,0 +1,114 @@
+"""How far fast mode may be off on one grid: what was measured on many, by what can be counted on this one.
+
+Fast mode errs beside the edges of shadows, so the share of posts that it calls wrongly goes with how many there are;
+altitudes over hidden posts are off with how rough the ground is and how far shadows reach. The factors below are from
+windows and whole tiles of thirteen real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
+them, on the border and up to 12 posts beyond it (docs/benchmarks.md, "Fast mode by situation").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["FastErrors", "fast_errors"]
+
+Heights = npt.NDArray[np.float32]
+
+RECEIVERS_M = (0.0, 1.5, 10.0, 50.0)
+LINES = 64  # of a large grid so many lines of posts stand for all
+MEAN_OF_EDGES = 0.03  # misclassified posts per edge between neighbours that differ: in the mean …
+MOST_OF_EDGES = 0.12  # … and more than with any anchor
+MEAN_OF_UNKNOWN = 0.2
+MOST_OF_UNKNOWN = 0.8  # the same of edges between known and unknown answers, which fast mode gives to the unknown
+MOST_POSTS = 8.0  # on grids with few edges so many posts may be wrong besides
+LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's longer side in posts
+
+
+@dataclass(frozen=True, slots=True)
+class FastErrors:
+    """Of the worst anchor: shares of the known posts, and metres.
+
+    edge_share: edges of shadows per post, for that one of RECEIVERS_M which has most; unknown_share: edges between
+    known and unknown answers per post. misclassified: share of posts
+    that fast mode and exact mode call differently, about; misclassified_most: at most. large_error_m: what the
+    altitudes of all but one in a thousand hidden posts are within; NaN where no three neighbours are known.
+    """
+
+    edge_share: float
+    unknown_share: float
+    misclassified: float
+    misclassified_most: float
+    large_error_m: float
+
+    def sentence(self) -> str:
+        """The statement that an answer carries."""
+        altitudes = "" if math.isnan(self.large_error_m) else (
+            f"; of the altitudes over hidden posts all but one in a thousand are within {_digits(self.large_error_m)} m"
+        )  # fmt: skip
+        return (
+            f"rays in float32, which err beside the edges of shadows: on this ground, by what was measured on others, "
+            f"about {_digits(100.0 * self.misclassified)} % and at most {_digits(100.0 * self.misclassified_most)} % of "
+            f"an anchor's posts differ from exact for receivers up to 50 m above ground{altitudes}"
+        )
+
+
+def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
+    """What fast mode's answer may be off by.
+
+    heights_m: (rows, cols), NaN = unknown; altitude_m: (n_anchors, rows, cols), its answer over them, NaN = unknown.
+    """
+    rows, cols = heights_m.shape
+    tops = np.unique(np.linspace(0, max(rows - 2, 0), min(max(rows - 1, 1), LINES)).astype(np.intp))
+    shares = [_edge_share(heights_m, one_m, tops) for one_m in altitude_m]
+    edges = max((edges for edges, *_ in shares), default=0.0)
+    unknown = max((unknown for _, unknown, _ in shares), default=0.0)
+    known_posts = heights_m.size * min((known for *_, known in shares), default=1.0)
+    few = MOST_POSTS / max(known_posts, MOST_POSTS)
+    return FastErrors(
+        edge_share=edges,
+        unknown_share=unknown,
+        misclassified=MEAN_OF_EDGES * edges + MEAN_OF_UNKNOWN * unknown,
+        misclassified_most=min(MOST_OF_EDGES * edges + MOST_OF_UNKNOWN * unknown + few, 1.0),
+        large_error_m=LARGE_ERRORS * math.sqrt(max(rows, cols)) * _bend_m(heights_m, tops),
+    )
+
+
+def _edge_share(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> tuple[float, float, float]:
+    """Edges of shadows, and of unknown answers, per known post; share of known posts.
+
+    On some lines of posts, and between them and the next.
+    """
+    below = np.minimum(tops + 1, len(heights_m) - 1)
+    ground_m, next_m = heights_m[tops], heights_m[below]
+    clear_m, next_clear_m = altitude_m[tops], altitude_m[below]
+    known, next_known = ~np.isnan(ground_m), ~np.isnan(next_m)
+    both = known[:, 1:] & known[:, :-1], known & next_known
+    unknown, next_unknown = np.isnan(clear_m), np.isnan(next_clear_m)
+
+    def edges(here: npt.NDArray[np.bool_], there: npt.NDArray[np.bool_]) -> int:
+        along, across = here[:, 1:] != here[:, :-1], here != there
+        return int(np.count_nonzero(along & both[0]) + np.count_nonzero(across & both[1]))
+
+    most = max(
+        edges(clear_m <= ground_m + np.float32(above_m), next_clear_m <= next_m + np.float32(above_m))
+        for above_m in RECEIVERS_M
+    )
+    known_posts = max(int(np.count_nonzero(known)), 1)
+    return most / known_posts, edges(unknown, next_unknown) / known_posts, known_posts / known.size
+
+
+def _bend_m(heights_m: Heights, tops: npt.NDArray[np.intp]) -> float:
+    """How much slopes change from post to post: mean of the second differences along lines and across them, added."""
+    tops = tops[tops + 2 < len(heights_m)]
+    along_m = np.abs(np.diff(heights_m[tops].astype(np.float64), 2, axis=1))
+    across_m = np.abs(heights_m[tops].astype(np.float64) - 2.0 * heights_m[tops + 1] + heights_m[tops + 2])
+    means = [float(bends[~np.isnan(bends)].mean()) for bends in (along_m, across_m) if not np.isnan(bends).all()]
+    return sum(means) if means else math.nan
+
+
+def _digits(number: float) -> str:
+    return f"{number:.2g}" if number < 100.0 else f"{number:.0f}"
