@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from service.errors import RequestError
 from service.schemas import AnchorIn, sentence_of
+from service.tables import text_of
 
 __all__ = ["anchors_from_file"]
 
@@ -117,7 +118,7 @@ def _csv_fields(name: str, line: int, row: dict[str, Any]) -> dict[str, Any]:
         if cell is None or not cell.strip():
             continue
         try:
-            fields[column] = cell.strip() if column == "id" else float(cell)
+            fields[column] = text_of(cell.strip()) if column == "id" else float(cell)
         except ValueError as error:
             raise RequestError(f"{name}, line {line}: {column} is {cell.strip()[:40]!r}, not a number.") from error
     return fields

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from service.errors import RequestError
 from service.schemas import sentence_of
 from service.schemas.frames import TrackIn, TrackPointIn
+from service.tables import text_of
 
 from .anchor_texts import HEIGHT
 
@@ -85,7 +86,7 @@ def _of_csv(name: str, text: str) -> list[Any]:
                 f"{', '.join(POINT_COLUMNS)}."
             )
         for row in rows:
-            points.setdefault(row["id"] or "", []).append(_point(name, rows.line_num, row))
+            points.setdefault(text_of(row["id"] or ""), []).append(_point(name, rows.line_num, row))
     except csv.Error as error:
         raise RequestError(f"The track file {name} is not CSV: {error}.") from error
     return [{"id": id, "points": listed} for id, listed in points.items()]
