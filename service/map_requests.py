@@ -28,10 +28,19 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class MapRequest:
-    """The model of the body; ``parameters`` takes it and what the service found for it, and raises RequestError."""
+    """The model of the body; ``parameters`` takes it and what the service found for it, and raises RequestError.
+
+    needs: fields by which the service has to find something first, where the body has them.
+    """
 
     model: type[BaseModel]
     parameters: Callable[[Any, Mapping[str, Any]], Json]
+    needs: tuple[str, ...] = ()
+
+    def needed(self, asked: BaseModel) -> Json | None:
+        """Those fields of a body; None where it names nothing that has to be found."""
+        fields = asked.model_dump(mode="json", include=set(self.needs))
+        return fields if any(isinstance(value, str) for value in fields.values()) else None
 
 
 def _as_asked(asked: BaseModel, _: Mapping[str, Any]) -> Json:
@@ -81,8 +90,8 @@ MAP_REQUESTS: Mapping[str, MapRequest] = MappingProxyType(
         "dop-map": MapRequest(DopMapIn, _as_asked),
         "morphing-map": MapRequest(MorphingMapIn, _as_asked),
         "placement": MapRequest(PlacementIn, _as_asked),
-        "path": MapRequest(PathIn, _of_path),
-        "flight": MapRequest(FlightIn, _of_flight),
-        "repositioning": MapRequest(RepositioningIn, _of_repositioning),
+        "path": MapRequest(PathIn, _of_path, ("map_id",)),
+        "flight": MapRequest(FlightIn, _of_flight, ("map_id",)),
+        "repositioning": MapRequest(RepositioningIn, _of_repositioning, ("detector_id", "persistent_s")),
     }
 )

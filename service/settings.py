@@ -105,5 +105,8 @@ class Settings(BaseSettings):
         default=MIB // 16, ge=1024, le=MIB, description="Size of one message on a stream, bytes."
     )
     max_detector_bytes: int = Field(
-        default=MIB, ge=1024, le=4 * MIB, description="Size of the body of a request to a detector, bytes."
+        default=MIB // 16,
+        ge=1024,
+        le=MIB,
+        description="Size of the body that opens a detector or asks for one detection, bytes.",
     )

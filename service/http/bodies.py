@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
 from fastapi import Request
 from pydantic import BaseModel
-from pydantic_core import from_json
 
 from service.errors import BusyError, MediaTypeError, NotJsonError
 
 from .context import Service
 from .uploads import receive
 
-__all__ = ["body_of", "fields_in", "is_json", "json_body", "long_body"]
+__all__ = ["body_of", "is_json", "json_body", "long_body"]
 
 # Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
 BIG_BYTES = 1024 * 1024
@@ -50,7 +49,7 @@ async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[d
     """
     settings = service.settings
     length = request.headers.get("content-length", "")
-    if length.isdecimal() and int(length) <= BIG_BYTES:
+    if length.isdecimal() and int(length) <= min(BIG_BYTES, settings.max_pairs_bytes):
         yield {"body": await json_body(request)}, False
         return
     _refuse_other_types(request)
@@ -65,15 +64,6 @@ async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[d
         receive(request, service.folder, settings.max_pairs_bytes, "max_pairs_bytes", "body.json") as body,
     ):
         yield {"path": str(body.path)}, True
-
-
-def fields_in(body: str) -> Mapping[str, Any]:
-    """The fields of a body that the service itself has to know; none where it is no object, which the check tells."""
-    try:
-        fields = from_json(body)
-    except ValueError:
-        return {}
-    return fields if isinstance(fields, dict) else {}
 
 
 def _refuse_other_types(request: Request) -> None:

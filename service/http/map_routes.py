@@ -16,7 +16,7 @@ from service.schemas.map_answers import LayerLink, MapOut
 from service.schemas.pages import Limit, Offset, Page
 from service.schemas.satellites import ORBIT_TEXTS
 
-from .bodies import fields_in, json_body
+from .bodies import json_body
 from .context import Service, ServiceDep
 from .documented import LOCATION, problem_responses
 from .files import file_answer
@@ -62,11 +62,13 @@ async def ask_for_map(
 ) -> MapOut:
     """Have the body read and checked in a worker, take the job in, and wait as long as the client wants.
 
-    find: what the service knows besides, by the fields of the body.
+    find: what the service knows besides, by the fields of the body that tell of it.
     """
-    body = await json_body(request)
-    found = {} if find is None else await find(fields_in(body), service)
-    asked = await service.supervisor.check("check-map", {"product": resource.kind, "body": body, "found": found})
+    check = {"product": resource.kind, "body": await json_body(request)}
+    asked = await service.supervisor.check("check-map", check)
+    if find is not None and "needed" in asked:
+        found = await find(asked["needed"], service)
+        asked = await service.supervisor.check("check-map", {**check, "found": found})
     job = await service.supervisor.submit(resource.kind, asked["dem_id"], {"parameters": asked["parameters"]})
     return _answer(resource, service, await after_waiting(request, response, service, job, wait_s))
 

@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from pydantic import BaseModel
 
 from service.map_requests import MAP_REQUESTS
+from service.schemas.detections import DetectionIn, DetectorIn, EpochsIn
 from service.schemas.lines_of_sight import LinesOfSightIn
 from service.schemas.problems import Problem
 from service.schemas.safety_bubbles import SafetyBubblesIn
@@ -39,6 +40,9 @@ MODELS: tuple[type[BaseModel], ...] = (
     Problem,
     LinesOfSightIn,
     SafetyBubblesIn,
+    DetectionIn,
+    DetectorIn,
+    EpochsIn,
     *(request.model for request in MAP_REQUESTS.values()),
 )
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.

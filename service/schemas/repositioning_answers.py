@@ -13,9 +13,8 @@ from .pages import Page
 from .points import NotNegative
 from .repositionings import RepositioningParameters
 
-__all__ = ["PERSISTENT_S", "RepositioningIn", "RepositioningList", "RepositioningOut", "RepositioningSummary"]
+__all__ = ["RepositioningIn", "RepositioningList", "RepositioningOut", "RepositioningSummary"]
 
-PERSISTENT_S = 10.0
 REQUEST: dict[str, Any] = {
     "dem_id": DEM_ID,
     "anchors": [
@@ -41,7 +40,7 @@ class RepositioningIn(RepositioningParameters):
         None, description="A detector session: anchors that it finds occluded for persistent_s join ``occluded``."
     )
     persistent_s: NotNegative = Field(
-        PERSISTENT_S, description="How long every range of an anchor must have been occluded, seconds."
+        10.0, description="How long every range of an anchor must have been occluded, seconds."
     )
 
     @model_validator(mode="after")

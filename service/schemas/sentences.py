@@ -15,6 +15,7 @@ UNION_TAGS = frozenset({"word", "numbers"})
 # what pydantic says by the type of an error, in words for whoever asked
 OTHERWISE = {
     "extra_forbidden": "this field is not known here",
+    "model_type": "Input should be an object",
     "timezone_aware": "a time needs its zone: add Z for UTC",
 }
 

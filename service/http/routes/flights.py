@@ -39,12 +39,9 @@ add_shared_routes(router, FLIGHTS)
 add_stop_route(router, FLIGHTS)
 
 
-async def _map_under(fields: Mapping[str, Any], service: Service) -> dict[str, Any]:
-    """The finished morphing map that the body names, if it names one. Raises NotFoundError, NotReadyError."""
-    map_id = fields.get("map_id")
-    if not isinstance(map_id, str):
-        return {}
-    on = await service.supervisor.in_store(service.store.job, JobKind.MORPHING_MAP, map_id)
+async def _map_under(needed: Mapping[str, Any], service: Service) -> dict[str, Any]:
+    """The finished morphing map that the body names. Raises NotFoundError, NotReadyError."""
+    on = await service.supervisor.in_store(service.store.job, JobKind.MORPHING_MAP, needed["map_id"])
     if on.status is not JobStatus.SUCCEEDED:
-        raise NotReadyError(f"The morphing map {map_id} is {on.status}, so no flight can be planned above it.")
+        raise NotReadyError(f"The morphing map {on.id} is {on.status}, so no flight can be planned above it.")
     return {"kind": "morphing map", "id": on.id, "dem_id": on.dem_id, "parameters": on.request["parameters"]}

@@ -40,12 +40,9 @@ add_shared_routes(router, PATHS)
 add_stop_route(router, PATHS)
 
 
-async def _map_under(fields: Mapping[str, Any], service: Service) -> dict[str, Any]:
-    """The finished map that the body names, if it names one. Raises NotFoundError, NotReadyError."""
-    map_id = fields.get("map_id")
-    if not isinstance(map_id, str):
-        return {}
-    on = await service.supervisor.in_store(_map_of, service, map_id)
+async def _map_under(needed: Mapping[str, Any], service: Service) -> dict[str, Any]:
+    """The finished map that the body names. Raises NotFoundError, NotReadyError."""
+    on = await service.supervisor.in_store(_map_of, service, needed["map_id"])
     return {"kind": on.kind, "id": on.id, "dem_id": on.dem_id, "parameters": on.request["parameters"]}
 
 

@@ -14,7 +14,7 @@ from service.http.map_routes import MapResource, add_shared_routes, ask_for_map,
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind
 from service.schemas.map_answers import MapOut
-from service.schemas.repositioning_answers import PERSISTENT_S, RepositioningIn, RepositioningList, RepositioningOut
+from service.schemas.repositioning_answers import RepositioningIn, RepositioningList, RepositioningOut
 
 __all__ = ["router"]
 
@@ -40,10 +40,8 @@ async def ask_for_repositioning(request: Request, response: Response, service: S
 add_shared_routes(router, REPOSITIONINGS)
 
 
-async def _occluded(fields: Mapping[str, Any], service: Service) -> dict[str, Any]:
+async def _occluded(needed: Mapping[str, Any], service: Service) -> dict[str, Any]:
     """Which anchors the detector that the body names finds occluded. Raises NotFoundError, GoneError."""
-    detector_id, persistent_s = fields.get("detector_id"), fields.get("persistent_s", PERSISTENT_S)
-    if not isinstance(detector_id, str) or not isinstance(persistent_s, (int, float)):
-        return {}
     # the session may be gone when the job runs: what it says now is what was asked
-    return {"occluded": service.detectors.get(detector_id).occlusions.lasting(persistent_s)}
+    occlusions = service.detectors.get(needed["detector_id"]).occlusions
+    return {"occluded": occlusions.lasting(needed["persistent_s"])}

@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
-from pydantic_core import from_json
+from pydantic import BaseModel
 
-from service.errors import LimitError, NotJsonError, NotValidError
-from service.schemas import sentence_of
-from service.schemas.sentences import fields_of
+from service.bodies import model_of
+from service.errors import LimitError
 from service.settings import Settings
 
 __all__ = ["body_in", "read_body"]
@@ -41,16 +39,12 @@ def body_in(arguments: Mapping[str, Any]) -> str | bytes:
 
 def read_body(model: type[Body], data: bytes | str, settings: Settings) -> Body:
     """The body as a model; limits come before work. Raises NotJsonError, LimitError, NotValidError."""
-    try:
-        fields = from_json(data)
-    except ValueError as error:
-        raise NotJsonError("The body is not valid JSON.") from error
-    for place, (limit_name, what) in LIMITED.items():
-        _refuse_long(_at(fields, place), what, limit_name, getattr(settings, limit_name))
-    try:
-        return model.model_validate(fields)
-    except ValidationError as error:
-        raise NotValidError(sentence_of(error), fields_of(error)) from error
+
+    def refuse_long(fields: Any) -> None:
+        for place, (limit_name, what) in LIMITED.items():
+            _refuse_long(_at(fields, place), what, limit_name, getattr(settings, limit_name))
+
+    return model_of(model, data, refuse_long)
 
 
 def _at(fields: Any, place: tuple[str, ...]) -> Any:

@@ -22,14 +22,19 @@ __all__ = ["check_map", "draw_layer", "map_task"]
 
 
 def check_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What a body asks for; refuses what cannot be calculated or is beyond the limits, before anything is allocated.
+    """What a body asks for, or the fields by which the service has to find something for it first.
+
+    What cannot be calculated or is beyond the limits is refused before anything is allocated for it.
 
     Raises NotJsonError, NotValidError, RequestError, LimitError, AnchorError, FrameError, AlmanacError,
     VisibilityInputError, PlacementError.
     """
     product, request = PRODUCTS[arguments["product"]], MAP_REQUESTS[arguments["product"]]
     asked = read_body(request.model, body_in(arguments), context.settings)
-    fields = request.parameters(asked, arguments["found"])
+    needed = request.needed(asked)
+    if needed is not None and "found" not in arguments:
+        return {"needed": needed}
+    fields = request.parameters(asked, arguments.get("found", {}))
     parameters = product.parameters.model_validate(fields)
     dem_id = asked.dem_id  # type: ignore[attr-defined] # every such body has one
     if isinstance(parameters, PlacementParameters):
