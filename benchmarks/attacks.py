@@ -52,7 +52,7 @@ def attack_bodies(dem: dict[str, Any]) -> dict[str, tuple[str, bytes]]:
     bounds = dem["bounds_of_posts_m"]
     east_m, north_m = (bounds["west"] + bounds["east"]) / 2, (bounds["south"] + bounds["north"]) / 2
     rng = np.random.default_rng(14)
-    places_m = rng.uniform(-500.0, 500.0, (32, 3))
+    places_m, ranges_m = rng.uniform(-500.0, 500.0, (32, 3)), rng.uniform(1.0, 900.0, 32)
     here = {"east_m": east_m, "north_m": north_m}
     corners = [
         {"east_m": east_m + round(0.001 * n, 3), "north_m": north_m + round(100.0 * (n % 2), 1)} for n in range(9_000)
@@ -63,9 +63,7 @@ def attack_bodies(dem: dict[str, Any]) -> dict[str, tuple[str, bytes]]:
             "/detections",
             {
                 "anchors": [_detector_anchor(n, place.tolist()) for n, place in enumerate(places_m)],
-                "ranges": [
-                    {"anchor_id": f"A{n}", "range_m": round(r, 1)} for n, r in enumerate(rng.uniform(1, 900, 32))
-                ],
+                "ranges": [{"anchor_id": f"A{n}", "range_m": round(r, 1)} for n, r in enumerate(ranges_m)],
             },
         ),
         "anchors without end": ("/visibility-maps", {"dem_id": dem["id"], "anchors": _anchors(26_000, here)}),

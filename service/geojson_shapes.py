@@ -64,7 +64,7 @@ def places_of(line: Any, local: bool, called: str) -> list[Field]:
     """The fields of the places of a line, in metres if they are local and else in degrees. Raises RequestError."""
     try:
         pairs = [(float(point[0]), float(point[1])) for point in line]
-    except (TypeError, ValueError, IndexError, KeyError) as error:
+    except (TypeError, ValueError, IndexError, KeyError, OverflowError) as error:
         raise RequestError(f"{called} holds a geometry whose coordinates are no numbers.") from error
     if local:
         return [{"east_m": east_m, "north_m": north_m} for east_m, north_m in pairs]
