@@ -14,6 +14,7 @@ from pathlib import Path
 
 from . import (
     accuracy,
+    attacks,
     bubbles,
     detector_odometry,
     detector_proof,
@@ -67,6 +68,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "memory": (memory.memory,),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
+    "attacks": (attacks.health_under_attack,),
     "detectors": (detector_streams.streams,),
     "detection": (
         detector_proof.real_ranges,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
 
@@ -28,7 +29,7 @@ class Intake:
 def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings) -> Intake:
     """Sort an epoch's ranges and odometry into usable and rejected. Of an anchor that comes twice, neither is used."""
     ids = [measured.anchor_id for measured in epoch.ranges]
-    twice = {anchor_id for anchor_id in ids if ids.count(anchor_id) > 1} if len(set(ids)) < len(ids) else set()
+    twice = {id for id, times in Counter(ids).items() if times > 1} if len(set(ids)) < len(ids) else set()
     ranges, rejected = [], []
     for measured in epoch.ranges:
         reason = _range_rejection(measured, known, twice, settings)

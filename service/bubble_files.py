@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -16,6 +15,7 @@ from .finished_bubbles import FinishedBubbles
 from .layers.geojson import write_collection
 from .layers.layer import later
 from .replacing import replacing
+from .tables import TableWriter
 
 __all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_file"]
 
@@ -33,12 +33,12 @@ def _write_json(finished: FinishedBubbles, path: Path) -> None:
 def _write_csv(finished: FinishedBubbles, path: Path) -> None:
     names = list(finished.numbers())
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
+        table = TableWriter(file, end="\r\n")
+        table.row([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
         for point in finished.points:
             numbers = [point[name] for name in names]
             sight = "" if point["in_sight"] is None else " ".join(point["in_sight"])
-            writer.writerow([*numbers, point["nearest"], point["verdict"], *point["push"], point["push_m"], sight])
+            table.row([*numbers, point["nearest"], point["verdict"], *point["push"], point["push_m"], sight])
 
 
 def _write_geojson(finished: FinishedBubbles, path: Path) -> None:

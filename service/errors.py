@@ -30,6 +30,8 @@ ServiceError
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 __all__ = [
     "AddressError",
     "BodyTooLargeError",
@@ -114,7 +116,11 @@ class NotJsonError(RequestError):
 
 
 class NotValidError(RequestError):
-    """The body's fields are not as they should be."""
+    """The body's fields are not as they should be; carries ``errors``: what is wrong with which of them."""
+
+    def __init__(self, message: str, errors: Sequence[Mapping[str, str]] = ()) -> None:
+        super().__init__(message)
+        self.errors = tuple(errors)
 
 
 class MediaTypeError(RequestError):

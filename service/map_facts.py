@@ -48,7 +48,9 @@ def crs_label(grid: ElevationGrid) -> str:
 
 def dem_name(grid: ElevationGrid) -> str:
     """What to call the DEM in titles: the name of its file without folders, or a word for one made in memory."""
-    return PurePath(grid.provenance.source).name or "unnamed grid"
+    name = PurePath(grid.provenance.source).name or "unnamed grid"
+    # a file's name may hold bytes that are no text, which no picture can draw and no file of ours can hold
+    return name.encode("utf-8", "replace").decode()
 
 
 def dem_summary(grid: ElevationGrid) -> dict[str, Any]:

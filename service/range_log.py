@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from detection import OdometryIncrement, RangeMeasurement
 from service.errors import RequestError
+from service.tables import text_of
 
 __all__ = ["COLUMNS", "Row", "read_range_log"]
 
@@ -77,7 +79,7 @@ def _check_header(name: str, header: Sequence[str], wide: bool) -> None:
         _, _, anchor_id = column.partition(".")
         if wide and column.startswith(WIDE) and f"range_m.{anchor_id}" not in header:
             missing.append(f"range_m.{anchor_id}")
-    twice = [column for column in header if header.count(column) > 1]
+    twice = [column for column, times in Counter(header).items() if times > 1]
     if strange or missing or twice:
         wrong = f"unknown column {strange[0]!r}" if strange else f"no column {missing[0]!r}" if missing else ""
         wrong = wrong or f"the column {twice[0]!r} twice"
@@ -101,7 +103,7 @@ def _wide_rows(where: str, cells: Mapping[str, str]) -> Iterator[Row]:
 
 
 def _row(where: str, cells: dict[str, str]) -> Row:
-    anchor_id = cells["anchor_id"]
+    anchor_id = text_of(cells["anchor_id"])
     numbers = {column: _number(where, column, cells.get(column, "")) for column in COLUMNS if column != "anchor_id"}
     time_s = numbers["time_s"]
     if time_s is None:

@@ -76,6 +76,9 @@ class Settings(BaseSettings):
     max_file_task_s: float = Field(
         default=120.0, gt=0.0, description="Seconds that reading a DEM or drawing a layer may take."
     )
+    max_check_s: float = Field(
+        default=30.0, gt=0.0, description="Seconds that reading and checking a request may take before it is taken in."
+    )
     max_wait_s: float = Field(default=60.0, ge=0.0, description="Longest wait that `Prefer: wait=SECONDS` is granted.")
     max_worker_memory_bytes: int = Field(
         default_factory=_memory_per_worker_bytes,
@@ -99,5 +102,11 @@ class Settings(BaseSettings):
         default=900.0, gt=0.0, description="Seconds that a detector session may lie idle before it expires."
     )
     max_stream_message_bytes: int = Field(
-        default=MIB // 16, ge=1024, le=16 * MIB, description="Size of one message on a stream, bytes."
+        default=MIB // 16, ge=1024, le=MIB, description="Size of one message on a stream, bytes."
+    )
+    max_detector_bytes: int = Field(
+        default=MIB // 16,
+        ge=1024,
+        le=MIB,
+        description="Size of the body that opens a detector or asks for one detection, bytes.",
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
@@ -25,6 +26,7 @@ __all__ = ["read_npy", "read_npz", "write_npz"]
 LAYOUT = "sightline-dem-1"
 NPZ_NUMBERS = ("cell_east_m", "cell_north_m", "origin_east_m", "origin_north_m")
 NPZ_TEXTS = ("layout", "crs_wkt", "vertical_datum", "provenance")
+HEAD_BYTES = 1 << 16
 # a CRS as WKT has a few thousand characters; what unpacks to more is no description of a grid
 MAX_DETAIL_BYTES = 4_000_000
 
@@ -133,6 +135,8 @@ def _check_header(name: str, stream: IO[bytes], max_cells: int, packed_bytes: in
 
 
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    # a head may say that it is gigabytes long, and would be given them
+    stream = io.BytesIO(stream.read(HEAD_BYTES))
     version = np.lib.format.read_magic(stream)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, kind = read(stream)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -141,7 +142,7 @@ def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]
         raise AnchorError("At least one anchor is needed.")
     ids = [anchor.id for anchor in anchors]
     if len(set(ids)) != len(ids):
-        twice = sorted({i for i in ids if ids.count(i) > 1})
+        twice = sorted(id for id, times in Counter(ids).items() if times > 1)
         raise AnchorError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
     near = [anchor for anchor in anchors if isinstance(anchor, Anchor)]
     return tuple(warning for anchor in near for warning in _check_one(grid, anchor))

@@ -62,7 +62,9 @@ def post_normals(grid: ElevationGrid, first_row: int, stop_row: int) -> npt.NDAr
 def rover_normals(grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """(n, 3) upward unit normals for what stands on the ground: on a post as ``post_normals``, else of the triangle."""
     normals = surface_normals(grid, east_m, north_m)
-    row, col = grid.post_at(np.atleast_1d(np.asarray(east_m, np.float64)), np.atleast_1d(np.asarray(north_m, np.float64)))
+    row, col = grid.post_at(
+        np.atleast_1d(np.asarray(east_m, np.float64)), np.atleast_1d(np.asarray(north_m, np.float64))
+    )
     inside = (row > -0.5) & (row < grid.rows - 0.5) & (col > -0.5) & (col < grid.cols - 0.5)
     near_row, near_col = np.rint(np.where(inside, row, 0.0)), np.rint(np.where(inside, col, 0.0))
     posts = np.flatnonzero(inside & (np.abs(row - near_row) <= AT_POST) & (np.abs(col - near_col) <= AT_POST))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-import json
-import struct
+import re
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import MeshError
+from .glb_checks import check_glb, sentence_of
 
 if TYPE_CHECKING:
     import trimesh
@@ -22,7 +23,7 @@ FORMATS = (".stl", ".obj", ".ply", ".glb")
 MAX_FILE_BYTES = 128 * 1024 * 1024
 MAX_FACES = 2_000_000
 
-_GLB_HEADER = struct.Struct("<4sIIII")
+HEAD_BYTES = 65_536
 
 
 def read_mesh_bytes(path: Path, max_bytes: int = MAX_FILE_BYTES) -> bytes:
@@ -42,16 +43,22 @@ def triangles_of(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """(vertices (n, 3), faces (m, 3)) of a .stl, .obj, .ply or .glb file, in the file's own axes. Raises MeshError."""
     suffix = _suffix(name)
+    if suffix == ".obj":
+        return _obj(name, data, max_faces)
     if suffix == ".glb":
-        _refuse_hazards(name, data, max_faces)
+        check_glb(name, data, max_faces)
+    if suffix == ".ply":
+        _refuse_hollow_ply(name, data)
     # here, because importing it takes as long as everything else together and few questions have buildings
     import trimesh
 
     try:
         # a stream without a name and no resolver: references have nothing to resolve against
         scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=None, **_options(suffix))
+    except MemoryError:
+        raise
     except Exception as error:  # a damaged file makes the format readers raise anything
-        raise MeshError(f"{name} is not a readable {suffix} mesh: {_sentence(error)}") from error
+        raise MeshError(f"{name} is not a readable {suffix} mesh: {sentence_of(error)}") from error
     return _flat(name, scene, max_faces)
 
 
@@ -70,14 +77,15 @@ def _options(suffix: str) -> dict[str, Any]:
 def _flat(name: str, scene: trimesh.Scene, max_faces: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Every placed copy of every mesh of a scene, as one pair of arrays."""
     placed = []
-    faces_so_far = 0
+    faces_so_far = vertices_so_far = 0
     for node in scene.graph.nodes_geometry:
         transform, geometry_name = scene.graph[node]
         geometry = scene.geometry[geometry_name]
         if not hasattr(geometry, "faces"):
             continue
         faces_so_far += len(geometry.faces)
-        if faces_so_far > max_faces:
+        vertices_so_far += len(geometry.vertices)
+        if faces_so_far > max_faces or vertices_so_far > 3 * MAX_FACES:
             raise MeshError(f"{name} has more than {max_faces:,} triangles, the limit; simplify or split it.")
         placed.append((np.asarray(geometry.vertices, np.float64), np.asarray(geometry.faces, np.int64), transform))
     if faces_so_far == 0:
@@ -90,45 +98,35 @@ def _flat(name: str, scene: trimesh.Scene, max_faces: int) -> tuple[npt.NDArray[
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def _refuse_hazards(name: str, data: bytes, max_faces: int) -> None:
-    """Refuse a .glb that points outside itself, whose nodes form a loop, or that claims more than it can hold."""
+def _obj(name: str, data: bytes, max_faces: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Vertices and faces of a .obj, polygons as fans; whatever else it holds is of no use here and passed over."""
+    places: list[list[bytes]] = []
+    faces: list[tuple[int, int, int]] = []
     try:
-        magic, _, _, length, kind = _GLB_HEADER.unpack_from(data)
-        document = json.loads(data[_GLB_HEADER.size : _GLB_HEADER.size + length])
-        if magic != b"glTF" or kind != 0x4E4F534A or not isinstance(document, dict):
-            raise ValueError("no glTF header")
-        uris = [part["uri"] for key in ("buffers", "images") for part in document.get(key, []) if "uri" in part]
-        claimed = sum(int(accessor["count"]) for accessor in document.get("accessors", []))
-        children = [child for node in document.get("nodes", []) for child in node.get("children", [])]
-        parents = {
-            child: number for number, node in enumerate(document.get("nodes", [])) for child in node.get("children", [])
-        }
-    except (struct.error, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise MeshError(f"{name} is not a readable .glb mesh: {_sentence(error)}") from error
-    outside = [str(uri) for uri in uris if not str(uri).startswith("data:")]
-    if outside:
-        raise MeshError(f"{name} refers to {outside[0][:60]!r}; embed everything in the .glb, nothing else is opened.")
-    if claimed > 16 * max_faces:
-        raise MeshError(f"{name} claims {claimed:,} values, more than {max_faces:,} triangles (the limit) can need.")
-    if len(children) != len(set(children)) or _loops(parents):
-        raise MeshError(f"{name} is not a readable .glb mesh: its nodes do not form a tree.")
+        for line in data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines():
+            words = line.split()
+            if words and words[0] == b"v":
+                if len(words) < 4:
+                    raise ValueError("a vertex has fewer than three numbers")
+                places.append(words[1:4])
+            elif words and words[0] == b"f":
+                numbers = [int(word.partition(b"/")[0]) for word in words[1:]]
+                # counted from 1, or backwards from the vertex before this line
+                if len(numbers) < 3:
+                    raise ValueError("a face has fewer than three corners")
+                first, *others = [number - 1 if number > 0 else len(places) + number for number in numbers]
+                faces += [(first, *pair) for pair in pairwise(others)]
+                if len(faces) > max_faces:
+                    raise MeshError(f"{name} has more than {max_faces:,} triangles, the limit; simplify or split it.")
+        vertices_m = np.array(places, np.float64).reshape(-1, 3)
+        return vertices_m, np.array(faces, np.int64).reshape(-1, 3)
+    except (ValueError, OverflowError) as error:
+        raise MeshError(f"{name} is not a readable .obj mesh: {sentence_of(error)}") from error
 
 
-def _loops(parents: dict[int, int]) -> bool:
-    """Whether following parents upwards ever comes back."""
-    finished: set[int] = set()
-    for start in parents:
-        trail: set[int] = set()
-        node: int | None = start
-        while node is not None and node not in finished:
-            if node in trail:
-                return True
-            trail.add(node)
-            node = parents.get(node)
-        finished |= trail
-    return False
-
-
-def _sentence(error: BaseException) -> str:
-    text = str(error).strip().splitlines()
-    return (text[0] if text else type(error).__name__).rstrip(".") + "."
+def _refuse_hollow_ply(name: str, data: bytes) -> None:
+    """Refuse a .ply whose head announces more than its bytes can hold: memory is taken for what is announced."""
+    head = data[: data.find(b"end_header") if b"end_header" in data[:HEAD_BYTES] else HEAD_BYTES]
+    announced = [int(count) for count in re.findall(rb"^\s*element\s+\S+\s+(\d{1,18})", head, re.MULTILINE)]
+    if sum(announced) > len(data):
+        raise MeshError(f"{name} announces {sum(announced):,} elements, more than its {len(data):,} bytes can hold.")

@@ -15,6 +15,7 @@ from visibility import MorphingMap
 
 from .limits import PlanBudget
 from .outcomes import PathStatus
+from .problems import check_ground
 
 if TYPE_CHECKING:  # the validator takes its question from this package
     from planning.validation import PathValidation
@@ -47,6 +48,7 @@ class FlightProblem:
     budget: PlanBudget = field(default_factory=lambda: PlanBudget(iterations=20_000))
 
     def __post_init__(self) -> None:
+        check_ground(self.grid)
         for name in ("start", "goal"):
             if len(getattr(self, name)) != 3 or not all(math.isfinite(number) for number in getattr(self, name)):
                 raise PathProblemError(f"The {name} of a flight must be east_m, north_m and altitude_m, finite.")

@@ -16,7 +16,7 @@ from .limits import CostWeights, PathLimits, PlanBudget
 from .navigation_models import NavigationModel
 from .rovers import RoverModel
 
-__all__ = ["Goal", "PathProblem", "Place"]
+__all__ = ["Goal", "PathProblem", "Place", "check_ground"]
 
 Place = tuple[float, float]
 Area: TypeAlias = shapely.Polygon | shapely.MultiPolygon
@@ -112,7 +112,16 @@ class PathProblem:
         return self.maps if isinstance(self.maps, MinimumVisibleAltitude) else None
 
 
+def check_ground(grid: ElevationGrid) -> None:
+    """Raises PathProblemError for a DEM without squares, which plans go over."""
+    if min(grid.rows, grid.cols) < 2:
+        raise PathProblemError(
+            f"A DEM of {grid.rows} × {grid.cols} posts has no ground between them; a plan needs at least 2 × 2 posts."
+        )
+
+
 def _check_room(grid: ElevationGrid, rover: RoverModel) -> None:
+    check_ground(grid)
     east_m, north_m = (grid.cols - 1) * grid.cell_east_m, (grid.rows - 1) * grid.cell_north_m
     if 2.0 * rover.footprint_radius_m > min(east_m, north_m):
         raise PathProblemError(

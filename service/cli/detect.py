@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ from service.replacing import replacing
 from service.replay import Replay, replay
 from service.schemas import sentence_of
 from service.schemas.detector_settings import DetectorSettingsIn
+from service.tables import TableWriter
 
 from .detect_anchors import ranging_anchors
 from .maps import output_folder
@@ -87,7 +87,9 @@ def _write(replayed: Replay, summary: dict[str, Any], folder: Path, name: str) -
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
     for file, rows in ((VERDICTS, _verdict_rows(replayed)), (POSITIONS, _position_rows(replayed))):
         with replacing(folder / file) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
-            csv.writer(stream).writerows(rows)
+            table = TableWriter(stream, end="\r\n")
+            for row in rows:
+                table.row(row)
     with replacing(folder / PICTURE) as unfinished:
         write_verdict_picture(replayed, f"{name}: verdicts over time", unfinished)
     with replacing(folder / SUMMARY) as unfinished:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 from detection import DetectionInputError, RangingAnchor
@@ -22,7 +23,7 @@ def ranging_anchors(texts: list[str], files: list[Path], *, level: bool) -> list
         raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,612msl or --anchors FILE.")
     anchors = [_ranging(anchor, level) for anchor in asked]
     ids = [anchor.id for anchor in anchors]
-    twice = sorted({anchor_id for anchor_id in ids if ids.count(anchor_id) > 1})
+    twice = sorted(id for id, times in Counter(ids).items() if times > 1)
     if twice:
         raise RequestError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
     return anchors

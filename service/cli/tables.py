@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from service.errors import RequestError
+from service.tables import text_of
 
 __all__ = ["Table", "read_table"]
 
@@ -98,7 +99,7 @@ def _rows(name: str, reader: Any, header: list[str], skipped: int) -> Iterator[t
         if any(stripped[len(header) :]):
             raise RequestError(f"{name}, line {number}: more cells than columns.")
         if any(stripped):
-            yield number, {column: cell for column, cell in zip(header, stripped, strict=False) if cell}
+            yield number, {column: text_of(cell) for column, cell in zip(header, stripped, strict=False) if cell}
 
 
 def _has_decimal_commas(name: str, rows: tuple[tuple[int, dict[str, str]], ...], separator: str) -> bool:

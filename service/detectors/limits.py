@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from service.errors import LimitError
 from service.schemas.detections import EpochIn, RangeIn, RangingAnchorIn
@@ -11,6 +11,13 @@ from service.schemas.detector_settings import DetectorSettingsIn
 from service.settings import Settings
 
 __all__ = ["DetectorLimits"]
+
+# of bodies: the field, what it lists, and whose they are
+LISTS = (
+    ("anchors", "anchors", "A detector"),
+    ("ranges", "ranges", "An epoch"),
+    ("moved", "moved anchors", "An epoch"),
+)
 
 
 class Asked(Protocol):
@@ -34,11 +41,39 @@ class DetectorLimits:
     max_anchors: int
     max_search: int
     max_streams: int
+    max_epochs: int
 
     @classmethod
     def of(cls, settings: Settings) -> DetectorLimits:
         """The limits that the settings name."""
-        return cls(settings.max_detector_anchors, settings.max_detector_search, settings.max_detector_streams)
+        return cls(
+            settings.max_detector_anchors,
+            settings.max_detector_search,
+            settings.max_detector_streams,
+            settings.max_detector_epochs,
+        )
+
+    def refuse_long(self, fields: Any) -> None:
+        """Raise LimitError where a list of a body is longer than it may be, before anything in it is looked at."""
+        for name, what, whose in LISTS:
+            given = fields.get(name) if isinstance(fields, dict) else None
+            if isinstance(given, list):
+                self._check_number(len(given), what, whose)
+
+    def refuse_long_epochs(self, fields: Any) -> None:
+        """The same for a body of several epochs."""
+        epochs = fields.get("epochs") if isinstance(fields, dict) else None
+        if not isinstance(epochs, list):
+            return
+        if len(epochs) > self.max_epochs:
+            raise LimitError(
+                f"A request may have {self.max_epochs} epochs, not {len(epochs)}",
+                limit_name="max_detector_epochs",
+                limit=self.max_epochs,
+                given=len(epochs),
+            )
+        for epoch in epochs:
+            self.refuse_long(epoch)
 
     def check_detector(self, asked: Asked) -> None:
         """Raise LimitError where there are too many anchors or the search may take too long."""

@@ -12,6 +12,7 @@ from service.errors import BusyError, GoneError, LimitError, NotFoundError
 from service.schemas.detections import DetectorIn
 from service.settings import Settings
 
+from .bench import Bench
 from .limits import DetectorLimits
 from .sessions import DetectorSession
 
@@ -30,7 +31,7 @@ class Detectors:
         self._max_sessions = settings.max_detectors
         self._max_idle_s = settings.max_detector_idle_s
         self._clock = clock
-        self._floor = asyncio.Lock()
+        self.bench = Bench()
         self._sessions: dict[str, DetectorSession] = {}
         self._over: OrderedDict[str, str] = OrderedDict()
 
@@ -54,7 +55,7 @@ class Detectors:
                 limit=self._max_idle_s,
                 given=idle_s,
             )
-        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self._floor, self._clock, idle_s)
+        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s)
         self._sessions[session.id] = session
         return session
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 
 from service.schemas.detections import ANCHORS, RANGES, DetectorIn, EpochIn
 
+from .bench import Bench
 from .limits import DetectorLimits
 from .sessions import DetectorSession
 
@@ -19,8 +19,8 @@ def rehearse() -> None:
     odometry = {"duration_s": 1.0, "wheel_m": (0.1, 0.0), "accelerometer_m": (0.1, 0.0, 0.0), "heading_deg": 90.0}
     for dimension in (2, 3):
         asked = DetectorIn.model_validate({"anchors": ANCHORS, "settings": {"dimension": dimension}})
-        limits = DetectorLimits(len(ANCHORS), asked.settings.search_limit, 0)
-        session = DetectorSession("rehearsal", asked, limits, asyncio.Lock(), time.monotonic, 1.0)
+        limits = DetectorLimits(len(ANCHORS), asked.settings.search_limit, 0, 1)
+        session = DetectorSession("rehearsal", asked, limits, Bench(), time.monotonic, 1.0)
         for time_s in range(3):
             epoch = {"time_s": float(time_s), "ranges": ranges, "odometry": odometry if time_s else None}
             session.answer(EpochIn.model_validate(epoch))

@@ -7,11 +7,12 @@ import datetime
 from collections.abc import Callable
 from typing import Any
 
-from detection import Detector
+from detection import Detector, EpochResult
 from service.errors import RequestError, TooManyError
 from service.schemas.detections import DetectorIn, EpochIn
 
 from .answers import as_json, epoch_answer, state_answer
+from .bench import Bench
 from .limits import DetectorLimits
 from .occlusions import Occlusions
 
@@ -39,7 +40,7 @@ class Watcher:
 class DetectorSession:
     """A session. Epochs are handled one after the other under ``turn``, whoever sends them.
 
-    floor: shared by all sessions; one epoch of one of them is judged between two turns of the event loop.
+    bench: shared by all sessions.
     Raises DetectionInputError, LimitError.
     """
 
@@ -48,7 +49,7 @@ class DetectorSession:
         id: str,
         asked: DetectorIn,
         limits: DetectorLimits,
-        floor: asyncio.Lock,
+        bench: Bench,
         clock: Callable[[], float],
         idle_timeout_s: float,
     ) -> None:
@@ -64,8 +65,9 @@ class DetectorSession:
         self._settings = asked.settings.model_dump()
         self.occlusions = Occlusions()
         self._detector = Detector([anchor.anchor() for anchor in asked.anchors], asked.settings.settings())
-        self._limits = limits
-        self._floor = floor
+        self.limits = limits
+        self._bench = bench
+        self._judging = asyncio.Lock()
         self._clock = clock
         self._used_at_s = clock()
         self._streams = 0
@@ -73,26 +75,27 @@ class DetectorSession:
 
     def check(self, asked: EpochIn) -> None:
         """Raise LimitError or RequestError where an epoch cannot be taken in."""
-        self._limits.check_epoch(asked)
+        self.limits.check_epoch(asked)
         strange = next((anchor.id for anchor in asked.moved if anchor.id not in self._anchor_ids), None)
         if strange is not None:
             raise RequestError(f"moved: the session has no anchor {strange[:64]!r}; make a new session with it.")
 
     def answer(self, asked: EpochIn) -> bytes:
         """The detector's answer to one epoch that was checked, as JSON; every watcher gets it too."""
+        return self._told(asked, self._detector.process(asked.epoch()))
+
+    async def answer_in_turn(self, asked: EpochIn) -> bytes:
+        """The same where others have to be answered meanwhile."""
+        async with self._judging:
+            result = await self._bench.judge(len(asked.ranges), lambda: self._detector.process(asked.epoch()))
+        return self._told(asked, result)
+
+    def _told(self, asked: EpochIn, result: EpochResult) -> bytes:
         self.touch()
-        result = self._detector.process(asked.epoch())
         self.occlusions.take_in(result)
         answer = as_json(epoch_answer(result, asked.sequence))
         for watcher in self._watchers:
             watcher.tell(answer)
-        return answer
-
-    async def answer_in_turn(self, asked: EpochIn) -> bytes:
-        """The same, so that however many epochs wait, whoever asks something else waits for one of them at a time."""
-        async with self._floor:
-            answer = self.answer(asked)
-            await asyncio.sleep(0)
         return answer
 
     def watch(self) -> Watcher:
@@ -107,7 +110,7 @@ class DetectorSession:
 
     def open_stream(self) -> None:
         """One stream more, until ``close_stream``. Raises TooManyError."""
-        limit = self._limits.max_streams
+        limit = self.limits.max_streams
         if self._streams >= limit:
             raise TooManyError(
                 f"The session has {limit} streams, as many as it may", limit_name="max_detector_streams", limit=limit
@@ -144,6 +147,11 @@ class DetectorSession:
             "settings": self._settings,
             "links": {"self": path, "epochs": f"{path}/epochs", "stream": f"{path}/stream"},
         }
+
+    async def state_between_epochs(self) -> dict[str, Any]:
+        """``state``, not while an epoch is judged: the detector is half in the one before it then."""
+        async with self._judging:
+            return self.state()
 
     def state(self) -> dict[str, Any]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""

@@ -14,7 +14,7 @@ from service.jobs.folder import DataFolder
 from service.settings import Settings
 
 from . import problems, web_page
-from .body_limit import BodyLimit
+from .body_limit import BodyLimit, body_limits
 from .context import Service
 from .head import allow_head
 from .openapi import TAGS, describe
@@ -63,6 +63,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                     task.cancel()
                 await service.supervisor.stop()
                 await service.pool.stop()
+                service.detectors.bench.close()
                 service.store.close()
         finally:
             if folder is None:
@@ -84,6 +85,6 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     app.include_router(detector_streams.router)
     web_page.install(app)
     problems.install(app)
-    app.add_middleware(BodyLimit, max_bytes=chosen.max_json_bytes, free=("/dems", "/lines-of-sight", "/safety-bubbles"))
+    app.add_middleware(BodyLimit, limits=body_limits(chosen))
     describe(app)
     return app

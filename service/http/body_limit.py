@@ -4,34 +4,51 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections.abc import Mapping
 
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.errors import BodyTooLargeError
+from service.settings import Settings
 
-__all__ = ["BodyLimit", "too_large"]
+__all__ = ["BodyLimit", "body_limits", "too_large"]
 
 # A client still sends while it is refused. Closing on it then shows it a broken connection instead of our answer.
 HEARD_OUT_BYTES = 16 * 1024 * 1024
 HEARD_OUT_S = 10.0
 
 
-class BodyLimit:
-    """ASGI middleware: bodies beyond max_bytes are refused with 413; paths in ``free`` have limits of their own."""
+BodyLimits = Mapping[str, tuple[int, str] | None]
 
-    def __init__(self, app: ASGIApp, max_bytes: int, free: tuple[str, ...]) -> None:
+
+def body_limits(settings: Settings) -> BodyLimits:
+    """What the settings allow: little where the body is read by the process that answers everybody."""
+    detectors = (settings.max_detector_bytes, "max_detector_bytes")
+    return {
+        "": (settings.max_json_bytes, "max_json_bytes"),
+        **dict.fromkeys(("/detections", "/detectors"), detectors),
+        **dict.fromkeys(("/dems", "/lines-of-sight", "/safety-bubbles")),
+    }
+
+
+class BodyLimit:
+    """ASGI middleware: bodies beyond their limit are refused with 413.
+
+    limits: (bytes, name of the setting) by path, none where a path sees to it itself; what is not there has that of "".
+    """
+
+    def __init__(self, app: ASGIApp, limits: BodyLimits) -> None:
         self._app = app
-        self._max_bytes = max_bytes
-        self._free = free
+        self._limits = limits
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one connection."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        body = _Body(scope, receive, None if scope["path"] in self._free else self._max_bytes)
+        body = _Body(scope, receive, self._limits.get(scope["path"], self._limits[""]))
 
         async def send_when_heard_out(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -44,10 +61,10 @@ class BodyLimit:
 class _Body:
     """The body of one request as it comes in."""
 
-    def __init__(self, scope: Scope, receive: Receive, max_bytes: int | None) -> None:
+    def __init__(self, scope: Scope, receive: Receive, limit: tuple[int, str] | None) -> None:
         headers = Headers(scope=scope)
         self._receive = receive
-        self._max_bytes = max_bytes
+        self._limit = limit
         self._received_bytes = 0
         self._awaited = headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
         # who asks before sending has not begun to send when it is refused
@@ -55,9 +72,9 @@ class _Body:
 
     async def receive(self) -> Message:
         message = await self._next()
-        if self._max_bytes is not None and self._received_bytes > self._max_bytes:
+        if self._limit is not None and self._received_bytes > self._limit[0]:
             # FastAPI lets only its own exceptions through while it reads a body
-            raise HTTPException(413) from too_large(self._max_bytes, "max_json_bytes")
+            raise HTTPException(413) from too_large(*self._limit)
         return message
 
     async def hear_out(self) -> None:

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
-from service.errors import LimitError, NotFoundError
+from service.errors import NotFoundError
 from service.jobs.records import JobKind, JobRecord
 from service.layers import LAYERS, Layer
 from service.schemas.map_answers import LayerLink, MapOut
 from service.schemas.pages import Limit, Offset, Page
 from service.schemas.satellites import ORBIT_TEXTS
-from service.schemas.sight import SightParameters
 
+from .bodies import json_body
 from .context import Service, ServiceDep
 from .documented import LOCATION, problem_responses
 from .files import file_answer
 from .jobs import after_waiting, finished, path_of, state_of
 
-__all__ = ["MapResource", "add_shared_routes", "add_stop_route", "ask_for_map", "responses_of_asking"]
+__all__ = ["Find", "MapResource", "add_shared_routes", "add_stop_route", "ask_for_map", "responses_of_asking"]
+
+Find = Callable[[Mapping[str, Any], Service], Awaitable[Mapping[str, Any]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,19 +54,22 @@ def responses_of_asking(resource: MapResource) -> dict[int | str, dict[str, Any]
 
 async def ask_for_map(
     resource: MapResource,
-    asked: SightParameters,
-    dem_id: str,
     request: Request,
     response: Response,
     service: Service,
     wait_s: float | None,
+    find: Find | None = None,
 ) -> MapOut:
-    """Check what is asked in a worker, take the job in, and wait as long as the client wants."""
-    _refuse_too_many(len(asked.anchors), service)
-    parameters = asked.model_dump(mode="json", exclude={"dem_id"}, exclude_none=True)
-    await service.supervisor.in_store(service.store.dem, dem_id)
-    await service.supervisor.ask("check-map", {"product": resource.kind, "dem_id": dem_id, "parameters": parameters})
-    job = await service.supervisor.submit(resource.kind, dem_id, {"parameters": parameters})
+    """Have the body read and checked in a worker, take the job in, and wait as long as the client wants.
+
+    find: what the service knows besides, by the fields of the body that tell of it.
+    """
+    check = {"product": resource.kind, "body": await json_body(request)}
+    asked = await service.supervisor.check("check-map", check)
+    if find is not None and "needed" in asked:
+        found = await find(asked["needed"], service)
+        asked = await service.supervisor.check("check-map", {**check, "found": found})
+    job = await service.supervisor.submit(resource.kind, asked["dem_id"], {"parameters": asked["parameters"]})
     return _answer(resource, service, await after_waiting(request, response, service, job, wait_s))
 
 
@@ -159,16 +165,6 @@ def add_stop_route(router: APIRouter, resource: MapResource) -> None:
         job = await service.supervisor.finish_early(resource.kind, map_id)
         response.headers["Location"] = path_of(job)
         return _answer(resource, service, job)
-
-
-def _refuse_too_many(anchors: int, service: Service) -> None:
-    if anchors > service.settings.max_anchors:
-        raise LimitError(
-            f"{anchors} anchors are more than the limit of {service.settings.max_anchors} in one request",
-            limit_name="max_anchors",
-            limit=service.settings.max_anchors,
-            given=anchors,
-        )
 
 
 def _has(job: JobRecord, layer: Layer) -> bool:

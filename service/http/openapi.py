@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from fastapi import FastAPI
+from pydantic import BaseModel
 
+from service.map_requests import MAP_REQUESTS
+from service.schemas.detections import DetectionIn, DetectorIn, EpochsIn
 from service.schemas.lines_of_sight import LinesOfSightIn
 from service.schemas.problems import Problem
 from service.schemas.safety_bubbles import SafetyBubblesIn
@@ -32,6 +35,16 @@ TAGS = [
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},
 ]
+# what routes read and write without the framework's knowledge
+MODELS: tuple[type[BaseModel], ...] = (
+    Problem,
+    LinesOfSightIn,
+    SafetyBubblesIn,
+    DetectionIn,
+    DetectorIn,
+    EpochsIn,
+    *(request.model for request in MAP_REQUESTS.values()),
+)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"
@@ -45,7 +58,7 @@ def describe(app: FastAPI) -> None:
         if app.openapi_schema is None:
             schema = generated()
             schemas = schema.setdefault("components", {}).setdefault("schemas", {})
-            for model in (Problem, LinesOfSightIn, SafetyBubblesIn):
+            for model in MODELS:
                 own = model.model_json_schema(ref_template=TEMPLATE)
                 schemas.update(own.pop("$defs", {}))
                 schemas[model.__name__] = own

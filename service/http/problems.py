@@ -25,9 +25,11 @@ from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
 from service.jobs.store_errors import error_of_store
-from service.schemas.sentences import place_of, sentence_of_detail
+from service.schemas.sentences import MOST_FIELDS, place_of, sentence_of_detail
 from terrain import errors as of_terrain
 from visibility import errors as of_visibility
+
+from .bodies import is_json
 
 __all__ = ["FRAMEWORK_KINDS", "MEDIA_TYPE", "METHOD", "PROBLEMS", "FailedJob", "ProblemKind", "install", "problem_of"]
 
@@ -182,19 +184,14 @@ async def _not_valid(request: Request, error: Exception) -> Response:
     details = error.errors()
     if details[0]["type"] == "json_invalid":
         return _respond(_body(FRAMEWORK_KINDS[400], "The body is not valid JSON.", request.url.path))
-    if details[0]["loc"] == ("body",) and not _is_json(request):
+    if details[0]["loc"] == ("body",) and not is_json(request):
         sentence = "The body must be JSON and say so, with the header 'Content-Type: application/json'."
         return _respond(_body(PROBLEMS[ours.MediaTypeError], sentence, request.url.path))
     fields = [
         {"field": place_of(detail["loc"]), "detail": str(detail["msg"]).removeprefix("Value error, ")}
-        for detail in details[:100]
+        for detail in details[:MOST_FIELDS]
     ]
     return _respond(_body(FRAMEWORK_KINDS[422], sentence_of_detail(details), request.url.path, {"errors": fields}))
-
-
-def _is_json(request: Request) -> bool:
-    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    return media_type == "application/json" or media_type.endswith("+json")
 
 
 async def _of_framework(request: Request, error: Exception) -> Response:

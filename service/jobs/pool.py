@@ -30,6 +30,15 @@ class Lane(Enum):
 
     CALCULATIONS = "calculations"
     FILES = "files"
+    CHECKS = "checks"  # of requests, by the processes of files and with less time
+
+
+# the settings that limit how long a task of each lane may take
+SETTINGS = {
+    Lane.CALCULATIONS: "SIGHTLINE_MAX_JOB_S",
+    Lane.FILES: "SIGHTLINE_MAX_FILE_TASK_S",
+    Lane.CHECKS: "SIGHTLINE_MAX_CHECK_S",
+}
 
 
 class WorkerPool:
@@ -39,11 +48,17 @@ class WorkerPool:
         self._settings = settings
         self._folder = folder
         self._size = settings.workers + settings.file_workers + settings.spare_workers
+        files = asyncio.Semaphore(settings.file_workers)
         self._lanes = {
             Lane.CALCULATIONS: asyncio.Semaphore(settings.workers),
-            Lane.FILES: asyncio.Semaphore(settings.file_workers),
+            Lane.FILES: files,
+            Lane.CHECKS: files,
         }
-        self._limits_s = {Lane.CALCULATIONS: settings.max_job_s, Lane.FILES: settings.max_file_task_s}
+        self._limits_s = {
+            Lane.CALCULATIONS: settings.max_job_s,
+            Lane.FILES: settings.max_file_task_s,
+            Lane.CHECKS: settings.max_check_s,
+        }
         self._waiting = dict.fromkeys(Lane, 0)
         self._idle: list[WorkerProcess] = []
         self._workers: set[WorkerProcess] = set()
@@ -143,7 +158,7 @@ class WorkerPool:
             if isinstance(error, TimeoutError):
                 raise TimeLimitError(
                     f"The {task} task took longer than {self._limits_s[lane]:g} s "
-                    f"(setting {_setting_of(lane)}); ask for less at once, or raise the limit."
+                    f"(setting {SETTINGS[lane]}); ask for less at once, or raise the limit."
                 ) from error
             raise
         finally:
@@ -195,7 +210,3 @@ class WorkerPool:
                 if worker in self._idle:
                     self._idle.remove(worker)
                 await asyncio.shield(worker.kill())
-
-
-def _setting_of(lane: Lane) -> str:
-    return "SIGHTLINE_MAX_JOB_S" if lane is Lane.CALCULATIONS else "SIGHTLINE_MAX_FILE_TASK_S"

@@ -9,6 +9,7 @@ import time
 import uuid
 from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -51,6 +52,7 @@ class Supervisor:
         self._running: dict[str, asyncio.Task[None]] = {}
         self._progress: dict[str, float] = {}
         self._admitting = 0
+        self._big_ones = asyncio.Semaphore(max(1, settings.file_workers - 1))
         self._stopping = False
 
     async def start(self) -> None:
@@ -87,15 +89,24 @@ class Supervisor:
         loop = asyncio.get_running_loop()
         return await asyncio.shield(loop.run_in_executor(self._store_thread, lambda: work(*args, **kwargs)))
 
-    async def ask(self, task: str, arguments: Mapping[str, Any], token: str | None = None) -> dict[str, Any]:
+    async def check(
+        self, task: str, arguments: Mapping[str, Any], token: str | None = None, *, big: bool = False
+    ) -> dict[str, Any]:
+        """Have a request read and checked; big ones never hold every process that others need. Raises as ``ask``."""
+        async with self._big_ones if big else nullcontext():
+            return await self.ask(task, arguments, token, Lane.CHECKS)
+
+    async def ask(
+        self, task: str, arguments: Mapping[str, Any], token: str | None = None, lane: Lane = Lane.FILES
+    ) -> dict[str, Any]:
         """Have a short task done beside the calculations, once more if its worker dies.
 
         Raises BusyError, TaskFailed, TimeLimitError, JobInterruptedError.
         """
-        self._refuse_when_busy(self._pool.waiting(Lane.FILES), "requests")
+        self._refuse_when_busy(self._pool.waiting(Lane.FILES) + self._pool.waiting(Lane.CHECKS), "requests")
         for _ in range(self._settings.max_attempts):
             try:
-                return await self._pool.run(Lane.FILES, task, arguments, token=token)
+                return await self._pool.run(lane, task, arguments, token=token)
             except WorkerDied as died:
                 logger.warning("task %s: its worker ended with %s", task, died)
         raise _interrupted(self._settings.max_attempts)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import Any
 
 from service.flight_plan import AIR_COLUMNS, FinishedFlight
+from service.tables import TableWriter
 from terrain import to_lon_lat
 
 from .geojson import write_collection
@@ -40,10 +40,10 @@ def write_geojson(finished: FinishedFlight, path: Path) -> None:
 def write_csv(finished: FinishedFlight, path: Path) -> None:
     """A row per step; an empty cell is no number: no morphing map, no ceiling."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(AIR_COLUMNS)
+        table = TableWriter(file)
+        table.row(AIR_COLUMNS)
         for row in finished.air.tolist():
-            table.writerow([round(value, DECIMALS_M) if math.isfinite(value) else "" for value in row])
+            table.row([round(value, DECIMALS_M) if math.isfinite(value) else "" for value in row])
 
 
 def write_plan(finished: FinishedFlight, path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from service.path_answers import VERTEX_COLUMNS
 from service.path_plan import FinishedPath
+from service.tables import TableWriter
 from terrain import ElevationGrid, to_lon_lat
 
 from .geojson import write_collection
@@ -45,9 +45,7 @@ def write_csv(finished: FinishedPath, path: Path) -> None:
         ]
         for row in rows:
             row["visible_anchors"] = " ".join(row["visible_anchors"])
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+        TableWriter(file).rows(list(rows[0]), rows)
 
 
 def vertex_properties(finished: FinishedPath) -> list[dict[str, Any]]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from service.dop_map import FinishedDopMap
 from service.dop_paths import PATH_COLUMNS
+from service.tables import TableWriter
 from visibility import DopReason
 
 __all__ = ["write_path"]
@@ -23,11 +23,11 @@ def write_path(finished: FinishedDopMap, path: Path) -> None:
         (PATH_COLUMNS.index("anchors_in_sight"), PATH_COLUMNS.index("unknown")),
     )
     with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow([*PATH_COLUMNS, "ids_in_sight"])
+        table = TableWriter(file, end="\r\n")
+        table.row([*PATH_COLUMNS, "ids_in_sight"])
         for numbers, seen in zip(finished.path_numbers.tolist(), bits, strict=True):
             cells: list[str] = [f"{number:.10g}" for number in numbers]
             cells[reason] = DopReason(int(numbers[reason])).name.lower()
             for column in whole:
                 cells[column] = str(int(numbers[column]))
-            table.writerow([*cells, " ".join(ids[number] for number in np.flatnonzero(seen))])
+            table.row([*cells, " ".join(ids[number] for number in np.flatnonzero(seen))])

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
 from service.missions import above_sea_level
 from service.placement import FinishedPlacement
+from service.tables import TableWriter
 from terrain import height_at, to_lon_lat, true_offsets
 
 from .geojson import write_collection
@@ -47,10 +47,7 @@ def write_csv(finished: FinishedPlacement, path: Path) -> None:
     measured_with = _measured_with(finished)
     with path.open("w", encoding="utf-8", newline="") as file:
         names = ["id", "east_m", "north_m", "altitude_m", *measured_with]
-        table = csv.DictWriter(file, names, extrasaction="ignore", lineterminator="\n")
-        table.writeheader()
-        for placed in finished.answer["placed"]:
-            table.writerow({**placed, **measured_with})
+        TableWriter(file).rows(names, ({**placed, **measured_with} for placed in finished.answer["placed"]))
 
 
 def plan_texts(finished: FinishedPlacement) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -75,7 +76,16 @@ def zip_plans(texts: Mapping[str, str], path: Path) -> None:
     """Plans by their file names in a zip."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in texts.items():
-            archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), text)
+            archive.writestr(zipfile.ZipInfo(_unused(name, archive), ZIP_TIME), text)
+
+
+def _unused(name: str, archive: zipfile.ZipFile) -> str:
+    """The name as one of a file, for ids come from outside: without folders, and unlike those that are there."""
+    plain = re.sub(r"[^\w.() +-]", "_", name).lstrip(".")
+    taken = {entry.casefold() for entry in archive.namelist()}
+    stem = plain.removesuffix(".plan")
+    others = (f"{stem}-{number}.plan" for number in range(2, len(taken) + 3))
+    return next(one for one in (plain, *others) if one.casefold() not in taken)
 
 
 def _item(number: int, item: PlanItem, frame: int, mode: int) -> dict[str, Any]:

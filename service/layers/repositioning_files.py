@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import Any
 
 from service.repositioning import FinishedRepositioning
+from service.tables import TableWriter
 from terrain import ElevationGrid, to_lon_lat
 
 from .geojson import write_collection
@@ -48,11 +48,9 @@ def write_moves(finished: FinishedRepositioning, path: Path) -> None:
 def write_schedule(finished: FinishedRepositioning, path: Path) -> None:
     """A row per move, by departure."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n", extrasaction="ignore")
-        table.writeheader()
-        for move in sorted(finished.answer["moves"], key=lambda move: (move["start_s"], move["anchor_id"])):
-            ends = {f"{end}_{name}": move[end][name] for end in ("from", "to") for name in PLACE}
-            table.writerow({**move, **ends})
+        moves = sorted(finished.answer["moves"], key=lambda move: (move["start_s"], move["anchor_id"]))
+        ends = [{f"{end}_{name}": move[end][name] for end in ("from", "to") for name in PLACE} for move in moves]
+        TableWriter(file).rows(COLUMNS, ({**move, **at} for move, at in zip(moves, ends, strict=True)))
 
 
 def write_anchors_after(finished: FinishedRepositioning, path: Path) -> None:
@@ -60,10 +58,8 @@ def write_anchors_after(finished: FinishedRepositioning, path: Path) -> None:
     sigma_m = {anchor.id: anchor.ranging_sigma_m for anchor in finished.anchors}
     with path.open("w", encoding="utf-8", newline="") as file:
         names = ("id", *PLACE, "ranging_sigma_m")
-        table = csv.DictWriter(file, names, lineterminator="\n", extrasaction="ignore")
-        table.writeheader()
-        for anchor in finished.answer["anchors"]:
-            table.writerow({**anchor, "ranging_sigma_m": sigma_m[anchor["id"]]})
+        anchors = finished.answer["anchors"]
+        TableWriter(file).rows(names, ({**one, "ranging_sigma_m": sigma_m[one["id"]]} for one in anchors))
 
 
 def move_plan_texts(finished: FinishedRepositioning) -> dict[str, str]:

@@ -58,6 +58,7 @@ def draw_bubble_profile(finished: FinishedBubbles) -> Figure:
     axes[0].set_ylabel("metres")
     if finished.radius_m.max() > TOO_TALL * max(float(finished.around.distance_m.max()), 1.0):
         axes[0].set_yscale("symlog", linthresh=10.0)
+        axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes[0].set_ylabel("metres, logarithmic over 10")
     axes[0].set_ylim(bottom=min(0.0, float(finished.around.distance_m.min())))
     axes[0].legend(loc="best", frameon=True, framealpha=0.9)

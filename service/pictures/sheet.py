@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,6 +22,9 @@ from .furniture import ANCHOR_COLOUR, INK, draw_anchors, draw_scale_and_north
 from .relief import Sampling, mean_heights, repeated, shaded_relief
 
 __all__ = ["anchor_handle", "ground_figure", "hatching", "lit_ground", "margin_legend", "rgb", "save_png"]
+
+# Names come from outside: a dollar sign in one is a dollar sign, never the beginning of a formula.
+rcParams["text.parse_math"] = False
 
 DPI = 110
 LONGER_SIDE_IN = 9.0

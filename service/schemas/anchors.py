@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Annotated, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from visibility import AnchorError, AntennaLimits
 from visibility.anchors import Covariance
@@ -17,8 +19,22 @@ __all__ = ["AnchorIn", "AntennaIn"]
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 Elevation = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
 CovarianceRow = Annotated[list[Number], Field(min_length=3, max_length=3)]
-# Ids end up in file tags, tables and pictures: no control characters.
-AnchorId = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f]+$")]
+# Ids end up in file tags, tables and pictures: nothing that ends a line, turns the direction of text or cannot be seen.
+UNSEEN = r"\x00-\x1f\x7f-\x9f\u2028-\u202e\u2060-\u206f\ufeff\ufff0-\uffff"
+PLAIN = rf"^[^\s{UNSEEN}]([^{UNSEEN}]*[^\s{UNSEEN}])?$"
+
+
+def _plain(id: str) -> str:
+    if not re.search(PLAIN, id):
+        raise PydanticCustomError(
+            "id", "an id has no control characters, no line breaks and no blanks at its beginning and end"
+        )
+    return id
+
+
+AnchorId = Annotated[
+    str, Field(min_length=1, max_length=64, json_schema_extra={"pattern": PLAIN}), AfterValidator(_plain)
+]
 
 
 class AntennaIn(StrictModel):

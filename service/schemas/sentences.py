@@ -7,13 +7,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
-__all__ = ["place_of", "sentence_of", "sentence_of_detail"]
+__all__ = ["MOST_FIELDS", "fields_of", "place_of", "sentence_of", "sentence_of_detail"]
 
+MOST_FIELDS = 100
 # Tags of unions appear in pydantic's locations but not in the request.
 UNION_TAGS = frozenset({"word", "numbers"})
 # what pydantic says by the type of an error, in words for whoever asked
 OTHERWISE = {
     "extra_forbidden": "this field is not known here",
+    "model_type": "Input should be an object",
     "timezone_aware": "a time needs its zone: add Z for UTC",
 }
 
@@ -37,6 +39,15 @@ def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     more = len(details) - 1
     also = f" (and {more} more)" if more else ""
     return f"{place}: {message}{also}." if place else f"{message}{also}."
+
+
+def fields_of(error: ValidationError) -> list[dict[str, str]]:
+    """What is wrong with which field, of the first hundred."""
+    details = error.errors(include_url=False, include_context=False, include_input=False)[:MOST_FIELDS]
+    return [
+        {"field": place_of(detail["loc"]), "detail": str(detail["msg"]).removeprefix("Value error, ")}
+        for detail in details
+    ]
 
 
 def place_of(loc: Sequence[str | int]) -> str:

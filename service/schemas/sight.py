@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -52,7 +53,7 @@ class SightParameters(StrictModel):
     @model_validator(mode="after")
     def _unique_ids(self) -> Self:
         ids = [anchor.id for anchor in self.near_sources()]
-        twice = sorted({i for i in ids if ids.count(i) > 1})
+        twice = sorted(id for id, times in Counter(ids).items() if times > 1)
         if twice:
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
         return self

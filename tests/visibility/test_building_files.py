@@ -226,3 +226,84 @@ def test_options_that_do_not_exist_are_refused(tmp_path, options, sentence):
 def test_arrays_that_are_no_mesh_are_refused(vertices, faces, sentence):
     with pytest.raises(MeshError, match=sentence):
         Buildings(vertices, faces)
+
+
+def sparse_accessor(count):
+    part = {"bufferView": 0, "componentType": 5125}
+    return {
+        "componentType": 5126,
+        "count": count,
+        "type": "VEC3",
+        "sparse": {"count": 1, "indices": part, "values": {"bufferView": 0}},
+    }
+
+
+VIEWED = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"accessors": [sparse_accessor(3)]}, r"has a sparse accessor \(0\)"),
+        ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}, "more than it holds"),
+        ({"accessors": [{**VIEWED, "type": "MAT4"}]}, "claims 3 values in accessor 0, more than it holds"),
+        ({"accessors": [{**VIEWED, "count": -3}]}, "claims -3 values"),
+        ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}] * 250}]}, "claims 750 corners"),
+        ({"nodes": [*({"children": [n + 1]} for n in range(300)), {"mesh": 0}]}, "has nodes 301 deep"),
+        ({"nodes": [{"mesh": 0}] * 100_001}, "has 100,001 nodes"),
+    ],
+    ids=["sparse", "no bytes", "wide", "negative", "copied", "deep", "many nodes"],
+)
+def test_a_glb_that_claims_more_than_its_bytes_is_refused_before_memory_is_taken_for_it(tmp_path, changes, sentence):
+    path = tmp_path / "bomb.glb"
+    path.write_bytes(triangle_glb(**changes))
+    with pytest.raises(MeshError, match=sentence):
+        read_buildings(path, level(), max_faces=100)
+
+
+def test_a_glb_that_claims_its_bytes_again_and_again_is_refused(tmp_path):
+    blob = bytes(120_000)
+    accessors = [{**VIEWED, "count": 10_000}] * 40
+    views = {"bufferViews": [{"buffer": 0, "byteLength": len(blob)}], "buffers": [{"byteLength": len(blob)}]}
+    path = tmp_path / "bomb.glb"
+    path.write_bytes(glb({"accessors": accessors, **views}, blob))
+    with pytest.raises(MeshError, match="the same ones again and again"):
+        read_buildings(path, level())
+
+
+def test_a_glb_whose_json_is_nested_without_end_is_refused(tmp_path):
+    text = b'{"asset":' + b"[" * 200_000
+    chunk = struct.pack("<II", len(text), 0x4E4F534A) + text
+    path = tmp_path / "deep.glb"
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk)
+    with pytest.raises(MeshError, match=r"deep.glb is not a readable .glb mesh: its JSON is nested too deeply\."):
+        read_buildings(path, level())
+
+
+def test_a_ply_that_announces_more_than_its_bytes_is_refused(tmp_path):
+    path = tmp_path / "hollow.ply"
+    path.write_text(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    )
+    with pytest.raises(MeshError, match=r"hollow.ply announces 4,000,000,001 elements, more than its \d+ bytes"):
+        read_buildings(path, level())
+
+
+def test_an_obj_is_read_however_its_faces_are_written(tmp_path):
+    path = tmp_path / "house.obj"
+    path.write_text(
+        "# a square and a triangle\no a\nv 0 0 0\nv 10 0 0\nv 10 10 0 1.0\nv 0 10 0 0.5 0.5 0.5\nvt 0 0\n"
+        "usemtl red\nf 1/1 2/1/1 \\\n3//1 4\ng b\nv 0 0 5\nf -1 1 2\n"
+    )
+    buildings = read_buildings(path, level(), heights="absolute")
+    assert buildings.faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 0, 1]]
+    assert buildings.vertices_m[4].tolist() == [0.0, 0.0, 5.0]
+
+
+@pytest.mark.parametrize("line", ["f", "f 1 2", "f 1 2 9", "f 0 1 2", "f -9 1 2", "f a b c", "v 1", "v x y z"])
+def test_an_obj_with_a_line_that_makes_no_sense_is_refused(tmp_path, line):
+    path = tmp_path / "house.obj"
+    path.write_text(f"v 0 0 0\nv 10 0 0\nv 0 10 0\n{line}\n")
+    with pytest.raises(MeshError, match=r"house\.obj"):
+        read_buildings(path, level(), heights="absolute")

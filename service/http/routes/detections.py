@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
 
 from detection import detect_epoch
+from service.bodies import model_of
 from service.detectors import as_json, epoch_answer
+from service.http.bodies import body_of, json_body
 from service.http.context import ServiceDep
 from service.http.documented import problem_responses
 from service.schemas.detection_answers import EpochOut
@@ -24,12 +26,15 @@ router = APIRouter(prefix="/detections", tags=["Detectors"])
         200: {"description": "The verdicts, and a position from the ranges that are left.", "model": EpochOut},
         **problem_responses(400, 413, 415, 422),
     },
+    openapi_extra=body_of(DetectionIn),
 )
-async def judge_epoch(asked: DetectionIn, service: ServiceDep) -> Response:
+async def judge_epoch(request: Request, service: ServiceDep) -> Response:
     """Which of these ranges lie, judged by themselves: stateless, answered at once, nothing is kept."""
     limits = service.detectors.limits
+    asked = model_of(DetectionIn, await json_body(request), limits.refuse_long)
     limits.check_detector(asked)
     limits.check_ranges(asked.ranges)
     anchors = [anchor.anchor() for anchor in asked.anchors]
-    result = detect_epoch(anchors, asked.epoch(), asked.settings.settings())
+    epoch, settings = asked.epoch(), asked.settings.settings()
+    result = await service.detectors.bench.judge(len(asked.ranges), lambda: detect_epoch(anchors, epoch, settings))
     return Response(as_json(epoch_answer(result)), media_type="application/json")

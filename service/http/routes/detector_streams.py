@@ -11,15 +11,14 @@ from collections.abc import Coroutine, Mapping
 from typing import Any
 
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
-from pydantic import ValidationError
 
+from service.bodies import model_of
 from service.detectors import DetectorSession
-from service.errors import BodyTooLargeError, InternalError, NotJsonError, NotValidError, ServiceError
+from service.errors import BodyTooLargeError, InternalError, NotJsonError, ServiceError
 from service.http.context import Service
 from service.http.problems import MEDIA_TYPE, problem_of
 from service.jobs.records import Failure
 from service.schemas.detections import EpochIn
-from service.schemas.sentences import sentence_of
 
 __all__ = ["router"]
 
@@ -65,7 +64,7 @@ async def _answer(socket: WebSocket, session: DetectorSession, max_bytes: int) -
         if message["type"] == "websocket.disconnect":
             return None
         try:
-            asked = _epoch_of(message, max_bytes)
+            asked = _epoch_of(message, session, max_bytes)
             session.check(asked)
         except ServiceError as error:
             session.malformed_messages += 1
@@ -126,8 +125,8 @@ async def _first_of(*talks: Coroutine[Any, Any, Close | None]) -> Close | None:
     return next(iter(done)).result()
 
 
-def _epoch_of(message: Mapping[str, Any], max_bytes: int) -> EpochIn:
-    """The epoch in a message. Raises NotJsonError, NotValidError, BodyTooLargeError."""
+def _epoch_of(message: Mapping[str, Any], session: DetectorSession, max_bytes: int) -> EpochIn:
+    """The epoch in a message. Raises NotJsonError, NotValidError, LimitError."""
     text = message.get("text")
     if text is None:
         raise NotJsonError("Send epochs as text messages with JSON, not as binary ones.")
@@ -140,11 +139,9 @@ def _epoch_of(message: Mapping[str, Any], max_bytes: int) -> EpochIn:
             given=len(data),
         )
     try:
-        return EpochIn.model_validate_json(data)
-    except ValidationError as error:
-        if error.errors(include_url=False, include_input=False)[0]["type"] == "json_invalid":
-            raise NotJsonError("The message is not valid JSON.") from error
-        raise NotValidError(sentence_of(error)) from error
+        return model_of(EpochIn, data, session.limits.refuse_long)
+    except NotJsonError as error:
+        raise NotJsonError("The message is not valid JSON.") from error
 
 
 async def _tell(socket: WebSocket, problem: Mapping[str, Any]) -> None:

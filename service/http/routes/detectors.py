@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Response
+import asyncio
 
+from fastapi import APIRouter, Request, Response
+from pydantic_core import from_json
+
+from service.bodies import model_of, validated
 from service.detectors import as_json
-from service.errors import LimitError
-from service.http.context import ServiceDep
+from service.http.bodies import body_of, json_body
+from service.http.context import Service, ServiceDep
 from service.http.documented import LOCATION, problem_responses
 from service.schemas.detection_answers import DetectorList, DetectorOut, DetectorStateful, EpochsOut
-from service.schemas.detections import DetectorIn, EpochsIn
+from service.schemas.detections import DetectorIn, EpochIn, EpochsIn
 from service.schemas.pages import Limit, Offset
 
 __all__ = ["router"]
@@ -26,9 +30,11 @@ router = APIRouter(prefix="/detectors", tags=["Detectors"])
         201: {"description": "Open; epochs go to the path in links.", "headers": LOCATION, "model": DetectorStateful},
         **problem_responses(400, 413, 415, 422, 503),
     },
+    openapi_extra=body_of(DetectorIn),
 )
-async def open_detector(asked: DetectorIn, service: ServiceDep) -> Response:
+async def open_detector(request: Request, service: ServiceDep) -> Response:
     """A session for one rover: it remembers epochs, and expires when it lies idle or the service ends."""
+    asked = model_of(DetectorIn, await json_body(request), service.detectors.limits.refuse_long)
     session = service.detectors.open(asked)
     return _json(as_json(session.state()), 201, {"Location": f"/detectors/{session.id}"})
 
@@ -52,7 +58,7 @@ async def list_detectors(service: ServiceDep, limit: Limit = 50, offset: Offset 
 )
 async def get_detector(detector_id: str, service: ServiceDep) -> Response:
     """Counts, the last word on each anchor, the witnesses' health, the last answer. Reading keeps it from expiring."""
-    return _json(as_json(service.detectors.get(detector_id).state()))
+    return _json(as_json(await service.detectors.get(detector_id).state_between_epochs()))
 
 
 @router.post(
@@ -63,25 +69,19 @@ async def get_detector(detector_id: str, service: ServiceDep) -> Response:
         200: {"description": "One answer per epoch, in their order.", "model": EpochsOut},
         **problem_responses(400, 404, 410, 413, 415, 422),
     },
+    openapi_extra=body_of(EpochsIn),
 )
-async def send_epochs(detector_id: str, asked: EpochsIn, service: ServiceDep) -> Response:
+async def send_epochs(detector_id: str, request: Request, service: ServiceDep) -> Response:
     """Each epoch is answered; one that is late, out of order or a duplicate is told, counted, and otherwise ignored.
 
     A request that is refused changes nothing: all its epochs are checked before the first is used.
     """
     session = service.detectors.get(detector_id)
-    most = service.settings.max_detector_epochs
-    if len(asked.epochs) > most:
-        raise LimitError(
-            f"A request may have {most} epochs, not {len(asked.epochs)}",
-            limit_name="max_detector_epochs",
-            limit=most,
-            given=len(asked.epochs),
-        )
-    for epoch in asked.epochs:
+    epochs = await _epochs_in(await json_body(request), service)
+    for epoch in epochs:
         session.check(epoch)
     async with session.turn:
-        answers = [await session.answer_in_turn(epoch) for epoch in asked.epochs]
+        answers = [await session.answer_in_turn(epoch) for epoch in epochs]
     return _json(b'{"answers":[' + b",".join(answers) + b"]}")
 
 
@@ -95,6 +95,20 @@ async def delete_detector(detector_id: str, service: ServiceDep) -> Response:
     """Its streams are closed; what it remembered is gone."""
     service.detectors.delete(detector_id)
     return Response(status_code=204)
+
+
+async def _epochs_in(body: str, service: Service) -> list[EpochIn]:
+    """The epochs of a body. Raises NotJsonError, LimitError, NotValidError."""
+    limits = service.detectors.limits
+    if len(body) <= service.settings.max_stream_message_bytes:
+        return model_of(EpochsIn, body, limits.refuse_long_epochs).epochs
+    # what is wrong with a long one takes long to tell; what is right is read here, epoch by epoch
+    await service.supervisor.check("check-epochs", {"body": body})
+    epochs = []
+    for fields in from_json(body)["epochs"]:
+        epochs.append(validated(EpochIn, fields))
+        await asyncio.sleep(0)
+    return epochs
 
 
 def _json(body: bytes, status: int = 200, headers: dict[str, str] | None = None) -> Response:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
+from service.http.bodies import body_of
 from service.http.context import ServiceDep
 from service.http.map_routes import MapResource, add_shared_routes, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
@@ -23,12 +24,11 @@ MAPS = MapResource(JobKind.DOP_MAP, "DOP map", "dop_maps", DopMapOut, DopMapList
     summary="Ask for a DOP map",
     response_model=DopMapOut,
     responses=responses_of_asking(MAPS),
+    openapi_extra=body_of(DopMapIn),
 )
-async def ask_for_dop_map(
-    asked: DopMapIn, request: Request, response: Response, service: ServiceDep, wait_s: WaitDep
-) -> MapOut:
+async def ask_for_dop_map(request: Request, response: Response, service: ServiceDep, wait_s: WaitDep) -> MapOut:
     """How good positioning is for a rover at one antenna height, and where it is not good enough."""
-    return await ask_for_map(MAPS, asked, asked.dem_id, request, response, service, wait_s)
+    return await ask_for_map(MAPS, request, response, service, wait_s)
 
 
 add_shared_routes(router, MAPS)

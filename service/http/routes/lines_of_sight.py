@@ -8,14 +8,14 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
-from service.errors import MediaTypeError, NotFoundError
+from service.errors import NotFoundError
+from service.http.bodies import body_of, long_body
 from service.http.context import Service, ServiceDep
 from service.http.documented import LOCATION, problem_responses
 from service.http.files import file_answer
 from service.http.jobs import after_waiting, finished, path_of, state_of
 from service.http.prefer import WaitDep
 from service.http.spliced import spliced_answer
-from service.http.uploads import receive
 from service.jobs.records import JobKind, JobRecord
 from service.schemas.lines_of_sight import (
     LinesOfSightIn,
@@ -30,12 +30,6 @@ __all__ = ["router"]
 router = APIRouter(prefix="/lines-of-sight", tags=["Lines of sight"])
 KIND = JobKind.LINES_OF_SIGHT
 FILES = {"lines.json": "application/json", "lines.npz": "application/x-npz"}
-BODY = {
-    "requestBody": {
-        "required": True,
-        "content": {"application/json": {"schema": {"$ref": f"#/components/schemas/{LinesOfSightIn.__name__}"}}},
-    }
-}
 
 
 @router.post(
@@ -48,20 +42,15 @@ BODY = {
         202: {"description": "Taken in; follow Location.", "headers": LOCATION, "model": LinesOfSightOut},
         **problem_responses(400, 404, 413, 415, 422, 503, 507),
     },
-    openapi_extra=BODY,
+    openapi_extra=body_of(LinesOfSightIn),
 )
 async def ask_for_lines_of_sight(
     request: Request, response: Response, service: ServiceDep, wait_s: WaitDep
 ) -> Response:
     """Clearance, verdict and blocking point of many straight lines at once; exact on the triangulated surface."""
-    if request.headers.get("content-type", "application/json").partition(";")[0].strip().lower() != "application/json":
-        raise MediaTypeError("Send the pairs as application/json.")
     token = uuid.uuid4().hex
-    # a big body is read by a worker: parsing it here would hold up everybody else
-    async with receive(
-        request, service.folder, service.settings.max_pairs_bytes, "max_pairs_bytes", "body.json"
-    ) as body:
-        asked = await service.supervisor.ask("check-lines-of-sight", {"path": str(body.path)}, token)
+    async with long_body(request, service) as (body, big):
+        asked = await service.supervisor.check("check-lines-of-sight", body, token, big=big)
     job = await service.supervisor.submit(
         KIND,
         asked["dem_id"],

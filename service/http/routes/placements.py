@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
+from service.http.bodies import body_of
 from service.http.context import ServiceDep
 from service.http.map_routes import MapResource, add_shared_routes, add_stop_route, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind
-from service.placement import cluster_of
 from service.schemas.map_answers import MapOut
 from service.schemas.placement_answers import PlacementIn, PlacementList, PlacementOut
 
@@ -24,13 +24,11 @@ PLACEMENTS = MapResource(JobKind.PLACEMENT, "placement", "placements", Placement
     summary="Ask for a placement",
     response_model=PlacementOut,
     responses=responses_of_asking(PLACEMENTS),
+    openapi_extra=body_of(PlacementIn),
 )
-async def ask_for_placement(
-    asked: PlacementIn, request: Request, response: Response, service: ServiceDep, wait_s: WaitDep
-) -> MapOut:
+async def ask_for_placement(request: Request, response: Response, service: ServiceDep, wait_s: WaitDep) -> MapOut:
     """Where anchors should be put, so that as much as possible of the ground or of a path sees enough of them."""
-    cluster_of(asked, service.settings.dask_scheduler)  # before it is taken in
-    return await ask_for_map(PLACEMENTS, asked, asked.dem_id, request, response, service, wait_s)
+    return await ask_for_map(PLACEMENTS, request, response, service, wait_s)
 
 
 add_shared_routes(router, PLACEMENTS)

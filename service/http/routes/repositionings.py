@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from fastapi import APIRouter, Request, Response
 
-from service.http.context import ServiceDep
+from service.http.bodies import body_of
+from service.http.context import Service, ServiceDep
 from service.http.documented import problem_responses
 from service.http.map_routes import MapResource, add_shared_routes, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind
 from service.schemas.map_answers import MapOut
 from service.schemas.repositioning_answers import RepositioningIn, RepositioningList, RepositioningOut
-from service.schemas.repositionings import RepositioningParameters
 
 __all__ = ["router"]
 
@@ -27,20 +30,18 @@ REPOSITIONINGS = MapResource(
     summary="Ask for a repositioning",
     response_model=RepositioningOut,
     responses={**responses_of_asking(REPOSITIONINGS), **problem_responses(410)},
+    openapi_extra=body_of(RepositioningIn),
 )
-async def ask_for_repositioning(
-    asked: RepositioningIn, request: Request, response: Response, service: ServiceDep, wait_s: WaitDep
-) -> MapOut:
+async def ask_for_repositioning(request: Request, response: Response, service: ServiceDep, wait_s: WaitDep) -> MapOut:
     """Which drone moves where, the cheapest way to restore what shall hold ahead; with stretch_m along a long path."""
-    occluded = list(asked.occluded)
-    if asked.detector_id is not None:
-        ids = {anchor.id for anchor in asked.anchors}
-        found = service.detectors.get(asked.detector_id).occlusions.lasting(asked.persistent_s)
-        occluded += [one for one in found if one in ids and one not in occluded]
-    # the session may be gone when the job runs: what it says now is what was asked
-    fields = asked.model_dump(exclude={"dem_id", "detector_id", "persistent_s"}, exclude_unset=True)
-    parameters = RepositioningParameters.model_validate({**fields, "occluded": occluded})
-    return await ask_for_map(REPOSITIONINGS, parameters, asked.dem_id, request, response, service, wait_s)
+    return await ask_for_map(REPOSITIONINGS, request, response, service, wait_s, _occluded)
 
 
 add_shared_routes(router, REPOSITIONINGS)
+
+
+async def _occluded(needed: Mapping[str, Any], service: Service) -> dict[str, Any]:
+    """Which anchors the detector that the body names finds occluded. Raises NotFoundError, GoneError."""
+    # the session may be gone when the job runs: what it says now is what was asked
+    occlusions = service.detectors.get(needed["detector_id"]).occlusions
+    return {"occluded": occlusions.lasting(needed["persistent_s"])}

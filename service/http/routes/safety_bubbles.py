@@ -10,14 +10,14 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from service.bubble_files import BUBBLE_FILES, MEDIA_TYPES
-from service.errors import MediaTypeError, NotFoundError
+from service.errors import NotFoundError
+from service.http.bodies import body_of, long_body
 from service.http.context import Service, ServiceDep
 from service.http.documented import LOCATION, problem_responses
 from service.http.files import file_answer
 from service.http.jobs import after_waiting, finished, path_of, state_of
 from service.http.prefer import WaitDep
 from service.http.spliced import spliced_answer
-from service.http.uploads import receive
 from service.jobs.records import JobKind, JobRecord
 from service.schemas.pages import Limit, Offset
 from service.schemas.safety_bubble_answers import SafetyBubblesList, SafetyBubblesOut, SafetyBubblesState
@@ -28,12 +28,6 @@ __all__ = ["router"]
 router = APIRouter(prefix="/safety-bubbles", tags=["Safety bubbles"])
 KIND = JobKind.SAFETY_BUBBLES
 FILES = {name: MEDIA_TYPES[Path(name).suffix] for name in BUBBLE_FILES}
-BODY = {
-    "requestBody": {
-        "required": True,
-        "content": {"application/json": {"schema": {"$ref": f"#/components/schemas/{SafetyBubblesIn.__name__}"}}},
-    }
-}
 
 
 @router.post(
@@ -46,20 +40,15 @@ BODY = {
         202: {"description": "Taken in; follow Location.", "headers": LOCATION, "model": SafetyBubblesOut},
         **problem_responses(400, 404, 413, 415, 422, 503, 507),
     },
-    openapi_extra=BODY,
+    openapi_extra=body_of(SafetyBubblesIn),
 )
 async def ask_for_safety_bubbles(
     request: Request, response: Response, service: ServiceDep, wait_s: WaitDep
 ) -> Response:
     """Per point of a path, or of a history of poses: radius of the bubble, clearance to the ground, and the verdict."""
-    if request.headers.get("content-type", "application/json").partition(";")[0].strip().lower() != "application/json":
-        raise MediaTypeError("Send the path as application/json.")
     token = uuid.uuid4().hex
-    # a big body is read by a worker: parsing it here would hold up everybody else
-    async with receive(
-        request, service.folder, service.settings.max_pairs_bytes, "max_pairs_bytes", "body.json"
-    ) as body:
-        asked = await service.supervisor.ask("check-safety-bubbles", {"path": str(body.path)}, token)
+    async with long_body(request, service) as (body, big):
+        asked = await service.supervisor.check("check-safety-bubbles", body, token, big=big)
     job = await service.supervisor.submit(
         KIND,
         asked["dem_id"],

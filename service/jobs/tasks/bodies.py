@@ -1,25 +1,63 @@
-"""Bodies of requests that are too big to be read in the process that answers HTTP."""
+"""Bodies of requests, read in a worker: parsing and checking them in the process that answers HTTP would hold it up."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
-from service.errors import NotJsonError, NotValidError
-from service.schemas import sentence_of
+from service.bodies import model_of
+from service.errors import LimitError
+from service.settings import Settings
 
-__all__ = ["read_body"]
+__all__ = ["body_in", "read_body"]
 
 Body = TypeVar("Body", bound=BaseModel)
 
+# Lists whose length a setting limits, by where they stand; what is longer is refused before any of it is looked at.
+LIMITED = {
+    ("anchors",): ("max_anchors", "anchors"),
+    ("tracks",): ("max_anchors", "anchors on tracks"),
+    ("morphing_map", "anchors"): ("max_anchors", "anchors"),
+    ("morphing_map", "tracks"): ("max_anchors", "anchors on tracks"),
+    ("pairs",): ("max_pairs", "pairs"),
+    ("from_points_m",): ("max_pairs", "pairs"),
+    ("to_points_m",): ("max_pairs", "pairs"),
+    ("points",): ("max_path_points", "points"),
+    ("points_m",): ("max_path_points", "points"),
+    ("times_s",): ("max_path_points", "times"),
+    ("covariances_m2",): ("max_path_points", "covariances"),
+}
 
-def read_body(model: type[Body], path: Path) -> Body:
-    """The body at a path as a model; raises NotJsonError, NotValidError."""
-    try:
-        return model.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        if error.errors(include_url=False, include_input=False)[0]["type"] == "json_invalid":
-            raise NotJsonError("The body is not valid JSON.") from error
-        raise NotValidError(sentence_of(error)) from error
+
+def body_in(arguments: Mapping[str, Any]) -> str | bytes:
+    """The body that came along, or that lies in a file because it is big."""
+    return str(arguments["body"]) if "body" in arguments else Path(arguments["path"]).read_bytes()
+
+
+def read_body(model: type[Body], data: bytes | str, settings: Settings) -> Body:
+    """The body as a model; limits come before work. Raises NotJsonError, LimitError, NotValidError."""
+
+    def refuse_long(fields: Any) -> None:
+        for place, (limit_name, what) in LIMITED.items():
+            _refuse_long(_at(fields, place), what, limit_name, getattr(settings, limit_name))
+
+    return model_of(model, data, refuse_long)
+
+
+def _at(fields: Any, place: tuple[str, ...]) -> Any:
+    for name in place:
+        fields = fields.get(name) if isinstance(fields, dict) else None
+    return fields
+
+
+def _refuse_long(given: Any, what: str, limit_name: str, limit: int) -> None:
+    if isinstance(given, list) and len(given) > limit:
+        raise LimitError(
+            f"{len(given):,} {what} are more than the limit of {limit:,} in one request",
+            limit_name=limit_name,
+            limit=limit,
+            given=len(given),
+        )

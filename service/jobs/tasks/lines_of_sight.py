@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from service.errors import LimitError
 from service.jobs.folder import digest_of, make_durable
 from service.point_arrays import points_in_grid
 from service.schemas.lines_of_sight import LinesOfSightIn
@@ -20,7 +18,7 @@ from terrain import ElevationGrid
 from visibility import FLAT, HIDDEN, UNKNOWN, VISIBLE, Curvature, LinesOfSight, lines_of_sight
 from visibility.sight_points import check_points
 
-from .bodies import read_body
+from .bodies import body_in, read_body
 from .context import TaskContext
 
 __all__ = ["calculate_lines_of_sight", "check_lines_of_sight"]
@@ -31,20 +29,12 @@ DECIMALS = 6
 
 
 def check_lines_of_sight(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Read the request at ``path``; its points go into the work folder as arrays, the rest comes back.
+    """Read the request; its points go into the work folder as arrays, the rest comes back.
 
     Raises NotJsonError, NotValidError, LimitError, NotFoundError, FrameError, VisibilityInputError.
     """
-    asked = read_body(LinesOfSightIn, Path(arguments["path"]))
+    asked = read_body(LinesOfSightIn, body_in(arguments), context.settings)
     pairs = len(asked.pairs or asked.from_points_m or ())
-    limit = context.settings.max_pairs
-    if pairs > limit:
-        raise LimitError(
-            f"{pairs:,} pairs are more than the limit of {limit:,} in one request",
-            limit_name="max_pairs",
-            limit=limit,
-            given=pairs,
-        )
     grid = context.grid(asked.dem_id)
     from_m, to_m = _ends(grid, asked)
     context.work.mkdir(parents=True)

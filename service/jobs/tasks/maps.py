@@ -9,28 +9,43 @@ from service.errors import NotFoundError
 from service.estimates import refuse_map
 from service.jobs.folder import digest_of, make_durable
 from service.layers import write_layer
+from service.map_requests import MAP_REQUESTS
 from service.map_store import load, save
+from service.placement import cluster_of
 from service.products import PRODUCTS, Product
+from service.schemas.placements import PlacementParameters
 
+from .bodies import body_in, read_body
 from .context import Task, TaskContext
 
 __all__ = ["check_map", "draw_layer", "map_task"]
 
 
 def check_map(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Refuse what cannot be calculated or is beyond the limits, before anything is allocated for it.
+    """What a body asks for, or the fields by which the service has to find something for it first.
 
-    Raises LimitError, AnchorError, FrameError, AlmanacError, VisibilityInputError, PlacementError.
+    What cannot be calculated or is beyond the limits is refused before anything is allocated for it.
+
+    Raises NotJsonError, NotValidError, RequestError, LimitError, AnchorError, FrameError, AlmanacError,
+    VisibilityInputError, PlacementError.
     """
-    product = PRODUCTS[arguments["product"]]
-    parameters = product.parameters.model_validate(arguments["parameters"])
-    grid = context.grid(arguments["dem_id"])
+    product, request = PRODUCTS[arguments["product"]], MAP_REQUESTS[arguments["product"]]
+    asked = read_body(request.model, body_in(arguments), context.settings)
+    needed = request.needed(asked)
+    if needed is not None and "found" not in arguments:
+        return {"needed": needed}
+    fields = request.parameters(asked, arguments.get("found", {}))
+    parameters = product.parameters.model_validate(fields)
+    dem_id = asked.dem_id  # type: ignore[attr-defined] # every such body has one
+    if isinstance(parameters, PlacementParameters):
+        cluster_of(parameters, context.settings.dask_scheduler)
+    grid = context.grid(dem_id)
     cells, mode = grid.heights_m.size, parameters.mode
     refuse_map(cells, len(parameters.anchors), mode, context.settings)
     product.refuse(cells, product.check(grid, parameters), mode, context.settings)
     if product.refuse_more is not None:
         product.refuse_more(grid, parameters, context.settings)
-    return {}
+    return {"dem_id": dem_id, "parameters": fields}
 
 
 def map_task(product: Product) -> Task:

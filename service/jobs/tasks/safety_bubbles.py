@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from service.bubble_files import BUBBLE_FILES, write_bubble_file
@@ -15,7 +14,7 @@ from service.safety_bubble import calculate_bubbles
 from service.schemas.safety_bubbles import BubbleParameters, SafetyBubblesIn
 from service.schemas.satellites import ORBIT_TEXTS
 
-from .bodies import read_body
+from .bodies import body_in, read_body
 from .context import TaskContext
 
 __all__ = ["calculate_safety_bubbles", "check_safety_bubbles"]
@@ -25,19 +24,12 @@ LONG = ("points", "points_m", "times_s", "covariances_m2")
 
 
 def check_safety_bubbles(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Read the request at ``path``; it goes into the work folder whole, and comes back without what is long.
+    """Read the request; it goes into the work folder whole, and comes back without what is long.
 
     Raises NotJsonError, NotValidError, LimitError, NotFoundError, and what check_bubble_question raises.
     """
-    asked = read_body(SafetyBubblesIn, Path(arguments["path"]))
+    asked = read_body(SafetyBubblesIn, body_in(arguments), context.settings)
     settings = context.settings
-    if asked.count > settings.max_path_points:
-        raise LimitError(
-            f"{asked.count:,} points are more than the limit of {settings.max_path_points:,} in one request",
-            limit_name="max_path_points",
-            limit=settings.max_path_points,
-            given=asked.count,
-        )
     grid = context.grid(asked.dem_id)
     sources = check_bubble_question(grid, asked)[0]
     if sources > settings.max_anchors:

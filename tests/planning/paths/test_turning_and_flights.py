@@ -142,3 +142,12 @@ def test_a_start_over_shut_air_is_told_the_nearest_that_is_open() -> None:
                 ElevationGrid(np.full((9, 9), 90.0), 5.0, 5.0), (9.0, -9.0, 95.0), (30.0, -9.0, 95.0), ceiling_m=80.0
             )
         )
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1)])
+def test_a_dem_without_ground_between_its_posts_is_no_ground_to_plan_over(shape: tuple[int, int]) -> None:
+    grid = ElevationGrid(np.zeros(shape, np.float32), 5.0, 5.0)
+    with pytest.raises(PathProblemError, match=f"{shape[0]} × {shape[1]} posts has no ground between them"):
+        FlightProblem(grid, (0.0, 0.0, 30.0), (0.0, 0.0, 60.0))
+    with pytest.raises(PathProblemError, match="has no ground between them"):
+        PathProblem(grid, (0.0, 0.0), (1.0, 0.0), rover=RoverModel(footprint_radius_m=0.0))

@@ -1,0 +1,152 @@
+"""Whatever is asked of any resource, with extreme numbers and texts, is answered: never a 500, never a dead worker.
+
+Operations and bodies come from the service's own OpenAPI, so that what is new is asked as well. SIGHTLINE_FUZZ sets how
+many requests of each operation; before a release it is 700, which makes more than ten thousand.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from service.http.app import create_app
+from service.settings import Settings
+from terrain import ElevationGrid, write_npz
+from tests.fuzzing.schemas import changed, resolved, texts, values
+from tests.service.running import Server, running
+
+EXAMPLES = int(os.environ.get("SIGHTLINE_FUZZ", "12"))
+DOCUMENT = create_app(Settings()).openapi()
+# the ground that the examples of the documentation stand on, roughly
+WEST_M, NORTH_M, CELL_M, POSTS = 396_000.0, 3_803_000.0, 500.0, 32
+MOST_WITHOUT_BODY = 40
+
+
+def operations() -> list[tuple[str, str]]:
+    return [
+        (method, path)
+        for path, item in DOCUMENT["paths"].items()
+        for method in item
+        if not path.endswith("/stop") or method != "get"
+    ]
+
+
+def body_schema(method: str, path: str) -> dict[str, Any] | None:
+    content = DOCUMENT["paths"][path][method].get("requestBody", {}).get("content", {})
+    return content.get("application/json", {}).get("schema")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    folder = tmp_path_factory.mktemp("fuzzing") / "data"
+    with running(folder, max_job_s=60, max_file_task_s=60, max_worker_memory_bytes=2 * 1024**3) as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def known(server: Server, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
+    """Ids of what is there: grounds of every kind, a map of each kind, a detector."""
+    folder = tmp_path_factory.mktemp("grounds")
+    rows, cols = np.mgrid[:POSTS, :POSTS]
+    rough_m = (950.0 + 60.0 * np.sin(rows / 2.0) + 50.0 * np.cos(cols / 3.0)).astype(np.float32)
+    holed_m = rough_m.copy()
+    holed_m[10:20, 5:9] = np.nan
+    grounds = {
+        "rough": (rough_m, "EPSG:32611"),
+        "local": (rough_m, None),
+        "holed": (holed_m, "EPSG:32611"),
+        "point": (rough_m[:1, :1], "EPSG:32611"),
+        "row": (rough_m[:1], "EPSG:32611"),
+        "moon": (rough_m, "IAU_2015:30130"),
+    }
+    dems = []
+    for name, (heights_m, crs) in grounds.items():
+        grid = ElevationGrid(heights_m, CELL_M, CELL_M, WEST_M, NORTH_M, crs)
+        write_npz(grid, folder / f"{name}.npz")
+        dems.append(server.upload(folder / f"{name}.npz")["id"])
+    ids = {"dem_id": dems, "map_id": [], "detector_id": []}
+    for kind, name in (
+        ("visibility-maps", "VisibilityMapIn"),
+        ("dop-maps", "DopMapIn"),
+        ("morphing-maps", "MorphingMapIn"),
+    ):
+        example = DOCUMENT["components"]["schemas"][name]["examples"][0]
+        made = server.client.post(f"/{kind}", json={**example, "dem_id": dems[0]}, headers={"Prefer": "wait=60"})
+        assert made.status_code == 201, made.text
+        ids["map_id"].append(made.json()["id"])
+    detector = DOCUMENT["components"]["schemas"]["DetectorIn"]["examples"][0]
+    ids["detector_id"].append(server.client.post("/detectors", json={**detector, "idle_timeout_s": 900}).json()["id"])
+    return ids
+
+
+def assert_no_fault(answer: Any) -> None:
+    assert answer.status_code < 500 or answer.status_code in (503, 507), f"{answer.request.url}: {answer.text[:2000]}"
+    if answer.status_code >= 400:
+        assert answer.headers["Content-Type"] == "application/problem+json", answer.text[:500]
+        assert answer.json()["detail"], answer.text[:500]
+
+
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize(("method", "path"), operations(), ids=lambda value: str(value))
+def test_a_request_is_answered_or_refused(server: Server, known: dict[str, list[str]], method: str, path: str) -> None:
+    statuses: Counter[int] = Counter()
+    operation, schema = DOCUMENT["paths"][path][method], body_schema(method, path)
+
+    @settings(
+        max_examples=EXAMPLES if schema else min(EXAMPLES, MOST_WITHOUT_BODY),
+        deadline=None,
+        database=None,
+        derandomize=True,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(data=st.data())
+    def ask(data: st.DataObject) -> None:
+        asked_path, query = path, {}
+        for parameter in operation.get("parameters", []):
+            name, place = parameter["name"], parameter["in"]
+            ids = {"detector_id": known["detector_id"], "dem_id": known["dem_id"]}.get(name, known["map_id"])
+            if place == "path":
+                some = data.draw(st.one_of(st.sampled_from(ids), texts()) if method != "delete" else texts())
+                asked_path = asked_path.replace("{" + name + "}", quote(some, safe="") or "-")
+            elif place == "query" and data.draw(st.booleans()):
+                query[name] = str(data.draw(values(parameter["schema"], DOCUMENT)))
+        headers = {"Prefer": "wait=30"}
+        if schema is None:
+            assert_no_fault(server.client.request(method, asked_path, params=query, headers=headers))
+            return
+        model = resolved(schema, DOCUMENT)
+        examples = model.get("examples", [])
+        fresh = values(schema, DOCUMENT)
+        body = data.draw(st.one_of(*[changed(one, schema, DOCUMENT) for one in examples for _ in range(3)], fresh))
+        if isinstance(body, dict) and "dem_id" in model["properties"]:
+            body["dem_id"] = data.draw(st.sampled_from([known["dem_id"][0]] * 3 + known["dem_id"]))
+        if isinstance(body, dict) and "map_id" in body and data.draw(st.booleans()):
+            body["map_id"] = data.draw(st.sampled_from(known["map_id"]))
+        if isinstance(body, dict) and "budget" in model["properties"]:
+            body.setdefault("budget", {"iterations": 300, "seconds": 10.0})
+        answer = server.client.request(method, asked_path, json=body, params=query, headers=headers)
+        assert_no_fault(answer)
+        statuses[answer.status_code] += 1
+        if answer.status_code == 201 and isinstance(answer.json(), dict):
+            assert_files_are_there(server, answer.json(), data)
+        if answer.status_code == 202 or answer.status_code == 201:
+            server.client.delete(answer.headers["Location"])
+
+    ask()
+    print(f"{method} {path}: {dict(statuses)}")
+    assert server.client.get("/health").json()["status"] == "ok"
+
+
+def assert_files_are_there(server: Server, made: dict[str, Any], data: st.DataObject) -> None:
+    """Some of the files of a result can be had."""
+    hrefs = [layer["href"] for layer in made.get("layers", [])] + list(made.get("files", []))
+    for href in data.draw(st.lists(st.sampled_from(hrefs), max_size=3, unique=True)) if hrefs else []:
+        assert_no_fault(server.client.get(href))
