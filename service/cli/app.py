@@ -33,6 +33,7 @@ from .place_options import place
 from .plan_options import plan
 from .positioning_options import dop, morph
 from .reposition_options import reposition
+from .store_options import store_commands
 
 __all__ = ["app", "main"]
 
@@ -121,6 +122,7 @@ app.command()(place)
 app.command()(plan)
 app.command()(fly)
 app.command()(reposition)
+app.add_typer(store_commands)
 
 
 @app.command()
