@@ -198,14 +198,14 @@ def _put_back(store: Path, files: Path | None, folder: DataFolder, known: Known,
         path = folder.root / part / name
         if is_sound(part, path, digests):
             told.kept.append(f"{part}/{name}")
+        elif (part, name) in held and is_sound(part, held[part, name], digests):
+            _replace(quarantine, part, held[part, name], path)
+            told.from_quarantine.append(f"{part}/{name}")
         elif files is not None and is_sound(part, files / part / name, digests):
             work = folder.work(uuid.uuid4().hex)
             copy_files(files / part / name, work)
             _replace(quarantine, part, work, path)
             told.from_backup.append(f"{part}/{name}")
-        elif (part, name) in held and is_sound(part, held[part, name], digests):
-            _replace(quarantine, part, held[part, name], path)
-            told.from_quarantine.append(f"{part}/{name}")
         else:
             told.missing.append(f"{part}/{name}")
         progress((number + 1) / (len(wanted) + 1))

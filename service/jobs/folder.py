@@ -227,10 +227,9 @@ class DataFolder:
 def _tell(quarantine: Quarantine) -> None:
     if quarantine.taken:
         logger.warning(
-            "%s unknown to the store: put into %s, nothing was deleted; docs/data-folder.md tells how to take back or "
-            "clear what lies there",
-            sentence_of_parts(quarantine.taken.elements()),
+            "put into quarantine, %s: %s; nothing was deleted, docs/data-folder.md tells how to take it back or clear it",
             quarantine.place,
+            sentence_of_parts(quarantine.taken.elements()),
         )
 
 

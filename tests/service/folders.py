@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,7 @@ def contents(folder: Path) -> dict[str, bytes | str | None]:
     """Every file's bytes, every link's aim and every folder, by their place in the folder."""
     return {
         path.relative_to(folder).as_posix(): (
-            os.readlink(path) if path.is_symlink() else path.read_bytes() if path.is_file() else None
+            str(path.readlink()) if path.is_symlink() else path.read_bytes() if path.is_file() else None
         )
         for path in folder.rglob("*")
     }

@@ -60,7 +60,7 @@ def test_what_the_store_does_not_know_goes_to_quarantine_and_comes_back_when_it_
     digest = digest_of(folder.result("abc"))
     folder.result("abc").rename(folder.result(digest))
     folder.set_aside_unknown(known(dems={"d1"}, jobs_over={"over"}))
-    assert "1 result and 1 input of a job unknown to the store" in caplog.text
+    assert ": 1 result and 1 input of a job; nothing was deleted" in caplog.text
     assert not folder.result(digest).exists()
     assert not folder.inputs("over").exists(), "its job is over, so nobody needs it"
     assert (folder.dem("d1") / "file").exists()

@@ -148,6 +148,6 @@ def test_a_store_with_damaged_pages_is_refused_and_left_as_it_is(store: Store, t
     content = bytearray(path.read_bytes())
     content[3 * 4096 : 5 * 4096] = b"\xff" * 2 * 4096
     path.write_bytes(content)
-    with pytest.raises(DataFolderError, match="store restore|cannot be used as the job store"):
+    with pytest.raises(DataFolderError, match=r"store restore|cannot be used as the job store"):
         Store(path)
     assert path.read_bytes() == content
