@@ -227,7 +227,7 @@ class DataFolder:
 def _tell(quarantine: Quarantine) -> None:
     if quarantine.taken:
         logger.warning(
-            "put into quarantine, %s: %s; nothing was deleted, docs/data-folder.md tells how to take it back or clear it",
+            "put into quarantine, %s: %s; nothing was deleted, and docs/data-folder.md tells how to take it back",
             quarantine.place,
             sentence_of_parts(quarantine.taken.elements()),
         )

@@ -21,6 +21,9 @@ def recover(store: Store, folder: DataFolder, max_attempts: int) -> list[JobReco
     known = store.known()
     folder.take_back(known)
     folder.set_aside_unknown(known)
+    for dem_id in sorted(known.dems):
+        if not folder.dem(dem_id).is_dir():
+            logger.error("DEM %s: its files are missing from the data folder; upload it again", dem_id)
     again = []
     for job in store.active_jobs():
         if job.status is JobStatus.RUNNING and job.attempts >= max_attempts:

@@ -164,18 +164,23 @@ def test_an_older_store_hides_four_results_until_a_backup_brings_them_back(tmp_p
         assert [path.name for path in folder.glob("quarantine/*/*/*")] == [STORE]
 
 
-def test_a_result_that_is_away_comes_back_with_its_files(tmp_path: Path) -> None:
+def test_a_result_that_is_away_comes_back_with_its_files_and_a_lost_dem_is_read_again(tmp_path: Path) -> None:
     folder = tmp_path / "data"
     with running(folder, **QUICK) as server:
-        made = make_maps(server, small_ground(server, tmp_path), range(1))
+        dem = small_ground(server, tmp_path)
+        made = make_maps(server, dem, range(1))
     (folder / "results").rename(tmp_path / "away")
+    shutil.rmtree(folder / "dems")
     with running(folder, **QUICK) as server:
         (address,) = made
         told = server.client.get(address).json()
         assert (told["status"], told["result"]) == ("interrupted", None)
         assert told["problem"]["detail"] == "Its result is missing from the data folder."
-    (folder / "results").rmdir()
-    (tmp_path / "away").rename(folder / "results")
+        assert "its files are missing from the data folder; upload it again" in server.log.read_text()
+        assert small_ground(server, tmp_path) == dem
+        make_maps(server, dem, range(1, 2))
+    for path in (tmp_path / "away").iterdir():
+        path.rename(folder / "results" / path.name)
     with running(folder, **QUICK) as server:
         assert are_there(server, made)
 
