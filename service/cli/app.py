@@ -37,6 +37,7 @@ from .place_options import place
 from .plan_options import plan
 from .positioning_options import dop, morph
 from .reposition_options import reposition
+from .store_options import store_commands
 
 __all__ = ["app", "main"]
 
@@ -137,6 +138,7 @@ app.command()(place)
 app.command()(plan)
 app.command()(fly)
 app.command()(reposition)
+app.add_typer(store_commands)
 
 
 @app.command()

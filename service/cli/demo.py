@@ -15,7 +15,7 @@ from service.layers import LAYERS
 from service.replacing import replacing
 from service.warm_up import warm_up
 
-from .maps import output_folder
+from .maps import leaving_nothing_new, output_folder
 from .output import print_json, print_tables, print_warnings, progress_bar
 from .own_service import running_service
 from .visibility import SUMMARY, anchors_table, count_table
@@ -44,13 +44,15 @@ SETTINGS = {
 
 def run_demo(out: Path, as_json: bool) -> None:
     """Start the service, ask it, write its layers into ``out``, print what it found. Raises ServiceError, OSError."""
-    folder = output_folder(out)
+    names = (SUMMARY, *(name for name, layer in LAYERS["visibility-map"].items() if not layer.for_screens))
+    folder = output_folder(out, names)
     with progress_bar("Making the kernels of maps ready, which takes a while the first time"):
         warm_up("maps")  # here and not in the service, so that it starts within its time on a slow machine too
     with (
         tempfile.TemporaryDirectory(prefix="sightline-demo-") as data,
         progress_bar("Starting the service") as progress,
         running_service(Path(data), SETTINGS) as client,
+        leaving_nothing_new(folder, names),
     ):
         progress(0.3)
         address = str(client.base_url)
@@ -59,9 +61,9 @@ def run_demo(out: Path, as_json: bool) -> None:
             files = [_download(client, layer, folder) for layer in layers]
         except httpx.HTTPError as error:
             raise ServiceError(f"The service at {address} did not answer as it should: {error}.") from error
+        with replacing(folder / SUMMARY) as unfinished:
+            unfinished.write_text(json.dumps(result, allow_nan=False, indent=1), encoding="utf-8")
         progress(1.0)
-    with replacing(folder / SUMMARY) as unfinished:
-        unfinished.write_text(json.dumps(result, allow_nan=False, indent=1), encoding="utf-8")
     files = [folder / SUMMARY, *files]
     if as_json:
         print_json({"service": address, "result": result, "files": [str(path) for path in files]})

@@ -23,12 +23,13 @@ from service.schemas.detector_settings import DetectorSettingsIn
 from service.tables import TableWriter
 
 from .detect_anchors import ranging_anchors
-from .maps import output_folder
+from .maps import leaving_nothing_new, output_folder
 from .output import facts_table, print_json, print_tables, print_warnings, progress_bar, share_text
 
 __all__ = ["replay_log"]
 
 VERDICTS, POSITIONS, PICTURE, SUMMARY = "verdicts.csv", "positions.csv", "verdicts.png", "detection.json"
+FILES = (SUMMARY, VERDICTS, POSITIONS, PICTURE)
 # More episodes than these are for the file, not for the eye.
 SHOWN_EPISODES = 15
 
@@ -52,7 +53,7 @@ def replay_log(
     epochs = read_epochs(log, epoch_s)
     if not epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
-    folder = None if out is None else output_folder(out)
+    folder = None if out is None else output_folder(out, FILES)
     with progress_bar("Epochs") as progress:
         replayed = replay(anchors, epochs, settings.settings(), progress)
     summary = {"log": log.name, **_finite(replayed.summary())}
@@ -85,16 +86,17 @@ def _settings(given: dict[str, Any], more: list[str]) -> DetectorSettingsIn:
 
 def _write(replayed: Replay, summary: dict[str, Any], folder: Path, name: str) -> list[Path]:
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
-    for file, rows in ((VERDICTS, _verdict_rows(replayed)), (POSITIONS, _position_rows(replayed))):
-        with replacing(folder / file) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
-            table = TableWriter(stream, end="\r\n")
-            for row in rows:
-                table.row(row)
-    with replacing(folder / PICTURE) as unfinished:
-        write_verdict_picture(replayed, f"{name}: verdicts over time", unfinished)
-    with replacing(folder / SUMMARY) as unfinished:
-        unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
-    return [folder / file for file in (SUMMARY, VERDICTS, POSITIONS, PICTURE)]
+    with leaving_nothing_new(folder, FILES):
+        for file, rows in ((VERDICTS, _verdict_rows(replayed)), (POSITIONS, _position_rows(replayed))):
+            with replacing(folder / file) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+                table = TableWriter(stream, end="\r\n")
+                for row in rows:
+                    table.row(row)
+        with replacing(folder / PICTURE) as unfinished:
+            write_verdict_picture(replayed, f"{name}: verdicts over time", unfinished)
+        with replacing(folder / SUMMARY) as unfinished:
+            unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
+    return [folder / file for file in FILES]
 
 
 def _verdict_rows(replayed: Replay) -> Iterator[list[Any]]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -21,7 +23,13 @@ from .anchor_texts import anchor_from_text
 from .height_words import told_of_heights
 from .output import print_json, print_tables, print_warnings, progress_bar
 
-__all__ = ["MapFiles", "anchors_of", "make_map", "output_folder"]
+__all__ = ["MapFiles", "anchors_of", "leaving_nothing_new", "make_map", "output_folder"]
+
+# each command leaves one; they tell a folder of results from one of somebody's own files
+SUMMARIES = (
+    *("visibility.json", "dop.json", "morph.json", "bubble.json", "path.json", "flight.json"),
+    *("place.json", "reposition.json", "detection.json"),
+)
 
 Asked = TypeVar("Asked")
 
@@ -68,7 +76,7 @@ def make_map(
     """
     grid = read_dem(dem, **reading)
     told = told_of_heights(grid, heights)
-    folder = None if out is None else output_folder(out)
+    folder = None if out is None else output_folder(out, (files.summary, *files.layers))
     with progress_bar(what) as progress:
         finished = calculate(grid, parameters, progress)
     summary = finished.summary()
@@ -83,15 +91,50 @@ def make_map(
         print(path)
 
 
-def output_folder(out: Path) -> Path:
-    """The folder, made if need be. Raises RequestError where it cannot be one, or nothing can be put into it."""
+def output_folder(out: Path, names: Iterable[str]) -> Path:
+    """The folder, made if need be, for files of these names.
+
+    Raises RequestError where it cannot be one, where nothing can be put into it, and where a file would be replaced
+    that is an input of this command, or lies in a folder that no command of ours has written into.
+    """
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RequestError(f"The output folder {str(out)!r} cannot be made: {error.strerror}.") from error
     if not os.access(out, os.W_OK | os.X_OK):
         raise RequestError(f"The output folder {str(out)!r} cannot be written into; name another with --out.")
+    there = [out / name for name in names if (out / name).is_file()]
+    # whatever the option is called: a word of the command line that names such a file is read from
+    words = {Path(word.partition("=")[2] or word).absolute() for word in sys.argv[1:]}
+    for path in there:
+        if path.absolute() in words:
+            raise RequestError(f"{path} is read by this command and would be overwritten; name another --out.")
+    if there and not any(_is_summary(out / name) for name in SUMMARIES):
+        raise RequestError(
+            f"{there[0]} is there already and was not written by Sightline; move it away or name another --out."
+        )
     return out
+
+
+@contextmanager
+def leaving_nothing_new(folder: Path, names: Iterable[str]) -> Iterator[None]:
+    """When the block fails or is stopped, the files that were not there before it are removed."""
+    new = [folder / name for name in names if not (folder / name).exists()]
+    try:
+        yield
+    except BaseException:
+        for path in new:
+            path.unlink(missing_ok=True)
+        raise
+
+
+def _is_summary(path: Path) -> bool:
+    """Whether a command of ours wrote it."""
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(told, dict) and isinstance(told.get("version"), str)
 
 
 def _write_files(finished: Any, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
@@ -103,11 +146,12 @@ def _write_files(finished: Any, summary: dict[str, Any], files: MapFiles, folder
     if write is None:
         write, offered = write_layer, LAYERS[product_of(finished).name]
         layers = tuple(name for name in layers if offered[name].is_in(summary))
-    for name in set(files.layers).difference(layers):
-        # of a run before; it would be taken for this one's
-        (folder / name).unlink(missing_ok=True)
-    for name in layers:
-        write(finished, name, folder / name)
-    with replacing(folder / files.summary) as unfinished:
-        unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
+    with leaving_nothing_new(folder, (files.summary, *layers)):
+        for name in set(files.layers).difference(layers):
+            # of a run before; it would be taken for this one's
+            (folder / name).unlink(missing_ok=True)
+        for name in layers:
+            write(finished, name, folder / name)
+        with replacing(folder / files.summary) as unfinished:
+            unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
     return [folder / name for name in (files.summary, *layers)]

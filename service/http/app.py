@@ -55,6 +55,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
             if chosen.rehearse == "everything":
                 await asyncio.to_thread(rehearse)
             await service.supervisor.start()
+            service.quarantined = opened.count_quarantined()
             tasks = [asyncio.create_task(work) for work in (service.watch_store(), service.detectors.keep_sweeping())]
             try:
                 yield

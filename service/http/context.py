@@ -41,6 +41,7 @@ class Service:
     uploads: asyncio.Semaphore
     started_at_s: float
     store_writable: bool = True
+    quarantined: int = 0
 
     @classmethod
     def assemble(cls, settings: Settings, folder: DataFolder) -> Service:
@@ -55,9 +56,10 @@ class Service:
         return cls(settings, folder, store, pool, supervisor, drawings, detectors, uploads, time.monotonic())
 
     async def watch_store(self) -> None:
-        """Keep ``store_writable`` true to life, so that /health need not touch the disk."""
+        """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk."""
         while True:
             try:
+                self.quarantined = await asyncio.to_thread(self.folder.count_quarantined)
                 await asyncio.to_thread(self.folder.check_usable)
                 await self.supervisor.in_store(self.store.check_writable)
                 self.store_writable = True

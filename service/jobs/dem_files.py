@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from terrain import ElevationGrid, Provenance
 
-__all__ = ["load_grid", "save_grid"]
+__all__ = ["digest_of_files", "load_grid", "save_grid"]
 
 HEIGHTS = "heights_m.npy"
 DESCRIPTION = "grid.json"
@@ -49,3 +50,17 @@ def load_grid(folder: Path) -> ElevationGrid:
         ),
         **described,
     )
+
+
+def digest_of_files(folder: Path) -> str:
+    """``ElevationGrid.digest`` from the files as they are, with the CRS in the words that PROJ had when it was written.
+
+    Raises OSError, ValueError, KeyError, TypeError where they are damaged.
+    """
+    described = json.loads((folder / DESCRIPTION).read_text(encoding="utf-8"))
+    heights_m = np.load(folder / HEIGHTS, mmap_mode="r", allow_pickle=False)
+    names = ("cell_east_m", "cell_north_m", "origin_east_m", "origin_north_m")
+    sha = hashlib.sha256(repr((heights_m.shape, *(float(described[name]) for name in names))).encode())
+    sha.update((described["crs"] or "local").encode())
+    sha.update(heights_m.data)
+    return sha.hexdigest()

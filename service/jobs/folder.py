@@ -1,12 +1,14 @@
 """The data folder: what lies where, who may use it, and writing that leaves either the whole file or none.
 
-lock                 held while a service works on the folder
-sightline.sqlite3    DEMs and jobs
-incoming/            uploads and request bodies while they arrive            emptied at start
-work/<token>/        what a task is writing                                  emptied at start
-inputs/<job>/        big inputs of a job that is not finished
-dems/<id>/           heights and geometry of a DEM; pictures/ holds its hillshade
-results/<digest>/    files of a finished result, named by their content; layers/ holds drawn layers
+sightline-folder.json    the marker: this folder is Sightline's
+lock                     held while a service works on the folder
+sightline.sqlite3        DEMs and jobs
+incoming/                uploads and request bodies while they arrive            emptied of ours at start
+work/<token>/            what a task is writing                                  emptied of ours at start
+inputs/<job>/            big inputs of a job that is not finished
+dems/<id>/               heights and geometry of a DEM; pictures/ holds its hillshade
+results/<digest>/        files of a finished result, named by their content; layers/ holds drawn layers
+quarantine/              what lay in one of these folders and the store does not know
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import hashlib
+import logging
 import os
 import re
 import shutil
@@ -24,6 +27,11 @@ from typing import IO, Self
 
 from service.errors import DataFolderError, DataFolderInUseError
 
+from .marker import STORE, FolderKind, kind_of, mark
+from .quarantine import Quarantine, sentence_of_parts
+from .records import Known
+from .store_file import SIDE_FILES
+
 __all__ = ["DataFolder", "digest_of", "is_full", "make_durable", "move_into_place"]
 
 # What the system says when a disk, a quota or a file-size limit is full.
@@ -32,6 +40,10 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
 BLOCK_BYTES = 1024 * 1024
 SUBFOLDERS = ("incoming", "work", "inputs", "dems", "results")
+# what uploads, tasks, probes and removals call what they make for a while
+PASSING = re.compile(r"(probe-|removed-)?[0-9a-f]{32}")
+
+logger = logging.getLogger("sightline.jobs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +55,25 @@ class DataFolder:
 
     @classmethod
     def open(cls, root: Path) -> Self:
-        """Make the folder usable by this process alone; raises DataFolderError and DataFolderInUseError."""
+        """Make the folder usable by this process alone; raises DataFolderError and DataFolderInUseError.
+
+        A new or an empty folder becomes ours and is marked; one that is somebody else's is refused and not touched.
+        """
         root = root.absolute()
         try:
             root.mkdir(parents=True, exist_ok=True)
+            kind = kind_of(root)
+            if kind is FolderKind.BACKUP:
+                raise DataFolderError(
+                    f"{root} is a backup, which stays as it is; `sightline store restore {root} --data DIR` makes a "
+                    "data folder of it."
+                )
+            if kind is FolderKind.EMPTY:
+                # before anything else lies in it, so that two starts at once both know it for ours
+                mark(root, FolderKind.DATA)
             lock = (root / "lock").open("ab")
         except OSError as error:
-            raise DataFolderError(f"The data folder {root} cannot be used: {error.strerror}.") from error
+            raise _unusable(root, error) from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -61,9 +85,11 @@ class DataFolder:
         folder = cls(root, lock)
         try:
             folder._tidy()
-        except OSError as error:
+            if kind is FolderKind.UNMARKED:
+                mark(root, FolderKind.DATA)
+        except (OSError, DataFolderError) as error:
             lock.close()
-            raise DataFolderError(f"The data folder {root} cannot be used: {error.strerror}.") from error
+            raise _unusable(root, error) if isinstance(error, OSError) else error from None
         return folder
 
     def check_usable(self) -> None:
@@ -93,7 +119,7 @@ class DataFolder:
     @property
     def database(self) -> Path:
         """The SQLite file."""
-        return self.root / "sightline.sqlite3"
+        return self.root / STORE
 
     @property
     def incoming(self) -> Path:
@@ -136,18 +162,85 @@ class DataFolder:
         else:
             grave.unlink(missing_ok=True)
 
-    def remove_unknown(self, dem_ids: set[str], job_ids: set[str], digests: set[str]) -> None:
-        """Remove whatever no DEM and no job knows: left behind by a process that was killed."""
-        for name, known in (("dems", dem_ids), ("inputs", job_ids), ("results", digests)):
-            for path in (self.root / name).iterdir():
-                if path.name not in known:
+    def set_aside_unknown(self, known: Known, quarantine: Quarantine | None = None) -> None:
+        """Put whatever no DEM and no job knows into quarantine, and tell it.
+
+        Only the inputs of a job that is over are removed: the service was killed before it could.
+        """
+        quarantine = quarantine or Quarantine(self.root)
+        for part, names in known.parts():
+            for path in (self.root / part).iterdir():
+                if part == "inputs" and path.name in known.jobs_over:
                     self.remove(path)
+                elif path.name not in names:
+                    quarantine.take(part, path)
+        _tell(quarantine)
+
+    def take_back(self, known: Known) -> None:
+        """Take out of quarantine what the store knows and misses: a store that was away has been put back."""
+        quarantine, back = Quarantine(self.root), []
+        for (part, name), held in quarantine.newest().items():
+            path = self.root / part / name
+            if name in dict(known.parts()).get(part, ()) and not path.exists():
+                if part == "results" and digest_of(held) != name:
+                    logger.error("%s is damaged and stays where it is", held)
+                    continue
+                held.rename(path)
+                back.append(part)
+        if back:
+            quarantine.forget_empty()
+            logger.warning("%s taken back from quarantine, since the store knows them", sentence_of_parts(back))
+
+    def count_quarantined(self) -> int:
+        """How many things lie in quarantine."""
+        return len(Quarantine(self.root).held())
 
     def _tidy(self) -> None:
-        for name in ("incoming", "work"):
-            shutil.rmtree(self.root / name, ignore_errors=True)
+        """Make what is missing, and remove what the last process of ours was in the middle of."""
+        quarantine = Quarantine(self.root)
+        for path in (self.root / name for name in SUBFOLDERS):
+            if path.is_symlink():
+                raise DataFolderError(
+                    f"{path} is a link; the folders of a data folder must lie in it, so nothing is touched. Put the "
+                    "whole data folder where there is room."
+                )
         for name in SUBFOLDERS:
             (self.root / name).mkdir(exist_ok=True)
+        for name in ("incoming", "work"):
+            for path in (self.root / name).iterdir():
+                if not PASSING.fullmatch(path.name):
+                    quarantine.take(name, path)
+                elif path.is_dir() and not path.is_symlink():
+                    shutil.rmtree(path, ignore_errors=True)
+                else:
+                    path.unlink()
+        if not self.database.is_file() or not self.database.stat().st_size:
+            # SQLite would delete what is left of a store whose file is gone
+            for path in (self.database.with_name(f"{STORE}{suffix}") for suffix in SIDE_FILES):
+                if path.is_file():
+                    quarantine.take("store", path)
+            if any(any((self.root / name).iterdir()) for name in ("dems", "results", "inputs")):
+                logger.warning("%s is missing; a new store is made, which knows nothing of what lies here", STORE)
+        _tell(quarantine)
+
+
+def _tell(quarantine: Quarantine) -> None:
+    if quarantine.taken:
+        logger.warning(
+            "put into quarantine, %s: %s; nothing was deleted, and docs/data-folder.md tells how to take it back",
+            quarantine.place,
+            sentence_of_parts(quarantine.taken.elements()),
+        )
+
+
+def _unusable(root: Path, error: OSError) -> DataFolderError:
+    where = "" if error.filename in (None, str(root)) else f" ({error.filename})"
+    what = str(error.strerror)
+    if os.path.isfile(root):  # noqa: PTH113 - says no where pathlib raises
+        what = "it is a file, not a folder"
+    elif os.path.islink(root) and not os.path.exists(root):  # noqa: PTH110, PTH114
+        what = "it is a link that leads nowhere"
+    return DataFolderError(f"The data folder {root} cannot be used: {what}{where}.")
 
 
 def is_full(error: OSError) -> bool:
@@ -182,9 +275,12 @@ def move_into_place(source: Path, target: Path) -> None:
 
 
 def digest_of(folder: Path) -> str:
-    """SHA-256, shortened to 32 hexadecimal digits, of the names and contents of a folder's files."""
+    """SHA-256, shortened to 32 hexadecimal digits, of the names and contents of a folder's files.
+
+    What is drawn or noted of a result later lies in folders of its own, and is not counted.
+    """
     whole = hashlib.sha256()
-    for path in sorted(folder.iterdir()):
+    for path in sorted(path for path in folder.iterdir() if path.is_file()):
         whole.update(f"{path.name}\0{path.stat().st_size}\0".encode())
         with path.open("rb") as file:
             while block := file.read(BLOCK_BYTES):

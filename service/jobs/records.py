@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-__all__ = ["ACTIVE", "DemRecord", "Failure", "JobKind", "JobRecord", "JobStatus"]
+__all__ = ["ACTIVE", "WITH_INPUTS", "DemRecord", "Failure", "JobKind", "JobRecord", "JobStatus", "Known"]
 
 
 class JobKind(StrEnum):
@@ -36,6 +36,8 @@ class JobStatus(StrEnum):
 
 
 ACTIVE = (JobStatus.QUEUED, JobStatus.RUNNING)
+# what these are asked is too big for the store, and lies in a folder of its own until they are over
+WITH_INPUTS = frozenset({JobKind.LINES_OF_SIGHT, JobKind.SAFETY_BUBBLES})
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,29 @@ class Failure:
         name = f"{type(error).__module__.partition('.')[0]}.{type(error).__name__}"
         data = {key: value for key, value in vars(error).items() if isinstance(value, (int, float, str, dict, tuple))}
         return cls(name, str(error), data)
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Everything that a store knows, by what it is called in the data folder."""
+
+    dems: frozenset[str]
+    jobs: frozenset[str]
+    jobs_over: frozenset[str]
+    digests: frozenset[str]
+    inputs: frozenset[str]  # ids of jobs that wait or run and have files to work on
+
+    def parts(self) -> tuple[tuple[str, frozenset[str]], ...]:
+        """The data folder's folders, each with what the store wants to find there."""
+        return ("dems", self.dems), ("results", self.digests), ("inputs", self.inputs)
+
+    def wanted(self) -> list[tuple[str, str]]:
+        """(folder, name) of everything that the store wants to find."""
+        return [(part, name) for part, names in self.parts() for name in sorted(names)]
+
+    def counts(self) -> dict[str, int]:
+        """Ready for JSON."""
+        return {"dems": len(self.dems), "jobs": len(self.jobs), "results": len(self.digests)}
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,32 +7,17 @@ import os
 import sqlite3
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from service.errors import DataFolderError, InUseError, NotFoundError
 
-from .records import ACTIVE, DemRecord, Failure, JobKind, JobRecord, JobStatus
+from .records import DemRecord, Failure, JobKind, JobRecord, JobStatus, Known
+from .store_schema import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, read_known
 
 __all__ = ["Store"]
-
-SCHEMA_VERSION = 1
-SCHEMA = """
-CREATE TABLE dems (
-    id TEXT PRIMARY KEY, name TEXT NOT NULL, created_at_s REAL NOT NULL, summary TEXT NOT NULL
-) STRICT;
-CREATE TABLE jobs (
-    id TEXT PRIMARY KEY, kind TEXT NOT NULL, dem_id TEXT NOT NULL, request TEXT NOT NULL, status TEXT NOT NULL,
-    created_at_s REAL NOT NULL, started_at_s REAL, finished_at_s REAL, attempts INTEGER NOT NULL DEFAULT 0,
-    digest TEXT, summary TEXT, failure TEXT
-) STRICT;
-CREATE INDEX jobs_by_kind ON jobs (kind, created_at_s);
-CREATE INDEX jobs_by_status ON jobs (status);
-CREATE INDEX jobs_by_digest ON jobs (digest);
-"""
-IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
 
 
 class Store:
@@ -169,7 +154,6 @@ class Store:
         failure: Failure | None = None,
     ) -> None:
         """The job is over, one way or another."""
-        told = None if failure is None else {"error": failure.error, "detail": failure.detail, "data": failure.data}
         with self._transaction() as connection:
             connection.execute(
                 "UPDATE jobs SET status = ?, finished_at_s = ?, digest = ?, summary = ?, failure = ? WHERE id = ?",
@@ -178,7 +162,7 @@ class Store:
                     time.time(),
                     digest,
                     None if summary is None else _json(summary),
-                    None if told is None else _json(told),
+                    None if failure is None else _failure(failure),
                     job_id,
                 ),
             )
@@ -198,20 +182,42 @@ class Store:
             rows = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE} ORDER BY created_at_s, id").fetchall()
         return [_job(row) for row in rows]
 
-    def finished_results(self) -> list[tuple[str, str]]:
-        """(job id, digest) of every job that succeeded."""
+    def look_for_results(self, is_there: Callable[[str], bool], missing: Failure) -> list[str]:
+        """Ids of the jobs whose result's files are not there any more; files that are there again make jobs whole.
+
+        What the store knows of such a job stays, so that its files can come back. is_there: told a digest.
+        """
+        with self._transaction() as connection:
+            rows = connection.execute("SELECT id, digest, status FROM jobs WHERE digest IS NOT NULL").fetchall()
+            lost = [row["id"] for row in rows if row["status"] == JobStatus.SUCCEEDED and not is_there(row["digest"])]
+            back = [row["id"] for row in rows if row["status"] != JobStatus.SUCCEEDED and is_there(row["digest"])]
+            for status, failure, jobs in (
+                (JobStatus.INTERRUPTED, _failure(missing), lost),
+                (JobStatus.SUCCEEDED, None, back),
+            ):
+                told = [(status, failure, job) for job in jobs]
+                connection.executemany("UPDATE jobs SET status = ?, failure = ? WHERE id = ?", told)
+        return lost
+
+    def succeeded(self) -> list[tuple[str, str]]:
+        """(job id, digest) of every job whose result is at hand."""
         with self._reading() as connection:
-            rows = connection.execute("SELECT id, digest FROM jobs WHERE digest IS NOT NULL").fetchall()
+            rows = connection.execute(
+                "SELECT id, digest FROM jobs WHERE status = ? AND digest IS NOT NULL", (JobStatus.SUCCEEDED,)
+            ).fetchall()
         return [(row["id"], row["digest"]) for row in rows]
 
-    def known(self) -> tuple[set[str], set[str], set[str]]:
-        """Ids of all DEMs, ids of the jobs that wait or run, digests of all results."""
+    def row(self, table: Literal["dems", "jobs"], id: str) -> dict[str, Any] | None:
+        """A DEM or a job as it is stored, for whoever keeps a note of it."""
         with self._reading() as connection:
-            return (
-                {row[0] for row in connection.execute("SELECT id FROM dems")},
-                {row[0] for row in connection.execute(f"SELECT id FROM jobs WHERE {IS_ACTIVE}")},
-                {row[0] for row in connection.execute("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL")},
-            )
+            row = connection.execute(f"SELECT * FROM {table} WHERE id = ?", (id,)).fetchone()
+        return None if row is None else dict(row)
+
+    def known(self) -> Known:
+        """Everything that the store knows."""
+        with self._lock:
+            self._check_in_place()
+            return read_known(self._connection)
 
     def _reading(self) -> AbstractContextManager[sqlite3.Connection]:
         """A transaction that only reads; another program that writes does not hold it up."""
@@ -250,10 +256,21 @@ class Store:
             )
         if version == 0:
             self._connection.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+        # pages of two stores, where one was put back beside the other's write-ahead log, would be written on
+        (told,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
+        if told != "ok":
+            raise DataFolderError(
+                f"{path} is damaged ({' '.join(told.split())}) and left as it is; `sightline store restore` puts a "
+                "backup in its place."
+            )
 
 
 def _json(value: Mapping[str, Any]) -> str:
     return json.dumps(dict(value), allow_nan=False)
+
+
+def _failure(failure: Failure) -> str:
+    return _json({"error": failure.error, "detail": failure.detail, "data": failure.data})
 
 
 def _dem(row: sqlite3.Row) -> DemRecord:
@@ -261,6 +278,8 @@ def _dem(row: sqlite3.Row) -> DemRecord:
 
 
 def _job(row: sqlite3.Row) -> JobRecord:
+    # a job whose files are not at hand keeps its result in the store, and has none to show
+    at_hand = row["status"] == JobStatus.SUCCEEDED
     return JobRecord(
         row["id"],
         JobKind(row["kind"]),
@@ -271,7 +290,7 @@ def _job(row: sqlite3.Row) -> JobRecord:
         row["started_at_s"],
         row["finished_at_s"],
         row["attempts"],
-        row["digest"],
-        None if row["summary"] is None else json.loads(row["summary"]),
+        row["digest"] if at_hand else None,
+        json.loads(row["summary"]) if at_hand and row["summary"] is not None else None,
         None if row["failure"] is None else Failure(**json.loads(row["failure"])),
     )

@@ -25,9 +25,11 @@ from service.errors import (
 from service.settings import Settings
 
 from .folder import DataFolder, move_into_place
+from .notes import note_job, unnote_job
 from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied
 from .records import Failure, JobKind, JobRecord, JobStatus
+from .recovery import interrupted, recover
 from .store import Store
 
 __all__ = ["Supervisor"]
@@ -57,7 +59,7 @@ class Supervisor:
 
     async def start(self) -> None:
         """Tidy up after a process that was killed, and take on again what it had not finished."""
-        for job in await self.in_store(self._recover):
+        for job in await self.in_store(recover, self._store, self._folder, self._settings.max_attempts):
             self._begin(job)
 
     async def stop(self) -> None:
@@ -109,7 +111,7 @@ class Supervisor:
                 return await self._pool.run(lane, task, arguments, token=token)
             except WorkerDied as died:
                 logger.warning("task %s: its worker ended with %s", task, died)
-        raise _interrupted(self._settings.max_attempts)
+        raise interrupted(self._settings.max_attempts)
 
     async def submit(
         self, kind: JobKind, dem_id: str, request: Mapping[str, Any], inputs: Path | None = None
@@ -151,7 +153,7 @@ class Supervisor:
                 job = await self.in_store(self._store.job, kind, job_id)
             if job.status is JobStatus.CANCELLED:
                 return job
-        await self.in_store(self._forget, job_id)
+        await self.in_store(self._forget, job)
         return None
 
     async def finish_early(self, kind: JobKind, job_id: str) -> JobRecord:
@@ -197,7 +199,7 @@ class Supervisor:
                 except WorkerDied as died:
                     logger.warning("job %s: its worker ended with %s in attempt %d", job.id, died, attempts)
                     if attempts >= self._settings.max_attempts:
-                        await self._over(job, JobStatus.INTERRUPTED, _interrupted(attempts))
+                        await self._over(job, JobStatus.INTERRUPTED, interrupted(attempts))
                         return
                     await self._surely(self._store.requeue_job, job.id)
         except TaskFailed as failed:
@@ -220,8 +222,7 @@ class Supervisor:
             await _to_its_end(self._surely(self._keep, job.id, token, result))
 
     async def _over(self, job: JobRecord, status: JobStatus, why: Failure | ServiceError) -> None:
-        failure = Failure.of(why) if isinstance(why, ServiceError) else why
-        await self._surely(self._end, job.id, status, failure)
+        await self._surely(self._end, job.id, status, Failure.of(why) if isinstance(why, ServiceError) else why)
 
     async def _surely(self, work: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> None:
         """Write to the store, again and again while the disk is full or away: no outcome is lost for want of space."""
@@ -248,34 +249,19 @@ class Supervisor:
         if work.exists():
             move_into_place(work, self._folder.result(result["digest"]))
         self._store.finish_job(job_id, JobStatus.SUCCEEDED, digest=result["digest"], summary=result["summary"])
+        note_job(self._store, self._folder, job_id, result["digest"])
         self._folder.remove(self._folder.inputs(job_id))
 
     def _end(self, job_id: str, status: JobStatus, failure: Failure) -> None:
         self._store.finish_job(job_id, status, failure=failure)
         self._folder.remove(self._folder.inputs(job_id))
 
-    def _forget(self, job_id: str) -> None:
-        digest = self._store.remove_job(job_id)
+    def _forget(self, job: JobRecord) -> None:
+        digest = self._store.remove_job(job.id)
         if digest is not None:
             self._folder.remove(self._folder.result(digest))
-
-    def _recover(self) -> list[JobRecord]:
-        """Jobs to take on again: those that waited, and those that ran unless they were tried often enough."""
-        again = []
-        for job in self._store.active_jobs():
-            if job.status is JobStatus.RUNNING and job.attempts >= self._settings.max_attempts:
-                failure = Failure.of(_interrupted(job.attempts))
-                self._store.finish_job(job.id, JobStatus.INTERRUPTED, failure=failure)
-                continue
-            if job.status is JobStatus.RUNNING:
-                self._store.requeue_job(job.id)
-            again.append(job)
-        for job_id, digest in self._store.finished_results():
-            if not self._folder.result(digest).is_dir():
-                failure = Failure("service.JobInterruptedError", "Its result is missing from the data folder.")
-                self._store.finish_job(job_id, JobStatus.INTERRUPTED, failure=failure)
-        self._folder.remove_unknown(*self._store.known())
-        return again
+        elif job.digest is not None:
+            unnote_job(self._folder, job.id, job.digest)
 
     def _refuse_when_busy(self, waiting: int, what: str) -> None:
         if waiting >= self._settings.max_queued_jobs:
@@ -299,11 +285,3 @@ async def _to_its_end(work: Coroutine[Any, Any, None]) -> None:
 
 def _cancelled() -> JobCancelledError:
     return JobCancelledError("The job was cancelled before it was finished.")
-
-
-def _interrupted(attempts: int) -> JobInterruptedError:
-    times = "once" if attempts == 1 else f"{attempts} times"
-    return JobInterruptedError(
-        f"The job was started {times} and its worker process ended each time before it was done; it may need more "
-        "memory than the machine has. POST it again to try once more."
-    )

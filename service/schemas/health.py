@@ -36,6 +36,7 @@ class Health(BaseModel):
                     "workers": {"warm": 5, "wanted": 5},
                     "jobs": {"queued": 0, "running": 2},
                     "store_writable": True,
+                    "quarantined": 0,
                 }
             ]
         }
@@ -47,6 +48,10 @@ class Health(BaseModel):
     workers: WorkerCounts
     jobs: JobCounts
     store_writable: bool = Field(description="Whether data folder and job store could be written when last tried.")
+    quarantined: int = Field(
+        description="DEMs, results and other things in the data folder's quarantine: the store did not know them. They "
+        "stay there until somebody takes them back or clears it."
+    )
 
 
 class Ready(BaseModel):

@@ -20,6 +20,7 @@ from service.http.documented import LOCATION, problem_responses
 from service.http.files import file_answer
 from service.http.uploads import receive
 from service.jobs.folder import move_into_place
+from service.jobs.notes import note_dem
 from service.jobs.records import DemRecord
 from service.schemas.dems import DemList, DemOut
 from service.schemas.pages import Limit, Offset
@@ -182,7 +183,8 @@ async def _kept(
 ) -> tuple[DemRecord, bool]:
     """The DEM of that id, read now unless it is there already, and whether it is new."""
     known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
-    if known is not None:
+    # its files may have been lost; then they are read again
+    if known is not None and service.folder.dem(dem_id).is_dir():
         return known, False
     token = uuid.uuid4().hex
     summary = await service.supervisor.ask("read-dem", arguments, token)
@@ -191,6 +193,7 @@ async def _kept(
     def keep() -> DemRecord:
         move_into_place(service.folder.work(token), service.folder.dem(dem_id))
         service.store.add_dem(dem)
+        note_dem(service.store, service.folder, dem_id)
         return service.store.dem(dem_id)
 
     return await service.supervisor.in_store(keep), True

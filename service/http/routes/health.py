@@ -29,6 +29,7 @@ async def health(request: Request, service: ServiceDep) -> Health:
         workers=WorkerCounts(warm=pool.warm, wanted=pool.size),
         jobs=JobCounts(queued=supervisor.queued, running=supervisor.running),
         store_writable=service.store_writable,
+        quarantined=service.quarantined,
     )
 
 

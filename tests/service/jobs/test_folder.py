@@ -11,7 +11,10 @@ import pytest
 from service.errors import DataFolderError, DataFolderInUseError
 from service.jobs.dem_files import load_grid, save_grid
 from service.jobs.folder import DataFolder, digest_of, is_full, move_into_place
+from service.jobs.records import Known
 from terrain import ElevationGrid, Provenance
+
+HEX = "0123456789abcdef" * 2
 
 
 def test_only_one_may_use_it_until_it_is_closed(tmp_path: Path) -> None:
@@ -28,19 +31,76 @@ def test_a_place_that_is_no_folder_is_told(tmp_path: Path) -> None:
         DataFolder.open(tmp_path / "file")
 
 
+def known(**names: set[str]) -> Known:
+    given = {name: frozenset(names.get(name, ())) for name in ("dems", "jobs", "jobs_over", "digests", "inputs")}
+    return Known(**given)
+
+
 def test_what_was_unfinished_is_swept_away_at_start_and_the_rest_stays(tmp_path: Path) -> None:
     folder = DataFolder.open(tmp_path / "data")
-    for place in (folder.work("t"), folder.incoming / "u", folder.result("abc"), folder.dem("d1")):
+    for place in (folder.work(HEX), folder.incoming / HEX, folder.work(f"removed-{HEX}"), folder.result("abc")):
         place.mkdir()
         (place / "file").write_bytes(b"x")
     folder.close()
     folder = DataFolder.open(tmp_path / "data")
-    assert not folder.work("t").exists()
-    assert not (folder.incoming / "u").exists()
+    assert list(folder.incoming.iterdir()) == []
+    assert list((folder.root / "work").iterdir()) == []
     assert (folder.result("abc") / "file").exists()
-    folder.remove_unknown({"d1"}, set(), set())
-    assert not folder.result("abc").exists()
+    assert folder.count_quarantined() == 0
+    folder.close()
+
+
+def test_what_the_store_does_not_know_goes_to_quarantine_and_comes_back_when_it_does(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder = DataFolder.open(tmp_path / "data")
+    for place in (folder.result("abc"), folder.dem("d1"), folder.inputs("j1"), folder.inputs("over")):
+        place.mkdir()
+        (place / "file").write_bytes(b"x")
+    digest = digest_of(folder.result("abc"))
+    folder.result("abc").rename(folder.result(digest))
+    folder.set_aside_unknown(known(dems={"d1"}, jobs_over={"over"}))
+    assert ": 1 result and 1 input of a job; nothing was deleted" in caplog.text
+    assert not folder.result(digest).exists()
+    assert not folder.inputs("over").exists(), "its job is over, so nobody needs it"
     assert (folder.dem("d1") / "file").exists()
+    assert folder.count_quarantined() == 2
+    folder.take_back(known(digests={digest}, inputs={"j1"}))
+    assert (folder.result(digest) / "file").read_bytes() == b"x"
+    assert (folder.inputs("j1") / "file").read_bytes() == b"x"
+    assert not (folder.root / "quarantine").exists()
+    folder.close()
+
+
+def test_a_damaged_result_in_quarantine_stays_there(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    folder = DataFolder.open(tmp_path / "data")
+    folder.result(HEX).mkdir()
+    folder.set_aside_unknown(known())
+    folder.take_back(known(digests={HEX}))
+    assert not folder.result(HEX).exists()
+    assert "damaged and stays where it is" in caplog.text
+    folder.close()
+
+
+def test_what_others_put_among_passing_things_goes_to_quarantine(tmp_path: Path) -> None:
+    DataFolder.open(tmp_path / "data").close()
+    for name in ("incoming", "work"):
+        (tmp_path / "data" / name / "mine.txt").write_text(name)
+    folder = DataFolder.open(tmp_path / "data")
+    (place,) = (folder.root / "quarantine").iterdir()
+    assert {path.parent.name: path.read_text() for path in place.glob("*/mine.txt")} == {
+        "incoming": "incoming",
+        "work": "work",
+    }
+    folder.close()
+
+
+def test_a_write_ahead_log_whose_store_is_gone_is_kept(tmp_path: Path) -> None:
+    DataFolder.open(tmp_path / "data").close()
+    (tmp_path / "data" / "sightline.sqlite3-wal").write_bytes(b"newest changes")
+    folder = DataFolder.open(tmp_path / "data")
+    (kept,) = (folder.root / "quarantine").glob("*/store/*")
+    assert kept.read_bytes() == b"newest changes"
     folder.close()
 
 

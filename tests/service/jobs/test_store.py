@@ -10,7 +10,8 @@ import pytest
 
 from service.errors import DataFolderError, InUseError, NotFoundError
 from service.jobs.records import DemRecord, Failure, JobKind, JobRecord, JobStatus
-from service.jobs.store import SCHEMA_VERSION, Store
+from service.jobs.store import Store
+from service.jobs.store_schema import SCHEMA_VERSION
 
 MAPS = JobKind.VISIBILITY_MAP
 
@@ -91,10 +92,22 @@ def test_a_result_that_is_shared_is_freed_with_its_last_job(store: Store) -> Non
     for job_id in ("j1", "j2"):
         store.add_job(queued(job_id))
         store.finish_job(job_id, JobStatus.SUCCEEDED, digest="abc", summary={})
-    assert store.known() == ({"d1"}, set(), {"abc"})
+    assert (store.known().dems, store.known().digests) == ({"d1"}, {"abc"})
     assert store.remove_job("j1") is None
     assert store.remove_job("j2") == "abc"
     assert store.remove_job("j2") is None
+
+
+def test_a_job_whose_files_are_away_has_no_result_until_they_are_back(store: Store) -> None:
+    store.add_job(queued("j1"))
+    store.finish_job("j1", JobStatus.SUCCEEDED, digest="abc", summary={"share": 0.5})
+    missing = Failure("service.JobInterruptedError", "Its result is missing.")
+    assert store.look_for_results(lambda digest: digest != "abc", missing) == ["j1"]
+    away = store.job(MAPS, "j1")
+    assert (away.status, away.digest, away.summary, away.failure) == (JobStatus.INTERRUPTED, None, None, missing)
+    assert store.look_for_results(lambda digest: True, missing) == []
+    back = store.job(MAPS, "j1")
+    assert (back.status, back.digest, back.summary, back.failure) == (JobStatus.SUCCEEDED, "abc", {"share": 0.5}, None)
 
 
 def test_threads_do_not_get_in_each_others_way(store: Store) -> None:
@@ -125,3 +138,16 @@ def test_a_file_that_is_no_store_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b"not a database at all" * 100)
     with pytest.raises(DataFolderError, match="cannot be used as the job store"):
         Store(path)
+
+
+def test_a_store_with_damaged_pages_is_refused_and_left_as_it_is(store: Store, tmp_path: Path) -> None:
+    for number in range(500):
+        store.add_job(queued(f"job-{number}"))
+    store.close()
+    path = tmp_path / "store.sqlite3"
+    content = bytearray(path.read_bytes())
+    content[3 * 4096 : 5 * 4096] = b"\xff" * 2 * 4096
+    path.write_bytes(content)
+    with pytest.raises(DataFolderError, match=r"store restore|cannot be used as the job store"):
+        Store(path)
+    assert path.read_bytes() == content
