@@ -70,7 +70,7 @@ class Judge:
             studentised=True,
             limit=settings.search_limit,
         )
-        excess_m, sigma_m = self._tracker.follow(arrays, geometry, time_s)
+        excess_m, sigma_m = self._tracker.follow(arrays, moment, geometry, time_s)
         rover_m = self._rover_m(geometry)
         changes = [
             self._trusted[measured.anchor_id].judge(measured.range_m, sigma, settings, self._scale)
