@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .epoch_arrays import EpochArrays
 from .geometric import GeometricDetection, detect_ranges
+from .headings import Heading
 from .kernels import misfits
 from .odometry import Motion
 from .position_fixes import squared_sigmas
@@ -31,7 +32,7 @@ CONFIRMED_S = 60.0  # a track that ranges confirmed is believed for so long over
 AGREES = 5.0  # sigmas up to which a track may be where most ranges of an epoch meet
 # A track takes the slow half of its ranges' errors for excesses and is too sure of the rest: 1.1 to 1.25 sigma off in
 # the root mean square, 4.6 at the most in 48,000 epochs. So much wider is what is told of its place.
-TOLD = 1.6
+TOLD = 2.0
 # Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
 SETTLED_LOG_ODDS = math.log(1000.0)
 
@@ -53,18 +54,27 @@ class Tracker:
         self._bent_m2 = 0.0  # square of how far along its tangent a sphere of a last range bends off by its tolerance
         self.track: Track | None = None
         self._rival: Track | None = None
+        self.heading = Heading(settings)
+        self._unled: Track | None = None  # the track that is told of no heading; None where none was told
+        self._told: Motion | None = None  # the latest motion with a heading, as it came
+
+    def led(self, motion: Motion) -> Motion:
+        """The motion with its heading set right by what the ranges have shown of it, or without one that does harm."""
+        self._told = motion if motion.reliable and motion.displacement_m is not None else None
+        return self.heading.led(motion)
 
     def foretell(self, time_s: float, motion: Motion | None) -> None:
         """Before an epoch's ranges: give up a track after a long silence; tell it of odometry that has a heading."""
         if self.track is not None and time_s - self.track.time_s > SILENCE_S:
-            self.track = self._rival = None
+            self.track = self._rival = self._unled = None
         if self.track is None and self._settings.start_m is not None and not self._last:
             place_m = np.array(self._settings.start_m)
             spread_m2 = np.eye(len(place_m)) * self._settings.start_sigma_m**2
             self.track = begin(place_m, spread_m2, time_s, self._anchors, self._settings)
         if motion is not None and motion.reliable and motion.displacement_m is not None:
-            told = motion.displacement_m, motion.duration_s, motion.sigma_m, self._settings
+            told = motion, motion.displacement_m, self._settings
             if self.track is not None:
+                self._unled = self._unled or self.track
                 self.track = with_displacement(self.track, *told)
             if self._rival is not None:
                 self._rival = with_displacement(self._rival, *told)
@@ -94,19 +104,46 @@ class Tracker:
         if self.track is None:
             self._begin(arrays, geometry, time_s)
             return np.full(count, np.nan), np.full(count, np.inf)
+        before = self.track.log_likelihood
         by_others = self._by_others(self.track, moment, geometry, time_s)
         self.track, excess_m, sigma_m = follow(self.track, heard, by_others, time_s, self._settings)
+        if self._unled is not None:
+            with_it = self.track.log_likelihood - before
+            excess_m, sigma_m = self._judge_heading(arrays, moment, geometry, time_s, with_it, (excess_m, sigma_m))
         if self._rival is not None:
             excess_m, sigma_m = self._settle(self._rival, heard, by_others, time_s, excess_m, sigma_m)
         supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
         lost = self._is_lost(geometry, supporting, time_s)
         self._contradicted = self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
         if lost or not is_sane(self.track, self._settings.dimension):
-            self.track = self._rival = None
+            self.track = self._rival = self._unled = None
             self._elsewhere = 0
             self._begin(arrays, geometry, time_s)
             return np.full(count, np.nan), np.full(count, np.inf)
         return excess_m, sigma_m
+
+    def _judge_heading(
+        self,
+        arrays: EpochArrays,
+        moment: Ranges,
+        geometry: GeometricDetection,
+        time_s: float,
+        with_it: float,
+        by_track: tuple[Floats, Floats],
+    ) -> tuple[Floats, Floats]:
+        """Let the track without a heading hear the same ranges; it becomes the track where the heading does harm."""
+        if self._unled is None:
+            return by_track
+        before = self._unled.log_likelihood
+        by_others = self._by_others(self._unled, moment, geometry, time_s)
+        self._unled, *by_unled = follow(self._unled, arrays.heard, by_others, time_s, self._settings)
+        if self._told is None:
+            return by_track
+        without_it = self._unled.log_likelihood - before
+        if not self.heading.judge(self._told, self._unled, with_it, without_it):
+            return by_track
+        self.track, self._rival = self._unled, None
+        return by_unled[0], by_unled[1]
 
     def _settle(
         self, rival: Track, heard: Heard, by_others: Floats, time_s: float, excess_m: Floats, sigma_m: Floats
@@ -130,7 +167,7 @@ class Tracker:
         Told where most ranges meet, more than unknowns, and the track may be there: else either may be the phantom.
         """
         flat, count = self._settings.dimension == 2, len(moment.ranges_m)
-        told = np.full((count, 2), np.inf)
+        told = np.tile([math.inf, math.inf], (count, 1))
         if not geometry.checked or 2 * geometry.count <= count or geometry.position_m is None:
             return told
         ahead = foretold(track, time_s, self._settings)

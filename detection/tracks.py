@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import track as kernel
+from .odometry import Motion
 from .settings import DetectorSettings
 
 __all__ = ["Heard", "Track", "begin", "follow", "foretold", "is_sane", "with_displacement"]
@@ -33,6 +34,8 @@ NEW_SIGMA = 0.7  # of the typical excess
 FAR_SHARE, FAR_SIGMA = 0.1, 10.0
 # One range in a hundred says nothing: a jump, a counter that ran over, another anchor's name; of any size and sign.
 OUTLIERS = 0.01
+# A range that meets most others of its epoch is seldom newly too long, but where they are all alike.
+NEW_THOUGH_MEETING = 0.05
 ABSURD_M = 1e9  # no rover is so far away
 
 
@@ -132,6 +135,7 @@ def follow(
             FAR_SHARE,
             FAR_SIGMA * settings.excess_m,
             OUTLIERS,
+            NEW_THOUGH_MEETING,
         ),
         settings.dimension == 2,
     )
@@ -154,16 +158,22 @@ def foretold(track: Track, time_s: float, settings: DetectorSettings) -> tuple[F
 
 
 def with_displacement(
-    track: Track, displacement_m: tuple[float, float], duration_s: float, sigma_m: float, settings: DetectorSettings
+    track: Track, motion: Motion, displacement_m: tuple[float, float], settings: DetectorSettings
 ) -> Track:
     """The track after odometry said which way (east, north) the rover went in the last so many seconds."""
+    duration_s = motion.duration_s
     state, covariance = track.state.copy(), track.covariance.copy()
     turned = settings.acceleration_m_per_s2 * math.sqrt(duration_s / 3.0)  # mean velocity against that at the end
-    variance = (sigma_m / duration_s) ** 2 + turned**2
-    for axis in range(2):
+    length_m = math.hypot(*displacement_m)
+    ahead = (displacement_m[0] / length_m, displacement_m[1] / length_m) if length_m > 0.0 else (1.0, 0.0)
+    # along the way lengths err, across it the heading does as well
+    for (east, north), off_m, way_m in (
+        (ahead, motion.sigma_m, length_m), ((ahead[1], -ahead[0]), math.hypot(motion.sigma_m, motion.across_m), 0.0)
+    ):  # fmt: skip
         direction = np.zeros(len(state))
-        direction[3 + axis] = 1.0
-        kernel.pull(state, covariance, direction, displacement_m[axis] / duration_s, variance)
+        direction[3:5] = east, north
+        variance = (off_m / duration_s) ** 2 + turned**2
+        kernel.pull(state, covariance, direction, way_m / duration_s, variance)
     return replace(track, state=state, covariance=covariance)
 
 

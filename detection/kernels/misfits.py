@@ -89,12 +89,11 @@ def meets(ranges, kept, flat, place, studentised, work):
 def by_others(ranges, kept, flat, place, ahead, agrees, told):
     """Write into told (n, 2) the excess of each range over where the other kept ones meet, and its variance.
 
-    Infinite variances where they do not tell: of a range that nothing checks, and of all where the place is further
-    than so many sigmas from ahead: (place (3,), covariance (3, 3)) that a track leads to.
+    Nothing is written of a range that nothing checks, and of none where the place is further than so many sigmas from
+    ahead: (place (3,), covariance (3, 3)) that a track leads to. told comes with infinite variances.
     """
     anchors, measured, sigmas, _, _ = ranges
     covariance, exists = _spread(ranges, kept, flat, place)
-    told[:] = math.inf
     ee, en, eu, nn, nu, uu = covariance
     ahead_place, ahead_covariance = ahead
     weights, sure = inverse(

@@ -22,6 +22,7 @@ GAUSSIANS = 4  # the excess goes on, is cleared, is new, is new and far longer t
 OUTLIER = 4  # or the range is off by anything
 OUTCOMES = 5
 SQRT_2_PI = math.sqrt(2.0 * math.pi)  # what the Gaussian densities below leave out
+MEETS = 3.0  # sigmas up to which a range meets the others of its epoch
 FORGOTTEN_S = 2.0  # what was known of an anchor's excess so long ago says no more of when it changed
 
 
@@ -196,7 +197,8 @@ def follow(track, measured, order, end_s, motion, creep, odds, flat):
     (n, 3), of each range the index of its anchor, range, sigma, time, p_sight (m,), and (m, 2) its excess over where
     the others of the epoch meet, with the variance of that (inf = they do not tell). order: (m,) of their times. odds:
     1/s at which an anchor's sight is drawn anew, mean and sigma of a new excess (m), noise and cleared sigma as shares
-    of a range's sigma, share of new excesses that are far longer, and their sigma (m); share of outliers among ranges.
+    of a range's sigma, share of new excesses that are far longer, and their sigma (m); share of outliers among ranges;
+    factor on what is new, or an outlier, of a range that meets the others.
     excess_m, sigma_m: of every range against the place at its time, as known at the end.
     """
     state, covariance, heard_s = track[0].copy(), track[1].copy(), track[3].copy()
@@ -220,6 +222,9 @@ def follow(track, measured, order, end_s, motion, creep, odds, flat):
         outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding * (1.0 - odds[5]), odds[1], odds[2] * odds[2]
         outcomes[3, 0], outcomes[3, 1], outcomes[3, 2] = occluding * odds[5], odds[1], odds[6] * odds[6]
         outcomes[OUTLIER, 0] = odds[7]
+        if by_others[m, 0] ** 2 <= MEETS**2 * (by_others[m, 1] + sigmas[m] * sigmas[m]):
+            for h in range(2, OUTCOMES):
+                outcomes[h, 0] *= odds[8]
         told = ranges[m], (odds[3] * sigmas[m]) ** 2, by_others[m, 0], by_others[m, 1]
         log_likelihood += _weigh(state, covariance, anchors[i], STATES + i, told, outcomes, odds[6], work)
     _predict(state, covariance, end_s - now_s, motion, creep, flat)
