@@ -14,6 +14,7 @@ from .kernels import misfits
 from .odometry import Motion
 from .position_fixes import squared_sigmas
 from .settings import DetectorSettings
+from .sides import mirrored_near
 from .subset_search import Ranges
 from .tracks import Heard, Track, begin, follow, foretold, is_sane, with_displacement
 from .verdicts import PositionFix
@@ -49,7 +50,9 @@ class Tracker:
         self._last: dict[int, tuple[float, float, float, float]] = {}  # index: time, range, sigma, tolerance
         self._elsewhere = 0
         self._elsewhere_since_s = 0.0
+        self._off = False  # of what it tells of its place, where the latest ranges meet
         self._confirmed_s = -math.inf  # when ranges that check one another last met at the track
+        self._passed = False  # by the plane of the anchors: hints of a side hold no longer
         self._contradicted = False  # by most ranges of the latest epoch
         self._bent_m2 = 0.0  # square of how far along its tangent a sphere of a last range bends off by its tolerance
         self.track: Track | None = None
@@ -85,6 +88,8 @@ class Tracker:
         if self.track is not None and self._rival is None:
             return self.track.place_m[:d]
         hint = np.full(d, np.nan)
+        if self._passed:
+            return hint
         if self._settings.side_hint_m is not None:
             hint[:2] = self._settings.side_hint_m
         if d == 3 and self._settings.altitude_hint_m is not None:
@@ -112,9 +117,15 @@ class Tracker:
             excess_m, sigma_m = self._judge_heading(arrays, moment, geometry, time_s, with_it, (excess_m, sigma_m))
         if self._rival is not None:
             excess_m, sigma_m = self._settle(self._rival, heard, by_others, time_s, excess_m, sigma_m)
+        if self._rival is None:
+            sigma_m = self._settings.range_sigma_m
+            self._rival = mirrored_near(self.track, arrays.places_m, sigma_m, self._settings.dimension)
+            self._passed = self._passed or self._rival is not None
         supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
         lost = self._is_lost(geometry, supporting, time_s)
-        self._contradicted = self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
+        self._contradicted = (
+            self._off or self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
+        )
         if lost or not is_sane(self.track, self._settings.dimension):
             self.track = self._rival = self._unled = None
             self._elsewhere = 0
@@ -256,13 +267,17 @@ class Tracker:
         one that ranges have confirmed of late is not given up for less than all of them.
         """
         d, count, out = self._settings.dimension, geometry.count, geometry.least_occluded
+        self._off = False
         if self.track is None or geometry.position_m is None or geometry.covariance_m2 is None:
             return False
-        if count <= d + 1 or geometry.mirror_m is not None or not geometry.checked:
+        if count <= d + 1 or not geometry.checked:
             return False
-        off_m = geometry.position_m - self.track.place_m[:d]
+        places_m = [place_m for place_m in (geometry.position_m, geometry.mirror_m) if place_m is not None]
+        off_m = min((place_m - self.track.place_m[:d] for place_m in places_m), key=lambda off_m: float(off_m @ off_m))
         spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
         off2 = squared_sigmas(off_m, spread_m2) / self._settings.k_geometric**2
+        told_m2 = geometry.covariance_m2 + TOLD**2 * self.track.covariance[:d, :d]
+        self._off = squared_sigmas(off_m, told_m2) > self._settings.k_geometric**2
         if off2 <= (1.0 if out else LOST_TOLERANCES**2):
             self._elsewhere = 0
             if off2 <= 1.0 and supporting > d + 1:
