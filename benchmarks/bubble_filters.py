@@ -74,6 +74,7 @@ def fly_filters(case: Case, methods: list[Method], count: int, seed: int, *, ref
     if case.has_clock:
         means[:, 6:] = 0.0  # the clock itself was drawn with that sigma
     beliefs = [(means.copy(), np.tile(start.covariance, (count, 1, 1))) for _ in methods]
+    doubts = [np.zeros((count, 1)) for _ in methods]
     tracks = [_empty(count, epochs) for _ in methods]
     for leg_number, leg in enumerate(case.legs):
         for epoch in range(leg.first, leg.stop):
@@ -82,7 +83,7 @@ def fly_filters(case: Case, methods: list[Method], count: int, seed: int, *, ref
             measured_m = heard(case, leg_number, epoch, draws)
             if not reflect:
                 measured_m[:, ~case.in_sight[leg_number][epoch - leg.first]] = np.nan
-            for method, (mean, covariance), track in zip(methods, beliefs, tracks, strict=True):
+            for method, (mean, covariance), doubt, track in zip(methods, beliefs, doubts, tracks, strict=True):
                 believed_m = mean[:, [0, 2, 4]] + step_s * mean[:, [1, 3, 5]]
                 variances_m2 = _variances_m2(case, leg_number, epoch - leg.first, believed_m, method, usual[method])
                 if method.second_order:
@@ -90,7 +91,7 @@ def fly_filters(case: Case, methods: list[Method], count: int, seed: int, *, ref
                 found = np.zeros((*measured_m.shape, 3))
                 step_many(
                     mean, covariance, step_s, MOTION.psd(), leg.anchors_m, (measured_m, variances_m2),
-                    method.gate_sigma**2, found,
+                    (method.gate_sigma**2, doubt), found,
                 )  # fmt: skip
                 _keep(track, epoch, mean, covariance, case.points_m[epoch], found)
     return tracks
@@ -152,7 +153,7 @@ def _empty(count: int, epochs: int) -> Tracks:
 def _keep(track: Tracks, epoch: int, mean: Array, covariance: Array, truth_m: Array, found: Array) -> None:
     track.error_m[:, epoch] = mean[:, [0, 2, 4]] - truth_m
     track.covariance_m2[:, epoch] = covariance[:, :6:2, :6:2]
-    used = found[..., 2] == navigation.Verdict.USED
+    used = (found[..., 2] == navigation.Verdict.USED) | (found[..., 2] == navigation.Verdict.REACQUIRED)
     track.used[:, epoch] = used.sum(axis=1)
     squares = np.divide(found[..., 0] ** 2, found[..., 1], out=np.zeros_like(found[..., 0]), where=used)
     track.nis[:, epoch] = squares.sum(axis=1)

@@ -46,7 +46,8 @@ def shares_inside(runs: int, steps: int, seed: int, *, hidden: bool, excluded: b
             if excluded:
                 variances_m2[:, :HIDDEN_ANCHORS][late] = np.inf
         found = np.zeros((*measured_m.shape, 3))
-        step_many(means, covariances, STEP_S, MOTION.psd(), ANCHORS_M, (measured_m, variances_m2), np.inf, found)
+        ungated = np.inf, np.zeros((runs, 1))
+        step_many(means, covariances, STEP_S, MOTION.psd(), ANCHORS_M, (measured_m, variances_m2), ungated, found)
         error_m = (means - truth)[:, ::2]
         nees = np.einsum("si,sij,sj->s", error_m, np.linalg.inv(covariances[:, ::2, ::2]), error_m)
         low, high = navigation.mean_bounds(3, runs)

@@ -29,6 +29,7 @@ class Monitor:
         self._failures = 0.0
         self._increments = 0
         self._spoken = {"geometry": 0, "odometry": 0}
+        self._of_heading = ""
 
     def note(self, witness: str, false_positive: bool) -> None:
         """Count one range that the witness spoke about, and whether it flagged what the verdict cleared."""
@@ -41,6 +42,10 @@ class Monitor:
         self._increments += 1
         self._failures += (float(not reliable) - self._failures) / min(self._increments, MEMORY)
 
+    def note_heading(self, warning: str) -> None:
+        """What is to be told of the heading, "" where it is well."""
+        self._of_heading = warning
+
     def accuracy(self, witness: str) -> float:
         """What a witness's weight is multiplied by: 1 while it was never overruled."""
         return 1.0 - self._overruled[witness]
@@ -52,7 +57,7 @@ class Monitor:
 
     def health(self) -> Health:
         """The averages, with a sentence for each that calls for attention."""
-        warnings = []
+        warnings = [self._of_heading] if self._of_heading else []
         if self.odometry_fails:
             warnings.append(f"Odometry fails systematically: {self._failures:.0%} of its increments are unreliable.")
         for witness, share in self._overruled.items():

@@ -70,7 +70,7 @@ class Judge:
             studentised=True,
             limit=settings.search_limit,
         )
-        excess_m, sigma_m = self._tracker.follow(arrays, geometry, time_s)
+        excess_m, sigma_m = self._tracker.follow(arrays, moment, geometry, time_s)
         rover_m = self._rover_m(geometry)
         changes = [
             self._trusted[measured.anchor_id].judge(measured.range_m, sigma, settings, self._scale)
@@ -79,7 +79,10 @@ class Judge:
         verdicts = self._verdicts(intake, arrays, geometry, changes, (excess_m.tolist(), sigma_m.tolist()), motion)
         self._learn(verdicts, changes, arrays, rover_m)
         position = self._position(geometry, verdicts, time_s)
+        self.monitor.note_heading(self._tracker.heading.warning())
         condition = OdometryCondition.MISSING if motion is None else motion.condition
+        if condition is OdometryCondition.RELIABLE and self._tracker.heading.contradicted:
+            condition = OdometryCondition.MISLED
         return epoch_result(
             base_time_s, tuple(verdicts), position, condition, geometry.search, intake.rejected, geometry.needed
         )
@@ -127,7 +130,7 @@ class Judge:
         if intake.odometry is not None:
             raw = motion_of(intake.odometry, self._settings)
             ahead_s = self._settings.odometry_offset_s - self._settings.ranging_offset_s
-            motion, self._motion = aligned(self._motion, raw, ahead_s), raw
+            motion, self._motion = self._tracker.led(aligned(self._motion, raw, ahead_s)), raw
             self.monitor.note_odometry(motion.reliable)
         reliable = motion if motion is not None and motion.reliable else None
         for trusted in self._trusted.values():

@@ -21,13 +21,14 @@ RELIABLE = OdometryCondition.RELIABLE
 @dataclass(frozen=True, slots=True)
 class Motion:
     """What one odometry increment says: how far, how surely, which way (east, north; None = unknown), and whether the
-    cross-check of wheels against accelerometer lets it be believed."""
+    cross-check of wheels against accelerometer lets it be believed. across_m: sigma of the way to either side."""
 
     length_m: float
     sigma_m: float
     duration_s: float
     displacement_m: tuple[float, float] | None
     condition: OdometryCondition
+    across_m: float = 0.0
 
     @property
     def reliable(self) -> bool:

@@ -47,6 +47,7 @@ class Trusted:
     length_m: float = 0.0
     motion_variance_m2: float = 0.0
     displacement_m: tuple[float, float] | None = (0.0, 0.0)
+    across_m: float = 0.0
     broken: bool = field(default=False)  # odometry was missing or unreliable since
 
     def drive(self, motion: Motion | None) -> None:
@@ -56,6 +57,7 @@ class Trusted:
             return
         self.length_m += motion.length_m
         self.motion_variance_m2 += motion.sigma_m**2
+        self.across_m += motion.across_m  # a heading errs one way
         if self.displacement_m is None or motion.displacement_m is None:
             self.displacement_m = None
         else:
@@ -68,6 +70,7 @@ class Trusted:
         """Take a range as the one to compare with from now on."""
         self.range_m, self.variance_m2, self.direction = range_m, sigma_m**2, direction
         self.length_m, self.motion_variance_m2, self.displacement_m, self.broken = 0.0, 0.0, (0.0, 0.0), False
+        self.across_m = 0.0
 
     def judge(self, range_m: float, sigma_m: float, settings: DetectorSettings, scale: float) -> Change | None:
         """Hold a new range against the trusted one; None where there is none, or no odometry to bridge the time.
@@ -84,7 +87,8 @@ class Trusted:
         expected_m = self._expected_m()
         if expected_m is not None:
             # the triangle test stays the bound; the law of cosines is sharper where the way is known
-            over_m = max(over_m, abs(range_m - expected_m))
+            unsure_m = scale * settings.k_odometry * self.across_m
+            over_m = max(over_m, abs(range_m - expected_m) - unsure_m)
             change_m = range_m - expected_m
         violated = over_m > tolerance_m
         self.window.append(violated)

@@ -21,7 +21,16 @@ POSITIVE = (
     "excess_m",
     "start_sigma_m",
 )
-NOT_NEGATIVE = ("anchor_sigma_m", "calculation_sigma_m", "wheel_sigma_m", "accelerometer_sigma_m", "time_sigma_s")
+NOT_NEGATIVE = (
+    "anchor_sigma_m",
+    "calculation_sigma_m",
+    "wheel_sigma_m",
+    "accelerometer_sigma_m",
+    "time_sigma_s",
+    "heading_sigma_rad",
+    "heading_offset_sigma_rad",
+    "heading_drift_rad_per_s",
+)
 OPTIONAL_POSITIVE = ("geometric_tolerance_m", "odometry_tolerance_m", "harmful_m")
 SHARES = ("persistence", "occlusion_threshold", "cautious_threshold")
 FINITE = ("odometry_offset_s", "ranging_offset_s", "base_offset_s")
@@ -35,6 +44,8 @@ class DetectorSettings:
     range_sigma_m, anchor_sigma_m, calculation_sigma_m: one sigma of a range (a measurement may bring its own), of an
         anchor's place (an anchor may bring its own) and of the calculation.
     wheel_sigma_m, accelerometer_sigma_m, time_sigma_s: of one odometry increment, and of the clocks against each other.
+    heading_sigma_rad, heading_offset_sigma_rad, heading_drift_rad_per_s: one sigma of each heading, of what all are
+        off by at the start (pi = a gyro that knows no north), and of how fast that drifts.
     k_geometric, k_odometry: tolerances in sigmas; ``k_for_false_positive_rate`` gives them for a rate.
     geometric_tolerance_m, odometry_tolerance_m: fixed tolerances instead of k sigma.
     harmful_m: a range is called occluded where it is too long by more than this; None = the geometric tolerance.
@@ -62,6 +73,9 @@ class DetectorSettings:
     wheel_sigma_m: float = 0.02
     accelerometer_sigma_m: float = 0.0
     time_sigma_s: float = 0.0
+    heading_sigma_rad: float = 0.02
+    heading_offset_sigma_rad: float = 0.1
+    heading_drift_rad_per_s: float = 0.001
     k_geometric: float = 3.0
     k_odometry: float = 3.0
     geometric_tolerance_m: float | None = None

@@ -9,11 +9,14 @@ import numpy.typing as npt
 
 from .epoch_arrays import EpochArrays
 from .geometric import GeometricDetection, detect_ranges
+from .headings import Heading
+from .kernels import misfits
 from .odometry import Motion
 from .position_fixes import squared_sigmas
 from .settings import DetectorSettings
+from .sides import mirrored_near
 from .subset_search import Ranges
-from .tracks import Heard, Track, begin, follow, is_sane, with_displacement
+from .tracks import Heard, Track, begin, follow, foretold, is_sane, with_displacement
 from .verdicts import PositionFix
 
 __all__ = ["Tracker"]
@@ -27,6 +30,10 @@ LOST_S = 2.0  # and for so long, where not all do: what is occluded alike meets 
 # Ranges that are all too long by less than their tolerance may still meet, elsewhere: k sigma of each, several times.
 LOST_TOLERANCES = 4.0
 CONFIRMED_S = 60.0  # a track that ranges confirmed is believed for so long over some that meet elsewhere
+AGREES = 5.0  # sigmas up to which a track may be where most ranges of an epoch meet
+# A track takes the slow half of its ranges' errors for excesses and is too sure of the rest: 1.1 to 1.25 sigma off in
+# the root mean square, 4.6 at the most in 48,000 epochs. So much wider is what is told of its place.
+TOLD = 2.0
 # Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
 SETTLED_LOG_ODDS = math.log(1000.0)
 
@@ -43,23 +50,34 @@ class Tracker:
         self._last: dict[int, tuple[float, float, float, float]] = {}  # index: time, range, sigma, tolerance
         self._elsewhere = 0
         self._elsewhere_since_s = 0.0
+        self._off = False  # of what it tells of its place, where the latest ranges meet
         self._confirmed_s = -math.inf  # when ranges that check one another last met at the track
+        self._passed = False  # by the plane of the anchors: hints of a side hold no longer
         self._contradicted = False  # by most ranges of the latest epoch
         self._bent_m2 = 0.0  # square of how far along its tangent a sphere of a last range bends off by its tolerance
         self.track: Track | None = None
         self._rival: Track | None = None
+        self.heading = Heading(settings)
+        self._unled: Track | None = None  # the track that is told of no heading; None where none was told
+        self._told: Motion | None = None  # the latest motion with a heading, as it came
+
+    def led(self, motion: Motion) -> Motion:
+        """The motion with its heading set right by what the ranges have shown of it, or without one that does harm."""
+        self._told = motion if motion.reliable and motion.displacement_m is not None else None
+        return self.heading.led(motion)
 
     def foretell(self, time_s: float, motion: Motion | None) -> None:
         """Before an epoch's ranges: give up a track after a long silence; tell it of odometry that has a heading."""
         if self.track is not None and time_s - self.track.time_s > SILENCE_S:
-            self.track = self._rival = None
+            self.track = self._rival = self._unled = None
         if self.track is None and self._settings.start_m is not None and not self._last:
             place_m = np.array(self._settings.start_m)
             spread_m2 = np.eye(len(place_m)) * self._settings.start_sigma_m**2
             self.track = begin(place_m, spread_m2, time_s, self._anchors, self._settings)
         if motion is not None and motion.reliable and motion.displacement_m is not None:
-            told = motion.displacement_m, motion.duration_s, motion.sigma_m, self._settings
+            told = motion, motion.displacement_m, self._settings
             if self.track is not None:
+                self._unled = self._unled or self.track
                 self.track = with_displacement(self.track, *told)
             if self._rival is not None:
                 self._rival = with_displacement(self._rival, *told)
@@ -70,38 +88,79 @@ class Tracker:
         if self.track is not None and self._rival is None:
             return self.track.place_m[:d]
         hint = np.full(d, np.nan)
+        if self._passed:
+            return hint
         if self._settings.side_hint_m is not None:
             hint[:2] = self._settings.side_hint_m
         if d == 3 and self._settings.altitude_hint_m is not None:
             hint[2] = self._settings.altitude_hint_m
         return hint
 
-    def follow(self, arrays: EpochArrays, geometry: GeometricDetection, time_s: float) -> tuple[Floats, Floats]:
-        """(excess of each range, sigma of its distance) by the track, which goes on or begins; inf without one."""
+    def follow(
+        self, arrays: EpochArrays, moment: Ranges, geometry: GeometricDetection, time_s: float
+    ) -> tuple[Floats, Floats]:
+        """(excess of each range, sigma of its distance) by the track, which goes on or begins; inf without one.
+
+        moment: the ranges as ``geometry`` was asked about them.
+        """
         heard = arrays.heard
         count = len(heard.ranges_m)
         self._remember(arrays)
         if self.track is None:
             self._begin(arrays, geometry, time_s)
             return np.full(count, np.nan), np.full(count, np.inf)
-        self.track, excess_m, sigma_m = follow(self.track, heard, time_s, self._settings)
+        before = self.track.log_likelihood
+        by_others = self._by_others(self.track, moment, geometry, time_s)
+        self.track, excess_m, sigma_m = follow(self.track, heard, by_others, time_s, self._settings)
+        if self._unled is not None:
+            with_it = self.track.log_likelihood - before
+            excess_m, sigma_m = self._judge_heading(arrays, moment, geometry, time_s, with_it, (excess_m, sigma_m))
         if self._rival is not None:
-            excess_m, sigma_m = self._settle(self._rival, heard, time_s, excess_m, sigma_m)
+            excess_m, sigma_m = self._settle(self._rival, heard, by_others, time_s, excess_m, sigma_m)
+        if self._rival is None:
+            sigma_m = self._settings.range_sigma_m
+            self._rival = mirrored_near(self.track, arrays.places_m, sigma_m, self._settings.dimension)
+            self._passed = self._passed or self._rival is not None
         supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
         lost = self._is_lost(geometry, supporting, time_s)
-        self._contradicted = self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
+        self._contradicted = (
+            self._off or self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
+        )
         if lost or not is_sane(self.track, self._settings.dimension):
-            self.track = self._rival = None
+            self.track = self._rival = self._unled = None
             self._elsewhere = 0
             self._begin(arrays, geometry, time_s)
             return np.full(count, np.nan), np.full(count, np.inf)
         return excess_m, sigma_m
 
+    def _judge_heading(
+        self,
+        arrays: EpochArrays,
+        moment: Ranges,
+        geometry: GeometricDetection,
+        time_s: float,
+        with_it: float,
+        by_track: tuple[Floats, Floats],
+    ) -> tuple[Floats, Floats]:
+        """Let the track without a heading hear the same ranges; it becomes the track where the heading does harm."""
+        if self._unled is None:
+            return by_track
+        before = self._unled.log_likelihood
+        by_others = self._by_others(self._unled, moment, geometry, time_s)
+        self._unled, *by_unled = follow(self._unled, arrays.heard, by_others, time_s, self._settings)
+        if self._told is None:
+            return by_track
+        without_it = self._unled.log_likelihood - before
+        if not self.heading.judge(self._told, self._unled, with_it, without_it):
+            return by_track
+        self.track, self._rival = self._unled, None
+        return by_unled[0], by_unled[1]
+
     def _settle(
-        self, rival: Track, heard: Heard, time_s: float, excess_m: Floats, sigma_m: Floats
+        self, rival: Track, heard: Heard, by_others: Floats, time_s: float, excess_m: Floats, sigma_m: Floats
     ) -> tuple[Floats, Floats]:
         """Let the likelier of both tracks be the track, and drop the other once it is far less likely, or the same."""
-        rival, rival_excess_m, rival_sigma_m = follow(rival, heard, time_s, self._settings)
+        rival, rival_excess_m, rival_sigma_m = follow(rival, heard, by_others, time_s, self._settings)
         track = self.track
         if track is None or not track.log_likelihood >= rival.log_likelihood:
             self.track, track, rival = rival, rival, track or rival
@@ -112,6 +171,25 @@ class Tracker:
         settled = not track.log_likelihood - rival.log_likelihood < SETTLED_LOG_ODDS
         self._rival = None if one_place or settled else rival
         return excess_m, sigma_m
+
+    def _by_others(self, track: Track, moment: Ranges, geometry: GeometricDetection, time_s: float) -> Floats:
+        """(m, 2) excess of each range over where the others of its epoch meet, and its variance; inf = not told.
+
+        Told where most ranges meet, more than unknowns, and the track may be there: else either may be the phantom.
+        """
+        flat, count = self._settings.dimension == 2, len(moment.ranges_m)
+        told = np.tile([math.inf, math.inf], (count, 1))
+        if not geometry.checked or 2 * geometry.count <= count or geometry.position_m is None:
+            return told
+        ahead = foretold(track, time_s, self._settings)
+        kept = sum([1 << i for i, left_out in enumerate(geometry.occluded.tolist()) if not left_out])
+        for found_m in (geometry.position_m, geometry.mirror_m):
+            if found_m is not None:
+                place_m = (*found_m.tolist(), 0.0)[:3]
+                misfits.by_others(moment, kept, flat, place_m, ahead, AGREES, told)
+                if np.isfinite(told[:, 1]).any():
+                    break
+        return told
 
     def position(self, time_s: float) -> PositionFix | None:
         """The track's place from its second epoch on, checked where more anchors than unknowns were heard of late.
@@ -125,7 +203,7 @@ class Tracker:
         mirror_m = None if self._rival is None else self._rival.place_m[:d].copy()
         covariance_m2 = self.track.covariance[:d, :d].copy()
         checked = heard > d and not self._contradicted and self.is_known(covariance_m2)
-        return PositionFix(self.track.place_m[:d].copy(), covariance_m2, checked, mirror_m)
+        return PositionFix(self.track.place_m[:d].copy(), TOLD**2 * covariance_m2, checked, mirror_m)
 
     def _remember(self, arrays: EpochArrays) -> None:
         heard = arrays.heard
@@ -189,13 +267,17 @@ class Tracker:
         one that ranges have confirmed of late is not given up for less than all of them.
         """
         d, count, out = self._settings.dimension, geometry.count, geometry.least_occluded
+        self._off = False
         if self.track is None or geometry.position_m is None or geometry.covariance_m2 is None:
             return False
-        if count <= d + 1 or geometry.mirror_m is not None or not geometry.checked:
+        if count <= d + 1 or not geometry.checked:
             return False
-        off_m = geometry.position_m - self.track.place_m[:d]
+        places_m = [place_m for place_m in (geometry.position_m, geometry.mirror_m) if place_m is not None]
+        off_m = min((place_m - self.track.place_m[:d] for place_m in places_m), key=lambda off_m: float(off_m @ off_m))
         spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
         off2 = squared_sigmas(off_m, spread_m2) / self._settings.k_geometric**2
+        told_m2 = geometry.covariance_m2 + TOLD**2 * self.track.covariance[:d, :d]
+        self._off = squared_sigmas(off_m, told_m2) > self._settings.k_geometric**2
         if off2 <= (1.0 if out else LOST_TOLERANCES**2):
             self._elsewhere = 0
             if off2 <= 1.0 and supporting > d + 1:

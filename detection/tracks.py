@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import track as kernel
+from .odometry import Motion
 from .settings import DetectorSettings
 
-__all__ = ["Heard", "Track", "begin", "follow", "is_sane", "with_displacement"]
+__all__ = ["Heard", "Track", "begin", "follow", "foretold", "is_sane", "with_displacement"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,6 +32,10 @@ ANEW_PER_S = 1.8
 NEW_SIGMA = 0.7  # of the typical excess
 # One occlusion in ten is an order of magnitude longer: a range so far off must not pull the track along.
 FAR_SHARE, FAR_SIGMA = 0.1, 10.0
+# One range in a hundred says nothing: a jump, a counter that ran over, another anchor's name; of any size and sign.
+OUTLIERS = 0.01
+# A range that meets most others of its epoch is seldom newly too long, but where they are all alike.
+NEW_THOUGH_MEETING = 0.05
 ABSURD_M = 1e9  # no rover is so far away
 
 
@@ -104,10 +109,15 @@ def begin(
     return Track(state, covariance, time_s, np.full(anchors, -math.inf), time_s)
 
 
-def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings) -> tuple[Track, Floats, Floats]:
-    """(track after an epoch's ranges, excess (m,) of each over the distance from it, sigma (m,) of that distance)."""
+def follow(
+    track: Track, heard: Heard, by_others: Floats, end_s: float, settings: DetectorSettings
+) -> tuple[Track, Floats, Floats]:
+    """(track after an epoch's ranges, excess (m,) of each over the distance from it, sigma (m,) of that distance).
+
+    by_others: (m, 2) excess of each range over where the others of its epoch meet, its variance; inf = not told.
+    """
     sigma_m = settings.range_sigma_m
-    measured = heard.anchors_m, heard.index, heard.ranges_m, heard.sigmas_m, heard.times_s, heard.p_sight
+    measured = heard.anchors_m, heard.index, heard.ranges_m, heard.sigmas_m, heard.times_s, heard.p_sight, by_others
     order = np.argsort(heard.times_s, kind="stable")
     state, covariance, heard_s, log_likelihood, excess_m, sigmas_m = kernel.follow(
         (track.state, track.covariance, track.time_s, track.heard_s),
@@ -124,6 +134,8 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
             CLEARED,
             FAR_SHARE,
             FAR_SIGMA * settings.excess_m,
+            OUTLIERS,
+            NEW_THOUGH_MEETING,
         ),
         settings.dimension == 2,
     )
@@ -131,17 +143,37 @@ def follow(track: Track, heard: Heard, end_s: float, settings: DetectorSettings)
     return Track(state, covariance, end_s, heard_s, track.since_s, log_likelihood), excess_m, sigmas_m
 
 
+def foretold(track: Track, time_s: float, settings: DetectorSettings) -> tuple[Floats, Floats]:
+    """(place (3,), its covariance (3, 3)) that the track leads to by then."""
+    step_s = time_s - track.time_s
+    across = track.covariance[:3, 3:6]
+    covariance_m2 = (
+        track.covariance[:3, :3] + step_s * (across + across.T) + step_s * step_s * track.covariance[3:6, 3:6]
+    )
+    level_m2, upright_m2 = (
+        push**2 * step_s**3 / 3.0 for push in (settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2)
+    )
+    covariance_m2[range(3), range(3)] += level_m2, level_m2, upright_m2
+    return track.place_m + step_s * track.state[3:6], covariance_m2
+
+
 def with_displacement(
-    track: Track, displacement_m: tuple[float, float], duration_s: float, sigma_m: float, settings: DetectorSettings
+    track: Track, motion: Motion, displacement_m: tuple[float, float], settings: DetectorSettings
 ) -> Track:
     """The track after odometry said which way (east, north) the rover went in the last so many seconds."""
+    duration_s = motion.duration_s
     state, covariance = track.state.copy(), track.covariance.copy()
     turned = settings.acceleration_m_per_s2 * math.sqrt(duration_s / 3.0)  # mean velocity against that at the end
-    variance = (sigma_m / duration_s) ** 2 + turned**2
-    for axis in range(2):
+    length_m = math.hypot(*displacement_m)
+    ahead = (displacement_m[0] / length_m, displacement_m[1] / length_m) if length_m > 0.0 else (1.0, 0.0)
+    # along the way lengths err, across it the heading does as well
+    for (east, north), off_m, way_m in (
+        (ahead, motion.sigma_m, length_m), ((ahead[1], -ahead[0]), math.hypot(motion.sigma_m, motion.across_m), 0.0)
+    ):  # fmt: skip
         direction = np.zeros(len(state))
-        direction[3 + axis] = 1.0
-        kernel.pull(state, covariance, direction, displacement_m[axis] / duration_s, variance)
+        direction[3:5] = east, north
+        variance = (off_m / duration_s) ** 2 + turned**2
+        kernel.pull(state, covariance, direction, way_m / duration_s, variance)
     return replace(track, state=state, covariance=covariance)
 
 

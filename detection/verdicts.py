@@ -93,6 +93,7 @@ class OdometryCondition(StrEnum):
     SLIPPED = "slipped"  # the rover moves, its wheels do not
     DIFFERENT = "different"  # both move, by different lengths
     TOO_FAST = "too fast"
+    MISLED = "heading contradicts the ranges"  # its length is used, its heading is not
 
 
 class PlanningStatus(StrEnum):

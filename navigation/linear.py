@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import MeasurementError, StateError
 from .inputs import check_covariance, numbers
+from .kernels.ranges import LOST, reopen
 from .states import POSITION, FilterState
 
 __all__ = ["FixUpdate", "LinearUpdate", "linear_predict", "linear_update", "update_fix", "update_ground"]
@@ -34,13 +35,17 @@ class LinearUpdate:
 
 @dataclass(frozen=True, eq=False)
 class FixUpdate:
-    """The state after a fix; innovation (m,), its covariance (m, m), and whether the gate let it in."""
+    """The state after a fix; innovation (m,), its covariance (m, m), and whether the gate let it in.
+
+    reacquired: so many measurements were gated that the belief was lost; it was widened, and the fix used.
+    """
 
     state: FilterState
     innovation: Array
     innovation_covariance: Array
     nis: float
     used: bool
+    reacquired: bool = False
 
 
 def linear_predict(
@@ -131,10 +136,19 @@ def _gated(state: FilterState, measured: Array, rows: Array, noise: npt.ArrayLik
     if not gate_sigma > 0.0:
         raise MeasurementError(f"gate_sigma must be above zero, not {gate_sigma}.")
     found = linear_update(state.mean, state.covariance, measured, rows, noise)
-    nis = found.nis
-    used = nis <= gate_sigma**2
-    after = FilterState(state.time_s, found.mean, found.covariance) if used else state
-    return FixUpdate(after, found.innovation, found.innovation_covariance, nis, used)
+    used, reacquired = found.nis <= gate_sigma**2, False
+    # the ground is as well where the rover is not: that it fits is no sign of a belief that is right
+    relief = 2.0 * len(measured) if len(measured) > 1 else 0.0
+    doubt = max(state.doubt - relief, min(state.doubt, 0.0)) if used else state.doubt + len(measured)
+    if doubt >= LOST:
+        wide = np.array(state.covariance)
+        reopen(wide, float(found.innovation @ found.innovation))
+        found = linear_update(state.mean, wide, measured, rows, noise)
+        used, reacquired, doubt = True, True, 0.0
+    after = replace(state, doubt=doubt)
+    if used:
+        after = FilterState(state.time_s, found.mean, found.covariance, doubt)
+    return FixUpdate(after, found.innovation, found.innovation_covariance, found.nis, used, reacquired)
 
 
 def _belief(mean: npt.ArrayLike, covariance: npt.ArrayLike) -> tuple[Array, Array]:

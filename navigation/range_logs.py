@@ -87,7 +87,8 @@ def filter_ranges(
     mean, covariance = state.mean.copy(), state.covariance.copy()
     means, covariances = np.zeros((count + 1, mean.size)), np.zeros((count + 1, 3, 3))
     found = np.zeros((count + 1, 3))
-    filter_events(mean, covariance, events, anchors, motion.psd(), float(gate_sigma) ** 2, (means, covariances), found)
-    last = FilterState(float(whole[-1]), mean, covariance)
+    gate = float(gate_sigma) ** 2, np.array([state.doubt])
+    filter_events(mean, covariance, events, anchors, motion.psd(), gate, (means, covariances), found)
+    last = FilterState(float(whole[-1]), mean, covariance, float(gate[1][0]))
     rest = found[1:]
     return FilteredLog(means[1:], covariances[1:], rest[:, 0], rest[:, 1], rest[:, 2].astype(np.uint8), last)

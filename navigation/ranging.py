@@ -21,14 +21,16 @@ Array = npt.NDArray[np.float64]
 
 
 class Verdict(enum.IntEnum):
-    """What became of a measurement: LEFT_OUT (not measured, not in sight or without weight), USED, or GATED.
+    """What became of a measurement: LEFT_OUT (not measured, not in sight or without weight), USED, GATED, REACQUIRED.
 
-    GATED: its innovation is further out than the gate; it changed nothing.
+    GATED: its innovation is further out than the gate; it changed nothing. REACQUIRED: so many were gated that the
+    belief was lost; it was widened until this range fitted, and the range was used.
     """
 
     LEFT_OUT = kernel.LEFT_OUT
     USED = kernel.USED
     GATED = kernel.GATED
+    REACQUIRED = kernel.REACQUIRED
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +50,20 @@ class RangeUpdate:
     @property
     def used(self) -> int:
         """How many ranges were used."""
-        return int(np.count_nonzero(self.verdict == Verdict.USED))
+        return int(np.count_nonzero(self._taken()))
+
+    @property
+    def reacquired(self) -> bool:
+        """Whether the belief was found lost, and widened."""
+        return bool((self.verdict == Verdict.REACQUIRED).any())
+
+    def _taken(self) -> npt.NDArray[np.bool_]:
+        return np.isin(self.verdict, (Verdict.USED, Verdict.REACQUIRED))
 
     @property
     def nis(self) -> float:
         """Normalised innovations squared of the ranges used, chi-square of ``used`` degrees; NaN where none is."""
-        taken = self.verdict == Verdict.USED
+        taken = self._taken()
         if not taken.any():
             return math.nan
         return float((self.innovation_m[taken] ** 2 / self.innovation_variance_m2[taken]).sum())
@@ -69,7 +79,7 @@ def predict(state: FilterState, time_s: float, motion: MotionNoise) -> FilterSta
         raise TimeOrderError(f"time_s must not go backwards: {time_s} s follows {state.time_s} s.")
     mean, covariance = state.mean.copy(), state.covariance.copy()
     kernel.advance(mean, covariance, step_s, motion.psd())
-    return FilterState(float(time_s), mean, covariance)
+    return FilterState(float(time_s), mean, covariance, state.doubt)
 
 
 def update_ranges(
@@ -83,7 +93,8 @@ def update_ranges(
     """The belief after ranges of one instant (eqs. 32-35); with a clock in the state they are pseudoranges.
 
     anchors_m: (k, 3) east, north, up. measured_m: (k,), NaN = not measured. variances_m2: (k,) or one for all, inf =
-        left out (``range_variances_m2`` makes them). gate_sigma: an innovation further out is not believed.
+        left out (``range_variances_m2`` makes them). gate_sigma: an innovation further out is not believed,
+        until a belief that hardly any range fits is found lost (REACQUIRED).
     The paper's eq. 34 repeats each derivative times Δt in the columns of the velocity; the range at an instant depends
     on the position at that instant only, so those are 0 here. Raises MeasurementError.
     """
@@ -105,8 +116,9 @@ def update_ranges(
         raise MeasurementError(f"gate_sigma must be above zero, not {gate_sigma}.")
     mean, covariance = state.mean.copy(), state.covariance.copy()
     found = np.zeros((count, 3))
-    kernel.update_ranges(mean, covariance, anchors, measured, variances, float(gate_sigma) ** 2, found)
-    updated = FilterState(state.time_s, mean, covariance)
+    gate = float(gate_sigma) ** 2, np.array([state.doubt])
+    kernel.update_ranges(mean, covariance, anchors, measured, variances, gate, found)
+    updated = FilterState(state.time_s, mean, covariance, float(gate[1][0]))
     return RangeUpdate(updated, found[:, 0].copy(), found[:, 1].copy(), found[:, 2].astype(np.uint8))
 
 

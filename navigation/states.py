@@ -27,12 +27,15 @@ class FilterState:
     mean: (6,) east, east rate, north, north rate, up, up rate in m and m/s; with a receiver's clock (8,), followed by
         its offset in m and its drift in m/s. covariance: of the same, symmetric and not negative. Both are kept as
         read-only copies.
+    doubt: each measurement that a gate kept out adds one, each that was used takes two away; at 12 the belief is taken
+        for wrong and widened, and says so.
     Raises StateError.
     """
 
     time_s: float
     mean: Array
     covariance: Array
+    doubt: float = 0.0
 
     def __post_init__(self) -> None:
         size = np.size(self.mean)

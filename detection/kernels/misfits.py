@@ -11,7 +11,7 @@ from terrain.kernel_options import scalar_kernel
 
 from .small_systems import inverse, quadratic_form
 
-__all__ = ["meets", "statistics", "unwatched"]
+__all__ = ["by_others", "meets", "statistics", "unwatched"]
 
 NO_REDUNDANCY = 1e-6
 # Share of an error in a range that has to be left over in the ranges' misfit, squared: what it is off by shows from 30
@@ -83,3 +83,35 @@ def meets(ranges, kept, flat, place, studentised, work):
         if (kept >> i) & 1 and not work[1, i] <= 1.0:
             beyond += 1
     return beyond == 0
+
+
+@scalar_kernel
+def by_others(ranges, kept, flat, place, ahead, agrees, told):
+    """Write into told (n, 2) the excess of each range over where the other kept ones meet, and its variance.
+
+    Nothing is written of a range that nothing checks, and of none where the place is further than so many sigmas from
+    ahead: (place (3,), covariance (3, 3)) that a track leads to. told comes with infinite variances.
+    """
+    anchors, measured, sigmas, _, _ = ranges
+    covariance, exists = _spread(ranges, kept, flat, place)
+    ee, en, eu, nn, nu, uu = covariance
+    ahead_place, ahead_covariance = ahead
+    weights, sure = inverse(
+        (
+            ee + ahead_covariance[0, 0], en + ahead_covariance[0, 1], eu + ahead_covariance[0, 2],
+            nn + ahead_covariance[1, 1], nu + ahead_covariance[1, 2], uu + ahead_covariance[2, 2],
+        )
+    )  # fmt: skip
+    off = quadratic_form(
+        weights, place[0] - ahead_place[0], place[1] - ahead_place[1], place[2] - ahead_place[2]
+    )  # fmt: skip
+    if not (exists and sure and off <= agrees * agrees):
+        return
+    for i in range(measured.shape[0]):
+        east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
+        distance = max(math.sqrt(east * east + north * north + up * up), 1e-9)
+        variance = quadratic_form(covariance, east / distance, north / distance, up / distance)
+        # what the range itself added to the place is taken out again
+        left = 1.0 - variance / (sigmas[i] * sigmas[i]) if (kept >> i) & 1 else 1.0
+        if left >= WATCHED:
+            told[i, 0], told[i, 1] = (measured[i] - distance) / left, variance / left

@@ -21,7 +21,8 @@ class RangingNoise:
 
     range_sigma_m, occluded_sigma_m: one sigma of a range in sight, and of one over an obstacle (None = the same).
     lost_share: of the ranges. wheel_sigma_m: one sigma of a displacement along each axis; None = no odometry.
-    heading_sigma_rad: one sigma of the direction of motion; None = none is known. Raises DetectionInputError.
+    heading_sigma_rad: one sigma of the direction of motion; None = none is known. heading_offset_rad, by which all of
+        them are off at the start, and heading_drift_rad_per_s, by which that grows. Raises DetectionInputError.
     """
 
     range_sigma_m: float = 0.1
@@ -29,12 +30,17 @@ class RangingNoise:
     lost_share: float = 0.0
     wheel_sigma_m: float | None = 0.02
     heading_sigma_rad: float | None = None
+    heading_offset_rad: float = 0.0
+    heading_drift_rad_per_s: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("range_sigma_m", "occluded_sigma_m", "wheel_sigma_m", "heading_sigma_rad"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value >= 0.0):
                 raise DetectionInputError(f"{name} must be a number >= 0, not {value}.")
+        for name in ("heading_offset_rad", "heading_drift_rad_per_s"):
+            if not math.isfinite(getattr(self, name)):
+                raise DetectionInputError(f"{name} must be a number, not {getattr(self, name)}.")
         if not 0.0 <= self.lost_share < 1.0:
             raise DetectionInputError(f"lost_share must be at least 0 and below 1, not {self.lost_share}.")
 
@@ -76,6 +82,7 @@ def _motions(
     along_m = np.linalg.norm(steps_m, axis=1)
     errors_m = noise.wheel_sigma_m * generator.standard_normal((len(steps_m), 2))
     turned_rad = (noise.heading_sigma_rad or 0.0) * generator.standard_normal(len(steps_m))
+    turned_rad += noise.heading_offset_rad + noise.heading_drift_rad_per_s * (drive.times_s[1:] - drive.times_s[0])
     headings_rad = np.arctan2(steps_m[:, 0], steps_m[:, 1]) + turned_rad
     motions: list[OdometryIncrement | None] = [None]
     for n, duration_s in enumerate(np.diff(drive.times_s).tolist()):

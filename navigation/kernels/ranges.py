@@ -10,10 +10,15 @@ from terrain.kernel_options import scalar_kernel
 
 from .covariance import grow, joseph
 
-__all__ = ["GATED", "LEFT_OUT", "USED", "advance", "range_row", "update_ranges"]
+__all__ = ["GATED", "LEFT_OUT", "LOST", "REACQUIRED", "USED", "advance", "range_row", "reopen", "update_ranges"]
 
 # What became of a measurement.
-LEFT_OUT, USED, GATED = 0, 1, 2
+LEFT_OUT, USED, GATED, REACQUIRED = 0, 1, 2, 3
+# A gate that keeps out nearly everything guards a belief that is wrong. Each measurement gated counts one, each used
+# takes two away; at this sum the belief is given up.
+LOST = 12.0
+REOPENED = 24.0  # so many measurements then pass, before the gate is closed again
+DRIFTED_S = 10.0
 
 
 @scalar_kernel
@@ -42,15 +47,31 @@ def range_row(mean, anchor_m, row):
 
 
 @scalar_kernel
+def reopen(covariance, off_m2):
+    """Widen a belief that is wrong, in place: by as much as it is off, and rates so that they reach that in 10 s."""
+    for i in range(covariance.shape[0]):
+        covariance[i, i] += off_m2 / (DRIFTED_S * DRIFTED_S) if i % 2 else off_m2
+
+
+@scalar_kernel
+def bend_m2(mean, covariance, anchor_m):
+    """What the bend of a range over a wide belief adds to its variance: the square of its second derivative's part."""
+    across_m2 = covariance[0, 0] + covariance[2, 2] + covariance[4, 4]
+    east, north, up = mean[0] - anchor_m[0], mean[2] - anchor_m[1], mean[4] - anchor_m[2]
+    return 0.75 * across_m2 * across_m2 / max(east * east + north * north + up * up, 1e-9)
+
+
+@scalar_kernel
 def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, found):
     """Correct state and covariance in place by ranges of one instant; fill found (k, 3).
 
-    anchors_m: (k, 3); measured_m: (k,), NaN = not measured; variances_m2: (k,), inf = left out. gate: squared number
-    of sigmas beyond which a single innovation is not believed, inf = none. found: innovation, its variance, and
-    LEFT_OUT, USED or GATED. Every range is linearised at the state before the first one, so their order does not
-    matter but for the gate.
+    anchors_m: (k, 3); measured_m: (k,), NaN = not measured; variances_m2: (k,), inf = left out. gate: (squared number
+    of sigmas beyond which a single innovation is not believed, inf = none; doubt (1,), in place, see LOST). found:
+    innovation, its variance, and LEFT_OUT, USED, GATED, or REACQUIRED: used by a belief that was found wrong. Every
+    range is linearised at the state before the first one, so their order does not matter but for the gate.
     """
     n = mean.shape[0]
+    squared, doubt = gate
     before, row, gain = mean.copy(), mean.copy(), mean.copy()
     for a in range(anchors_m.shape[0]):
         found[a, 0], found[a, 1], found[a, 2] = math.nan, math.nan, LEFT_OUT
@@ -63,10 +84,26 @@ def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, f
             for j in range(n):
                 expected_m2 += row[i] * covariance[i, j] * row[j]
         found[a, 0], found[a, 1] = innovation_m, expected_m2
-        if innovation_m * innovation_m > gate * expected_m2:
-            found[a, 2] = GATED
-            continue
-        joseph(covariance, row, variances_m2[a], gain)
+        variance_m2, beyond = variances_m2[a], innovation_m * innovation_m > squared * expected_m2
+        verdict = USED
+        if doubt[0] >= 0.0 and beyond:
+            doubt[0] += 1.0
+            if doubt[0] < LOST:
+                found[a, 2] = GATED
+                continue
+            reopen(covariance, innovation_m * innovation_m)
+            doubt[0] = -REOPENED
+            beyond = False
+        elif doubt[0] >= 0.0:
+            doubt[0] = max(doubt[0] - 2.0, 0.0)
+        if doubt[0] < 0.0:
+            # found wrong, the belief takes every range, by less the further out, and minds how a wide one is bent
+            verdict = REACQUIRED
+            doubt[0] += 1.0
+            variance_m2 += bend_m2(mean, covariance, anchors_m[a])
+            if beyond:
+                variance_m2 += innovation_m * innovation_m / squared
+        joseph(covariance, row, variance_m2, gain)
         for i in range(n):
             mean[i] += gain[i] * innovation_m
-        found[a, 2] = USED
+        found[a, 2] = verdict

@@ -15,7 +15,7 @@ def filter_events(mean, covariance, events, anchors_m, psd, gate, history, found
 
     events: (times_s (m,), anchor (m,) numbers of rows of anchors_m, measured_m (m,), variances_m2 (m,)); the first time
     is that of the belief or later, none goes backwards. history: (means (m, n), position covariances (m, 3, 3)) after
-    each; found (m, 3) as of update_ranges.
+    each; gate and found (m, 3) as of update_ranges.
     """
     times_s, anchor, measured_m, variances_m2 = events
     means, covariances = history
@@ -37,9 +37,10 @@ def step_many(means, covariances, step_s, psd, anchors_m, ranges, gate, found):
     """Advance s filters by step_s and correct each by its own ranges, in place.
 
     means: (s, n); covariances: (s, n, n); anchors_m: (k, 3); ranges: (measured_m (s, k), variances_m2 (s, k));
-    found: (s, k, 3) as of update_ranges.
+    gate: (squared, doubts (s, 1)); found: (s, k, 3), as of update_ranges.
     """
     measured_m, variances_m2 = ranges
     for s in prange(means.shape[0]):
         advance(means[s], covariances[s], step_s, psd)
-        update_ranges(means[s], covariances[s], anchors_m, measured_m[s], variances_m2[s], gate, found[s])
+        own_gate = gate[0], gate[1][s]
+        update_ranges(means[s], covariances[s], anchors_m, measured_m[s], variances_m2[s], own_gate, found[s])

@@ -44,11 +44,13 @@ def test_fixes_at_constant_velocity_lead_to_the_truth(clock):
     np.testing.assert_allclose(state.velocity_m_per_s, (2.0, -1.0, 0.0), atol=1e-3)
 
 
-def test_a_fix_beyond_the_gate_changes_nothing():
+def test_a_fix_beyond_the_gate_changes_nothing_but_the_doubt():
     state = belief(False)
     found = update_fix(state, (900.0, 0.0, 0.0), np.eye(3), gate_sigma=4.0)
     assert not found.used
-    assert found.state is state
+    np.testing.assert_array_equal(found.state.mean, state.mean)
+    np.testing.assert_array_equal(found.state.covariance, state.covariance)
+    assert (state.doubt, found.state.doubt) == (0.0, 3.0)
     assert found.nis > 16.0
 
 

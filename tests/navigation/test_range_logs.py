@@ -62,7 +62,8 @@ def test_filters_side_by_side_are_each_the_one_alone():
     variances_m2 = rng.choice([0.25, np.inf], (5, len(ANCHORS_M)))
     means, covariances = np.tile(state.mean, (5, 1)), np.tile(state.covariance, (5, 1, 1))
     found = np.zeros((5, len(ANCHORS_M), 3))
-    step_many(means, covariances, 0.5, MOTION.psd(), ANCHORS_M, (measured_m, variances_m2), 25.0, found)
+    gate = 25.0, np.zeros((5, 1))
+    step_many(means, covariances, 0.5, MOTION.psd(), ANCHORS_M, (measured_m, variances_m2), gate, found)
     later = predict(state, 0.5, MOTION)
     for number in range(5):
         alone = update_ranges(later, ANCHORS_M, measured_m[number], variances_m2[number], gate_sigma=5.0)

@@ -1,0 +1,40 @@
+"""Anchors in one plane (on one line in 2D) and a rover that passes through it: from there on either side may be its."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from .tracks import Track
+
+__all__ = ["mirrored_near"]
+
+Floats = npt.NDArray[np.float64]
+
+
+def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int) -> Track | None:
+    """The same track on the other side of the anchors (m, 3), where it is so near their plane that they cannot tell.
+
+    Near it ranges know a height only by its square, h²/2r: below √(2·r·sigma) they do not know it. Anchors that stand
+    off their plane tell heights directly; where they do that better, there is no other side. None then, or further off.
+    """
+    d = dimension
+    if len(places_m) <= d:
+        return None
+    middle_m = places_m[:, :d].mean(axis=0)
+    _, sizes_m, axes = np.linalg.svd(places_m[:, :d] - middle_m, full_matrices=False)
+    normal = axes[-1]
+    off_m = float((track.place_m[:d] - middle_m) @ normal)
+    apart_m = float(np.linalg.norm(track.place_m[:d] - places_m[:, :d], axis=1).mean())
+    blind_m = math.sqrt(2.0 * apart_m * sigma_m)
+    if abs(off_m) > blind_m or 2.0 * sizes_m[-1] * blind_m > sigma_m * apart_m:
+        return None
+    flip = np.eye(d) - 2.0 * np.outer(normal, normal)
+    whole = np.eye(len(track.state))
+    whole[:d, :d] = whole[3 : 3 + d, 3 : 3 + d] = flip
+    state = whole @ track.state
+    state[:d] = track.place_m[:d] - 2.0 * off_m * normal
+    return replace(track, state=state, covariance=whole @ track.covariance @ whole.T)
