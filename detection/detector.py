@@ -29,9 +29,9 @@ class Detector:
     """
 
     def __init__(self, anchors: Sequence[RangingAnchor], settings: DetectorSettings = DEFAULTS) -> None:
-        check_anchors(anchors)
         if len(anchors) > MOST_RANGES:
             raise DetectionInputError(f"A detector takes at most {MOST_RANGES} anchors, not {len(anchors)}.")
+        check_anchors(anchors)
         self.settings = settings
         self._order = EpochOrder(settings.window)
         self._rejections: Counter[Rejection] = Counter()

@@ -116,5 +116,5 @@ def rejected_epoch(epoch: RangeEpoch, time_s: float, rejection: Rejection) -> Ep
     """The answer to an epoch that was not used."""
     return EpochResult(
         time_s, rejection, Classification.UNDETERMINED, (), (), (), None, PlanningStatus.NO_POSITION,
-        OdometryCondition.MISSING, SearchReport(0, True), (), "", f"The epoch was not used: {rejection}.",
+        OdometryCondition.MISSING, SearchReport(0, True, 0), (), "", f"The epoch was not used: {rejection}.",
     )  # fmt: skip

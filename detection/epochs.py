@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -83,6 +84,6 @@ class RangeEpoch:
 def check_anchors(anchors: Sequence[RangingAnchor]) -> None:
     """Raise DetectionInputError where two anchors share an id."""
     ids = [anchor.id for anchor in anchors]
-    twice = sorted({i for i in ids if ids.count(i) > 1})
+    twice = sorted(i for i, count in Counter(ids).items() if count > 1)
     if twice:
         raise DetectionInputError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")

@@ -23,6 +23,7 @@ Bools = npt.NDArray[np.bool_]
 MOST_RANGES = 62  # a set is the bits of one signed integer
 # An explanation has to be so probable among those that leave out as many ranges before it is believed.
 BELIEVED = 0.95
+UNSEARCHED = SearchReport(0, True, 0)
 DEFAULT_K = 3.0  # sigmas in a tolerance where no sigma is given
 
 
@@ -156,9 +157,9 @@ def detect_ranges(
     east_m, north_m, up_m = (*hint_m.tolist(), math.nan)[:3]
     rules = Rules(dimension == 2, refine, studentised, min(dimension + 1, n), (east_m, north_m, up_m))
     searched = search(ranges, rules, limit)
-    report = SearchReport(searched.tried, searched.complete)
+    report = SearchReport(searched.tried, searched.complete, searched.sets)
     if not searched.found:
-        return _without_position(n, _why_nothing_meets(n, dimension, searched), report)
+        return _without_position(n, _why_nothing_meets(n, dimension, searched), report, searched.least_out)
     best = searched.found[0]
     odds = [math.exp(0.5 * (_merit(best) - _merit(one))) for one in searched.found]
     weights = [one / sum(odds) for one in odds]
@@ -169,7 +170,7 @@ def detect_ranges(
     kept = best.kept.bit_count()
     excess_m, statistic = np.empty(n), np.empty(n)
     misfits.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
-    if n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
+    if not searched.trusted or n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
         unknown[:] = True
     blind = np.zeros(n, np.bool_)
     if kept > dimension:
@@ -186,6 +187,8 @@ def detect_ranges(
         needed = f"{_more(1)}, a prediction of who is in sight, or odometry" + (
             f": {n} ranges cannot check one another."
             if n == dimension
+            else f"; or a larger search_limit: {_not_all(searched)}."
+            if not searched.trusted
             else f": nothing checks {blind.sum()} of {n} ranges."
             if blind.any()
             else f": so few of {n} ranges may meet by chance."
@@ -204,7 +207,7 @@ def detect_ranges(
         excess_m,
         statistic,
         kept,
-        n - kept,
+        n - kept if searched.trusted else searched.least_out,
         position_m,
         covariance_of(ranges, ~left_out[0], position_m),
         mirror_m,
@@ -240,14 +243,17 @@ def _why_nothing_meets(n: int, dimension: int, searched: Search) -> str:
     if n == dimension:
         return f"One more range: the {n} there are do not meet in a point."
     if not searched.complete:
-        return f"A larger search_limit: no {dimension + 1} of the {n} ranges that were tried meet in one point."
+        return f"A larger search_limit, more ranges, or a prediction of who is in sight: {_not_all(searched)}."
     return f"More ranges or a prediction of who is in sight: no {dimension + 1} of the {n} ranges meet in one point."
 
 
-def _without_position(n: int, needed: str, report: SearchReport | None = None) -> GeometricDetection:
+def _not_all(searched: Search) -> str:
+    return f"only {searched.tried:,} of {searched.sets:,} sets of ranges were searched"
+
+
+def _without_position(n: int, needed: str, report: SearchReport = UNSEARCHED, least: int = 0) -> GeometricDetection:
     nothing, all_unknown = np.full(n, np.nan), np.ones(n, np.bool_)
-    least = 0 if report is None else 1
     return GeometricDetection(
         Classification.UNDETERMINED, ~all_unknown, all_unknown, np.full(n, 0.5), nothing, nothing.copy(),
-        0, least, None, None, None, None, False, (), report or SearchReport(0, True), needed,
+        0, least, None, None, None, None, False, (), report, needed,
     )  # fmt: skip

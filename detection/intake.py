@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
 
@@ -27,8 +28,8 @@ class Intake:
 
 def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings) -> Intake:
     """Sort an epoch's ranges and odometry into usable and rejected. Of an anchor that comes twice, neither is used."""
-    ids = [measured.anchor_id for measured in epoch.ranges]
-    twice = {anchor_id for anchor_id in ids if ids.count(anchor_id) > 1} if len(set(ids)) < len(ids) else set()
+    counts = Counter([measured.anchor_id for measured in epoch.ranges])
+    twice = {anchor_id for anchor_id, count in counts.items() if count > 1}
     ranges, rejected = [], []
     for measured in epoch.ranges:
         reason = _range_rejection(measured, known, twice, settings)

@@ -162,10 +162,14 @@ class PositionFix:
 
 @dataclass(frozen=True, slots=True)
 class SearchReport:
-    """How the subsets of anchors were searched: how many were tried, and whether all that could matter were."""
+    """How the sets of ranges were searched: so many were tried, of all that are as large as the answer or larger.
+
+    complete: all that could matter were; those that the triangle inequality rules out need no fit.
+    """
 
     tried: int
     complete: bool
+    sets: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -203,7 +203,8 @@ def _warnings(summary: dict[str, Any]) -> list[str]:
     if summary["rejections"].get("unknown anchor"):
         warnings.append("Ranges to anchors that were not named with --anchor or --anchors were not used.")
     if summary["searches_cut_short"]:
-        warnings.append(f"In {summary['searches_cut_short']} epochs the search was cut short at search_limit subsets.")
+        short, used = summary["searches_cut_short"], summary["epochs_used"]
+        warnings.append(f"In {short} of {used} epochs the search was cut short at search_limit sets of ranges.")
     return warnings
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import orjson
 
-from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix
+from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix, SearchReport
 
 __all__ = ["as_json", "epoch_answer", "state_answer"]
 
@@ -31,7 +31,7 @@ def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, 
         "position": None if result.position is None else _position(result.position),
         "planning": result.planning,
         "odometry": result.odometry,
-        "search": {"tried": result.search.tried, "complete": result.search.complete},
+        "search": _search(result.search),
         "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
         "needed": result.needed,
         "summary": result.summary,
@@ -92,6 +92,10 @@ def _verdict(verdict: AnchorVerdict) -> dict[str, Any]:
         ],
         "reason": verdict.reason,
     }
+
+
+def _search(report: SearchReport) -> dict[str, Any]:
+    return {"tried": report.tried, "complete": report.complete, "sets": report.sets}
 
 
 def _position(fix: PositionFix) -> dict[str, Any]:

@@ -68,6 +68,7 @@ class SearchOut(Exact):
 
     tried: int = Field(description="Number of subsets tried.")
     complete: bool = Field(description="Whether all that could matter were tried.")
+    sets: int = Field(description="How many sets are as large as the answer or larger; impossible pairs need no try.")
 
 
 class RejectedOut(Exact):
