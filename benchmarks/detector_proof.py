@@ -172,7 +172,7 @@ def false_positive_rates(epochs: int = 250_000, searched: int = 4000) -> Table:
             int(
                 detect_3d(
                     anchors_m, true_m + 0.1 * rng.normal(size=8), 0.1 * k, sigma_m=0.1, studentised=True
-                ).occluded.sum()
+                ).off.sum()
             )
             for _ in range(searched)
         )

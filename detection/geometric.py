@@ -31,7 +31,8 @@ DEFAULT_K = 3.0  # sigmas in a tolerance where no sigma is given
 class GeometricDetection:
     """What the ranges of one epoch say by themselves; arrays have one entry per range, in the order given.
 
-    occluded, unknown: (n,) bool, flagged; not to be told. p_occluded: (n,) share of the explanations that leave it out.
+    off, unknown: (n,) bool, surely not one of those that meet; not to be told. p_occluded: (n,) share of the
+        explanations that leave it out.
     excess_m: (n,) range minus distance from the position, NaN without one. statistic: (n,) |excess| in tolerances:
         above 1 = beyond the tolerance. count: ranges that meet at the position. least_occluded: so many at least.
     position_m, covariance_m2: (d,), (d, d); None where there is none. mirror_m: the other solution, None = only one;
@@ -41,7 +42,7 @@ class GeometricDetection:
     """
 
     classification: Classification
-    occluded: Bools
+    off: Bools
     unknown: Bools
     p_occluded: Floats
     excess_m: Floats
@@ -56,6 +57,16 @@ class GeometricDetection:
     candidates: tuple[tuple[int, ...], ...]
     search: SearchReport
     needed: str
+
+    @property
+    def occluded(self) -> Bools:
+        """(n,) bool: off, and too long."""
+        return self.off & ~(self.excess_m < 0.0)
+
+    @property
+    def too_short(self) -> Bools:
+        """(n,) bool: off, and too short, which no occlusion explains."""
+        return self.off & (self.excess_m < 0.0)
 
 
 def detect_2d(
@@ -180,7 +191,8 @@ def detect_ranges(
     undetermined = bool(unknown.any())
     likely = [number for number, weight in enumerate(weights) if weight > 1.0 - BELIEVED]
     position_m = np.array(best.place_m[:dimension])
-    classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(n - kept, 2)]
+    too_long = int((left_out[0] & (excess_m > 0.0)).sum())
+    classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(too_long, 2)]
     needed = ""
     if undetermined:
         classification = Classification.UNDETERMINED

@@ -162,13 +162,13 @@ def _counted(counts: dict[str, int]) -> str:
 def _anchors_table(summary: dict[str, Any]) -> Table:
     table = Table(title="Anchors", title_justify="left")
     table.add_column("anchor", style="bold")
-    for column in ("ranges", "clear", "occluded", "unknown", "share\noccluded", "median\nexcess m", "at the end"):
+    for column in ("ranges", "clear", "occluded", "too\nshort", "unknown", "share\noccluded", "median\nexcess m", "at the end"):
         table.add_column(column, justify="right")
     for anchor in summary["anchors"]:
         excess_m = anchor["median_excess_m"]
         table.add_row(
             escape(anchor["id"]),
-            *(str(anchor.get(column, 0)) for column in ("ranges", "clear", "occluded", "unknown")),
+            *(str(anchor.get(column, 0)) for column in ("ranges", "clear", "occluded", "too short", "unknown")),
             share_text(anchor["occluded_share"]),
             "–" if excess_m is None else f"{excess_m:+.2f}",
             anchor["last_sight"] or "–",
