@@ -70,7 +70,7 @@ def _reason(anchor_id: str, sight: Sight, says: Sequence[WitnessSay], agree: boo
 
 def _is_short(excess_m: float, harmful_m: float, says: Sequence[WitnessSay]) -> bool:
     """Whether a range that is off is so because it is short: clearly, or as a witness says."""
-    return excess_m < -harmful_m or (excess_m < 0.0 and any([say.says is Say.TOO_SHORT for say in says]))
+    return excess_m < -harmful_m or (excess_m < 0.0 and any(say.says is Say.TOO_SHORT for say in says))
 
 
 def _too_short(sight: Sight, excess_m: float) -> str:
@@ -113,9 +113,7 @@ def epoch_result(
     )  # fmt: skip
 
 
-def _summary(
-    count: int, occluded: Sequence[str], short: Sequence[str], unknown: int, planning: PlanningStatus
-) -> str:
+def _summary(count: int, occluded: Sequence[str], short: Sequence[str], unknown: int, planning: PlanningStatus) -> str:
     if count == 0:
         return f"No usable range; position: {planning}."
     hidden = f"occluded: {', '.join(occluded)}" if occluded else "none occluded"

@@ -130,9 +130,9 @@ class WitnessSay:
 class AnchorVerdict:
     """The verdict on one anchor in one epoch.
 
-    probability: that the range is off, so occluded or too short, 0 to 1. confidence: in ``sight``, 0 to 1. score: what ranks ranges from clear to
-    occluded on one scale over a whole session: |excess| over what is harmful; larger = more surely occluded.
-    excess_m: measured minus expected range, by the best witness there is; NaN where nothing is expected.
+    probability: that the range is off, so occluded or too short, 0 to 1. confidence: in ``sight``, 0 to 1. score: what
+    ranks ranges from clear to occluded on one scale over a whole session: |excess| over what is harmful; larger = more
+    surely off. excess_m: measured minus expected range, by the best witness there is; NaN where nothing is expected.
     """
 
     anchor_id: str

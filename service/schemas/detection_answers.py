@@ -10,7 +10,7 @@ from detection import Classification, OdometryCondition, PlanningStatus, Rejecti
 
 from .pages import Page
 
-__all__ = ["DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
+__all__ = ["DetectionOut", "DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
 
 
 class Exact(BaseModel):
@@ -95,6 +95,12 @@ class EpochOut(Exact):
     rejected: list[RejectedOut] = Field(description="Ranges and odometry that were not used.")
     needed: str = Field(description="What would settle what stays open; empty when nothing is.")
     summary: str = Field(description="The answer in a sentence.")
+
+
+class DetectionOut(EpochOut):
+    """The answer to one epoch by itself."""
+
+    warnings: list[str] = Field(description="What its ranges as a whole suffer from, units above all; often nothing.")
 
 
 class EpochsOut(Exact):

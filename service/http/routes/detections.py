@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from detection import detect_epoch
+from detection import detect_epoch, diagnose
 from service.detectors import as_json, epoch_answer
 from service.http.context import ServiceDep
 from service.http.documented import problem_responses
-from service.schemas.detection_answers import EpochOut
+from service.schemas.detection_answers import DetectionOut
 from service.schemas.detections import DetectionIn
 
 __all__ = ["router"]
@@ -21,7 +21,7 @@ router = APIRouter(prefix="/detections", tags=["Detectors"])
     response_model=None,
     summary="Judge one epoch",
     responses={
-        200: {"description": "The verdicts, and a position from the ranges that are left.", "model": EpochOut},
+        200: {"description": "The verdicts, and a position from the ranges that are left.", "model": DetectionOut},
         **problem_responses(400, 413, 415, 422),
     },
 )
@@ -31,5 +31,7 @@ async def judge_epoch(asked: DetectionIn, service: ServiceDep) -> Response:
     limits.check_detector(asked)
     limits.check_ranges(asked.ranges)
     anchors = [anchor.anchor() for anchor in asked.anchors]
-    result = detect_epoch(anchors, asked.epoch(), asked.settings.settings())
-    return Response(as_json(epoch_answer(result)), media_type="application/json")
+    epoch, settings = asked.epoch(), asked.settings.settings()
+    result = detect_epoch(anchors, epoch, settings)
+    warnings = [one.sentence for one in diagnose(anchors, (epoch,), (result,), settings)]
+    return Response(as_json({**epoch_answer(result), "warnings": warnings}), media_type="application/json")
