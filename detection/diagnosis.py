@@ -31,7 +31,7 @@ Heard = tuple[float, float, float, float, float]  # place of the anchor, range, 
 HARDLY = 0.2  # share of epochs with a position, or of ranges that are clear, under which something is said in any case
 FEW = 0.5  # the same, under which a cause is looked for
 ENOUGH = 10  # epochs, and blocks of ranges, before all this means anything
-NOTABLE_REJECTIONS = 0.05
+NOTABLE_REJECTIONS, FEW_LATE = 0.05, 4  # share and number of late epochs that are no stragglers any more
 # A cause is named that leaves so little of what ranges are off without it, and so little of them off at all.
 EXPLAINS = 0.5
 SURELY = 2.0  # sigmas of a range: so little is left where a cause explains all
@@ -141,7 +141,9 @@ def _times(notes: Sequence[EpochNote]) -> list[Suspicion]:
 def _order(notes: Sequence[EpochNote], located: float) -> list[Suspicion]:
     back = sum([after.time_s < before.time_s for before, after in itertools.pairwise(notes)])
     late = sum([note.rejection in (Rejection.LATE, Rejection.OUT_OF_ORDER) for note in notes])
-    if not back or not (late > NOTABLE_REJECTIONS * len(notes) or (located < FEW and len(notes) >= ENOUGH)):
+    if not back or not (
+        late > max(FEW_LATE, NOTABLE_REJECTIONS * len(notes)) or (located < FEW and len(notes) >= ENOUGH)
+    ):
         return []
     times = "once" if back == 1 else f"{back} times"
     what = f"{late} of {len(notes)} epochs were not used" if late else "ranges of one moment do not stand together"

@@ -163,9 +163,9 @@ def _without_comments(text: str) -> Iterator[tuple[str, int, str]]:
     """(the comment before it, number, line) of each line that is none; so are empty lines before the first."""
     begun, comment = False, ""
     for number, line in enumerate(io.StringIO(text, newline=""), 1):
-        begun = begun or bool(line.strip())
         if line.lstrip().startswith(COMMENT):
             comment = line.strip().lstrip(COMMENT)
-        elif begun:
+        elif begun or line.strip():
+            begun = True
             yield comment, number, line
             comment = ""
