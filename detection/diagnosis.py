@@ -141,9 +141,8 @@ def _times(notes: Sequence[EpochNote]) -> list[Suspicion]:
 def _order(notes: Sequence[EpochNote], located: float) -> list[Suspicion]:
     back = sum([after.time_s < before.time_s for before, after in itertools.pairwise(notes)])
     late = sum([note.rejection in (Rejection.LATE, Rejection.OUT_OF_ORDER) for note in notes])
-    if not back or not (
-        late > max(FEW_LATE, NOTABLE_REJECTIONS * len(notes)) or (located < FEW and len(notes) >= ENOUGH)
-    ):
+    many_late = late > max(FEW_LATE, NOTABLE_REJECTIONS * len(notes))
+    if not back or not (many_late or (located < FEW and len(notes) >= ENOUGH)):
         return []
     times = "once" if back == 1 else f"{back} times"
     what = f"{late} of {len(notes)} epochs were not used" if late else "ranges of one moment do not stand together"
