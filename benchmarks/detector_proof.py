@@ -159,7 +159,7 @@ def false_positive_rates(epochs: int = 250_000, searched: int = 4000) -> Table:
     wide = 100.0  # sigmas of tolerance, so that the whole set is fitted whatever its noise
     for row in statistics:
         ranges = Ranges(anchors_m, true_m + 0.1 * rng.normal(size=8), sigmas_m, wide * sigmas_m, np.zeros(8))
-        _, place, _, _, _ = subsets.place_of(ranges, everyone, rules, work)
+        _, place, *_ = subsets.place_of(ranges, everyone, rules, work)
         misfits.statistics(ranges, everyone, False, place, True, excess_m, row)
     statistics *= wide
     rows = []
@@ -172,7 +172,7 @@ def false_positive_rates(epochs: int = 250_000, searched: int = 4000) -> Table:
             int(
                 detect_3d(
                     anchors_m, true_m + 0.1 * rng.normal(size=8), 0.1 * k, sigma_m=0.1, studentised=True
-                ).occluded.sum()
+                ).off.sum()
             )
             for _ in range(searched)
         )

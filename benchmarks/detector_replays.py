@@ -72,7 +72,7 @@ def session(log: RangeLog, settings: DetectorSettings, bad_m: float) -> Replay:
         for one in epoch.ranges:  # a range that the detector refuses (plaza has one below zero) counts as surely bad
             verdict = verdicts.get(one.anchor_id)
             score.append(math.inf if verdict is None else verdict.score)
-            flagged.append(verdict is None or verdict.occluded)
+            flagged.append(verdict is None or verdict.off)
         off_m.append(math.nan if answer.position is None else math.dist(answer.position.position_m, place_m))
     return _replay(log, score, flagged, off_m, bad_m)
 
@@ -90,7 +90,7 @@ def geometric_step(
         )  # fmt: skip
         # a range of which nothing is known ranks like one at its tolerance
         score += np.nan_to_num(found.statistic, nan=1.0).tolist()
-        flagged += found.occluded.tolist()
+        flagged += found.off.tolist()
         off_m.append(math.nan if found.position_m is None else math.dist(found.position_m, place_m))
     return _replay(log, score, flagged, off_m, bad_m)
 

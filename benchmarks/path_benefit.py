@@ -117,7 +117,7 @@ def _left_in(places_m: Floats, ranges_m: Floats, near_m: Floats) -> Floats:
     if len(came) >= 4:
         hint_m = (np.nan, np.nan, float(near_m[2]))
         found = detect_3d(places_m[came], ranges_m[came], TOLERANCE_M, hint_m=hint_m)
-        left_m[came[found.occluded]] = np.nan
+        left_m[came[found.off]] = np.nan
     return left_m
 
 

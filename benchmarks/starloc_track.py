@@ -43,7 +43,7 @@ def detector_weights(log: RangeLog) -> Array:
         verdicts = {verdict.anchor_id: verdict for verdict in detector.process(epoch).verdicts}
         for one in epoch.ranges:
             verdict = verdicts.get(one.anchor_id)
-            weights.append(0.0 if verdict is None or verdict.occluded else 1.0 - verdict.probability)
+            weights.append(0.0 if verdict is None or verdict.off else 1.0 - verdict.probability)
     return np.array(weights)
 
 

@@ -1,6 +1,7 @@
 """The runtime range-based detector: notices occlusion from the ranges themselves, without a map."""
 
 from .detector import Detector, detect_epoch
+from .diagnosis import Cause, Suspicion, diagnose
 from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .geometric import GeometricDetection, detect_2d, detect_3d
@@ -26,6 +27,7 @@ from .verdicts import (
 __all__ = [
     "AnchorState",
     "AnchorVerdict",
+    "Cause",
     "Classification",
     "DetectionError",
     "DetectionInputError",
@@ -47,11 +49,13 @@ __all__ = [
     "Say",
     "SearchReport",
     "Sight",
+    "Suspicion",
     "Witness",
     "WitnessSay",
     "detect_2d",
     "detect_3d",
     "detect_epoch",
+    "diagnose",
     "false_positive_rate",
     "k_for_false_positive_rate",
     "sigma_geometric_m",

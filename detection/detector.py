@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Sequence
 
+from .diagnosis import EpochNote, Suspicion, note_of, places_of, suspicions_of
 from .epoch_order import EpochOrder
 from .epoch_results import rejected_epoch
 from .epochs import RangeEpoch, RangingAnchor, check_anchors
@@ -19,6 +20,7 @@ from .verdicts import EpochResult, Rejection
 __all__ = ["Detector", "detect_epoch"]
 
 DEFAULTS = DetectorSettings()
+NOTED = 240  # epochs that a diagnosis of the session looks back on
 
 
 class Detector:
@@ -29,9 +31,9 @@ class Detector:
     """
 
     def __init__(self, anchors: Sequence[RangingAnchor], settings: DetectorSettings = DEFAULTS) -> None:
-        check_anchors(anchors)
         if len(anchors) > MOST_RANGES:
             raise DetectionInputError(f"A detector takes at most {MOST_RANGES} anchors, not {len(anchors)}.")
+        check_anchors(anchors)
         self.settings = settings
         self._order = EpochOrder(settings.window)
         self._rejections: Counter[Rejection] = Counter()
@@ -39,6 +41,8 @@ class Detector:
         self._judge = Judge(anchors, settings)
         self._epochs = 0
         self._last: EpochResult | None = None
+        self._places_m = places_of(anchors)
+        self._notes: deque[EpochNote] = deque(maxlen=NOTED)
 
     @property
     def state(self) -> DetectorState:
@@ -54,6 +58,10 @@ class Detector:
             self._last, place_m, velocity_m_per_s,
         )  # fmt: skip
 
+    def suspicions(self) -> tuple[Suspicion, ...]:
+        """What the latest epochs as a whole suffer from: units, order, faults that all ranges share; often nothing."""
+        return suspicions_of(tuple(self._notes), self.settings)
+
     def process(self, epoch: RangeEpoch) -> EpochResult:
         """The answer to one epoch; one that is late, out of order or a duplicate is rejected, counted and told.
 
@@ -67,7 +75,9 @@ class Detector:
         base_time_s = epoch.time_s - self.settings.ranging_offset_s + self.settings.base_offset_s
         if rejection is not None:
             self._rejections[rejection] += 1
-            return rejected_epoch(epoch, base_time_s, rejection)
+            result = rejected_epoch(epoch, base_time_s, rejection)
+            self._notes.append(note_of(epoch, result, self._places_m))
+            return result
         intake = take_in(epoch, self._seen, self.settings)
         self._rejections.update(rejected.reason for rejected in intake.rejected)
         result = self._judge.epoch_result(epoch, base_time_s, intake)
@@ -78,6 +88,9 @@ class Detector:
     def _remember(self, epoch: RangeEpoch, result: EpochResult) -> None:
         self._epochs += 1
         self._last = result
+        if epoch.moved:
+            self._places_m = self._places_m | places_of(one for one in epoch.moved if one.id in self._places_m)
+        self._notes.append(note_of(epoch, result, self._places_m))
         for verdict in result.verdicts:
             self._seen[verdict.anchor_id].note(verdict, epoch.time_s)
 

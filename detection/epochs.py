@@ -84,6 +84,6 @@ class RangeEpoch:
 def check_anchors(anchors: Sequence[RangingAnchor]) -> None:
     """Raise DetectionInputError where two anchors share an id."""
     ids = [anchor.id for anchor in anchors]
-    twice = sorted(id for id, times in Counter(ids).items() if times > 1)
+    twice = sorted(i for i, count in Counter(ids).items() if count > 1)
     if twice:
         raise DetectionInputError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")

@@ -48,7 +48,7 @@ def fuse(says: Sequence[WitnessSay], settings: DetectorSettings) -> tuple[Sight,
     if not voting:
         return UNKNOWN, None, True
     probability = _mean(voting)
-    agree = len({say.says for say in voting}) == 1
+    agree = len({say.says is Say.CLEAR for say in voting}) == 1
     threshold = settings.occlusion_threshold if agree else settings.cautious_threshold
     return (OCCLUDED if probability > threshold else CLEAR), probability, agree
 

@@ -23,6 +23,7 @@ Bools = npt.NDArray[np.bool_]
 MOST_RANGES = 62  # a set is the bits of one signed integer
 # An explanation has to be so probable among those that leave out as many ranges before it is believed.
 BELIEVED = 0.95
+UNSEARCHED = SearchReport(0, True, 0)
 DEFAULT_K = 3.0  # sigmas in a tolerance where no sigma is given
 
 
@@ -30,7 +31,8 @@ DEFAULT_K = 3.0  # sigmas in a tolerance where no sigma is given
 class GeometricDetection:
     """What the ranges of one epoch say by themselves; arrays have one entry per range, in the order given.
 
-    occluded, unknown: (n,) bool, flagged; not to be told. p_occluded: (n,) share of the explanations that leave it out.
+    off, unknown: (n,) bool, surely not one of those that meet; not to be told. p_occluded: (n,) share of the
+        explanations that leave it out.
     excess_m: (n,) range minus distance from the position, NaN without one. statistic: (n,) |excess| in tolerances:
         above 1 = beyond the tolerance. count: ranges that meet at the position. least_occluded: so many at least.
     position_m, covariance_m2: (d,), (d, d); None where there is none. mirror_m: the other solution, None = only one;
@@ -40,7 +42,7 @@ class GeometricDetection:
     """
 
     classification: Classification
-    occluded: Bools
+    off: Bools
     unknown: Bools
     p_occluded: Floats
     excess_m: Floats
@@ -55,6 +57,16 @@ class GeometricDetection:
     candidates: tuple[tuple[int, ...], ...]
     search: SearchReport
     needed: str
+
+    @property
+    def occluded(self) -> Bools:
+        """(n,) bool: off, and too long."""
+        return self.off & ~(self.excess_m < 0.0)
+
+    @property
+    def too_short(self) -> Bools:
+        """(n,) bool: off, and too short, which no occlusion explains."""
+        return self.off & (self.excess_m < 0.0)
 
 
 def detect_2d(
@@ -156,9 +168,9 @@ def detect_ranges(
     east_m, north_m, up_m = (*hint_m.tolist(), math.nan)[:3]
     rules = Rules(dimension == 2, refine, studentised, min(dimension + 1, n), (east_m, north_m, up_m))
     searched = search(ranges, rules, limit)
-    report = SearchReport(searched.tried, searched.complete)
+    report = SearchReport(searched.tried, searched.complete, searched.sets)
     if not searched.found:
-        return _without_position(n, _why_nothing_meets(n, dimension, searched), report)
+        return _without_position(n, _why_nothing_meets(n, dimension, searched), report, searched.least_out)
     best = searched.found[0]
     odds = [math.exp(0.5 * (_merit(best) - _merit(one))) for one in searched.found]
     weights = [one / sum(odds) for one in odds]
@@ -169,7 +181,7 @@ def detect_ranges(
     kept = best.kept.bit_count()
     excess_m, statistic = np.empty(n), np.empty(n)
     misfits.statistics(ranges, best.kept, rules.flat, best.place_m, studentised, excess_m, statistic)
-    if n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
+    if not searched.trusted or n == dimension or _by_chance(kept, statistic[left_out[0]], dimension) > 1.0 - BELIEVED:
         unknown[:] = True
     blind = np.zeros(n, np.bool_)
     if kept > dimension:
@@ -179,13 +191,16 @@ def detect_ranges(
     undetermined = bool(unknown.any())
     likely = [number for number, weight in enumerate(weights) if weight > 1.0 - BELIEVED]
     position_m = np.array(best.place_m[:dimension])
-    classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(n - kept, 2)]
+    too_long = int((left_out[0] & (excess_m > 0.0)).sum())
+    classification = (Classification.NONE, Classification.SINGLE, Classification.MULTIPLE)[min(too_long, 2)]
     needed = ""
     if undetermined:
         classification = Classification.UNDETERMINED
         needed = f"{_more(1)}, a prediction of who is in sight, or odometry" + (
             f": {n} ranges cannot check one another."
             if n == dimension
+            else f"; or a larger search_limit: {_not_all(searched)}."
+            if not searched.trusted
             else f": nothing checks {blind.sum()} of {n} ranges."
             if blind.any()
             else f": so few of {n} ranges may meet by chance."
@@ -204,7 +219,7 @@ def detect_ranges(
         excess_m,
         statistic,
         kept,
-        n - kept,
+        n - kept if searched.trusted else searched.least_out,
         position_m,
         covariance_of(ranges, ~left_out[0], position_m),
         mirror_m,
@@ -240,14 +255,17 @@ def _why_nothing_meets(n: int, dimension: int, searched: Search) -> str:
     if n == dimension:
         return f"One more range: the {n} there are do not meet in a point."
     if not searched.complete:
-        return f"A larger search_limit: no {dimension + 1} of the {n} ranges that were tried meet in one point."
+        return f"A larger search_limit, more ranges, or a prediction of who is in sight: {_not_all(searched)}."
     return f"More ranges or a prediction of who is in sight: no {dimension + 1} of the {n} ranges meet in one point."
 
 
-def _without_position(n: int, needed: str, report: SearchReport | None = None) -> GeometricDetection:
+def _not_all(searched: Search) -> str:
+    return f"only {searched.tried:,} of {searched.sets:,} sets of ranges were searched"
+
+
+def _without_position(n: int, needed: str, report: SearchReport = UNSEARCHED, least: int = 0) -> GeometricDetection:
     nothing, all_unknown = np.full(n, np.nan), np.ones(n, np.bool_)
-    least = 0 if report is None else 1
     return GeometricDetection(
         Classification.UNDETERMINED, ~all_unknown, all_unknown, np.full(n, 0.5), nothing, nothing.copy(),
-        0, least, None, None, None, None, False, (), report or SearchReport(0, True), needed,
+        0, least, None, None, None, None, False, (), report, needed,
     )  # fmt: skip

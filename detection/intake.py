@@ -28,8 +28,8 @@ class Intake:
 
 def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings) -> Intake:
     """Sort an epoch's ranges and odometry into usable and rejected. Of an anchor that comes twice, neither is used."""
-    ids = [measured.anchor_id for measured in epoch.ranges]
-    twice = {id for id, times in Counter(ids).items() if times > 1} if len(set(ids)) < len(ids) else set()
+    counts = Counter([measured.anchor_id for measured in epoch.ranges])
+    twice = {anchor_id for anchor_id, count in counts.items() if count > 1}
     ranges, rejected = [], []
     for measured in epoch.ranges:
         reason = _range_rejection(measured, known, twice, settings)

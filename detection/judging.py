@@ -176,7 +176,7 @@ class Judge:
             clear = verdict.sight is CLEAR
             for say in verdict.says[:2]:
                 if say.says is not SILENT:
-                    self.monitor.note(say.witness, clear and say.says is Say.OCCLUDED)
+                    self.monitor.note(say.witness, clear and say.says is not Say.CLEAR)
             violated = change is not None and change.violated and not change.shorter
             if clear or (verdict.sight is UNKNOWN and not violated):
                 toward = None if rover_m is None else _direction(rover_m, anchor_m)

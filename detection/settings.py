@@ -54,7 +54,7 @@ class DetectorSettings:
     occlusion_threshold, cautious_threshold: fused probability beyond which an anchor is occluded, where the witnesses
         agree and where they do not.
     terrain, criticality: scale the tolerances: complex ground and critical missions make the detector more sensitive.
-    search_limit: subsets of anchors tried in one epoch before the search is cut short.
+    search_limit: sets of ranges fitted in one epoch before the search is cut short; its other work is bounded alike.
     altitude_hint_m, side_hint_m: which of two mirror solutions is the rover's: an altitude near it (3D), or a point on
         its side of the anchors (east, north).
     odometry_offset_s, ranging_offset_s, base_offset_s: seconds that the clock of each is ahead of a common one. Times

@@ -9,15 +9,19 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .kernels import candidates as near
 from .kernels import fits, misfits
 from .kernels import subsets as kernel
 
-__all__ = ["ConsistentSet", "Ranges", "Rules", "Search", "search"]
+__all__ = ["ConsistentSet", "Ranges", "Rules", "Search", "most_steps", "search"]
 
 Floats = npt.NDArray[np.float64]
 
 # A candidate point of two or three noisy ranges lies further off than a fit of all: so many tolerances are near it.
 SLACK = 4.0
+# A fit looks at every pair of ranges once, and at all ranges in so many rounds of its descents and tests.
+USUAL_ROUNDS = 20
+ENDLESS = 2**62
 
 
 class Ranges(NamedTuple):
@@ -64,38 +68,71 @@ class ConsistentSet:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """All largest consistent sets, best first; sets tried; whether no set that could matter was left untried."""
+    """All largest consistent sets, best first, and how surely they are all.
+
+    tried: sets fitted, of ``sets`` that are as large or larger; those that the triangle inequality rules out need no
+        fit. complete: no set that could matter was left untried. least_out: no set that leaves out fewer meets.
+    trusted: where not complete, whether every candidate point was looked at, and nothing larger was found elsewhere.
+    steps: the work, in ranges looked at.
+    """
 
     found: tuple[ConsistentSet, ...]
     tried: int
     complete: bool
+    sets: int
+    least_out: int
+    trusted: bool
+    steps: int
+
+
+def most_steps(count: int, limit: int) -> int:
+    """The work that a search among so many ranges may take: ``limit`` fits of all of them, as they usually are."""
+    return limit * count * (count // 2 + USUAL_ROUNDS)
 
 
 def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     """The largest sets that meet, by leaving out none, one, two ... ranges, in at most ``limit`` fits.
 
-    Where all sets are more than that, one found among candidate points bounds how many have to be left out. Where the
-    fits run out first, that set is the answer and the search says that it is not complete.
+    Where all sets are more than that, those found among candidate points bound how many have to be left out. Where the
+    fits or ``most_steps`` run out first, they are the answer and the search says that it is not complete.
     """
     n = len(ranges.ranges_m)
     table, sets = np.zeros((kernel.MOST, kernel.FOUND)), np.zeros(kernel.MOST, np.int64)
     bound = n - rules.least_kept
-    few = sum([math.comb(n, out) for out in range(1, bound + 1)]) <= limit
-    count, tried, complete = kernel.largest(ranges, rules, np.arange(n), (0, bound if few else 0), limit, table, sets)
+    few = _sets(n, bound) - 1 <= limit  # then the number of fits bounds the work
+    most = ENDLESS if few else most_steps(n, limit)
+    limits, levels = (limit, most), (0, bound if few else 0)
+    count, tried, steps, complete, out = kernel.largest(ranges, rules, np.arange(n), levels, limits, table, sets)
     if count or few:
         # where all ranges are needed, their one set counts as tried though the triangle inequality rules it out
-        return Search(_sorted(table, sets, count), tried if bound else 1, complete)
+        found = _sorted(table, sets, count)
+        return Search(found, tried if bound else 1, complete, _sets(n, min(out, bound)), out, True, steps)
+    notes = np.zeros_like(table), np.zeros_like(sets), np.zeros_like(sets), np.zeros(4, np.int64)
+    seen_all = near.candidates(ranges, rules, SLACK if rules.refine else 1.0, most - steps, notes)
+    by_points = _sorted(notes[0], notes[1], int(notes[3][near.COUNT]))
+    steps += int(notes[3][near.STEPS])
     order = np.arange(n)
-    kept, place, cost = kernel.bounded(ranges, rules, SLACK if rules.refine else 1.0)
-    if kept:
-        bound = n - kernel.bits(kept)
-        order = _by_error(ranges, kept, rules.flat, place)
-    count, more, complete = kernel.largest(ranges, rules, order, (1, bound), limit - tried, table, sets)
-    found = _sorted(table, sets, count)
-    if kept and not found:
-        # the fits ran out, or the set settles from a candidate point but not from its own linear system
-        found = (ConsistentSet(kept, place, cost, 0.0, None, math.inf),)
-    return Search(found, tried + more, complete)
+    if by_points:
+        bound = n - by_points[0].kept.bit_count()
+        order = _by_error(ranges, int(notes[1][0]), rules.flat, _place(notes[0][0]))
+    limits = (limit - tried, most - steps)
+    count, more, more_steps, complete, out = kernel.largest(ranges, rules, order, (1, bound), limits, table, sets)
+    found, tried, steps = _sorted(table, sets, count), tried + more, steps + more_steps
+    trusted = complete or (seen_all and (not found or out == bound))
+    if not complete and by_points and (not found or out == bound):
+        met = {one.kept for one in found}
+        found = _best_first([*found, *(one for one in by_points if one.kept not in met)])
+    elif not found:
+        # the sets settle from a candidate point but not from their own linear system
+        found = by_points
+    left_out = n - found[0].kept.bit_count() if found else bound
+    least_out = left_out if complete else min(out, left_out)
+    return Search(found, tried, complete, _sets(n, left_out), least_out, trusted, steps)
+
+
+def _sets(count: int, most_out: int) -> int:
+    """How many sets leave out at most so many."""
+    return sum(math.comb(count, out) for out in range(most_out + 1))
 
 
 def _by_error(ranges: Ranges, kept: int, flat: bool, place: tuple[float, float, float]) -> npt.NDArray[np.int64]:
@@ -107,10 +144,19 @@ def _by_error(ranges: Ranges, kept: int, flat: bool, place: tuple[float, float, 
 def _sorted(table: Floats, sets: npt.NDArray[np.int64], count: int) -> tuple[ConsistentSet, ...]:
     found = []
     for row, kept in zip(table[:count].tolist(), sets[:count].tolist(), strict=True):
-        cost, *place, other_cost, other_e, other_n, other_u, places, penalty = row
+        cost, east_m, north_m, up_m, other_cost, other_e, other_n, other_u, places, penalty = row
         other = (other_e, other_n, other_u)
         mirror, nearly = (other, None) if places == fits.MIRRORED else (None, other)
         if not math.isfinite(other_cost):
             nearly = None
-        found.append(ConsistentSet(kept, (place[0], place[1], place[2]), cost, penalty, mirror, other_cost, nearly))
+        found.append(ConsistentSet(kept, (east_m, north_m, up_m), cost, penalty, mirror, other_cost, nearly))
+    return _best_first(found)
+
+
+def _best_first(found: list[ConsistentSet]) -> tuple[ConsistentSet, ...]:
     return tuple(sorted(found, key=lambda one: one.cost + one.penalty))
+
+
+def _place(row: Floats) -> tuple[float, float, float]:
+    _, east_m, north_m, up_m, *_ = row.tolist()
+    return east_m, north_m, up_m

@@ -239,7 +239,7 @@ class Tracker:
         if not self.is_known(geometry.covariance_m2):
             return
         self._elsewhere, self._confirmed_s = 0, -math.inf
-        too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.occluded)}
+        too_long_m = {int(index[i]): float(geometry.excess_m[i]) for i in np.flatnonzero(geometry.off)}
         other_m = geometry.nearly_m if geometry.mirror_m is None else geometry.mirror_m
         self.track, self._rival = (
             None

@@ -40,14 +40,18 @@ class Classification(StrEnum):
 
 
 class Sight(StrEnum):
-    """What is known about an anchor's line of sight; unknown is a third answer."""
+    """What a range says about its anchor's line of sight; unknown is a third answer.
+
+    Too short is none about sight: no occlusion shortens a range. The anchor stands elsewhere, or the ranging errs.
+    """
 
     CLEAR = "clear"
     OCCLUDED = "occluded"
+    TOO_SHORT = "too short"
     UNKNOWN = "unknown"
 
 
-OCCLUDED = Sight.OCCLUDED
+OCCLUDED, TOO_SHORT = Sight.OCCLUDED, Sight.TOO_SHORT
 
 
 class Witness(StrEnum):
@@ -64,6 +68,7 @@ class Say(StrEnum):
 
     CLEAR = "clear"
     OCCLUDED = "occluded"
+    TOO_SHORT = "too short"
     SILENT = "silent"
 
 
@@ -111,7 +116,7 @@ class WitnessSay:
 
     evidence: by how much it found the range off, over what it tolerates (above 1 = beyond); NaN where it has none.
     weight: its share in the verdict before all are normalised, 0 where it does not vote. reason: one sentence.
-    probability: that the anchor is occluded, as this witness has it; NaN where it is silent.
+    probability: that the range is off, as this witness has it; NaN where it is silent.
     """
 
     witness: Witness
@@ -126,9 +131,9 @@ class WitnessSay:
 class AnchorVerdict:
     """The verdict on one anchor in one epoch.
 
-    probability: that it is occluded, 0 to 1. confidence: in ``sight``, 0 to 1. score: what ranks ranges from clear to
-    occluded on one scale over a whole session: |excess| over what is harmful; larger = more surely occluded.
-    excess_m: measured minus expected range, by the best witness there is; NaN where nothing is expected.
+    probability: that the range is off, so occluded or too short, 0 to 1. confidence: in ``sight``, 0 to 1. score: what
+    ranks ranges from clear to occluded on one scale over a whole session: |excess| over what is harmful; larger = more
+    surely off. excess_m: measured minus expected range, by the best witness there is; NaN where nothing is expected.
     """
 
     anchor_id: str
@@ -143,8 +148,13 @@ class AnchorVerdict:
 
     @property
     def occluded(self) -> bool:
-        """The binary flag: unknown is not flagged."""
+        """The binary flag: neither unknown nor too short is occluded."""
         return self.sight is OCCLUDED
+
+    @property
+    def off(self) -> bool:
+        """Whether a position should do without the range: it is occluded, or too short."""
+        return self.sight is OCCLUDED or self.sight is TOO_SHORT
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,10 +173,14 @@ class PositionFix:
 
 @dataclass(frozen=True, slots=True)
 class SearchReport:
-    """How the subsets of anchors were searched: how many were tried, and whether all that could matter were."""
+    """How the sets of ranges were searched: so many were tried, of all that are as large as the answer or larger.
+
+    complete: all that could matter were; those that the triangle inequality rules out need no fit.
+    """
 
     tried: int
     complete: bool
+    sets: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ SETTLED = 0.5
 SURELY = 0.9987  # three sigma beyond what is harmful
 
 GEOMETRY, ODOMETRY, MOTION, PREDICTION = Witness.GEOMETRY, Witness.ODOMETRY, Witness.MOTION, Witness.PREDICTION
-CLEAR, OCCLUDED, SILENT = Say.CLEAR, Say.OCCLUDED, Say.SILENT
+CLEAR, OCCLUDED, TOO_SHORT, SILENT = Say.CLEAR, Say.OCCLUDED, Say.TOO_SHORT, Say.SILENT
 NO_ODOMETRY = WitnessSay(ODOMETRY, SILENT, math.nan, 0.0, "no odometry since a range that was trusted")
 NO_PREDICTION = WitnessSay(PREDICTION, SILENT, math.nan, 0.0, "no prediction")
 
@@ -27,15 +27,16 @@ def geometry_says(geometry: GeometricDetection, weight: float) -> list[WitnessSa
     if geometry.classification is Classification.UNDETERMINED and geometry.needed:
         untold = "the ranges of the epoch do not tell which are too long"
     count, says = geometry.count, []
-    for unknown, occluded, excess_m, statistic in zip(
-        geometry.unknown.tolist(), geometry.occluded.tolist(), geometry.excess_m.tolist(), geometry.statistic.tolist(),
+    for unknown, off, excess_m, statistic in zip(
+        geometry.unknown.tolist(), geometry.off.tolist(), geometry.excess_m.tolist(), geometry.statistic.tolist(),
         strict=True,
     ):  # fmt: skip
         if unknown:
             says.append(WitnessSay(GEOMETRY, SILENT, statistic, 0.0, untold))
-        elif occluded:
+        elif off:
             why = f"it misses by {excess_m:+.2f} m the point where {count} others meet"
-            says.append(WitnessSay(GEOMETRY, OCCLUDED, statistic, weight, why, 1.0))
+            word = TOO_SHORT if excess_m < 0.0 else OCCLUDED
+            says.append(WitnessSay(GEOMETRY, word, statistic, weight, why, 1.0))
         else:
             why = f"it meets {count - 1} others to {abs(excess_m):.2f} m"
             says.append(WitnessSay(GEOMETRY, CLEAR, statistic, weight, why, 0.0))
@@ -82,7 +83,7 @@ def motion_says(
         if not (from_track_m <= SETTLED * harm_m or probability > SURELY):
             says.append(WitnessSay(MOTION, SILENT, size_m / harm_m, 0.0, "the track is not settled yet"))
             continue
-        say = OCCLUDED if probability > 0.5 else CLEAR
+        say = CLEAR if not probability > 0.5 else TOO_SHORT if over_m < 0.0 else OCCLUDED
         why = f"it is {over_m:+.2f} m off where the track leads"
         says.append(WitnessSay(MOTION, say, size_m / harm_m, weight, why, probability))
     return says

@@ -17,6 +17,8 @@ from .detectors import rehearse
 
 __all__ = ["Episode", "Replay", "replay"]
 
+MOST_NEEDS = 5  # of what would settle epochs, the most frequent
+
 
 @dataclass(frozen=True, slots=True)
 class Episode:
@@ -59,6 +61,7 @@ class Replay:
             "availability": _share(sum(r.planning is not PlanningStatus.NO_POSITION for r in used), len(used)),
             "odometry": _counts(result.odometry for result in used),
             "rejections": _counts(reason for reason, count in self.state.rejections.items() for _ in range(count)),
+            "needed": dict(list(_counts(r.needed for r in used if r.needed).items())[:MOST_NEEDS]),
             "searches_cut_short": sum(not result.search.complete for result in used),
             "anchors": [self._anchor(anchor) for anchor in self.anchors],
             "episodes": [asdict(episode) for episode in self.episodes()],

@@ -91,7 +91,7 @@ class Settings(BaseSettings):
 
     max_detectors: int = Field(default=200, ge=0, description="Detector sessions that are open at the same time.")
     max_detector_anchors: int = Field(
-        default=32, ge=1, le=64, description="Anchors of a detector, and ranges in one of its epochs."
+        default=32, ge=1, le=62, description="Anchors of a detector, and ranges in one of its epochs."
     )
     max_detector_search: int = Field(
         default=5000, ge=1, description="Subsets of anchors that a detector may be told to try in one epoch."

@@ -178,6 +178,11 @@ def _detections(_grid: ElevationGrid) -> None:
             measured = (detection.RangeMeasurement(str(n), float(range_m)) for n, range_m in enumerate(ranges_m))
             motion = detection.OdometryIncrement(1.0, (0.0, 0.0), heading_rad=0.0)
             detector.process(detection.RangeEpoch(float(second), tuple(measured), motion))
+        # every range another time too long: a cause is looked for
+        lies = [detection.RangeMeasurement(str(n), 40.0 + 30.0 * n) for n in range(len(places))]
+        for second in range(3, 15):
+            detector.process(detection.RangeEpoch(float(second), tuple(lies)))
+        detector.suspicions()
     odd_m = np.linspace(40.0, 300.0, len(places))  # ranges that meet nowhere: the bounded search too
     detection.detect_3d(places, odd_m, 0.1, search_limit=2)
     detection.detect_3d(places, odd_m, 0.1, method="seed", search_limit=2)

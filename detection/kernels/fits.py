@@ -92,9 +92,10 @@ def linear_start(ranges, kept, flat):
 
 @scalar_kernel
 def descend(ranges, kept, flat, start, held):
-    """(place, squared residuals in sigmas, normal matrix) of the least squares from a start, by damped Gauss-Newton.
+    """(place, squared residuals in sigmas, normal matrix, rounds) of the least squares, by damped Gauss-Newton.
 
-    held: a unit vector along which the place stays where it is, or ``FREE``.
+    rounds: how often it looked at every range. held: a unit vector along which the place stays where it is, or
+    ``FREE``.
     """
     anchors, measured, sigmas, _, _ = ranges
     at_e, at_n, at_u = start
@@ -102,7 +103,9 @@ def descend(ranges, kept, flat, start, held):
     best_e, best_n, best_u = start
     best_matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     matrix, gradient = best_matrix, (0.0, 0.0, 0.0)
+    rounds = 0
     for _ in range(ITERATIONS):
+        rounds += 1
         ee, en, eu, nn, nu, uu = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         down_e, down_n, down_u, here = 0.0, 0.0, 0.0, 0.0
         for i in range(measured.shape[0]):
@@ -146,7 +149,7 @@ def descend(ranges, kept, flat, start, held):
         at_e, at_n, at_u = best_e + step_e, best_n + step_n, best_u + step_u
         if step_e * step_e + step_n * step_n + step_u * step_u < CONVERGED_M * CONVERGED_M:
             break
-    return (best_e, best_n, best_u), cost, best_matrix
+    return (best_e, best_n, best_u), cost, best_matrix, rounds
 
 
 @scalar_kernel
@@ -179,18 +182,19 @@ def _from_both_sides(ranges, kept, flat, descended, across, plane):
     Then the best place on its side lies in the plane.
     """
     middle, axis = plane
-    place, cost, normal = descended
-    other, other_cost, other_normal = descend(ranges, kept, flat, across, FREE)
+    place, cost, normal, rounds = descended
+    other, other_cost, other_normal, more = descend(ranges, kept, flat, across, FREE)
+    rounds += more
     out_m, other_out_m = _out_of_plane_m(place, middle, axis), _out_of_plane_m(other, middle, axis)
     if out_m * other_out_m > 0.0:
         if other_cost < cost:
             place, cost, normal, out_m = other, other_cost, other_normal, other_out_m
         within = (place[0] - out_m * axis[0], place[1] - out_m * axis[1], place[2] - out_m * axis[2])
-        within, within_cost, _ = descend(ranges, kept, flat, within, axis)
-        return CROSSED, place, cost, normal, within, within_cost
+        within, within_cost, _, more = descend(ranges, kept, flat, within, axis)
+        return CROSSED, place, cost, normal, within, within_cost, rounds + more
     if other_cost < cost:
-        return MIRRORED, other, other_cost, other_normal, place, cost
-    return MIRRORED, place, cost, normal, other, other_cost
+        return MIRRORED, other, other_cost, other_normal, place, cost, rounds
+    return MIRRORED, place, cost, normal, other, other_cost, rounds
 
 
 @scalar_kernel
@@ -215,7 +219,7 @@ def side_of(place, other, hint):
 
 @scalar_kernel
 def fit(ranges, kept, flat, refine):
-    """(how many places, place, cost, normal matrix, the other place, its cost) for the kept ranges.
+    """(how many places, place, cost, normal matrix, the other place, its cost, rounds) for the kept ranges.
 
     Where the anchors lie nearly in one plane (on one line in two dimensions), the linear system says where in the
     plane; how far out of it, to either side, follows from the ranges. Unless they stand all around, both sides are
@@ -227,23 +231,24 @@ def fit(ranges, kept, flat, refine):
     axis_e, axis_n, axis_u, least, second = weakest_axis(matrix)
     axis = (axis_e, axis_n, axis_u)
     if not matrix[0] + matrix[3] + matrix[5] > 0.0:
-        return NO_FIT, nothing, math.inf, empty, nothing, math.inf
+        return NO_FIT, nothing, math.inf, empty, nothing, math.inf, 0
     if second < ON_A_LINE:
-        return COLLINEAR, nothing, math.inf, empty, nothing, math.inf
+        return COLLINEAR, nothing, math.inf, empty, nothing, math.inf, 0
     if least > NEARLY_FLAT or (not refine and least > 1e-9):
         inverted, exists = inverse(matrix)
         if not exists:
-            return NO_FIT, nothing, math.inf, empty, nothing, math.inf
+            return NO_FIT, nothing, math.inf, empty, nothing, math.inf, 0
         east, north, up = solved(inverted, right[0], right[1], right[2])
         start = (east + middle[0], north + middle[1], 0.0 if flat else up + middle[2])
         if not refine:
-            return ONE, start, 0.0, empty, nothing, math.inf
-        place, cost, normal = descend(ranges, kept, flat, start, FREE)
+            return ONE, start, 0.0, empty, nothing, math.inf, 0
+        descended = descend(ranges, kept, flat, start, FREE)
+        place, cost, normal, rounds = descended
         if least > ONE_SIDED:
-            return ONE, place, cost, normal, nothing, math.inf
+            return ONE, place, cost, normal, nothing, math.inf, rounds
         out_m = _out_of_plane_m(place, middle, axis)
         across = (place[0] - 2.0 * out_m * axis_e, place[1] - 2.0 * out_m * axis_n, place[2] - 2.0 * out_m * axis_u)
-        return _from_both_sides(ranges, kept, flat, (place, cost, normal), across, (middle, axis))
+        return _from_both_sides(ranges, kept, flat, descended, across, (middle, axis))
     more = matrix[0] + matrix[3] + matrix[5]
     ee, en, eu, nn, nu, uu = matrix
     inverted, exists = inverse(
@@ -257,7 +262,7 @@ def fit(ranges, kept, flat, refine):
         )
     )
     if not exists:
-        return NO_FIT, nothing, math.inf, empty, nothing, math.inf
+        return NO_FIT, nothing, math.inf, empty, nothing, math.inf, 0
     # the weakest axis is taken out of the right side: what little it says is mostly noise
     along = right[0] * axis_e + right[1] * axis_n + right[2] * axis_u
     east, north, up = solved(inverted, right[0] - along * axis_e, right[1] - along * axis_n, right[2] - along * axis_u)
@@ -266,5 +271,5 @@ def fit(ranges, kept, flat, refine):
     above = (in_plane[0] + out_m * axis_e, in_plane[1] + out_m * axis_n, in_plane[2] + out_m * axis_u)
     below = (in_plane[0] - out_m * axis_e, in_plane[1] - out_m * axis_n, in_plane[2] - out_m * axis_u)
     if not refine:
-        return MIRRORED, above, 0.0, empty, below, 0.0
+        return MIRRORED, above, 0.0, empty, below, 0.0, 0
     return _from_both_sides(ranges, kept, flat, descend(ranges, kept, flat, above, FREE), below, (middle, axis))

@@ -17,7 +17,7 @@ from .drives import Floats, SimulatedDrive
 
 __all__ = ["DriveOutcome", "judge_by_epoch", "judge_drive", "locate_without_detector"]
 
-CODES = {Sight.CLEAR: 0, Sight.OCCLUDED: 1, Sight.UNKNOWN: 2}
+CODES = {Sight.CLEAR: 0, Sight.OCCLUDED: 1, Sight.TOO_SHORT: 1, Sight.UNKNOWN: 2}
 STEPS = 12
 SETTLED_M = 1e-4
 

@@ -12,9 +12,10 @@ from pydantic import ValidationError
 from rich.markup import escape
 from rich.table import Table
 
-from detection import AnchorVerdict, EpochResult
+from detection import AnchorVerdict, Cause, Detector, EpochResult, Suspicion, diagnose
 from service.errors import RequestError
 from service.pictures import write_verdict_picture
+from service.range_log import LENGTHS_M, TIMES_S, LogForm
 from service.range_log_messages import read_epochs
 from service.replacing import replacing
 from service.replay import Replay, replay
@@ -30,6 +31,11 @@ __all__ = ["replay_log"]
 
 VERDICTS, POSITIONS, PICTURE, SUMMARY = "verdicts.csv", "positions.csv", "verdicts.png", "detection.json"
 FILES = (SUMMARY, VERDICTS, POSITIONS, PICTURE)
+CURES = {
+    Cause.TIME_ORDER: " Or gather the ranges of one moment with --epoch S.",
+    Cause.DIMENSION: " (--dimension 3)",
+    Cause.SIGMA: " (--range-sigma)",
+}
 # More episodes than these are for the file, not for the eye.
 SHOWN_EPISODES = 15
 
@@ -41,30 +47,64 @@ def replay_log(
     given: dict[str, Any],
     more: list[str],
     epoch_s: float,
+    form: tuple[str, str, str],
     *,
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Read, replay, write into ``out`` and print. What can be wrong in the request is found before the work."""
+    """Read, replay, write into ``out`` and print. What can be wrong in the request is found before the work.
+
+    form: what --columns, --time-unit and --range-unit say.
+    """
     settings = _settings(given, more)
-    anchors = ranging_anchors(anchor_texts, anchor_files, level=settings.dimension == 2)
+    anchors, frame = ranging_anchors(anchor_texts, anchor_files, level=settings.dimension == 2)
+    Detector(anchors, settings.settings())  # refuses what makes no detector before the log is read
     if not (math.isfinite(epoch_s) and epoch_s >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {epoch_s}.")
-    epochs = read_epochs(log, epoch_s)
-    if not epochs:
+    read = read_epochs(log, epoch_s, LogForm(_columns(form[0]), form[1], form[2]))
+    if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
     folder = None if out is None else output_folder(out, FILES)
     with progress_bar("Epochs") as progress:
-        replayed = replay(anchors, epochs, settings.settings(), progress)
-    summary = {"log": log.name, **_finite(replayed.summary())}
+        replayed = replay(anchors, read.epochs, settings.settings(), progress)
+    summary = {"log": log.name, "frame": frame, **_finite(replayed.summary())}
+    summary["warnings"] = [*read.warnings, *_warnings(summary), *_suspected(replayed), *summary["health"]["warnings"]]
     written = [] if folder is None else _write(replayed, summary, folder, log.name)
     if as_json:
         print_json({**summary, "files": [str(path) for path in written]})
         return
     print_tables(_facts(summary), _anchors_table(summary), *_episodes_tables(summary))
-    print_warnings([*_warnings(summary), *summary["health"]["warnings"]])
+    print_warnings(summary["warnings"])
     for path in written:
         print(path)
+
+
+def _columns(text: str) -> dict[str, str]:
+    """NAME=COLUMN,NAME=COLUMN as a mapping. Raises RequestError."""
+    columns = {}
+    for part in text.split(",") if text else ():
+        name, equals, column = part.partition("=")
+        if not equals:
+            raise RequestError(f"--columns {text!r} is not of the form NAME=COLUMN,NAME=COLUMN.")
+        columns[name.strip()] = column.strip()
+    return columns
+
+
+def _suspected(replayed: Replay) -> list[str]:
+    """What the log as a whole suffers from, and what to type against it."""
+    return [
+        f"{one.sentence}{_cure(one)}"
+        for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
+    ]
+
+
+def _cure(suspicion: Suspicion) -> str:
+    if suspicion.cause is Cause.TIME_UNIT:
+        return f" Then say --time-unit {min(TIMES_S, key=lambda unit: abs(TIMES_S[unit] - suspicion.value))}."
+    if suspicion.cause is Cause.RANGE_UNIT and suspicion.value > 1.0:
+        likely = min(LENGTHS_M, key=lambda unit: abs(math.log(LENGTHS_M[unit] * suspicion.value)))
+        return f" If the ranges are: --range-unit {likely}."
+    return CURES.get(suspicion.cause, "")
 
 
 def _settings(given: dict[str, Any], more: list[str]) -> DetectorSettingsIn:
@@ -122,11 +162,12 @@ def _told(verdict: AnchorVerdict) -> list[Any]:
 
 def _position_rows(replayed: Replay) -> Iterator[list[Any]]:
     yield ["epoch", "time_s", "rejection", "classification", "planning", "odometry", "east_m", "north_m", "altitude_m",
-           "sigma_m", "excluded", "included", "summary"]  # fmt: skip
+           "sigma_m", "excluded", "included", "needed", "summary"]  # fmt: skip
     for number, result in enumerate(replayed.results):
         yield [
             number, result.time_s, result.rejection or "", result.classification, result.planning, result.odometry,
-            *_place(result), " ".join(result.excluded), " ".join(result.included), result.summary,
+            *_place(result), " ".join(result.excluded), " ".join(result.included), result.needed,
+            result.summary,
         ]  # fmt: skip
 
 
@@ -154,6 +195,7 @@ def _facts(summary: dict[str, Any]) -> Table:
             ("positions", f"{_counted(summary['planning'])}; available {share_text(summary['availability'])}"),
             ("odometry", _counted(summary["odometry"])),
             ("not used", rejected or "nothing"),
+            ("most often needed", next(iter(summary["needed"]), "nothing")),
             ("time per epoch", f"median {times['median']:.2f} ms, p99 {times['p99']:.2f} ms"),
         ],
     )
@@ -166,13 +208,14 @@ def _counted(counts: dict[str, int]) -> str:
 def _anchors_table(summary: dict[str, Any]) -> Table:
     table = Table(title="Anchors", title_justify="left")
     table.add_column("anchor", style="bold")
-    for column in ("ranges", "clear", "occluded", "unknown", "share\noccluded", "median\nexcess m", "at the end"):
+    counts = ("ranges", "clear", "occluded", "too\nshort", "unknown")
+    for column in (*counts, "share\noccluded", "median\nexcess m", "at the end"):
         table.add_column(column, justify="right")
     for anchor in summary["anchors"]:
         excess_m = anchor["median_excess_m"]
         table.add_row(
             escape(anchor["id"]),
-            *(str(anchor.get(column, 0)) for column in ("ranges", "clear", "occluded", "unknown")),
+            *(str(anchor.get(column.replace("\n", " "), 0)) for column in counts),
             share_text(anchor["occluded_share"]),
             "–" if excess_m is None else f"{excess_m:+.2f}",
             anchor["last_sight"] or "–",
@@ -204,10 +247,14 @@ def _episodes_tables(summary: dict[str, Any]) -> list[Table]:
 def _warnings(summary: dict[str, Any]) -> list[str]:
     silent = [anchor["id"] for anchor in summary["anchors"] if not anchor["ranges"]]
     warnings = [f"No range of {', '.join(silent)} could be used."] if silent else []
+    if summary["frame"]:
+        at = f"{summary['frame']['lon_deg']:.6f}, {summary['frame']['lat_deg']:.6f}"
+        warnings.append(f"Anchors came in degrees: east and north are metres from longitude, latitude {at}.")
     if summary["rejections"].get("unknown anchor"):
         warnings.append("Ranges to anchors that were not named with --anchor or --anchors were not used.")
     if summary["searches_cut_short"]:
-        warnings.append(f"In {summary['searches_cut_short']} epochs the search was cut short at search_limit subsets.")
+        short, used = summary["searches_cut_short"], summary["epochs_used"]
+        warnings.append(f"In {short} of {used} epochs the search was cut short at search_limit sets of ranges.")
     return warnings
 
 

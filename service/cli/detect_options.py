@@ -46,6 +46,14 @@ def detect(
     epoch: Annotated[
         float, typer.Option(metavar="S", help="Ranges within so many seconds belong together; 0: of equal time.")
     ] = 0.0,
+    columns: Annotated[
+        str | None,
+        typer.Option(metavar="NAME=COLUMN,…", help="Columns that the CSV names otherwise: time_s=%time,range_m=dist."),
+    ] = None,
+    time_unit: Annotated[str, typer.Option(metavar="UNIT", help="Of time_s in CSV: s, ms, us, ns.")] = "s",
+    range_unit: Annotated[
+        str, typer.Option(metavar="UNIT", help="Of range_m and sigma_m in CSV: m, mm, cm, km, ft.")
+    ] = "m",
     more: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Any other setting of the detector. Repeatable."),
@@ -66,4 +74,5 @@ def detect(
         "geometric_tolerance_m": tolerance,
         "max_speed_m_per_s": max_speed,
     }
-    replay_log(log, anchor or [], anchors or [], given, more or [], epoch, out=out, as_json=as_json)
+    form = columns or "", time_unit, range_unit
+    replay_log(log, anchor or [], anchors or [], given, more or [], epoch, form, out=out, as_json=as_json)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import orjson
 
-from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix
+from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix, SearchReport, Suspicion
 
 __all__ = ["as_json", "epoch_answer", "state_answer"]
 
@@ -31,15 +31,15 @@ def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, 
         "position": None if result.position is None else _position(result.position),
         "planning": result.planning,
         "odometry": result.odometry,
-        "search": {"tried": result.search.tried, "complete": result.search.complete},
+        "search": _search(result.search),
         "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
         "needed": result.needed,
         "summary": result.summary,
     }
 
 
-def state_answer(state: DetectorState) -> dict[str, Any]:
-    """What a detector remembers, in the words of ``DetectorStateOut``."""
+def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, Any]:
+    """What a detector remembers, in the words of ``DetectorStateOut``, and what all of it suffers from."""
     health = state.health
     return {
         "time_s": state.time_s,
@@ -61,7 +61,7 @@ def state_answer(state: DetectorState) -> dict[str, Any]:
             "geometry_false_positives": health.geometry_false_positives,
             "odometry_false_positives": health.odometry_false_positives,
             "odometry_failures": health.odometry_failures,
-            "warnings": health.warnings,
+            "warnings": [*(one.sentence for one in suspicions), *health.warnings],
         },
         "last": None if state.last is None else epoch_answer(state.last),
         "position_m": state.position_m,
@@ -92,6 +92,10 @@ def _verdict(verdict: AnchorVerdict) -> dict[str, Any]:
         ],
         "reason": verdict.reason,
     }
+
+
+def _search(report: SearchReport) -> dict[str, Any]:
+    return {"tried": report.tried, "complete": report.complete, "sets": report.sets}
 
 
 def _position(fix: PositionFix) -> dict[str, Any]:

@@ -19,7 +19,7 @@ class Occlusions:
             if verdict.occluded:
                 since_s, _ = self._runs.get(verdict.anchor_id, (result.time_s, result.time_s))
                 self._runs[verdict.anchor_id] = since_s, result.time_s
-            elif verdict.sight == "clear":
+            elif verdict.sight in ("clear", "too short"):
                 self._runs.pop(verdict.anchor_id, None)
 
     def lasting(self, at_least_s: float) -> list[str]:

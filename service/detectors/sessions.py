@@ -155,4 +155,4 @@ class DetectorSession:
 
     def state(self) -> dict[str, Any]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""
-        return {**self.description(), "state": state_answer(self._detector.state)}
+        return {**self.description(), "state": state_answer(self._detector.state, self._detector.suspicions())}

@@ -23,6 +23,7 @@ MARKS = {
     Sight.CLEAR: ("#2b7bba", "|", 7.0, 0.0),
     Sight.UNKNOWN: ("#8c8c8c", ".", 4.0, -0.18),
     Sight.OCCLUDED: ("#d1410c", "v", 5.5, 0.2),
+    Sight.TOO_SHORT: ("#7a3e9d", "^", 5.5, 0.2),
 }
 STATUS_COLOURS = {
     PlanningStatus.CHECKED: "#2b7bba",
@@ -100,10 +101,11 @@ def _legend(axes: Axes) -> None:
 def _subtitle(replayed: Replay) -> str:
     used = sum(result.rejection is None for result in replayed.results)
     verdicts = [verdict for result in replayed.results for verdict in result.verdicts]
-    occluded = sum(verdict.occluded for verdict in verdicts)
+    occluded, short = (sum(v.sight is sight for v in verdicts) for sight in (Sight.OCCLUDED, Sight.TOO_SHORT))
     left_out = len(replayed.anchors) - MOST_LANES
     more = f"; {left_out} more anchors are not drawn" if left_out > 0 else ""
-    return f"{used:,} epochs, {len(verdicts):,} ranges, {occluded:,} of them occluded{more}"
+    too_short = f", {short:,} too short" if short else ""
+    return f"{used:,} epochs, {len(verdicts):,} ranges, {occluded:,} of them occluded{too_short}{more}"
 
 
 def _short(anchor_id: str) -> str:

@@ -10,7 +10,7 @@ from detection import Classification, OdometryCondition, PlanningStatus, Rejecti
 
 from .pages import Page
 
-__all__ = ["DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
+__all__ = ["DetectionOut", "DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
 
 
 class Exact(BaseModel):
@@ -27,16 +27,16 @@ class WitnessOut(Exact):
     evidence: float | None = Field(description="The error it found over what it tolerates (no unit); null: none.")
     weight: float | None = Field(description="Its weight in the verdict, before all are normalised (no unit).")
     reason: str = Field(description="One sentence.")
-    probability: float | None = Field(description="Probability that the anchor is occluded, 0..1; null: silent.")
+    probability: float | None = Field(description="Probability that the range is off, 0..1; null: silent.")
 
 
 class VerdictOut(Exact):
     """The verdict on one anchor."""
 
     anchor_id: str = Field(description="Which anchor.")
-    sight: Sight = Field(description="What is known about its line of sight; unknown is a third answer.")
-    occluded: bool = Field(description="The flag; an anchor whose sight is unknown is not flagged.")
-    probability: float | None = Field(description="Probability that it is occluded, 0..1.")
+    sight: Sight = Field(description="What its range says of its line of sight; too short: what no occlusion explains.")
+    occluded: bool = Field(description="The flag; an anchor that is unknown or too short is not flagged.")
+    probability: float | None = Field(description="Probability that the range is off: occluded or too short, 0..1.")
     confidence: float | None = Field(description="Confidence in the verdict, 0..1.")
     score: float | None = Field(description="Ranks ranges from clear to occluded: excess over harmful_m (no unit).")
     range_m: float | None = Field(description="The measured range, metres.")
@@ -68,6 +68,7 @@ class SearchOut(Exact):
 
     tried: int = Field(description="Number of subsets tried.")
     complete: bool = Field(description="Whether all that could matter were tried.")
+    sets: int = Field(description="How many sets are as large as the answer or larger; impossible pairs need no try.")
 
 
 class RejectedOut(Exact):
@@ -94,6 +95,12 @@ class EpochOut(Exact):
     rejected: list[RejectedOut] = Field(description="Ranges and odometry that were not used.")
     needed: str = Field(description="What would settle what stays open; empty when nothing is.")
     summary: str = Field(description="The answer in a sentence.")
+
+
+class DetectionOut(EpochOut):
+    """The answer to one epoch by itself."""
+
+    warnings: list[str] = Field(description="What its ranges as a whole suffer from, units above all; often nothing.")
 
 
 class EpochsOut(Exact):

@@ -64,7 +64,7 @@ class DetectorSettingsIn(StrictModel):
     criticality: Literal["low", "normal", "high"] = Field(
         DEFAULTS.criticality, description="A critical mission makes the detector more sensitive."
     )
-    search_limit: Count = Field(DEFAULTS.search_limit, description="Number of subsets of anchors tried in one epoch.")
+    search_limit: Count = Field(DEFAULTS.search_limit, description="Number of sets of ranges tried in one epoch.")
     altitude_hint_m: Number | None = Field(
         None, description="An altitude near the rover's, which settles mirror solutions, metres."
     )

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(not RANGING.is_dir(), reason="the published rang
 def written_and_read(log: RangeLog, folder: Path, epoch_s: float) -> list[RangeEpoch]:
     write_log(log, folder)
     assert ranging_anchors([], [folder / "anchors.csv"], level=log.dimension == 2) == list(log.anchors)
-    return read_epochs(folder / "log.csv", epoch_s)
+    return read_epochs(folder / "log.csv", epoch_s).epochs
 
 
 def ranges_of(epoch: RangeEpoch) -> list[tuple[str, float, float]]:

@@ -69,7 +69,7 @@ def exceedances() -> Floats:
     for row in all_statistics:
         # a tolerance of many sigmas, so that every set is taken as it is
         ranges = Ranges(DRONES_M, true_m + sigmas_m * rng.normal(size=8), sigmas_m, 50.0 * sigmas_m, np.zeros(8))
-        _, place, _, _, _ = subsets.place_of(ranges, everyone, rules, work)
+        _, place, *_ = subsets.place_of(ranges, everyone, rules, work)
         misfits.statistics(ranges, everyone, False, place, True, excess_m, statistic)
         row[:] = 50.0 * statistic
     return all_statistics

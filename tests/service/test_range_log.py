@@ -14,7 +14,7 @@ from service.range_log_messages import read_epochs
 def rows_of(tmp_path, *lines):
     path = tmp_path / "log.csv"
     path.write_text("\n".join([",".join(COLUMNS), *lines, ""]), encoding="utf-8")
-    return read_range_log(path)
+    return read_range_log(path).rows
 
 
 def times_and_anchors(epochs):
@@ -71,7 +71,7 @@ def test_a_log_of_motions_alone_has_no_epochs(tmp_path, epoch_s):
 def epochs_from(tmp_path, name, text, epoch_s=0.0):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
-    return read_epochs(path, epoch_s)
+    return read_epochs(path, epoch_s).epochs
 
 
 LONG = """time_s,anchor_id,range_m,sigma_m,p_sight,duration_s,wheel_x_m,wheel_y_m,heading_deg

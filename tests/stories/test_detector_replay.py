@@ -52,7 +52,7 @@ def message(epoch: RangeEpoch) -> dict[str, Any]:
 def test_every_way_in_gives_the_same_verdicts(server: Server, drive: Path, tmp_path: Path, epoch_s: float) -> None:
     with (drive / "anchors.csv").open(encoding="utf-8") as file:
         places = [(row["id"], float(row["east_m"]), float(row["north_m"])) for row in csv.DictReader(file)]
-    epochs = epochs_of(read_range_log(drive / "log.csv"), epoch_s)
+    epochs = epochs_of(read_range_log(drive / "log.csv").rows, epoch_s)
     assert sum(len(epoch.ranges) for epoch in epochs) == 233
     assert sum(epoch.odometry is not None for epoch in epochs) >= len(epochs) - 1
 

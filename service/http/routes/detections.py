@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
-from detection import detect_epoch
+from detection import detect_epoch, diagnose
 from service.bodies import model_of
 from service.detectors import as_json, epoch_answer
 from service.http.bodies import body_of, json_body
 from service.http.context import ServiceDep
 from service.http.documented import problem_responses
-from service.schemas.detection_answers import EpochOut
+from service.schemas.detection_answers import DetectionOut
 from service.schemas.detections import DetectionIn
 
 __all__ = ["router"]
@@ -23,7 +23,7 @@ router = APIRouter(prefix="/detections", tags=["Detectors"])
     response_model=None,
     summary="Judge one epoch",
     responses={
-        200: {"description": "The verdicts, and a position from the ranges that are left.", "model": EpochOut},
+        200: {"description": "The verdicts, and a position from the ranges that are left.", "model": DetectionOut},
         **problem_responses(400, 413, 415, 422),
     },
     openapi_extra=body_of(DetectionIn),
@@ -37,4 +37,5 @@ async def judge_epoch(request: Request, service: ServiceDep) -> Response:
     anchors = [anchor.anchor() for anchor in asked.anchors]
     epoch, settings = asked.epoch(), asked.settings.settings()
     result = await service.detectors.bench.judge(len(asked.ranges), lambda: detect_epoch(anchors, epoch, settings))
-    return Response(as_json(epoch_answer(result)), media_type="application/json")
+    warnings = [one.sentence for one in diagnose(anchors, (epoch,), (result,), settings)]
+    return Response(as_json({**epoch_answer(result), "warnings": warnings}), media_type="application/json")

@@ -95,7 +95,7 @@ def test_what_json_has_no_number_for_is_null() -> None:
     verdict = AnchorVerdict("D1", Sight.UNKNOWN, 0.5, 0.0, math.inf, 3.0, math.nan, (say,), "Nothing yet.")
     result = EpochResult(
         math.nan, None, Classification.UNDETERMINED, (verdict,), (), ("D1",), None, PlanningStatus.NO_POSITION,
-        OdometryCondition.MISSING, SearchReport(0, True), (RejectedRange("D2", Rejection.NOT_FINITE),), "More.",
+        OdometryCondition.MISSING, SearchReport(0, True, 0), (RejectedRange("D2", Rejection.NOT_FINITE),), "More.",
         "Open.",
     )  # fmt: skip
     told = EpochOut.model_validate_json(as_json(epoch_answer(result)))

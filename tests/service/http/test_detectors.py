@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import random
 from collections.abc import Iterator
 from typing import Any
 
@@ -41,8 +42,42 @@ def test_a_detection_is_what_the_python_call_says(server: Server) -> None:
     anchors = [RangingAnchor(a["id"], a["east_m"], a["north_m"], a["altitude_m"]) for a in ANCHORS]
     ranges = [RangeMeasurement(r["anchor_id"], r["range_m"], r.get("sigma_m"), r.get("p_sight")) for r in lied()]
     assert told.status_code == 200
-    assert told.json() == json.loads(as_json(epoch_answer(detect_epoch(anchors, RangeEpoch(0.0, tuple(ranges))))))
+    here = epoch_answer(detect_epoch(anchors, RangeEpoch(0.0, tuple(ranges))))
+    assert told.json() == {**json.loads(as_json(here)), "warnings": []}
     assert told.json()["excluded"] == ["D4"]
+
+
+def test_ranges_in_millimetres_are_asked_for_in_one_epoch_and_in_a_session(server: Server, session: str) -> None:
+    ranges = [{**r, "range_m": 1000.0 * r["range_m"]} for r in RANGES]
+    told = server.client.post("/detections", json={"anchors": ANCHORS, "ranges": ranges}).json()
+    assert "millimetres" in told["warnings"][0]
+    send(server, session, {"time_s": 1.0, "ranges": ranges})
+    assert "millimetres" in server.client.get(session).json()["state"]["health"]["warnings"][0]
+
+
+@pytest.mark.parametrize("count", [16, 28, 32])
+def test_ranges_that_agree_with_nothing_are_answered_within_the_search_that_is_allowed(
+    server: Server, session: str, count: int
+) -> None:
+    draw = random.Random(count)
+    anchors = [
+        {"id": str(n), "east_m": draw.uniform(0.0, 900.0), "north_m": draw.uniform(0.0, 900.0),
+         "altitude_m": draw.uniform(40.0, 160.0)}
+        for n in range(count)
+    ]  # fmt: skip
+    ranges = [{"anchor_id": str(n), "range_m": draw.uniform(300.0, 900.0)} for n in range(count)]
+    told = server.client.post("/detections", json={"anchors": anchors, "ranges": ranges}).json()
+    assert told["search"]["complete"] is False
+    assert told["search"]["tried"] <= 1500 < told["search"]["sets"]
+    assert told["excluded"] == []
+    assert {verdict["sight"] for verdict in told["verdicts"]} == {"unknown"}
+
+
+def test_a_range_that_is_too_short_is_excluded_and_not_called_occluded(server: Server) -> None:
+    told = server.client.post("/detections", json={"anchors": ANCHORS, "ranges": lied(-3.0)}).json()
+    assert (told["excluded"], told["classification"]) == (["D4"], "none")
+    short = next(verdict for verdict in told["verdicts"] if verdict["anchor_id"] == "D4")
+    assert (short["sight"], short["occluded"]) == ("too short", False)
 
 
 BAD_RANGES = {
