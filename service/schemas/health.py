@@ -49,8 +49,8 @@ class Health(BaseModel):
     jobs: JobCounts
     store_writable: bool = Field(description="Whether data folder and job store could be written when last tried.")
     quarantined: int = Field(
-        description="DEMs, results and other things in the data folder's quarantine: the store did not know them. They "
-        "stay there until somebody takes them back or clears it."
+        description="Number of DEMs, results and other things in the data folder's quarantine: the store did not know "
+        "them. They stay there until somebody takes them back or clears it."
     )
 
 
