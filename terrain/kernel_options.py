@@ -96,8 +96,8 @@ def _compile(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def scalar_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a kernel that runs on one thread."""
-    return _compile(function)
+    """Compile a kernel that runs on one thread, and leaves the interpreter to others meanwhile."""
+    return _compile(function, nogil=True)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:

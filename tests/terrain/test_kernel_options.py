@@ -81,3 +81,20 @@ def test_threads_may_run_parallel_kernels_at_once():
         together = list(threads.map(lambda anchor: min_visible_altitude(grid, [anchor]).altitude_m, anchors * 4))
     for number, altitude_m in enumerate(together):
         np.testing.assert_array_equal(altitude_m, alone[number % 8])
+
+
+def test_other_threads_run_while_a_kernel_does():
+    @scalar_kernel
+    def count(rounds):
+        total = 0.0
+        for i in range(rounds):
+            total += np.sqrt(float(i))
+        return total
+
+    count(1)
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        long = pool.submit(count, 300_000_000)
+        turns = 0
+        while not long.done():
+            turns += 1
+    assert turns > 1000
