@@ -31,8 +31,9 @@ FINE_MOVES = np.array(
 RELIEF_SHARE = 0.35
 RANDOM_NOTE = """\
 Start, goal, slope and roll limits, anchors in sight (0 to 3) and dilution (none, 4, 8) drawn at random; without the
-sampling planner. Invalid: the validator, at an eighth of a cell, finds a limit broken. Contradicting: found over squares
-between areas that no allowed square joins, or called unreachable by the ground alone although one area joins them."""
+sampling planner. Invalid: the validator, at an eighth of a cell, finds a limit broken. Contradicting: found over
+squares between areas that no allowed square joins, or called unreachable by the ground alone although one area joins
+them."""
 FIRST_PATH_S, MEDIAN_RATIO, HIGH_RATIO = 0.5, 1.02, 1.05
 # one way costed by its pieces and by shorter ones
 ROUNDING = 1e-6

@@ -71,7 +71,8 @@ class FlightOutcome:
 
     margin_m: (n,) height over the floor of the square at each corner; clearance_m: least distance to the ground along
         the whole way. validation: what the validator says, of a refused flight too.
-    stopped_by: "count" where the iterations ended the plan (one seed, one flight), "time", "stop" or "proof".
+    stopped_by: "count" where the iterations ended the plan (one seed, one flight), "time", "stop",
+        "proof" or "grain".
     """
 
     status: PathStatus

@@ -24,6 +24,7 @@ from .flight_problems import FlightOutcome, FlightProblem
 from .outcomes import PathStatus, Reason
 from .own_process import OwnProcess
 from .sampling import State, Tell, box_space, solved
+from .shut_air import surely_shut
 
 if TYPE_CHECKING:  # the validator takes its question from this package
     from planning.validation import PathValidation
@@ -52,8 +53,11 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
         ends = [_place_in(problem, air, name) for name in ("start", "goal")]
         along = _over_the_squares(air, *ends)
         if along is None:
-            sentence = "There is no way: between start and goal the floor meets the ceiling everywhere."
-            return _nothing(problem, PathStatus.UNREACHABLE, sentence, "proof", begin_s)
+            meets = "between start and goal the floor meets the ceiling everywhere"
+            if surely_shut(problem):
+                return _nothing(problem, PathStatus.UNREACHABLE, f"There is no way: {meets}.", "proof", begin_s)
+            sentence = f"No way was found, and that there is none is not proved: {meets} by the worst of each square."
+            return _nothing(problem, PathStatus.UNDECIDED, sentence, "grain", begin_s)
         best, planner = pull_flight(*air, along), "grid"
         own.begin(FlightTask(air, ends[0], ends[1], problem.budget.iterations, problem.seed))
         completed, sampled = own.answer(ended)
@@ -183,7 +187,7 @@ def _square(air: Air, place: Point | list[float]) -> tuple[int, int]:
 
 
 def _over_the_squares(air: Air, begin: Point, end: Point) -> Floats | None:
-    """A flight from square to square as low as it may be; None where the air between is shut, which is a proof."""
+    """A flight from square to square as low as it may be; None where it is shut by the worst of each."""
     floor_m, cols = air[0], air[0].shape[1]
     nodes = [
         np.array([min(int(at[0]), floor_m.shape[0] - 1) * cols + min(int(at[1]), cols - 1)], np.int64)

@@ -175,7 +175,8 @@ class PathOutcome:
     validation: what the validator says of the path, and where REFUSED of the last one that it refused.
     reasons: (rows - 1, cols - 1) uint16, why squares of the field may not be driven: bits in the order of Reason.
     planner: which planner the path came from. first_path_s: until the first valid path was known, without maps.
-    stopped_by: "count" where the budget's iterations ended the plan (one seed, one path), "time", "stop" or "proof".
+    stopped_by: "count" where the budget's iterations ended the plan (one seed, one path), "time", "stop",
+        "proof", or "grain" where all was searched as finely as it is and neither a way nor a proof was found.
     """
 
     status: PathStatus

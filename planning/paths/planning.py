@@ -13,17 +13,16 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.errors import NoCoverageError, PlaceError
-from terrain import ElevationGrid, told_place
-from terrain.version import VERSION
 
 from .arrivals import arrivals_along, fastest_arrivals_s
 from .checks import without_broken_squares, without_refused_squares
 from .corridors import CorridorTask
 from .describing import described
+from .endings import Endings
 from .ends import Ends, ends_of
 from .fields import CostField, cost_field
 from .looking_closer import look_closer
-from .outcomes import Grain, Path, PathOutcome, PathStatus, Reason, Unreachable
+from .outcomes import Grain, Path, PathOutcome, PathStatus, Reason
 from .own_process import OwnProcess
 from .problems import PathProblem
 from .proof import closed_in, proof_of
@@ -74,7 +73,7 @@ def plan_path(
         return plan.outcome()
 
 
-class _Plan:
+class _Plan(Endings):
     """One run of ``plan_path``: what is known so far."""
 
     def __init__(
@@ -88,14 +87,8 @@ class _Plan:
         *,
         explains: bool = True,
     ) -> None:
-        self.problem, self.own, self.told, self.stop, self.maps = problem, own, told, stop, maps
-        self.begin_s, self.explains = begin_s, explains
-        self.first_path_s = math.nan
-        self.warnings: tuple[str, ...] = ()
-
-    def ended(self) -> bool:
-        """Whether the plan was stopped or its time is up."""
-        return self.stop() or time.perf_counter() - self.begin_s > self.problem.budget.seconds
+        super().__init__(problem, told, stop, begin_s)
+        self.own, self.maps, self.explains = own, maps, explains
 
     def outcome(self) -> PathOutcome:
         """The whole way from maps to answer."""
@@ -114,7 +107,7 @@ class _Plan:
                 # the place itself has the sight that is asked for, and no way from it or to it that was tried
                 if fault.reasons != (Reason.SIGHT_LINE,):
                     raise
-                return self._undecided(closed_in(problem, fault.place), "exact sight lines refused what was tried")
+                return self.undecided(closed_in(problem, fault.place), "exact sight lines refused what was tried")
             way, leg = self._grid_way(field, ends)
             if way is None:
                 return self._closer(field, maps, ends, leg)
@@ -128,11 +121,11 @@ class _Plan:
                 if validation.passed:
                     return self._improved(field, maps, ends, way, (path, validation))
             if repaired is None:
-                return self._refused(validation)
+                return self.refused(validation)
             if self.ended():
-                return self._out_of_budget("The plan was ended before it had a path that keeps every limit.")
+                return self.out_of_budget("The plan was ended before it had a path that keeps every limit.")
             field = repaired
-        return self._out_of_budget(
+        return self.out_of_budget(
             f"Sight lines or bubble refused {MOST_REPAIRS} paths in a row; give limits on positioning more room."
         )
 
@@ -191,7 +184,7 @@ class _Plan:
                 also_judged = self._judged(field, maps, sampled)
                 if also_judged[1].passed:
                     judged, planner = also_judged, "BIT* in the corridor of the any-angle grid"
-        return self._found(*judged, way.cost, planner, completed)
+        return self.found(*judged, way.cost, planner, completed)
 
     def _turning(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], way: Way) -> PathOutcome:
         """The way as it can be driven with the rover's turning radius."""
@@ -211,13 +204,13 @@ class _Plan:
                 own.begin(task)
                 completed, places = own.answer(self.ended)
             if places is None and not completed:
-                return self._out_of_budget(
+                return self.out_of_budget(
                     f"There is a way, but the time was over before one with a turning radius of "
                     f"{rover.min_turning_radius_m:g} m was found."
                 )
             if places is None:
                 otherwise = "" if rover.can_reverse else ", or let the rover reverse"
-                return self._out_of_budget(
+                return self.out_of_budget(
                     f"There is a way, but none with a turning radius of {rover.min_turning_radius_m:g} m was found in "
                     f"{problem.budget.iterations} iterations; give more{otherwise}."
                 )
@@ -226,47 +219,30 @@ class _Plan:
                 driven = Way(places, cost_of(kernel_field, places))
                 path, validation = self._judged(field, maps, driven)
                 if not validation.passed:
-                    return self._refused(validation)
+                    return self.refused(validation)
                 planner = "BIT* over Reeds-Shepp curves" if rover.can_reverse else "BIT* over Dubins curves"
-                return self._found(path, validation, way.cost, planner, completed)
+                return self.found(path, validation, way.cost, planner, completed)
             field, kernel_field = repaired, repaired.for_kernels()
-        return self._out_of_budget("Sight lines refused every path with that turning radius.")
-
-    def _found(
-        self, path: Path, validation: PathValidation, reference: float, planner: str, completed: bool
-    ) -> PathOutcome:
-        self.told(1.0)
-        sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {path.totals.time_s:,.0f} s."
-        return replace(
-            self._answer(PathStatus.FOUND, sentence, planner, "count" if completed else self._ended_by),
-            path=path,
-            validation=validation,
-            reference_cost=reference,
-            ratio=path.cost / reference,
-        )
-
-    def _refused(self, validation: PathValidation) -> PathOutcome:
-        sentence = f"A path was planned that the validator refuses: {validation.sentence}"
-        return replace(self._answer(PathStatus.REFUSED, sentence, "none", "count"), validation=validation)
+        return self.out_of_budget("Sight lines refused every path with that turning radius.")
 
     def _closer(self, field: CostField, maps: SightMaps | None, ends: tuple[Ends, ...], leg: int) -> PathOutcome:
         """The squares hold no way: one between them, the proof that there is none, or neither."""
         problem, closer = self.problem, look_closer(self.problem, field, maps, self.ended)
         if closer.found is not None:
             if problem.rover.min_turning_radius_m == 0.0:
-                return self._found(*closer.found, math.nan, "triangles of the ground", True)
-            return self._out_of_budget(
+                return self.found(*closer.found, math.nan, "triangles of the ground", True)
+            return self.out_of_budget(
                 f"There is a way, but only through gaps that are narrower than two squares, and none with a turning "
                 f"radius of {problem.rover.min_turning_radius_m:g} m was looked for there."
             )
         if self.ended():
-            return self._out_of_budget("The plan was ended before it had a path or the proof that there is none.")
+            return self.out_of_budget("The plan was ended before it had a path or the proof that there is none.")
         if not self.explains:
-            return self._answer(PathStatus.UNREACHABLE if closer.cut else PathStatus.UNDECIDED, "", "none", "proof")
+            return self.answer(PathStatus.UNREACHABLE if closer.cut else PathStatus.UNDECIDED, "", "none", "proof")
         cut = proof_of(problem, field, ends, leg if closer.leg < 0 else closer.leg, self._shows)
         if not closer.cut:
-            return self._undecided(cut, closer.why)
-        return self._unreachable(replace(cut, grain=Grain(closer.grain_m, SLOPE_GRAIN_RAD)))
+            return self.undecided(cut, closer.why)
+        return self.unreachable(replace(cut, grain=Grain(closer.grain_m, SLOPE_GRAIN_RAD)))
 
     def _shows(self, problem: PathProblem) -> bool | None:
         """Whether a path is found for a problem that was relaxed; None where that was not tried to its end."""
@@ -279,65 +255,9 @@ class _Plan:
             return False
         return None if status is PathStatus.OUT_OF_BUDGET else status is PathStatus.FOUND
 
-    def _unreachable(self, unreachable: Unreachable) -> PathOutcome:
-        assert unreachable.grain is not None, "what is unreachable is proved"
-        width_m = unreachable.grain.width_m
-        spare = f" with {_told_m(0.5 * width_m)} m or more to spare on either side" if width_m > 0.0 else ""
-        sentence = f"There is no way{spare}: {_blocks(self.problem.grid, unreachable)}"
-        return replace(self._answer(PathStatus.UNREACHABLE, sentence, "grid", "proof"), unreachable=unreachable)
-
-    def _undecided(self, blocked: Unreachable, why: str) -> PathOutcome:
-        sentence = (
-            f"No way was found, and that there is none is not proved, for {why}: {_blocks(self.problem.grid, blocked)}"
-        )
-        return replace(self._answer(PathStatus.UNDECIDED, sentence, "none", "grain"), unreachable=blocked)
-
-    def _out_of_budget(self, sentence: str) -> PathOutcome:
-        return self._answer(PathStatus.OUT_OF_BUDGET, sentence, "none", self._ended_by)
-
-    @property
-    def _ended_by(self) -> str:
-        return "stop" if self.stop() else "time"
-
-    def _answer(self, status: PathStatus, sentence: str, planner: str, stopped_by: str) -> PathOutcome:
-        """What every outcome has; a path or a proof is added by its own."""
-        return PathOutcome(
-            status=status,
-            sentence=sentence,
-            path=None,
-            unreachable=None,
-            validation=None,
-            reasons=self.field.reasons,
-            reference_cost=math.nan,
-            ratio=math.nan,
-            planner=planner,
-            stopped_by=stopped_by,
-            seed=self.problem.seed,
-            warnings=self.warnings,
-            first_path_s=self.first_path_s,
-            elapsed_s=time.perf_counter() - self.begin_s,
-            version=VERSION,
-        )
-
 
 def _nobody(_: float) -> None:
     """Tells nobody of progress."""
-
-
-def _blocks(grid: ElevationGrid, found: Unreachable) -> str:
-    """What blocks, where, and what would open a way."""
-    sentence = f"what blocks it near {told_place(grid, *found.where_m)} is {found.reason.in_words}."
-    if not found.relaxations:
-        return f"{sentence} No single limit would open one by giving way."
-    cheapest = found.relaxations[0]
-    there_is = "There is one" if cheapest.shown else "There may be one, which was not shown,"
-    return f"{sentence} {there_is} {cheapest.sentence}."
-
-
-def _told_m(metres: float) -> str:
-    """Metres in two figures, rounded up, so that what is said stays true."""
-    digits = max(1 - math.floor(math.log10(metres)), 0)
-    return f"{math.ceil(metres * 10.0**digits) / 10.0**digits:.{digits}f}"
 
 
 def _fixed(ends: tuple[Ends, ...]) -> tuple[Places, ...]:

@@ -108,9 +108,9 @@ class FlightTotalsOut(BaseModel):
 class FlightSummary(MapSummary):
     """How the plan ended, and the flight."""
 
-    status: Literal["found", "unreachable", "out_of_budget", "refused"] = Field(
-        description="found: a flight that the validator passed; unreachable: proved; refused: the validator "
-        "found a fault."
+    status: Literal["found", "unreachable", "undecided", "out_of_budget", "refused"] = Field(
+        description="found: a flight that the validator passed; unreachable: proved; undecided: neither a flight nor "
+        "that proof was found; refused: the validator found a fault."
     )
     sentence: str = Field(description="The outcome in words.")
     totals: FlightTotalsOut | None
@@ -120,7 +120,10 @@ class FlightSummary(MapSummary):
     )
     validation: ValidationOut | None
     planner: str = Field(description="Which planner the flight came from.")
-    stopped_by: str = Field(description="count: the iterations; time: the time-out; stop: a request; proof: no flight.")
+    stopped_by: str = Field(
+        description="count: the iterations; time: the time-out; stop: a request; proof: no flight; "
+        "grain: it was searched as finely as it is."
+    )
     seed: int = Field(description="The seed, a number.")
 
 

@@ -182,6 +182,20 @@ def test_what_plan_writes_is_a_path_with_its_own_times(sightline, dem_file, tmp_
     assert (refused.code, "holds no points" in refused.stderr) == (2, True), refused.stderr
 
 
+def test_a_planned_path_has_the_error_that_the_plan_told_of_it(sightline, dem_file, tmp_path):
+    start, goal = f"{WEST_M + 120},{NORTH_M - 300}", f"{WEST_M + 400},{NORTH_M - 250}"
+    words = ("--no-sampling", "--out", tmp_path / "plan")
+    planned = sightline("plan", dem_file, "--start", start, "--goal", goal, *ANCHORS, *words)
+    assert planned.code == 0, planned.stderr
+    table = tmp_path / "plan" / "path.csv"
+    told_m = [float(row["position_sigma_m"]) for row in csv.DictReader(table.read_text().splitlines())]
+    words = ("--height", "1.5agl", "--epsilon", 1, "--mode", "exact", "--under-ground", "violated", "--out", tmp_path)
+    ended = sightline("bubble", dem_file, "--path", table, *ANCHORS, *words)
+    assert ended.code == 0, ended.stderr
+    points = json.loads((tmp_path / "points.json").read_text())
+    assert [point["radius_m"] for point in points] == pytest.approx(told_m, rel=1e-3, abs=1e-3)
+
+
 # -- buildings
 
 

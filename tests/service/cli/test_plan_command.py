@@ -1,10 +1,12 @@
 """sightline plan, from words to files."""
 
 import json
+import re
 
 import pytest
 
 from service.layers import LAYERS
+from terrain import read_dem, to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_maps import NORTH_M, WEST_M
 from tests.service.small_paths import NO_GO, at, path_request
@@ -120,15 +122,15 @@ def bad(tmp_path, name, text):
         (("--start", "1", "--goal", "2,3"), "--start '1' is not of the form EAST,NORTH, or LON,LAT with --lonlat."),
         (
             ("--start", "1,2", "--goal", place(GOAL)),
-            "The start lies outside the DEM; the nearest allowed place is",
+            "The start lies outside the DEM; the nearest allowed place with a way to the goal is",
         ),
         (
             ("--start", place("540,-200"), "--goal", place(GOAL)),
-            "The start cannot be stood on: slope (63.2 deg); the nearest allowed place is",
+            "The start cannot be stood on: slope (63.2 deg); the nearest allowed place with a way to the goal is",
         ),
         (
             ("--start", place("300,-100"), "--goal", place(GOAL)),
-            "The start cannot be stood on: unknown ground; the nearest allowed place is",
+            "The start cannot be stood on: unknown ground; the nearest allowed place with a way to the goal is",
         ),
         (("--start", place(START), "--goal", place(START)), "same place, so there is no path to plan."),
         ((*WEST, "--time-limit", 0), "budget.seconds"),
@@ -196,3 +198,16 @@ def test_a_map_and_anchors_together_are_refused(sightline, dem_file, tmp_path):
     ended = sightline("plan", dem_file, *WEST, *ANCHORS, "--map", tmp_path / "visibility.json")
     assert ended.code == 2
     assert "A map brings its own anchors along" in ended.stderr
+
+
+def test_a_refusal_names_a_place_in_the_degrees_it_was_asked_in_and_it_can_be_typed_back(sightline, dem_file):
+    grid = read_dem(dem_file)
+    degrees = [
+        ",".join(map(str, to_lon_lat(grid, *map(float, at.split(","))))) for at in (place("540,-200"), place(GOAL))
+    ]
+    refused = sightline("plan", dem_file, "--lonlat", "--start", degrees[0], "--goal", degrees[1], QUICK)
+    assert refused.code == 2
+    assert " m east" not in refused.stderr
+    east, north = re.search(r"is \((-?[\d.]+) deg east, (-?[\d.]+) deg north\)\.", refused.stderr).groups()
+    again = sightline("plan", dem_file, "--lonlat", "--start", f"{east},{north}", "--goal", degrees[1], QUICK, "--json")
+    assert json.loads(again.stdout)["status"] == "found"

@@ -66,8 +66,13 @@ def test_no_path_is_an_answer_and_has_only_a_map(server: Server, ground: dict[st
     assert path["result"]["unreachable"]["reason"] == "slope"
     slope = path["result"]["unreachable"]["relaxations"][0]
     assert slope["unit"] == "deg"
-    # the numbers are those of the sentence: "with slopes up to 63.3 deg instead of 20.0 deg"
-    assert f"up to {slope['needed']:.1f} deg instead of {slope['asked']:.1f} deg" in slope["sentence"]
+    # the numbers are those of the sentence: "with slopes up to 63.35 deg instead of 20.00 deg"
+    assert f"up to {slope['needed']:.2f} deg instead of {slope['asked']:.2f} deg" in slope["sentence"]
+    assert slope["shown"] is True
+    assert slope["least"] <= slope["needed"] <= slope["least"] + 0.011
+    assert path["result"]["unreachable"]["grain"]["width_m"] >= 0.0
+    blocked = server.client.get(f"{path['links']['self']}/layers/path.geojson").json()["features"][-1]["properties"]
+    assert (blocked["what"], blocked["grain"]) == ("blocked", path["result"]["unreachable"]["grain"])
     assert [layer["name"] for layer in path["layers"]] == ["path.geojson", "map.png"]
     missing = server.client.get(f"{path['links']['self']}/layers/path.gpx")
     assert_problem(missing, 404, "not-found", "There is no layer 'path.gpx'")
@@ -168,7 +173,11 @@ METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 
 @pytest.mark.parametrize(
     ("changes", "name", "sentence"),
     [
-        ({"start": at(-500.0, 0.0)}, "place", "The start lies outside the DEM; the nearest allowed place is"),
+        (
+            {"start": at(-500.0, 0.0)},
+            "place",
+            "The start lies outside the DEM; the nearest allowed place with a way",
+        ),
         ({"start": at(300.0, 100.0)}, "place", "The start cannot be stood on: unknown ground"),
         ({"goals": [at(540.0, 200.0)]}, "place", "The goal cannot be stood on: slope"),
         ({"start": at(225.0, 250.0)}, "place", "The start cannot be stood on: no-go area"),
