@@ -16,6 +16,7 @@ from . import (
     accuracy,
     bubbles,
     detector_odometry,
+    detector_outliers,
     detector_proof,
     detector_speed,
     detector_streams,
@@ -70,6 +71,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_proof.real_ranges,
         detector_odometry.odometry_on_plaza,
         detector_proof.false_positive_rates,
+        detector_outliers.outliers,
         detector_speed.detector_speed,
     ),
     "planning": (
@@ -128,6 +130,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_proof.real_ranges,
         detector_odometry.odometry_on_plaza,
         partial(detector_proof.false_positive_rates, epochs=20_000, searched=200),
+        partial(detector_outliers.outliers, epochs=2000),
         partial(detector_speed.detector_speed, epochs=100),
     ),
     "planning": (
