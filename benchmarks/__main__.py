@@ -17,6 +17,7 @@ from . import (
     attacks,
     bubbles,
     detector_odometry,
+    detector_outliers,
     detector_proof,
     detector_speed,
     detector_streams,
@@ -74,6 +75,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_proof.real_ranges,
         detector_odometry.odometry_on_plaza,
         detector_proof.false_positive_rates,
+        detector_outliers.outliers,
         detector_speed.detector_speed,
     ),
     "planning": (
@@ -133,6 +135,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_proof.real_ranges,
         detector_odometry.odometry_on_plaza,
         partial(detector_proof.false_positive_rates, epochs=20_000, searched=200),
+        partial(detector_outliers.outliers, epochs=2000),
         partial(detector_speed.detector_speed, epochs=100),
     ),
     "planning": (

@@ -15,7 +15,7 @@ from .measured_ranges import RangeLog, starloc, starloc_sequences
 from .paper import write_png
 from .ranking import curve
 
-__all__ = ["draw_curves", "draw_positions", "main"]
+__all__ = ["draw_curves", "draw_frames", "draw_positions", "main"]
 
 INK, GRID, WRONG = "#222222", "#d8d8d8", "#efe6d2"
 COLOURS = ("#8c8c8c", "#2b7bba", "#d1410c")
@@ -46,6 +46,44 @@ def draw_curves(told: Mapping[str, Replay]) -> Figure:
     return figure
 
 
+def draw_frames() -> Figure:
+    """The rover's own frame, in which wheels and accelerometer measure, and the heading of its motion, from above."""
+    figure = Figure(figsize=(5.2, 4.4), facecolor="white")
+    axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
+    axes.set_xlim(-1.6, 2.0)
+    axes.set_ylim(-0.9, 2.1)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    heading_rad = np.radians(50.0)
+    ahead = np.array([np.sin(heading_rad), np.cos(heading_rad)])
+    left = np.array([-ahead[1], ahead[0]])
+    corners = [0.45 * a * ahead + 0.28 * b * left for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
+    axes.fill(*np.array(corners).T, facecolor="#f2f2f2", edgecolor=INK, lw=1.2)
+    for a in (0.28, -0.28):
+        for b in (0.32, -0.32):
+            wheel = np.array([a * ahead + b * left - 0.13 * ahead, a * ahead + b * left + 0.13 * ahead])
+            axes.plot(*wheel.T, color=INK, lw=5.0, solid_capstyle="butt")
+    for tip, colour, words, at in (
+        (1.45 * ahead, COLOURS[2], "x: forward\nwheel_m[0]", 1.55 * ahead),
+        (1.15 * left, COLOURS[2], "y: left\nwheel_m[1]", 1.45 * left),
+        (np.array([0.0, 1.7]), COLOURS[1], "north of the anchors' frame", np.array([0.0, 1.85])),
+    ):
+        axes.annotate("", (tip[0], tip[1]), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
+        across = "left" if at[0] > 0.5 else "center"
+        axes.text(*at, words, color=colour, fontsize=10, ha=across, va="center")
+    turn = np.linspace(0.0, heading_rad, 40)
+    axes.plot(0.9 * np.sin(turn), 0.9 * np.cos(turn), color=COLOURS[1], lw=1.4)
+    arrow = {"arrowstyle": "-|>", "color": COLOURS[1], "lw": 1.4}
+    before = 0.9 * np.sin(turn[-4]), 0.9 * np.cos(turn[-4])
+    axes.annotate("", (0.9 * ahead[0], 0.9 * ahead[1]), before, arrowprops=arrow)
+    axes.text(0.48, 1.05, "heading_deg", color=COLOURS[1], fontsize=10, ha="left")
+    axes.text(
+        -1.5, -0.8, "heading_deg: where the motion led, clockwise from north;\ndriving backwards it is the tail's.",
+        color=INK, fontsize=9,
+    )  # fmt: skip
+    return figure
+
+
 def draw_positions(told: Mapping[str, Replay], log: RangeLog) -> Figure:
     """Distance of the position from the truth over time; stretches of impossible truth shaded."""
     figure = Figure(figsize=(8.6, 3.8), facecolor="white")
@@ -69,6 +107,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     out: Path = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
+    write_png(draw_frames(), out / "frames.png")
     logs = [log for sequence in starloc_sequences() for log in starloc(sequence)]
     alone = [geometric_step(log, TOLERANCE_M, BAD_M) for log in logs]
     fused = [session(log, ASKED, BAD_M) for log in logs]

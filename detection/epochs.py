@@ -56,8 +56,9 @@ class OdometryIncrement:
     """Motion between the previous epoch and this one, by wheels, by accelerometer, or by both.
 
     duration_s: of the motion. wheel_m: (Δx, Δy) of the wheel encoders; accelerometer_m: (Δx, Δy, Δz), integrated. Both
-        in one frame, level at least; metres. Only their lengths are used unless a heading is known.
-    heading_rad: direction of the motion, clockwise from north of the anchors' frame; None = unknown.
+        in the rover's own level frame, x forward, y to the left, z up; metres. Their lengths count.
+    heading_rad: where the motion led, clockwise from north of the anchors' frame (driving backwards it is the tail's);
+        None = unknown.
     """
 
     duration_s: float

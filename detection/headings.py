@@ -22,6 +22,7 @@ ALIKE_S = 2.0
 DRIFT_ALIKE_S = 300.0  # how long a drift stays much as it was
 SURE_RAD = 0.35  # a heading that was dropped comes back when its offset is known so well
 DROPS = 3  # after so many it does not
+OFF_SIGMAS = 2.0  # nearer to none, a heading is taken as it is told
 NOTABLE_RAD = math.radians(10.0)  # off by so much it is told
 
 
@@ -60,10 +61,17 @@ class Heading:
         if not self.used:
             return replace(motion, displacement_m=None)
         east_m, north_m = motion.displacement_m
+        if not self._is_off():
+            across_m = math.hypot(east_m, north_m) * self._settings.heading_sigma_rad
+            return replace(motion, across_m=across_m)
         sine, cosine = math.sin(self.offset_rad), math.cos(self.offset_rad)
         turned_m = (east_m * cosine + north_m * sine, north_m * cosine - east_m * sine)
         across_m = math.hypot(east_m, north_m) * math.hypot(self.sigma_rad, self._settings.heading_sigma_rad)
         return replace(motion, displacement_m=turned_m, across_m=across_m)
+
+    def _is_off(self) -> bool:
+        """Whether the offset is more than the ranges' noise would make of a heading that is right."""
+        return self._drops > 0 or abs(self.offset_rad) > OFF_SIGMAS * self.sigma_rad
 
     def _drift(self, duration_s: float) -> None:
         self.offset_rad += self.drift_rad_per_s * duration_s

@@ -79,16 +79,18 @@ class Trusted:
         """
         if math.isnan(self.range_m) or self.broken:
             return None
-        tolerance_m = scale * settings.k_odometry * math.sqrt(self.variance_m2 + sigma_m**2 + self.motion_variance_m2)
+        variance_m2 = self.variance_m2 + sigma_m**2 + self.motion_variance_m2
+        expected_m = self._expected_m()
+        if expected_m is not None:
+            variance_m2 += self.across_m**2
+        tolerance_m = scale * settings.k_odometry * math.sqrt(variance_m2)
         if settings.odometry_tolerance_m is not None:
             tolerance_m = scale * settings.odometry_tolerance_m
         change_m = range_m - self.range_m
         over_m = abs(change_m) - self.length_m
-        expected_m = self._expected_m()
         if expected_m is not None:
             # the triangle test stays the bound; the law of cosines is sharper where the way is known
-            unsure_m = scale * settings.k_odometry * self.across_m
-            over_m = max(over_m, abs(range_m - expected_m) - unsure_m)
+            over_m = max(over_m, abs(range_m - expected_m))
             change_m = range_m - expected_m
         violated = over_m > tolerance_m
         self.window.append(violated)

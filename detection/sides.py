@@ -30,7 +30,7 @@ def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int
     off_m = float((track.place_m[:d] - middle_m) @ normal)
     apart_m = float(np.linalg.norm(track.place_m[:d] - places_m[:, :d], axis=1).mean())
     blind_m = math.sqrt(2.0 * apart_m * sigma_m)
-    if abs(off_m) > blind_m or 2.0 * sizes_m[-1] * blind_m > sigma_m * apart_m:
+    if abs(off_m) > blind_m or 4.0 * sizes_m[-1] * blind_m > sigma_m * apart_m:
         return None
     flip = np.eye(d) - 2.0 * np.outer(normal, normal)
     whole = np.eye(len(track.state))

@@ -118,8 +118,8 @@ class Tracker:
         if self._rival is not None:
             excess_m, sigma_m = self._settle(self._rival, heard, by_others, time_s, excess_m, sigma_m)
         if self._rival is None:
-            sigma_m = self._settings.range_sigma_m
-            self._rival = mirrored_near(self.track, arrays.places_m, sigma_m, self._settings.dimension)
+            usual_m, d = self._settings.range_sigma_m, self._settings.dimension
+            self._rival = mirrored_near(self.track, arrays.places_m, usual_m, d)
             self._passed = self._passed or self._rival is not None
         supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
         lost = self._is_lost(geometry, supporting, time_s)
@@ -178,7 +178,7 @@ class Tracker:
         Told where most ranges meet, more than unknowns, and the track may be there: else either may be the phantom.
         """
         flat, count = self._settings.dimension == 2, len(moment.ranges_m)
-        told = np.tile([math.inf, math.inf], (count, 1))
+        told = np.full((count, 2), math.inf)
         if not geometry.checked or 2 * geometry.count <= count or geometry.position_m is None:
             return told
         ahead = foretold(track, time_s, self._settings)

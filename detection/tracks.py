@@ -32,8 +32,9 @@ ANEW_PER_S = 1.8
 NEW_SIGMA = 0.7  # of the typical excess
 # One occlusion in ten is an order of magnitude longer: a range so far off must not pull the track along.
 FAR_SHARE, FAR_SIGMA = 0.1, 10.0
-# One range in a hundred says nothing: a jump, a counter that ran over, another anchor's name; of any size and sign.
-OUTLIERS = 0.01
+# Few ranges say nothing: a jump, a counter that ran over, another anchor's name; of any size and sign. How few hardly
+# matters, since nothing else explains them.
+OUTLIERS = 1e-5
 # A range that meets most others of its epoch is seldom newly too long, but where they are all alike.
 NEW_THOUGH_MEETING = 0.05
 ABSURD_M = 1e9  # no rover is so far away

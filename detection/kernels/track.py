@@ -102,11 +102,12 @@ def _foretold(outcomes, miss, variances, scale):
 def _weigh(state, covariance, anchor, own, measured, outcomes, scale, work):
     """Update with one range, in place; log-likelihood of the range. own: index of the anchor's excess.
 
-    measured: range, variance of its noise, excess over the place where the others of its epoch meet, variance of that.
+    measured: range, variance of its noise, excess over the place where the others of its epoch meet, variance of that,
+    factor on what is new or an outlier where they tell.
     outcomes: (OUTCOMES, 3) rows of odds, mean, variance of the excess; the first row's mean and variance are the
     state's own, an outlier has none. scale: m, of outliers. work: scratch (3 + OUTCOMES, size).
     """
-    range_m, noise, by_others, by_others_variance = measured
+    range_m, noise, by_others, by_others_variance, seldom = measured
     size = state.shape[0]
     distance, east, north, up = _direction(state, anchor)
     spread = work[0]
@@ -130,6 +131,8 @@ def _weigh(state, covariance, anchor, own, measured, outcomes, scale, work):
             variances[h] = max((1.0 - trust) * (known + cross) + outcomes[h, 2] + noise, noise)
             shares[h] = both - outcomes[h, 1]
         shares[OUTLIER] = both
+        for h in range(2, OUTCOMES):
+            outcomes[h, 0] *= seldom
         _foretold(outcomes, shares, variances, scale)
         for h in range(GAUSSIANS):
             variances[h] = max(known + outcomes[h, 2] + noise + (2.0 * spread[own] if h == 0 else 0.0), noise)
@@ -222,10 +225,8 @@ def follow(track, measured, order, end_s, motion, creep, odds, flat):
         outcomes[2, 0], outcomes[2, 1], outcomes[2, 2] = occluding * (1.0 - odds[5]), odds[1], odds[2] * odds[2]
         outcomes[3, 0], outcomes[3, 1], outcomes[3, 2] = occluding * odds[5], odds[1], odds[6] * odds[6]
         outcomes[OUTLIER, 0] = odds[7]
-        if by_others[m, 0] ** 2 <= MEETS**2 * (by_others[m, 1] + sigmas[m] * sigmas[m]):
-            for h in range(2, OUTCOMES):
-                outcomes[h, 0] *= odds[8]
-        told = ranges[m], (odds[3] * sigmas[m]) ** 2, by_others[m, 0], by_others[m, 1]
+        meets = by_others[m, 0] ** 2 <= MEETS * MEETS * (by_others[m, 1] + sigmas[m] * sigmas[m])
+        told = ranges[m], (odds[3] * sigmas[m]) ** 2, by_others[m, 0], by_others[m, 1], odds[8] if meets else 1.0
         log_likelihood += _weigh(state, covariance, anchors[i], STATES + i, told, outcomes, odds[6], work)
     _predict(state, covariance, end_s - now_s, motion, creep, flat)
     excess, sigma = np.zeros(count), np.zeros(count)

@@ -77,13 +77,19 @@ class OdometryIn(StrictModel):
 
     duration_s: Seconds = Field(description="How long the motion took, seconds.")
     wheel_m: tuple[Measured, Measured] | None = Field(
-        None, description="Displacement by the wheel encoders in a level frame, two numbers, metres."
+        None,
+        description="Displacement by the wheel encoders in the rover's own level frame: forward and to the left, "
+        "metres. Its length counts; where it led is for heading_deg to say.",
     )
     accelerometer_m: tuple[Measured, Measured, Measured] | None = Field(
-        None, description="Displacement by the accelerometer, integrated, three numbers, metres."
+        None,
+        description="Displacement by the accelerometer, integrated, in the same frame: forward, left and up, metres.",
     )
     heading_deg: Measured | None = Field(
-        None, description="Direction of the motion, degrees clockwise from the anchors' north; null = unknown."
+        None,
+        description="Direction of the motion (where it led, not where the nose points: backwards it is the tail's), "
+        "degrees clockwise from the anchors' north; null = unknown. The ranges say by how much it is off and how it "
+        "drifts; one that contradicts them is not used, and the answer says so.",
     )
 
     def increment(self) -> OdometryIncrement:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
@@ -37,6 +38,17 @@ class DetectorSettingsIn(StrictModel):
         DEFAULTS.accelerometer_sigma_m, description=f"{Sigma}one motion by the accelerometer, metres."
     )
     time_sigma_s: Number = Field(DEFAULTS.time_sigma_s, description=f"{Sigma}one clock against the other, seconds.")
+    heading_sigma_deg: Number = Field(
+        math.degrees(DEFAULTS.heading_sigma_rad), description=f"{Sigma}the heading of one motion, degrees."
+    )
+    heading_offset_sigma_deg: Number = Field(
+        math.degrees(DEFAULTS.heading_offset_sigma_rad),
+        description=f"{Sigma}what all headings are off by at the start, degrees; 180 = they know no north.",
+    )
+    heading_drift_deg_per_s: Number = Field(
+        math.degrees(DEFAULTS.heading_drift_rad_per_s),
+        description=f"{Sigma}how fast headings drift, degrees per second.",
+    )
     k_geometric: Number = Field(DEFAULTS.k_geometric, description="Geometric tolerance as a number of sigmas.")
     k_odometry: Number = Field(DEFAULTS.k_odometry, description="Odometry tolerance as a number of sigmas.")
     geometric_tolerance_m: Number | None = Field(None, description="Geometric tolerance in place of that, metres.")
@@ -89,4 +101,8 @@ class DetectorSettingsIn(StrictModel):
 
     def settings(self) -> DetectorSettings:
         """The same for the detector. Raises DetectionInputError."""
-        return DetectorSettings(**self.model_dump())
+        given = self.model_dump()
+        for name in ("heading_sigma", "heading_offset_sigma"):
+            given[f"{name}_rad"] = math.radians(given.pop(f"{name}_deg"))
+        given["heading_drift_rad_per_s"] = math.radians(given.pop("heading_drift_deg_per_s"))
+        return DetectorSettings(**given)

@@ -129,3 +129,30 @@ def test_a_shallow_layer_of_anchors_is_tried_from_both_sides() -> None:
             wrong[hinted] += min(float(np.linalg.norm(place - rover_m)) for place in told) > 1.2
     assert wrong[True] <= 1
     assert wrong[True] <= wrong[False]
+
+
+@pytest.mark.parametrize("hint_m", [None, 40.0])
+@pytest.mark.parametrize("every_s", [1.0, 0.1])
+def test_a_flight_through_the_plane_of_its_anchors_is_told_of_on_both_sides(
+    hint_m: float | None, every_s: float
+) -> None:
+    """Up and down between 40 m below level drones and 40 m above them."""
+    rng, anchors = np.random.default_rng(0), level_drones()
+    settings = DetectorSettings(range_sigma_m=0.05, vertical_acceleration_m_per_s2=1.5, altitude_hint_m=hint_m)
+    detector = Detector(anchors, settings)
+    off, passed = [], 0
+    for number in range(round(150.0 / every_s)):
+        time_s = number * every_s
+        place_m = np.array([150.0, 160.0, 80.0 - 40.0 * np.cos(2.0 * np.pi * time_s / 160.0)])
+        ranges_m = {name: r + 0.05 * rng.normal() for name, r in named(anchors, place_m).items()}
+        answer = detector.process(heard(time_s, ranges_m))
+        assert answer.position is not None
+        told = [answer.position.position_m]
+        if answer.position.mirror_m is not None:
+            told.append(answer.position.mirror_m)
+        sigma_m = float(np.sqrt(np.trace(answer.position.covariance_m2)))
+        nearest_m = min(float(np.linalg.norm(place - place_m)) for place in told)
+        off.append(nearest_m > 5.0 * sigma_m and answer.position.checked)
+        passed += place_m[2] > 90.0 and len(told) == 2
+    assert sum(off) == 0
+    assert passed > 0.4 * len(off)

@@ -90,7 +90,8 @@ def test_clear_ranges_exceed_k_sigma_of_odometry_as_often_as_k_says(k: float, ra
     """Each range is held against the one before, with the way between known: both noises and the wheels' count."""
     rng = np.random.default_rng(8)
     anchors = drones(8)
-    settings = DetectorSettings(k_odometry=k, range_sigma_m=0.1, wheel_sigma_m=0.05, odometry_tolerance_m=None)
+    exact = {"heading_sigma_rad": 0.0, "heading_offset_sigma_rad": 0.0, "heading_drift_rad_per_s": 0.0}
+    settings = DetectorSettings(k_odometry=k, range_sigma_m=0.1, wheel_sigma_m=0.05, **exact)
     beyond = judged = 0
     for _ in range(25):
         detector = Detector(anchors, settings)
