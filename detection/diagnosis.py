@@ -29,11 +29,14 @@ Floats = npt.NDArray[np.float64]
 Heard = tuple[float, float, float, float, float]  # place of the anchor, range, when
 
 HARDLY = 0.2  # share of epochs with a position, or of ranges that are clear, under which something is said in any case
-FEW = 0.5  # the same, under which a cause is looked for
+FEW = 0.8  # the same, under which a cause is looked for
 ENOUGH = 10  # epochs, and blocks of ranges, before all this means anything
 NOTABLE_REJECTIONS, FEW_LATE = 0.05, 4  # share and number of late epochs that are no stragglers any more
 # A cause is named that leaves so little of what ranges are off without it, and so little of them off at all.
 EXPLAINS = 0.5
+# Where a cause leaves more sigmas of a range than so many, it has to explain the more. Of ranges from several moments
+# the rover's turns leave some.
+NEARLY, NEARLY_MOVING = 4.0, 10.0
 SURELY = 2.0  # sigmas of a range: so little is left where a cause explains all
 BLOCKS = 32
 BLOCK_S = 15.0
@@ -184,11 +187,12 @@ def _shared(blocks: Sequence[Block], level: bool, hardly: bool, settings: Detect
         if (given and in_space.sigma_m < SURELY * sigma_m) or in_space.sigma_m < EXPLAINS * left_m:
             return [Suspicion(Cause.DIMENSION, _IN_SPACE)]
         best = replace(best, sentence=best.sentence + _OR_IN_SPACE)
-    if left_m < EXPLAINS * plain.sigma_m and not (level and left_m > SURELY * sigma_m):
+    at_once = not any(block.late_s.any() for block in blocks)
+    share = EXPLAINS if left_m < (NEARLY if at_once else NEARLY_MOVING) * sigma_m else 0.5 * EXPLAINS
+    if left_m < share * plain.sigma_m and not (level and left_m > SURELY * sigma_m):
         return [best]
     if level:
         return [_ALTITUDES]
-    at_once = not any(block.late_s.any() for block in blocks)
     return _loose(plain, settings) if hardly and at_once else []
 
 
