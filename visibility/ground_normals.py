@@ -1,8 +1,7 @@
 """Which way the ground faces: unit normals of the triangulated surface, and at its posts.
 
-Six triangles meet at a post, and none of them is the ground there. A dilution along the ground has one answer at a post
-all the same, in a map and along a trajectory: by the slope to the neighbours, which is half of what the ground rises from
-the one to the other.
+Six triangles meet at a post, and none of them is the ground there. A dilution along the ground has one answer at a
+post all the same, in a map and along a trajectory: by the mean of the slopes to the neighbours on both sides.
 """
 
 from __future__ import annotations
@@ -62,7 +61,9 @@ def post_normals(grid: ElevationGrid, first_row: int, stop_row: int) -> npt.NDAr
 def rover_normals(grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """(n, 3) upward unit normals for what stands on the ground: on a post as ``post_normals``, else of the triangle."""
     normals = surface_normals(grid, east_m, north_m)
-    row, col = grid.post_at(np.atleast_1d(np.asarray(east_m, np.float64)), np.atleast_1d(np.asarray(north_m, np.float64)))
+    row, col = grid.post_at(
+        np.atleast_1d(np.asarray(east_m, np.float64)), np.atleast_1d(np.asarray(north_m, np.float64))
+    )
     inside = (row > -0.5) & (row < grid.rows - 0.5) & (col > -0.5) & (col < grid.cols - 0.5)
     near_row, near_col = np.rint(np.where(inside, row, 0.0)), np.rint(np.where(inside, col, 0.0))
     posts = np.flatnonzero(inside & (np.abs(row - near_row) <= AT_POST) & (np.abs(col - near_col) <= AT_POST))
