@@ -22,8 +22,8 @@ RECEIVERS_M = (0.0, 1.5, 10.0, 50.0)
 LINES = 64  # of a large grid so many lines of posts stand for all
 MEAN_OF_EDGES = 0.03  # misclassified posts per edge between neighbours that differ: in the mean …
 MOST_OF_EDGES = 0.12  # … and more than with any anchor
-MEAN_OF_UNKNOWN = 0.2
-MOST_OF_UNKNOWN = 0.8  # the same of edges between known and unknown answers, which fast mode gives to the unknown
+MEAN_BY_UNKNOWN, MOST_BY_UNKNOWN = 0.05, 0.3  # the same per edge between known and unknown answers
+MOST_OF_UNKNOWN = 4.0  # posts called unknown for nothing, per edge between known and unknown answers
 MOST_POSTS = 8.0  # on grids with few edges so many posts may be wrong besides
 LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's longer side in posts
 
@@ -32,28 +32,31 @@ LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's lo
 class FastErrors:
     """Of the worst anchor: shares of the known posts, and metres.
 
-    edge_share: edges of shadows per post, for that one of RECEIVERS_M which has most; unknown_share: edges between
-    known and unknown answers per post. misclassified: share of posts
-    that fast mode and exact mode call differently, about; misclassified_most: at most. large_error_m: what the
-    altitudes of all but one in a thousand hidden posts are within; NaN where no three neighbours are known.
+    misclassified: share of posts that fast mode and exact mode call differently, about; misclassified_most: at most.
+    unknown_most: share that fast mode calls unknown though exact mode knows, at most. large_error_m: what the altitudes
+    of all but one in a thousand hidden posts are within; NaN where no three neighbours are known.
     """
 
-    edge_share: float
-    unknown_share: float
     misclassified: float
     misclassified_most: float
+    unknown_most: float
     large_error_m: float
 
     def sentence(self) -> str:
         """The statement that an answer carries."""
-        altitudes = "" if math.isnan(self.large_error_m) else (
-            f"; of the altitudes over hidden posts all but one in a thousand are within {_digits(self.large_error_m)} m"
-        )  # fmt: skip
-        return (
-            f"rays in float32, which err beside the edges of shadows: on this ground, by what was measured on others, "
-            f"about {_digits(100.0 * self.misclassified)} % and at most {_digits(100.0 * self.misclassified_most)} % of "
-            f"an anchor's posts differ from exact for receivers up to 50 m above ground{altitudes}"
-        )
+        told = [
+            f"rays in float32, which err beside the edges of shadows: by what was measured on other grounds, about "
+            f"{_digits(100.0 * self.misclassified)} % and at most {_digits(100.0 * self.misclassified_most)} % of an "
+            f"anchor's posts on this one differ from exact for receivers up to {RECEIVERS_M[-1]:g} m above ground"
+        ]
+        if not math.isnan(self.large_error_m):
+            told.append(
+                "altitudes over all but one in a thousand of its hidden posts are within "
+                f"{_digits(self.large_error_m)} m"
+            )
+        if self.unknown_most > 0.0:
+            told.append(f"at most {_digits(100.0 * self.unknown_most)} % more posts than in exact are called unknown")
+        return "; ".join(told)
 
 
 def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
@@ -69,10 +72,9 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     known_posts = heights_m.size * min((known for *_, known in shares), default=1.0)
     few = MOST_POSTS / max(known_posts, MOST_POSTS)
     return FastErrors(
-        edge_share=edges,
-        unknown_share=unknown,
-        misclassified=MEAN_OF_EDGES * edges + MEAN_OF_UNKNOWN * unknown,
-        misclassified_most=min(MOST_OF_EDGES * edges + MOST_OF_UNKNOWN * unknown + few, 1.0),
+        misclassified=MEAN_OF_EDGES * edges + MEAN_BY_UNKNOWN * unknown,
+        misclassified_most=min(MOST_OF_EDGES * edges + MOST_BY_UNKNOWN * unknown + few, 1.0),
+        unknown_most=min(MOST_OF_UNKNOWN * unknown + few, 1.0) if unknown > 0.0 else 0.0,
         large_error_m=LARGE_ERRORS * math.sqrt(max(rows, cols)) * _bend_m(heights_m, tops),
     )
 

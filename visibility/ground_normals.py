@@ -1,8 +1,7 @@
 """Which way the ground faces: unit normals of the triangulated surface, and at its posts.
 
-Six triangles meet at a post, and none of them is the ground there. A dilution along the ground has one answer at a post
-all the same, in a map and along a trajectory: by the slope to the neighbours, which is half of what the ground rises from
-the one to the other.
+Six triangles meet at a post, and none of them is the ground there. A dilution along the ground has one answer at a
+post all the same, in a map and along a trajectory: by the mean of the slopes to the neighbours on both sides.
 """
 
 from __future__ import annotations

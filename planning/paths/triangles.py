@@ -20,8 +20,8 @@ BESIDE = 1e-6  # cells: a way along an edge lies on the triangles on both sides
 def middles(places: Floats) -> tuple[Floats, Floats]:
     """Of the pieces into which rows, columns and diagonals of the grid cut a way, the middle of each.
 
-    places: (n, 2) fractional posts, less than two cells apart. Returns (m, 2), in order, and (m,): on which of the n - 1
-    pieces of the way it lies, and how far along, as one number.
+    places: (n, 2) fractional posts, less than two cells apart. Returns (m, 2), in order, and (m,): on which of the
+    n - 1 pieces of the way each lies, and how far along, as one number.
     """
     begin, end = places[:-1], places[1:]
     shares = [np.zeros(len(begin)), np.ones(len(begin))]

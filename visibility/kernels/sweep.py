@@ -85,7 +85,7 @@ def _refine(along, task, real, stride, state, width):
 
 @scalar_kernel
 def _rays_on_map(across_0, width):
-    """Between which places on a line rays run: those that leave the map for a post more, those that come from the border."""
+    """Between which places on a line rays run: those that leave the map for a post more, others from the border."""
     return (-1.0 if across_0 >= 0.0 else -1e-4), (width if across_0 <= width - 1 else width - 1 + 1e-4)
 
 

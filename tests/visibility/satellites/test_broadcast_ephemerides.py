@@ -178,7 +178,7 @@ def test_a_navigation_file_cut_anywhere_in_a_record_is_refused(navigation_text):
         (
             "     2              NAV",
             "     2              GLO",
-            "RINEX file of GLONASS, no RINEX navigation file of GPS",
+            "a RINEX file of GLONASS, no RINEX",
         ),
         ("END OF HEADER", "END", "no END OF HEADER"),
         ("0.904141401406E-02", "  who knows       ", r"line 9 \(G02\): eccentricity must be a number"),
