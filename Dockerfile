@@ -20,7 +20,9 @@ FROM python:${PYTHON_VERSION}-slim AS builder
 WORKDIR /src
 RUN python -m venv /opt/sightline
 COPY pyproject.toml README.md LICENSE ./
+COPY compiled ./compiled
 COPY terrain ./terrain
+COPY gnss ./gnss
 COPY visibility ./visibility
 COPY detection ./detection
 COPY navigation ./navigation

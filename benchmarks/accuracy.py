@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility import FLAT, Anchor, min_visible_altitude
-from visibility.minimum_altitude import Mode
+from visibility.sight.minimum_altitude import Mode
 
 from . import gdal_peer
 from .deviation import Deviation, deviation, pooled

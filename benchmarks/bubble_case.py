@@ -14,6 +14,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import numpy.typing as npt
 
+import gnss
 import navigation
 from terrain import ElevationGrid, to_lon_lat
 from visibility import (
@@ -93,7 +94,7 @@ class Case:
         return self.kind == "pseudorange"
 
 
-def satellite_case(whole: ElevationGrid, almanac: satellites.Almanac, start: datetime, *, every: int = 1) -> Case:
+def satellite_case(whole: ElevationGrid, almanac: gnss.Almanac, start: datetime, *, every: int = 1) -> Case:
     """The flight under the satellites of an almanac, one epoch a second; every: only each so many-th of them."""
     grid = paper_window(whole)
     points_m, times_s = _epochs(grid, every)

@@ -12,7 +12,7 @@ import psutil
 
 from terrain import ElevationGrid
 from visibility import FLAT, min_visible_altitude
-from visibility.minimum_altitude import Mode
+from visibility.sight.minimum_altitude import Mode
 
 from .report import Row, Table
 from .terrains import CELL_M, fractal_m, spread_anchors

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+import gnss
 from terrain import ElevationGrid, height_at, read_dem
 from visibility import (
     ControlVolume,
@@ -84,9 +85,9 @@ class Scene:
         return self.surfaces.grid
 
 
-def mountain_almanac(path: Path = ALMANAC_FILE) -> satellites.Almanac:
+def mountain_almanac(path: Path = ALMANAC_FILE) -> gnss.Almanac:
     """The almanac of the case."""
-    return satellites.read_almanac(path, reference=ALMANAC_DATE)
+    return gnss.read_almanac(path, reference=ALMANAC_DATE)
 
 
 def paper_window(whole: ElevationGrid) -> ElevationGrid:
@@ -99,7 +100,7 @@ def cut_out(surfaces: MinimumVisibleAltitude) -> MinimumVisibleAltitude:
     return surfaces.window(FIRST_ROW, FIRST_ROW + ROWS - 1, FIRST_COL, FIRST_COL + COLS - 1)
 
 
-def scene(whole: ElevationGrid, almanac: satellites.Almanac, when: datetime) -> Scene:
+def scene(whole: ElevationGrid, almanac: gnss.Almanac, when: datetime) -> Scene:
     """The case at one instant; the volume is described, not yet calculated."""
     eyes = satellites.satellite_eyes(whole, almanac, when)
     surfaces = cut_out(min_visible_altitude(whole, eyes.distant_anchors()))

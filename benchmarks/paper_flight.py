@@ -12,6 +12,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from skimage.graph import route_through_array
 
+import gnss
 from terrain import ElevationGrid, height_at
 from visibility import DistantAnchor, dop, dop_along, min_visible_altitude, satellites, visible_sets
 
@@ -74,7 +75,7 @@ def valley_path(grid: ElevationGrid) -> Array:
     return np.column_stack([east_m, north_m, altitude_m])
 
 
-def fly(whole: ElevationGrid, almanac: satellites.Almanac, start: datetime) -> Flight:
+def fly(whole: ElevationGrid, almanac: gnss.Almanac, start: datetime) -> Flight:
     """Who is in sight along the valley, and the dilution; satellites are brought up to date every UPDATE_S."""
     grid = paper_window(whole)
     points_m = valley_path(grid)

@@ -11,7 +11,7 @@ import math
 import sys
 from pathlib import Path
 
-from service.range_log import COLUMNS
+from service.files.range_log import COLUMNS
 
 from .measured_ranges import RangeLog, plaza, starloc
 

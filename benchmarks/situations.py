@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility import FLAT, Anchor, min_visible_altitude
-from visibility.fast_errors import FastErrors, fast_errors
-from visibility.minimum_altitude import Mode
+from visibility.sight.fast_errors import FastErrors, fast_errors
+from visibility.sight.minimum_altitude import Mode
 
 from .deviation import Deviation, deviation
 from .report import Row, Table

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid, height_at
 from visibility import FLAT, lines_of_sight, min_visible_altitude
-from visibility.minimum_altitude import Mode
+from visibility.sight.minimum_altitude import Mode
 
 from . import gdal_peer
 from .report import Row, Table, duration

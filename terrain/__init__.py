@@ -19,7 +19,6 @@ from .height_references import HeightReference, height_reference_of
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
-from .read_only import read_only
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
@@ -54,7 +53,6 @@ __all__ = [
     "places_told",
     "plane",
     "read_dem",
-    "read_only",
     "ridge",
     "same_map",
     "to_grid_frame",

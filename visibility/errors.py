@@ -3,12 +3,10 @@
 VisibilityError
 ├── AnchorError           an anchor that cannot be used: below ground, duplicate id, impossible limits ...
 ├── VisibilityInputError  points, heights or options that make no question
-├── MeshError             a building mesh that cannot be used
-└── AlmanacError          satellite orbits that cannot be used: of another week, all unhealthy, no orbit ...
-    └── AlmanacFileError  an almanac or navigation file that is missing, truncated or damaged
+└── MeshError             a building mesh that cannot be used
 """
 
-__all__ = ["AlmanacError", "AlmanacFileError", "AnchorError", "MeshError", "VisibilityError", "VisibilityInputError"]
+__all__ = ["AnchorError", "MeshError", "VisibilityError", "VisibilityInputError"]
 
 
 class VisibilityError(Exception):
@@ -25,11 +23,3 @@ class VisibilityInputError(VisibilityError):
 
 class MeshError(VisibilityError):
     """A building mesh cannot be used."""
-
-
-class AlmanacError(VisibilityError):
-    """Satellite orbits cannot be used."""
-
-
-class AlmanacFileError(AlmanacError):
-    """An almanac or navigation file is missing, truncated or damaged."""

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .fits import FREE, NO_FIT, ONE, descend
 from .misfits import meets

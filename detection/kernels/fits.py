@@ -6,7 +6,7 @@ dimensions, then (n,) each. A set of them is the bits of an int64. flat: two dim
 
 import math
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .small_systems import inverse, solved, weakest_axis, without_axis
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .small_systems import inverse, quadratic_form
 

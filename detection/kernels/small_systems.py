@@ -2,7 +2,7 @@
 
 import math
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = ["inverse", "quadratic_form", "solved", "weakest_axis", "without_axis"]
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .fits import COLLINEAR, CROSSED, MIRRORED, NO_FIT, ONE, fit, range_pair_meets, side_of
 from .misfits import meets

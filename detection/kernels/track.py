@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = ["SHARED", "STATES", "follow", "pull"]
 

@@ -2,7 +2,7 @@
 
 import math
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = ["NOT_FINITE", "NOT_POSITIVE", "NOT_SYMMETRIC", "OK", "covariance_fault", "grow", "joseph"]
 

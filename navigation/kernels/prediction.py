@@ -2,7 +2,7 @@
 
 import math
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .covariance import grow, joseph
 from .ranges import range_row

@@ -6,7 +6,7 @@ numbers. Noise of the motion is psd (4,): east, north, up, clock.
 
 import math
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .covariance import grow, joseph
 

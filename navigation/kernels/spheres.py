@@ -4,7 +4,7 @@ import math
 
 from numba import prange
 
-from terrain.kernel_options import parallel_kernel, scalar_kernel
+from compiled.options import parallel_kernel, scalar_kernel
 
 __all__ = ["probabilities_within", "probability_within", "radii_of_probability"]
 

@@ -2,7 +2,7 @@
 
 from numba import prange
 
-from terrain.kernel_options import parallel_kernel, scalar_kernel
+from compiled.options import parallel_kernel, scalar_kernel
 
 from .ranges import advance, update_ranges
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = ["flight_cost", "pull_flight"]
 

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numba import prange
 
-from terrain.kernel_options import parallel_kernel, scalar_kernel
-from visibility.kernels.dop import dop_of_set
+from compiled.options import parallel_kernel, scalar_kernel
+from visibility.dilution.kernels.dop import dop_of_set
 
 from .path_segments import square_gradients
 

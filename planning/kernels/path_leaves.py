@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 from .path_grid import lift, sink
 

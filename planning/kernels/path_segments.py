@@ -13,7 +13,7 @@ Places are fractional posts (row, col). Directions are unit vectors (east, north
 
 import math
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = [
     "CLEAR",

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import prange
 
-from terrain.kernel_options import parallel_kernel, scalar_kernel
+from compiled.options import parallel_kernel, scalar_kernel
 
 __all__ = [
     "COUNT",

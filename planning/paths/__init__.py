@@ -1,13 +1,15 @@
 """Ways for a rover over the ground: cheap, within every limit, and where the anchors are in sight."""
 
-from .flight_problems import FlightOutcome, FlightProblem
+from planning.paths.outcomes import FlightOutcome
+from planning.questions.flight_problems import FlightProblem
+from planning.questions.limits import CostWeights, PathLimits, PlanBudget
+from planning.questions.navigation_models import NavigationModel
+from planning.questions.problems import Goal, PathProblem, Place
+from planning.questions.rovers import RoverModel
+
 from .flights import plan_flight
-from .limits import CostWeights, PathLimits, PlanBudget
-from .navigation_models import NavigationModel
 from .outcomes import Grain, Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable
 from .planning import plan_path
-from .problems import Goal, PathProblem, Place
-from .rovers import RoverModel
 
 __all__ = [
     "CostWeights",

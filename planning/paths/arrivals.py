@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels.path_grid import costs_from
+from planning.questions.problems import PathProblem
 
 from .ends import square_ends
 from .fields import CostField, KernelField, running_sums
 from .places import sampled
-from .problems import PathProblem
 
 __all__ = ["arrivals_along", "fastest_arrivals_s"]
 

@@ -9,9 +9,9 @@ import numpy.typing as npt
 import scipy
 
 from navigation import initial_state, predict_bubble
+from planning.questions.problems import PathProblem
 from visibility import Anchor, DistantAnchor, MovingAnchor
 
-from .problems import PathProblem
 from .sight_maps import Positioning, anchor_at, anchor_places
 
 __all__ = ["expected_sigma_m", "predicted_sigma_m"]

@@ -7,24 +7,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
 from planning.kernels.path_fields import clearances
+from planning.questions.limits import PathLimits
+from planning.questions.problems import PathProblem
+from planning.validation import PathValidation
 
 from .describing import described
 from .fields import CostField, bit_of, running_sums
-from .limits import PathLimits
 from .outcomes import Path, Reason
 from .places import sampled
-from .problems import PathProblem
 from .sight_maps import Sightings, SightMaps
-
-if TYPE_CHECKING:
-    from planning.validation import PathValidation
 
 __all__ = ["breaks", "hidden_places", "without_broken_squares", "without_refused_squares"]
 

@@ -16,10 +16,11 @@ import numpy.typing as npt
 import scipy
 import shapely
 
+from planning.questions.problems import Goal, Place
+
 from .judging import CLEAR, CLOSED, DOUBT, FINAL, SLIVER, Judge
 from .leaves import Graph, Leaves
 from .places import metres_of
-from .problems import Goal, Place
 from .ways import drop_repeats
 
 __all__ = ["CloserLook", "Look"]

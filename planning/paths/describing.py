@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels.path_fields import clearances
+from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import surface_normals
 
@@ -15,7 +16,6 @@ from .beliefs import predicted_sigma_m
 from .fields import CostField, running_sums
 from .outcomes import Path, PathTotals
 from .places import metres_of, sampled
-from .problems import PathProblem
 from .sight_maps import Sightings, SightMaps
 from .triangles import middles, steepest_rad
 

@@ -6,17 +6,14 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from planning.questions.problems import PathProblem
+from planning.validation import PathValidation
 from terrain import ElevationGrid, told_place
 from terrain.version import VERSION
 
 from .fields import CostField
 from .outcomes import Path, PathOutcome, PathStatus, Unreachable
-from .problems import PathProblem
-
-if TYPE_CHECKING:
-    from planning.validation import PathValidation
 
 __all__ = ["Endings"]
 

@@ -11,12 +11,13 @@ import shapely
 
 from planning.errors import PathProblemError, PlaceError
 from planning.kernels.path_segments import CLEAR, segment_cost
+from planning.questions.problems import Goal, PathProblem, Place
+from planning.validation import PathLimit, validate_path
 
 from .areas import squares_with_middle_in
 from .fields import CostField, KernelField, reasons_of
 from .forbidden import Ground, place_error, sight_error
 from .outcomes import Reason
-from .problems import Goal, PathProblem, Place
 from .sight_maps import SightMaps
 
 __all__ = ["Ends", "ends_of", "posts_of", "square_ends"]
@@ -152,7 +153,6 @@ def _standing(ground: Ground, name: str, place: Place) -> tuple[float, float]:
 
 def _stands(problem: PathProblem, place: Place) -> bool:
     """Whether the validator lets the rover be at a place in a square of which some is forbidden."""
-    from planning.validation import PathLimit, validate_path  # it takes its question from this package
 
     of_ways = (PathLimit.START, PathLimit.WAY_POINTS, PathLimit.GOAL, PathLimit.BUBBLE)
     return all(check.limit in of_ways for check in validate_path(problem, [place]).failures)

@@ -9,7 +9,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -18,16 +17,15 @@ import scipy
 from planning.errors import PlaceError
 from planning.kernels.flight_segments import flight_cost, pull_flight
 from planning.kernels.path_proof import least_worst_way
+from planning.paths.outcomes import FlightOutcome
+from planning.questions.flight_problems import FlightProblem
+from planning.validation import PathValidation, validate_flight
 from terrain import ElevationGrid, told_place
 
-from .flight_problems import FlightOutcome, FlightProblem
 from .outcomes import PathStatus, Reason
 from .own_process import OwnProcess
 from .sampling import State, Tell, box_space, solved
 from .shut_air import surely_shut
-
-if TYPE_CHECKING:  # the validator takes its question from this package
-    from planning.validation import PathValidation
 
 __all__ = ["plan_flight"]
 
@@ -41,7 +39,6 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
 
     Raises PathProblemError, PlaceError, PlanningProcessError.
     """
-    from planning.validation import validate_flight  # it takes its question from this package
 
     begin_s = time.perf_counter()
 

@@ -11,12 +11,12 @@ import numpy.typing as npt
 import scipy
 
 from planning.errors import PlaceError
+from planning.questions.problems import PathProblem, Place
 from terrain import told_place
 
 from .checks import breaks
 from .fields import CostField
 from .outcomes import Reason
-from .problems import PathProblem, Place
 from .sight_maps import Sightings, SightMaps
 
 __all__ = ["Ground", "place_error", "sight_error"]

@@ -15,6 +15,7 @@ import numpy.typing as npt
 import scipy
 import shapely
 
+from planning.questions.problems import PathProblem
 from terrain import ElevationGrid, height_at
 from visibility import MorphingMap
 
@@ -24,7 +25,6 @@ from .fields import CostField, bit_of
 from .leaves import SPLIT, Leaves
 from .outcomes import Reason
 from .places import metres_of
-from .problems import PathProblem
 from .sight_maps import SightMaps
 
 __all__ = ["CLEAR", "CLOSED", "DOUBT", "FINAL", "SLIVER", "Judge", "slopes_of"]

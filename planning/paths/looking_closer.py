@@ -6,10 +6,12 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+from planning.questions.problems import PathProblem, Place
+from planning.validation import PathValidation, validate_path
 
 from .checks import hidden_places
 from .closer_look import CloserLook
@@ -19,12 +21,8 @@ from .fields import CostField
 from .judging import Judge
 from .outcomes import Path
 from .places import metres_of, sampled
-from .problems import PathProblem, Place
 from .sight_maps import SightMaps
 from .ways import SIXTEEN, cost_of, drop_repeats, grid_way, straightened
-
-if TYPE_CHECKING:
-    from planning.validation import PathValidation
 
 __all__ = ["Closer", "look_closer"]
 
@@ -76,7 +74,6 @@ def _judged(
     problem: PathProblem, field: CostField, maps: SightMaps | None, places: Places
 ) -> tuple[tuple[Path, PathValidation] | None, list[Place]]:
     """The path over a way if the validator passes it, else where it does not."""
-    from planning.validation import validate_path  # it takes its question from this package
 
     hidden = hidden_places(problem, field, maps, places, everywhere=True)
     if len(hidden):

@@ -6,15 +6,23 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:  # the validator takes its question from this package
-    from planning.validation import PathValidation
+from planning.validation import PathValidation
 
-__all__ = ["Grain", "Path", "PathOutcome", "PathStatus", "PathTotals", "Reason", "Relaxation", "Unreachable"]
+__all__ = [
+    "FlightOutcome",
+    "Grain",
+    "Path",
+    "PathOutcome",
+    "PathStatus",
+    "PathTotals",
+    "Reason",
+    "Relaxation",
+    "Unreachable",
+]
 
 Numbers = npt.NDArray[np.float64]
 
@@ -194,3 +202,26 @@ class PathOutcome:
     first_path_s: float
     elapsed_s: float
     version: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FlightOutcome:
+    """The answer to ``plan_flight``: corners (n, 3) east, north, altitude; empty unless FOUND.
+
+    margin_m: (n,) height over the floor of the square at each corner; clearance_m: least distance to the ground along
+        the whole way. validation: what the validator says, of a refused flight too.
+    stopped_by: "count" where the iterations ended the plan (one seed, one flight), "time", "stop",
+        "proof" or "grain".
+    """
+
+    status: PathStatus
+    sentence: str
+    corners_m: Numbers
+    margin_m: Numbers
+    clearance_m: float
+    cost: float
+    planner: str
+    stopped_by: str
+    seed: int
+    validation: PathValidation | None
+    elapsed_s: float

@@ -7,12 +7,13 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from planning.errors import NoCoverageError, PlaceError
+from planning.questions.problems import PathProblem
+from planning.validation import PathValidation, validate_path
 
 from .arrivals import arrivals_along, fastest_arrivals_s
 from .checks import without_broken_squares, without_refused_squares
@@ -24,14 +25,10 @@ from .fields import CostField, cost_field
 from .looking_closer import look_closer
 from .outcomes import Grain, Path, PathOutcome, PathStatus, Reason
 from .own_process import OwnProcess
-from .problems import PathProblem
 from .proof import closed_in, proof_of
 from .sight_maps import SightMaps, sight_maps
 from .turning import TurningTask
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
-
-if TYPE_CHECKING:
-    from planning.validation import PathValidation
 
 __all__ = ["plan_path"]
 
@@ -153,7 +150,6 @@ class _Plan(Endings):
 
     def _judged(self, field: CostField, maps: SightMaps | None, way: Way) -> tuple[Path, PathValidation]:
         """The path over a way, and what the validator says of it."""
-        from planning.validation import validate_path  # it takes its question from this package
 
         path = described(self.problem, field, maps, way.places)
         return path, validate_path(self.problem, np.column_stack([path.east_m, path.north_m]))

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels.path_proof import least_worst_way
+from planning.questions.problems import Goal, PathProblem
 
 from .ends import Ends
 from .fields import CostField, KernelField, bit_of, reasons_of
 from .judging import CLOSED, Judge, slopes_of
 from .leaves import Graph
 from .outcomes import Reason, Relaxation, Unreachable
-from .problems import Goal, PathProblem
 from .ways import SIXTEEN, grid_way
 
 __all__ = ["closed_in", "proof_of"]

@@ -7,7 +7,8 @@ import itertools
 import numpy as np
 import numpy.typing as npt
 
-from .flight_problems import FlightProblem
+from planning.questions.flight_problems import FlightProblem
+
 from .leaves import Graph
 
 __all__ = ["surely_shut"]

@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels import path_fields as kernel
+from planning.questions.limits import DILUTIONS
+from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import (
     ALL_ROUND,
@@ -26,13 +28,11 @@ from visibility import (
     surface_normals,
     visible_sets,
 )
-from visibility.columns_of_air import column_tables
-from visibility.dop import solve
-from visibility.dop_questions import kind_code
+from visibility.dilution.columns_of_air import column_tables
+from visibility.dilution.dop import solve
+from visibility.dilution.dop_questions import kind_code
 
-from .limits import DILUTIONS
 from .places import metres_of
-from .problems import PathProblem
 
 __all__ = ["Positioning", "SightMaps", "Sightings", "anchor_places", "sight_maps"]
 

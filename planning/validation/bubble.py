@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
 from navigation import initial_state, predict_bubble
+from planning.questions.problems import PathProblem
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor
 
 from .reports import LimitCheck, PathLimit, check_of
 from .sight import AnyAnchor, SightAlong
 from .walking import Walk, gradients_at
-
-if TYPE_CHECKING:
-    from planning.paths.problems import PathProblem
 
 __all__ = ["bubble_check", "room_m"]
 

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from planning.errors import PathError
+
+# the planner imports us; at run time the question is all that goes between
+from planning.questions.flight_problems import FlightProblem
 from terrain import ElevationGrid, height_at, nearest_surface
 
 from .reports import PathLimit, PathValidation, check_of
-
-if TYPE_CHECKING:
-    # the planner imports us; at run time the question is all that goes between
-    from planning.paths.flight_problems import FlightProblem
 
 __all__ = ["FlightSamples", "fly_along", "validate_flight"]
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from planning.errors import PathError
+
+# the planner imports us; at run time the question is all that goes between
+from planning.questions.problems import PathProblem
 from terrain import ElevationGrid, height_at
 from visibility import Curvature, MorphingMap
 
@@ -19,10 +21,6 @@ from .reports import LimitCheck, PathLimit, PathValidation, check_of
 from .sight import SightAlong, dilution_along, sight_along
 from .turning import turning_checks
 from .walking import STEPS_PER_CELL, Walk, walk_along
-
-if TYPE_CHECKING:
-    # the planner imports us; at run time the question is all that goes between
-    from planning.paths.problems import PathProblem
 
 __all__ = ["validate_path"]
 

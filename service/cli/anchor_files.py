@@ -9,10 +9,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
-from service.geojson_shapes import GeoJsonShape, shapes_of
-from service.schemas import AnchorIn, sentence_of
-
-from .tables import read_table
+from service.files.geojson_shapes import GeoJsonShape, shapes_of
+from service.files.read_tables import read_table
+from service.parts.anchors import AnchorIn
+from service.parts.sentences import sentence_of
 
 __all__ = ["anchors_from_file"]
 

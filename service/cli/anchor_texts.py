@@ -7,7 +7,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
-from service.schemas import AnchorIn, sentence_of
+from service.parts.anchors import AnchorIn
+from service.parts.sentences import sentence_of
 
 from .height_words import HEIGHT
 

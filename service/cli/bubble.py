@@ -9,8 +9,9 @@ from pydantic import ValidationError
 from rich.table import Table
 
 from service.errors import RequestError
-from service.schemas import PointIn, sentence_of
-from service.schemas.safety_bubbles import BubbleParameters
+from service.parts.points import PointIn
+from service.parts.sentences import sentence_of
+from service.products.safety_bubbles.request import BubbleParameters
 
 from .anchor_texts import height_field
 from .maps import MapFiles, anchors_of, make_map
@@ -50,8 +51,8 @@ def make_bubbles(
     parameters = BubbleParameters.model_validate(
         {"anchors": anchors, "satellites": sky, "buildings": buildings, **_path(path, height), **given}
     )
-    from service.bubble_files import BUBBLE_FILES, write_bubble_file
-    from service.safety_bubble import calculate_bubbles
+    from service.products.safety_bubbles.calculate import calculate_bubbles
+    from service.products.safety_bubbles.files import BUBBLE_FILES, write_bubble_file
 
     files = MapFiles("bubble.json", tuple(BUBBLE_FILES), write_bubble_file)
     make_map(dem, parameters, calculate_bubbles, files, _tables, what="Safety bubbles", **rest)

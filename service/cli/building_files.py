@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from service.errors import RequestError
-from visibility.mesh_files import read_mesh_bytes
+from visibility.cover.mesh_files import read_mesh_bytes
 
 __all__ = ["building_fields"]
 

@@ -11,8 +11,8 @@ import httpx
 
 from dem_samples import sample_path
 from service.errors import ServiceError
-from service.layers import LAYERS
-from service.replacing import replacing
+from service.files.replacing import replacing
+from service.products.layers import LAYERS
 from service.warm_up import warm_up
 
 from .maps import leaving_nothing_new, output_folder

@@ -14,14 +14,14 @@ from rich.table import Table
 
 from detection import AnchorVerdict, Cause, Detector, EpochResult, Suspicion, diagnose
 from service.errors import RequestError
-from service.pictures import write_verdict_picture
-from service.range_log import LENGTHS_M, TIMES_S, LogForm
-from service.range_log_messages import read_epochs
-from service.replacing import replacing
-from service.replay import Replay, replay
-from service.schemas import sentence_of
-from service.schemas.detector_settings import DetectorSettingsIn
-from service.tables import TableWriter
+from service.files.range_log import LENGTHS_M, TIMES_S, LogForm
+from service.files.range_log_messages import read_epochs
+from service.files.replacing import replacing
+from service.files.tables import TableWriter
+from service.live.replay import Replay, replay
+from service.live.settings import DetectorSettingsIn
+from service.live.verdict_picture import write_verdict_picture
+from service.parts.sentences import sentence_of
 
 from .detect_anchors import ranging_anchors
 from .maps import leaving_nothing_new, output_folder

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from detection import DetectionInputError, RangingAnchor
+from gnss import Place, ecef_to_enu_m, place_ecef_m
 from service.errors import RequestError
-from service.schemas import AnchorIn
-from visibility.satellites import Place, ecef_to_enu_m, place_ecef_m
+from service.parts.anchors import AnchorIn
 
 from .anchor_files import anchors_from_file
 from .anchor_texts import FORM, anchor_from_text

@@ -10,13 +10,6 @@ import typer
 __all__ = ["BAD_INPUT", "FAULT", "INTERRUPTED", "exit_code_of", "interrupted", "unheard"]
 
 FAULT, BAD_INPUT, INTERRUPTED = 1, 2, 130
-DOMAIN_ERRORS = (
-    ("terrain", "TerrainError"),
-    ("visibility", "VisibilityError"),
-    ("detection", "DetectionError"),
-    ("navigation", "NavigationError"),
-    ("planning", "PlanningError"),
-)
 # typer does not export the base of its usage errors, and where they live has changed between its versions
 UsageError = typer.BadParameter.__bases__[0]
 
@@ -46,12 +39,13 @@ def _domain_exit_code(error: Exception) -> int | None:
     # pydantic and what uses it take a while to import, and --help stays quick
     from pydantic import ValidationError
 
+    from service.error_roots import domain_errors
     from service.errors import RequestError, ServiceError, StartError
-    from service.schemas.sentences import sentence_of
+    from service.parts.sentences import sentence_of
 
     if isinstance(error, ValidationError):
         return _say(sentence_of(error), BAD_INPUT)
-    if isinstance(error, (*_domain_errors(), RequestError, StartError)):
+    if isinstance(error, (*domain_errors().values(), RequestError, StartError)):
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)
@@ -62,11 +56,6 @@ def _domain_exit_code(error: Exception) -> int | None:
     if isinstance(error, MemoryError):
         return _say("There is not enough memory for this DEM with so many anchors.", FAULT)
     return None
-
-
-def _domain_errors() -> tuple[type[Exception], ...]:
-    """The roots of the packages' error trees; a package that was never imported has raised nothing."""
-    return tuple(getattr(sys.modules[package], name) for package, name in DOMAIN_ERRORS if package in sys.modules)
 
 
 def _usage_sentence(error: Exception) -> str:

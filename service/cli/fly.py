@@ -10,12 +10,12 @@ from pydantic import ValidationError
 from rich.table import Table
 
 from service.errors import RequestError
-from service.flight_plan import calculate_flight
-from service.layers import LAYERS
-from service.maps_for_paths import kind_of_summary
-from service.path_answers import time_words
-from service.schemas import sentence_of
-from service.schemas.flights import FlightParameters
+from service.parts.maps_for_paths import kind_of_summary
+from service.parts.sentences import sentence_of
+from service.products.flights.calculate import calculate_flight
+from service.products.flights.request import FlightParameters
+from service.products.layers import LAYERS
+from service.products.paths.answers import time_words
 
 from .anchor_texts import position_fields
 from .maps import MapFiles, anchors_of, make_map

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 
 from service.errors import RequestError
-from service.map_facts import body_name
+from service.parts.map_facts import body_name
 from terrain import ElevationGrid, HeightReference, height_reference_of
 
 __all__ = ["HEIGHT", "height_words", "told_of_heights"]

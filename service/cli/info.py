@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from service.map_facts import dem_summary
+from service.parts.map_facts import dem_summary
 from terrain import ElevationGrid, read_dem
 
 from .output import facts_table, print_json, print_tables, print_warnings

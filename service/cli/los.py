@@ -9,8 +9,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
-from service.positions import resolve_point
-from service.schemas import PointIn, sentence_of
+from service.parts.points import PointIn
+from service.parts.positions import resolve_point
+from service.parts.sentences import sentence_of
 from terrain import ElevationGrid, read_dem
 from visibility import FLAT, LineOfSight, line_of_sight
 

@@ -14,8 +14,8 @@ from typing import Any, Protocol, TypeVar
 from rich.table import Table
 
 from service.errors import RequestError
-from service.replacing import replacing
-from service.schemas import AnchorIn
+from service.files.replacing import replacing
+from service.parts.anchors import AnchorIn
 from terrain import ElevationGrid, read_dem
 
 from .anchor_files import anchors_from_file
@@ -139,8 +139,8 @@ def _is_summary(path: Path) -> bool:
 
 def _write_files(finished: Any, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
-    from service.layers import LAYERS, write_layer
-    from service.products import product_of
+    from service.products.layers import LAYERS, write_layer
+    from service.products.registry import product_of
 
     layers, write = files.layers, files.write
     if write is None:

@@ -7,9 +7,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from service.errors import RequestError
-from service.schemas import PointIn, sentence_of
-
-from .tables import read_table
+from service.files.read_tables import read_table
+from service.parts.points import PointIn
+from service.parts.sentences import sentence_of
 
 __all__ = ["path_from_file", "points_and_columns"]
 

@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.schemas.placements import PlacementParameters
+from service.products.placements.request import PlacementParameters
 
 from .anchor_texts import height_field, position_fields
 from .maps import MapFiles, anchors_of, make_map
@@ -66,8 +66,8 @@ def make_placement(dem: str, asked: PlacementParameters, scheduler: str | None, 
     """
     if or_local and scheduler is None:
         raise RequestError("--or-local goes with --scheduler.")
-    from service.layers import LAYERS
-    from service.placement import calculate_placement
+    from service.products.layers import LAYERS
+    from service.products.placements.calculate import calculate_placement
 
     if scheduler is not None:
         asked = asked.model_copy(update={"run_on": "cluster_or_here" if or_local else "cluster"})

@@ -11,10 +11,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.maps_for_paths import kind_of_summary, with_map
-from service.path_answers import time_words
-from service.schemas import sentence_of
-from service.schemas.paths import PathParameters, WeightsIn
+from service.parts.maps_for_paths import kind_of_summary, with_map
+from service.parts.sentences import sentence_of
+from service.products.paths.answers import time_words
+from service.products.paths.request import PathParameters, WeightsIn
 
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table
@@ -50,8 +50,8 @@ def request_of(
 
 def make_path(dem: str, asked: PathParameters, **rest: Any) -> None:
     """Read, plan, write and print; ``rest`` as for make_map."""
-    from service.layers import LAYERS
-    from service.path_plan import calculate_path
+    from service.products.layers import LAYERS
+    from service.products.paths.calculate import calculate_path
 
     files = MapFiles("path.json", tuple(LAYERS["path"]))
     make_map(dem, asked, calculate_path, files, _tables, what="Planning", **rest)

@@ -6,9 +6,9 @@ import csv
 from pathlib import Path
 from typing import Any
 
-from planning.paths.navigation_models import NavigationModel
+from planning.questions.navigation_models import NavigationModel
 from service.errors import RequestError
-from service.path_answers import VERTEX_COLUMNS
+from service.products.paths.answers import VERTEX_COLUMNS
 
 __all__ = ["filter_of_a_plan", "planned_path"]
 

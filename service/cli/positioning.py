@@ -89,8 +89,8 @@ def make_positioning_map(
         raise RequestError(
             "Nothing to range to: give --anchor ID,EAST,NORTH,80agl, --anchors FILE or --almanac FILE with --time."
         )
-    from service.layers import LAYERS
-    from service.products import PRODUCTS
+    from service.products.layers import LAYERS
+    from service.products.registry import PRODUCTS
 
     given = {field: value for field, value in asked.items() if value is not None}
     product, (summary, tables) = PRODUCTS[name], COMMANDS[name]

@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.schemas.repositionings import RepositioningParameters
+from service.products.repositionings.request import RepositioningParameters
 
 from .maps import MapFiles, anchors_of, make_map
 from .output import facts_table, share_text
@@ -52,8 +52,8 @@ def repositioning_request(
 
 def make_repositioning(dem: str, asked: RepositioningParameters, **rest: Any) -> None:
     """Read, calculate, write and print; ``rest`` as for make_map."""
-    from service.layers import LAYERS
-    from service.repositioning import calculate_repositioning
+    from service.products.layers import LAYERS
+    from service.products.repositionings.calculate import calculate_repositioning
 
     files = MapFiles("reposition.json", tuple(LAYERS["repositioning"]))
     make_map(dem, asked, calculate_repositioning, files, _tables, what="Repositioning", **rest)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from service.errors import RequestError
-from service.schemas import sentence_of
+from service.parts.sentences import sentence_of
 
 __all__ = ["given", "request_from_file"]
 

@@ -9,11 +9,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
-from service.schemas import sentence_of
-from service.schemas.frames import TrackIn, TrackPointIn
+from service.files.read_tables import read_table
+from service.parts.frames import TrackIn, TrackPointIn
+from service.parts.sentences import sentence_of
 
 from .height_words import HEIGHT
-from .tables import read_table
 
 __all__ = ["frames_fields", "tracks_from_file"]
 

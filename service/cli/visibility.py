@@ -9,7 +9,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.schemas import AnchorIn, VisibilityMapParameters
+from service.parts.anchors import AnchorIn
+from service.products.visibility.request import VisibilityMapParameters
 
 from .maps import MapFiles, anchors_of, make_map
 from .output import share_text
@@ -35,7 +36,7 @@ def make_visibility_map(
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
     parameters = _parameters(anchors_of(anchor_texts, anchor_files, lonlat=lonlat), asked)
     # after the options were read: what is wrong with them must not wait for all that this loads
-    from service.visibility_map import calculate
+    from service.products.visibility.calculate import calculate
 
     make_map(
         dem,

@@ -9,8 +9,8 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
-from service.detectors import rehearse
 from service.jobs.folder import DataFolder
+from service.live.rehearsal import rehearse
 from service.settings import Settings
 
 from . import problems, web_page

@@ -11,13 +11,13 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
-from service.detectors import Detectors
 from service.errors import DataFolderError
 from service.jobs.drawings import Drawings
 from service.jobs.folder import DataFolder
 from service.jobs.pool import WorkerPool
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
+from service.live.registry import Detectors
 from service.settings import Settings
 
 __all__ = ["Service", "ServiceDep"]

@@ -8,7 +8,7 @@ from fastapi import Request, Response
 
 from service.errors import NotReadyError
 from service.jobs.records import JobKind, JobRecord, JobStatus
-from service.schemas.jobs import JobOut, moment
+from service.parts.job_answers import JobOut, moment
 
 from .context import Service
 from .problems import FailedJob, problem_of

@@ -11,11 +11,12 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError
+from service.files.layer import Layer
 from service.jobs.records import JobKind, JobRecord
-from service.layers import LAYERS, Layer
-from service.schemas.map_answers import LayerLink, MapOut
-from service.schemas.pages import Limit, Offset, Page
-from service.schemas.satellites import ORBIT_TEXTS
+from service.parts.map_answers import LayerLink, MapOut
+from service.parts.pages import Limit, Offset, Page
+from service.parts.satellites import ORBIT_TEXTS
+from service.products.layers import LAYERS
 
 from .bodies import json_body
 from .context import Service, ServiceDep

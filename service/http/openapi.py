@@ -7,11 +7,11 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import BaseModel
 
-from service.map_requests import MAP_REQUESTS
-from service.schemas.detections import DetectionIn, DetectorIn, EpochsIn
-from service.schemas.lines_of_sight import LinesOfSightIn
-from service.schemas.problems import Problem
-from service.schemas.safety_bubbles import SafetyBubblesIn
+from service.http.problem_answer import Problem
+from service.jobs.map_requests import MAP_REQUESTS
+from service.live.request import DetectionIn, DetectorIn, EpochsIn
+from service.products.lines_of_sight.request import LinesOfSightIn
+from service.products.safety_bubbles.request import SafetyBubblesIn
 
 __all__ = ["TAGS", "describe"]
 

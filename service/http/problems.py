@@ -18,14 +18,16 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from detection import errors as of_detection
+from gnss import errors as of_gnss
 from navigation import errors as of_navigation
 from planning import errors as of_planning
 from service import errors as ours
+from service.error_roots import domain_errors
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
 from service.jobs.store_errors import error_of_store
-from service.schemas.sentences import MOST_FIELDS, place_of, sentence_of_detail
+from service.parts.sentences import MOST_FIELDS, place_of, sentence_of_detail
 from terrain import errors as of_terrain
 from visibility import errors as of_visibility
 
@@ -60,8 +62,10 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_visibility.AnchorError: ProblemKind("anchor", 422, "An anchor cannot be used"),
     of_visibility.VisibilityInputError: ProblemKind("visibility-input", 422, "The question cannot be answered"),
     of_visibility.MeshError: ProblemKind("mesh", 422, "A building mesh cannot be used"),
-    of_visibility.AlmanacError: ProblemKind("almanac", 422, "The satellites' orbits cannot be used"),
-    of_visibility.AlmanacFileError: ProblemKind("almanac-file", 422, "The almanac file cannot be read"),
+    of_gnss.GnssError: ProblemKind("gnss", 422, "The satellites cannot be used"),
+    of_gnss.GnssInputError: ProblemKind("gnss-input", 422, "The question cannot be answered"),
+    of_gnss.AlmanacError: ProblemKind("almanac", 422, "The satellites' orbits cannot be used"),
+    of_gnss.AlmanacFileError: ProblemKind("almanac-file", 422, "The almanac file cannot be read"),
     of_planning.PlanningError: ProblemKind("planning", 422, "The plan cannot be made"),
     of_planning.PlacementError: ProblemKind("placement", 422, "The anchors cannot be placed"),
     of_planning.NoCandidateError: ProblemKind("no-candidate", 422, "No place is left for an anchor"),
@@ -108,13 +112,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
 }
 KIND_BY_ERROR_NAME = {f"{cls.__module__.partition('.')[0]}.{cls.__name__}": kind for cls, kind in PROBLEMS.items()}
 # Sentences of these packages are meant for whoever asked, also those of an error that has no row of its own yet.
-KIND_BY_PACKAGE = {
-    "terrain": PROBLEMS[of_terrain.TerrainError],
-    "visibility": PROBLEMS[of_visibility.VisibilityError],
-    "planning": PROBLEMS[of_planning.PlanningError],
-    "detection": PROBLEMS[of_detection.DetectionError],
-    "navigation": PROBLEMS[of_navigation.NavigationError],
-}
+KIND_BY_PACKAGE = {package: PROBLEMS[base] for package, base in domain_errors().items()}
 INTERNAL = PROBLEMS[ours.InternalError]
 METHOD = ProblemKind("method", 405, "The method is not allowed here")
 # What the framework itself finds wrong.
@@ -146,14 +144,7 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
 
 def install(app: FastAPI) -> None:
     """Answer every error of the app with a problem."""
-    of_packages = (
-        of_terrain.TerrainError,
-        of_visibility.VisibilityError,
-        of_detection.DetectionError,
-        of_navigation.NavigationError,
-        of_planning.PlanningError,
-    )
-    for base in (*of_packages, ours.ServiceError):
+    for base in (*domain_errors().values(), ours.ServiceError):
         app.add_exception_handler(base, _domain_error)
     app.add_exception_handler(TaskFailed, _task_failed)
     app.add_exception_handler(FailedJob, _failed_job)

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
-from service.layers import write_layer
-from service.map_store import load, save
-from service.schemas import VisibilityMapParameters
+from service.jobs.map_store import load, save
+from service.products.layers import write_layer
+from service.products.visibility.calculate import calculate
+from service.products.visibility.request import VisibilityMapParameters
 from service.settings import Rehearsal
-from service.visibility_map import calculate
 from service.warm_up import warm_up
 from terrain import ElevationGrid
 

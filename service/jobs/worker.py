@@ -21,12 +21,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, BinaryIO
 
-from navigation import NavigationError
-from planning import PlanningError
+from service.error_roots import domain_errors
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
 from service.settings import GIB, Settings
-from terrain import TerrainError
-from visibility import VisibilityError
 
 from .channel import decode, encode
 from .folder import DataFolder, is_full
@@ -77,9 +74,10 @@ def main() -> None:
 def _done(order: Mapping[str, Any], context: TaskContext) -> dict[str, Any]:
     """What comes of one task, ready to be told."""
     task, settings, folder, work = TASKS[order["task"]], context.settings, context.folder, context.work
+    expected: tuple[type[Exception], ...] = (*domain_errors().values(), ServiceError)
     try:
         return {"result": dict(task(context, order["arguments"]))}
-    except (TerrainError, VisibilityError, NavigationError, PlanningError, ServiceError) as error:
+    except expected as error:
         failure = Failure.of(error)
     except MemoryError:
         failure = Failure.of(

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import prange
 
-from terrain.kernel_options import parallel_kernel, scalar_kernel
+from compiled.options import parallel_kernel, scalar_kernel
 
 from .surface import settled, surface_height
 from .triangle import nearest_on_triangle

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = ["resample_surface", "settled", "surface_height", "surface_heights"]
 

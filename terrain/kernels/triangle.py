@@ -1,6 +1,6 @@
 """The place of a triangle that is nearest to a point."""
 
-from terrain.kernel_options import scalar_kernel
+from compiled.options import scalar_kernel
 
 __all__ = ["nearest_on_triangle"]
 

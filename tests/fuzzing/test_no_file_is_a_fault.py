@@ -21,13 +21,14 @@ import rasterio.shutil
 import trimesh
 
 from detection import DetectionError
+from gnss import parse_almanac, parse_rinex_navigation
 from service.cli.anchor_files import anchors_from_file
 from service.cli.path_files import path_from_file
 from service.cli.planned_paths import planned_path
 from service.cli.shape_files import place_fields, polygon_fields
 from service.cli.track_files import tracks_from_file
 from service.errors import ServiceError
-from service.range_log_messages import read_epochs
+from service.files.range_log_messages import read_epochs
 from terrain import ElevationGrid, TerrainError, read_dem, write_npz
 from tests.fuzzing.mutations import damaged
 from tests.service.skies import almanac
@@ -35,7 +36,6 @@ from tests.terrain.files import UTM_32N, hill, write_asc, write_tif
 from tests.visibility.meshes import box, level
 from tests.visibility.satellites.test_almanac_files import YUMA
 from visibility import VisibilityError, parse_buildings
-from visibility.satellites import parse_almanac, parse_rinex_navigation
 
 EACH = 10 * int(os.environ.get("SIGHTLINE_FUZZ", "4"))
 GIB = 1024**3

@@ -12,7 +12,10 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("terrain", "visibility", "planning", "detection", "navigation", "service", "dem_samples")
+PACKAGES = (
+    *("compiled", "terrain", "gnss", "visibility", "detection", "navigation", "planning"),
+    *("service", "dem_samples"),
+)
 
 
 def pyproject() -> dict[str, Any]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from service.flight_plan import FinishedFlight, calculate_flight
-from service.schemas.flights import FlightParameters
+from service.products.flights.calculate import FinishedFlight, calculate_flight
+from service.products.flights.request import FlightParameters
 from tests.service.small_maps import small_grid
 from tests.service.small_paths import ANCHORS, at
 

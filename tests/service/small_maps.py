@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from service.schemas import VisibilityMapParameters
-from service.visibility_map import VisibilityMap, calculate
+from service.products.visibility.calculate import VisibilityMap, calculate
+from service.products.visibility.request import VisibilityMapParameters
 from terrain import ElevationGrid, Provenance
 
 ROWS, COLS, CELL_EAST_M, CELL_NORTH_M = 24, 30, 30.0, 20.0

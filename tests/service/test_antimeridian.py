@@ -10,8 +10,8 @@ import pytest
 import shapely
 from shapely.geometry import shape
 
-from service.layers.antimeridian import cut
-from service.layers.geojson import write_collection
+from service.files.antimeridian import cut
+from service.files.geojson import write_collection
 from terrain import ElevationGrid, to_lon_lat
 
 

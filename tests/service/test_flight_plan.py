@@ -9,11 +9,11 @@ from pydantic import ValidationError
 
 from planning import PathProblemError, PlaceError
 from service.errors import LimitError
-from service.flight_plan import check_flight_request, refuse_flight
-from service.layers import LAYERS, write_layer
-from service.map_store import load, save
-from service.pictures.flight_picture import draw_flight, draw_flight_profile
-from service.schemas.flights import FlightParameters
+from service.jobs.map_store import load, save
+from service.products.flights.calculate import check_flight_request, refuse_flight
+from service.products.flights.picture import draw_flight, draw_flight_profile
+from service.products.flights.request import FlightParameters
+from service.products.layers import LAYERS, write_layer
 from service.settings import Settings
 from terrain import to_grid_frame
 from tests.service.small_flights import HIGH, MAP, flight_request, small_flight
@@ -75,7 +75,7 @@ def test_under_a_ceiling_below_the_wall_there_is_no_flight(shut):
 
 
 def test_told_to_stop_it_answers_with_the_best_that_it_has():
-    from service.flight_plan import calculate_flight
+    from service.products.flights.calculate import calculate_flight
 
     asked = FlightParameters.model_validate(flight_request(budget={"iterations": 10_000_000}))
     stopped = calculate_flight(small_grid(), asked, stop=lambda: True)

@@ -8,9 +8,9 @@ import pytest
 import rasterio
 from PIL import Image
 
-from service.layers import LAYERS as LAYERS_OF
-from service.layers import write_layer
-from service.schemas import AnchorIn
+from service.parts.anchors import AnchorIn
+from service.products.layers import LAYERS as LAYERS_OF
+from service.products.layers import write_layer
 from terrain import ElevationGrid, to_grid_frame
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, COLS, HOLE, NORTH_M, ROWS, WEST_M, small_map
 from visibility import HIDDEN, VISIBLE

@@ -12,14 +12,14 @@ import shapely
 from planning import PathProblemError, PlaceError
 from planning.paths import RoverModel
 from service.errors import RequestError
-from service.layers import LAYERS, write_layer
-from service.map_store import load, save
-from service.path_answers import time_words
-from service.path_plan import check_path_request
-from service.path_question import limits_of, rover_of
-from service.pictures.path_picture import draw_path
-from service.pictures.path_profile import draw_profile
-from service.schemas.paths import PathLimitsIn, PathParameters, RoverIn
+from service.jobs.map_store import load, save
+from service.products.layers import LAYERS, write_layer
+from service.products.paths.answers import time_words
+from service.products.paths.calculate import check_path_request
+from service.products.paths.picture import draw_path
+from service.products.paths.profile import draw_profile
+from service.products.paths.question import limits_of, rover_of
+from service.products.paths.request import PathLimitsIn, PathParameters, RoverIn
 from terrain import height_at, to_grid_frame
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from tests.service.small_paths import ACROSS, WEST_OF_WALL, at, path_request, small_path

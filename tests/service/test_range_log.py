@@ -6,9 +6,9 @@ import pytest
 
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from service.errors import RequestError
-from service.range_log import COLUMNS, read_range_log
-from service.range_log_epochs import epochs_of
-from service.range_log_messages import read_epochs
+from service.files.range_log import COLUMNS, read_range_log
+from service.files.range_log_epochs import epochs_of
+from service.files.range_log_messages import read_epochs
 
 
 def rows_of(tmp_path, *lines):

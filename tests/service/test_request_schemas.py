@@ -6,7 +6,9 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from service.schemas import AnchorIn, VisibilityMapParameters, sentence_of
+from service.parts.anchors import AnchorIn
+from service.parts.sentences import sentence_of
+from service.products.visibility.request import VisibilityMapParameters
 
 ANCHOR = {"id": "D1", "east_m": 1.0, "north_m": 2.0, "above_ground_m": 80.0}
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.map_store import load, save
-from service.schemas import VisibilityMapParameters
-from service.visibility_map import calculate
+from service.jobs.map_store import load, save
+from service.products.visibility.calculate import calculate
+from service.products.visibility.request import VisibilityMapParameters
 from tests.service.small_maps import COLS, HOLE, ROWS, small_grid, small_map
 from visibility import FLAT, Curvature, min_visible_altitude
 

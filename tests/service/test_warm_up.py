@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import visibility.kernels
 
 import dem_samples
 import terrain.kernels
-import visibility.kernels
 from service.cli.demo import DRONES, RECEIVER_ABOVE_GROUND_M
-from service.layers import LAYERS, write_layer
-from service.map_store import load, save
-from service.products import DOP_MAP, MORPHING_MAP, VISIBILITY_MAP, Product
+from service.jobs.map_store import load, save
+from service.products.layers import LAYERS, write_layer
+from service.products.registry import DOP_MAP, MORPHING_MAP, VISIBILITY_MAP, Product
 from service.settings import Rehearsal
 from service.warm_up import warm_up
 from terrain import ElevationGrid

@@ -11,7 +11,7 @@ import pyproj
 import pytest
 
 from planning.errors import AreaError
-from planning.paths.problems import _check_crs
+from planning.questions.problems import _check_crs
 from terrain import DemUnsupportedError, ElevationGrid, ElevationGridError, FrameError, parse_crs, read_dem
 from tests.terrain.files import hill, sentences, write_asc, write_tif
 

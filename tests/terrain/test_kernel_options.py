@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from terrain.kernel_options import FASTMATH, KERNELS_WITHIN, cache_folder, inner_loop, noalias_active, scalar_kernel
+from compiled.options import FASTMATH, KERNELS_WITHIN, cache_folder, inner_loop, noalias_active, scalar_kernel
 from terrain.synthetic import fractal
 from visibility import Anchor, min_visible_altitude
 

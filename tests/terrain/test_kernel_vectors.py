@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from terrain.kernel_options import inner_loop
-from terrain.kernel_vectors import (
+from compiled.options import inner_loop
+from compiled.vectors import (
     AVX2,
     AVX512,
     BLOCK,

@@ -4,7 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from terrain import ElevationGrid, read_only
+from compiled.read_only import read_only
+from terrain import ElevationGrid
 
 
 def test_a_read_only_view_shows_what_its_array_holds_and_cannot_be_written():

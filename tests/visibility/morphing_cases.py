@@ -7,7 +7,7 @@ import numpy as np
 from tests.reference.column_scan import dilution_of, runs, seen_at
 from tests.visibility.grounds import hills
 from visibility import Anchor, DistantAnchor
-from visibility.morphing_maps import ColumnState
+from visibility.air.morphing_maps import ColumnState
 
 STEP_M = 0.05
 TOLERANCE_M = 0.1

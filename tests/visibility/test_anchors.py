@@ -7,7 +7,7 @@ import pytest
 
 from terrain import ElevationGrid
 from visibility import Anchor, AnchorError, VisibilityInputError, anchor_above_ground, min_visible_altitude
-from visibility.curvature import FLAT, Curvature
+from visibility.sight.curvature import FLAT, Curvature
 
 HEIGHTS_M = np.full((5, 6), 100.0)
 HEIGHTS_M[2, 3] = np.nan

@@ -10,7 +10,7 @@ from tests.reference.nearest_triangle import distance_to_triangle_m
 from tests.reference.solid_angle import is_inside
 from tests.visibility.meshes import as_buildings, box, level
 from visibility import Buildings, Curvature, VisibilityInputError, clear_of_buildings, line_of_sight, nearest_building
-from visibility.building_distance import solid_bodies
+from visibility.cover.building_distance import solid_bodies
 
 
 def slow_m(buildings, point):

@@ -10,7 +10,7 @@ from visibility import (
     Anchor,
     camera_for_anchor,
 )
-from visibility.camera import R_GIMBAL_TO_CAMERA, R_body_to_gimbal, R_ned_to_body, gimbal_angles, homogeneous
+from visibility.sight.camera import R_GIMBAL_TO_CAMERA, R_body_to_gimbal, R_ned_to_body, gimbal_angles, homogeneous
 
 
 def assert_rotation(matrix):

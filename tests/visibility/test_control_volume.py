@@ -10,9 +10,9 @@ from terrain import ElevationGrid, height_at
 from tests.visibility.grounds import hills
 from tests.visibility.morphing_cases import low_anchors, satellites
 from visibility import VISIBLE, Anchor, AntennaLimits, VisibilityInputError, min_visible_altitude
-from visibility.control_volumes import control_volume, volume_blocks, volume_slabs, whole_volume
-from visibility.volume_layers import AltitudeLayers, altitude_layers
-from visibility.volume_sections import horizontal_section, vertical_section
+from visibility.air.control_volumes import control_volume, volume_blocks, volume_slabs, whole_volume
+from visibility.air.volume_layers import AltitudeLayers, altitude_layers
+from visibility.air.volume_sections import horizontal_section, vertical_section
 
 
 def bits(words, anchors):
@@ -67,7 +67,7 @@ def test_each_voxel_has_the_dilution_of_its_visible_set(kind, dilution):
     for number, altitude_m in enumerate(layers.altitudes_m):
         points_m = np.stack([east_m, north_m, np.full(grid.shape, altitude_m)], axis=-1).reshape(-1, 3)
         seen = bits(voxels.seen[number], len(anchors)).reshape(len(anchors), -1).T
-        expected = getattr(visibility.dop(positions_m, points_m, kind, visible=seen), dilution)
+        expected = getattr(visibility.dilution.dop(positions_m, points_m, kind, visible=seen), dilution)
         np.testing.assert_allclose(voxels.dop[number].ravel(), expected, rtol=1e-6)
 
 

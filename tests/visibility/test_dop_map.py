@@ -24,7 +24,7 @@ from visibility import (
     min_visible_altitude,
     visible_sets,
 )
-from visibility.ground_normals import post_normals
+from visibility.dilution.ground_normals import post_normals
 
 ABOVE_M = 1.5
 
@@ -73,7 +73,7 @@ def test_each_post_has_the_dop_of_the_anchors_that_it_sees(kind, on_surface):
 def test_a_map_in_parts_is_the_map_in_one_piece(monkeypatch):
     minimum = far_and_near(hills())
     whole = dop_map(minimum, ABOVE_M, on_surface=True)
-    monkeypatch.setattr("visibility.dop_maps.POSTS_AT_ONCE", 70)
+    monkeypatch.setattr("visibility.dilution.dop_maps.POSTS_AT_ONCE", 70)
     parts = dop_map(minimum, ABOVE_M, on_surface=True)
     np.testing.assert_array_equal(parts.dop, whole.dop)
     np.testing.assert_array_equal(parts.count, whole.count)

@@ -8,7 +8,7 @@ from benchmarks.terrains import fractal_grid
 from terrain import ElevationGrid
 from tests.visibility.grounds import clearing_eye, hills, real_dem, rough
 from visibility import FLAT, min_visible_altitude
-from visibility.fast_errors import fast_errors
+from visibility.sight.fast_errors import fast_errors
 
 
 def holed(grid, seed=0):

@@ -8,7 +8,7 @@ import pytest
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import plane
 from tests.visibility.grounds import hills
-from visibility.ground_normals import post_normals, rover_normals, surface_normals
+from visibility.dilution.ground_normals import post_normals, rover_normals, surface_normals
 
 SLOPE_EAST, SLOPE_NORTH = 0.3, -0.12
 PLANE_NORMAL = np.array([-SLOPE_EAST, -SLOPE_NORTH, 1.0]) / math.sqrt(1.0 + SLOPE_EAST**2 + SLOPE_NORTH**2)

@@ -12,10 +12,10 @@ import visibility
 from terrain import ElevationGrid
 from tests.visibility.morphing_cases import low_anchors
 from visibility import Anchor, VisibilityInputError, min_visible_altitude
-from visibility.control_volumes import control_volume, whole_volume
-from visibility.flight_limits import FlightLimit
-from visibility.isosurfaces import isosurface
-from visibility.volume_layers import altitude_layers
+from visibility.air.control_volumes import control_volume, whole_volume
+from visibility.air.isosurfaces import isosurface
+from visibility.air.volume_layers import altitude_layers
+from visibility.dilution.flight_limits import FlightLimit
 
 CORNERS = ((0.0, 0.0), (400.0, 0.0), (0.0, -400.0), (400.0, -400.0))
 
@@ -60,7 +60,7 @@ def test_a_smooth_surface_lies_on_the_limit_within_the_voxel_size():
     sides = np.zeros((len(surface.vertices_m), 2), bool)
     for way_m in ((40.0, 0.0, 0.0), (0.0, 40.0, 0.0), (0.0, 0.0, step_m)):
         for number, vertex_m in enumerate(surface.vertices_m):
-            flyable = visibility.dop(positions_m, vertex_m + along * way_m).pdop < limit.dop_limit
+            flyable = visibility.dilution.dop(positions_m, vertex_m + along * way_m).pdop < limit.dop_limit
             sides[number] |= (flyable.any(), not flyable.all())
     assert sides.all()
 

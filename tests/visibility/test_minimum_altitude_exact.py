@@ -7,7 +7,7 @@ from terrain.synthetic import fractal
 from tests.reference.minimum_altitude import minimum_altitude
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
 from visibility import FLAT, Curvature, anchor_above_ground, min_visible_altitude
-from visibility.ray_triangle import grid_surface_mesh, mesh_blocks
+from visibility.cover.ray_triangle import grid_surface_mesh, mesh_blocks
 
 ONE_MILLIMETRE = 1e-3
 SMALL_WORLD = Curvature(50_000.0)
@@ -97,7 +97,7 @@ def test_rays_through_the_mesh_agree_just_above_and_just_below():
 
 def test_the_cost_per_post_grows_no_faster_than_a_logarithm_because_horizons_stay_short():
     # pieces of the horizon, not seconds: the envelope of a block may not grow with the number of lines behind it
-    from visibility.kernels.horizon import merge
+    from visibility.sight.kernels.horizon import merge
 
     grid = fractal(129, seed=1)
     start, p, q = np.full(4096, np.nan), np.zeros(4096), np.zeros(4096)

@@ -7,8 +7,9 @@ from benchmarks.deviation import deviation
 from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
-from visibility import FLAT, Curvature, fast_sweep, min_visible_altitude
-from visibility.sectors import share_out
+from visibility import FLAT, Curvature, min_visible_altitude
+from visibility.sight import fast_sweep
+from visibility.sight.sectors import share_out
 
 
 def misclassified_share(grid, anchors, above_ground_m=0.0):

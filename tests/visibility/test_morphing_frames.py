@@ -18,11 +18,11 @@ from visibility import (
     VisibilityInputError,
     min_visible_altitude,
 )
-from visibility.anchor_tracks import AnchorTrack
-from visibility.flight_limits import FlightLimit
-from visibility.morphing_maps import morphing_map
-from visibility.morphing_times import availability, morphing_frames
-from visibility.surface_cache import SurfaceCache
+from visibility.air.morphing_maps import morphing_map
+from visibility.air.morphing_times import availability, morphing_frames
+from visibility.dilution.flight_limits import FlightLimit
+from visibility.sight.anchor_tracks import AnchorTrack
+from visibility.sight.surface_cache import SurfaceCache
 
 LIMIT = FlightLimit(2.5)
 
@@ -86,7 +86,7 @@ def test_one_of_sixteen_anchors_that_moves_recomputes_only_itself(monkeypatch):
         asked.append(len(args[1]))
         return min_visible_altitude(*args, **options)
 
-    monkeypatch.setattr("visibility.surface_cache.min_visible_altitude", counting)
+    monkeypatch.setattr("visibility.sight.surface_cache.min_visible_altitude", counting)
     cache = SurfaceCache(grid)
     times_s = [0.0, 30.0, 60.0, 90.0]
     list(morphing_frames(grid, (*anchors, moving), times_s, LIMIT, ceiling_m=ceiling_m, cache=cache))

@@ -11,8 +11,8 @@ from terrain import ElevationGrid
 from tests.visibility.grounds import hills
 from tests.visibility.morphing_cases import TOLERANCE_M, check_all, low_anchors, satellites
 from visibility import FLAT, Anchor, AntennaLimits, DistantAnchor, VisibilityInputError, min_visible_altitude
-from visibility.flight_limits import FlightLimit
-from visibility.morphing_maps import ColumnState, morphing_map
+from visibility.air.morphing_maps import ColumnState, morphing_map
+from visibility.dilution.flight_limits import FlightLimit
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from terrain import fractal, read_only
-from visibility.kernels import sweep as kernel
-from visibility.sectors import Eye, share_out
-from visibility.shares import Work
+from compiled.read_only import read_only
+from terrain import fractal
+from visibility.sight.kernels import sweep as kernel
+from visibility.sight.sectors import Eye, share_out
+from visibility.sight.shares import Work
 
 SHAPE = (220, 301)
 EYES: list[Eye] = [(110.0, 150.0, 900.0), (5.25, 290.5, 900.0), (-40.0, 420.0, 1500.0)]

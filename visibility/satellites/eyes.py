@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from gnss.gps_time import Moments
+from gnss.sky import ConeAxis, Place
 from terrain import ElevationGrid, FrameError
+from visibility.sight.distant import DistantAnchor
 
-from ..distant import DistantAnchor
-from .gps_time import Moments
 from .grid_places import true_to_grid
 from .in_view import DEFAULT_CONE_RAD, Constellation, SatellitesInView, satellites_in_view
-from .sky import ConeAxis, Place
 
 __all__ = ["SatelliteEyes", "satellite_eyes"]
 

@@ -9,10 +9,9 @@ import numpy.typing as npt
 import pyproj
 from pyproj.enums import TransformDirection
 
+from gnss.sky import Place, enu_to_ecef_m
 from terrain import ElevationGrid, FrameError, body_of, height_at, to_grid_frame, to_lon_lat
-
-from ..distant import middle_m
-from .sky import Place, enu_to_ecef_m
+from visibility.sight.distant import middle_m
 
 __all__ = ["place_on_grid", "true_to_grid"]
 

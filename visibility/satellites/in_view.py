@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from gnss.almanac import Almanac
+from gnss.almanac_orbits import ALMANAC_USEFUL_S, almanac_positions_ecef_m
+from gnss.broadcast_ephemeris import EPHEMERIS_USEFUL_S, Ephemerides, ephemeris_positions_ecef_m
+from gnss.gps_time import Instants, Moments, instants
+from gnss.sky import ConeAxis, Place, look_angles, off_axis_rad
 from terrain import ElevationGrid
 
 from ..errors import VisibilityInputError
-from .almanac import Almanac
-from .almanac_orbits import ALMANAC_USEFUL_S, almanac_positions_ecef_m
-from .broadcast_ephemeris import EPHEMERIS_USEFUL_S, Ephemerides, ephemeris_positions_ecef_m
-from .gps_time import Instants, Moments, instants
 from .grid_places import place_on_grid
-from .sky import ConeAxis, Place, look_angles, off_axis_rad
 
 __all__ = ["DEFAULT_CONE_RAD", "Constellation", "SatellitesInView", "satellite_positions_ecef_m", "satellites_in_view"]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..distant import DistantAnchor
+from visibility.sight.distant import DistantAnchor
+
 from ..errors import VisibilityInputError
 from .eyes import SatelliteEyes
 

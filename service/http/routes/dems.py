@@ -16,14 +16,14 @@ from fastapi.responses import FileResponse
 from dem_samples import sample_manifest
 from service.errors import BusyError, RequestError
 from service.http.context import Service, ServiceDep
+from service.http.dem_answers import DemList, DemOut
 from service.http.documented import LOCATION, problem_responses
 from service.http.files import file_answer
 from service.http.uploads import receive
 from service.jobs.folder import move_into_place
 from service.jobs.notes import note_dem
 from service.jobs.records import DemRecord
-from service.schemas.dems import DemList, DemOut
-from service.schemas.pages import Limit, Offset
+from service.parts.pages import Limit, Offset
 
 __all__ = ["router"]
 

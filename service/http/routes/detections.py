@@ -5,13 +5,13 @@ from __future__ import annotations
 from fastapi import APIRouter, Request, Response
 
 from detection import detect_epoch, diagnose
-from service.bodies import model_of
-from service.detectors import as_json, epoch_answer
 from service.http.bodies import body_of, json_body
 from service.http.context import ServiceDep
 from service.http.documented import problem_responses
-from service.schemas.detection_answers import DetectionOut
-from service.schemas.detections import DetectionIn
+from service.jobs.bodies import model_of
+from service.live.answer_models import DetectionOut
+from service.live.answers import as_json, epoch_answer
+from service.live.request import DetectionIn
 
 __all__ = ["router"]
 

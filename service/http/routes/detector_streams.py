@@ -12,13 +12,13 @@ from typing import Any
 
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 
-from service.bodies import model_of
-from service.detectors import DetectorSession
 from service.errors import BodyTooLargeError, InternalError, NotJsonError, ServiceError
 from service.http.context import Service
 from service.http.problems import MEDIA_TYPE, problem_of
+from service.jobs.bodies import model_of
 from service.jobs.records import Failure
-from service.schemas.detections import EpochIn
+from service.live.request import EpochIn
+from service.live.sessions import DetectorSession
 
 __all__ = ["router"]
 

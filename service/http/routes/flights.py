@@ -13,8 +13,8 @@ from service.http.context import Service, ServiceDep
 from service.http.map_routes import MapResource, add_shared_routes, add_stop_route, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind, JobStatus
-from service.schemas.flights import FlightIn, FlightList, FlightOut
-from service.schemas.map_answers import MapOut
+from service.parts.map_answers import MapOut
+from service.products.flights.request import FlightIn, FlightList, FlightOut
 
 __all__ = ["router"]
 

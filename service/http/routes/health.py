@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request
 from service.errors import BusyError
 from service.http.context import ServiceDep
 from service.http.documented import problem_responses
-from service.schemas.health import Health, JobCounts, Ready, WorkerCounts
+from service.http.health_answer import Health, JobCounts, Ready, WorkerCounts
 
 __all__ = ["router"]
 

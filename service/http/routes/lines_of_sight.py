@@ -17,13 +17,8 @@ from service.http.jobs import after_waiting, finished, path_of, state_of
 from service.http.prefer import WaitDep
 from service.http.spliced import spliced_answer
 from service.jobs.records import JobKind, JobRecord
-from service.schemas.lines_of_sight import (
-    LinesOfSightIn,
-    LinesOfSightList,
-    LinesOfSightOut,
-    LinesOfSightState,
-)
-from service.schemas.pages import Limit, Offset
+from service.parts.pages import Limit, Offset
+from service.products.lines_of_sight.request import LinesOfSightIn, LinesOfSightList, LinesOfSightOut, LinesOfSightState
 
 __all__ = ["router"]
 

@@ -13,9 +13,9 @@ from service.http.context import Service, ServiceDep
 from service.http.map_routes import MapResource, add_shared_routes, add_stop_route, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind, JobRecord, JobStatus
-from service.maps_for_paths import MAP_KINDS
-from service.schemas.map_answers import MapOut
-from service.schemas.path_answers import PathIn, PathList, PathOut
+from service.parts.map_answers import MapOut
+from service.parts.maps_for_paths import MAP_KINDS
+from service.products.paths.answer import PathIn, PathList, PathOut
 
 __all__ = ["router"]
 

@@ -9,8 +9,8 @@ from service.http.context import ServiceDep
 from service.http.map_routes import MapResource, add_shared_routes, add_stop_route, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind
-from service.schemas.map_answers import MapOut
-from service.schemas.placement_answers import PlacementIn, PlacementList, PlacementOut
+from service.parts.map_answers import MapOut
+from service.products.placements.answer import PlacementIn, PlacementList, PlacementOut
 
 __all__ = ["router"]
 

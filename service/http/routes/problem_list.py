@@ -6,8 +6,8 @@ from fastapi import APIRouter
 
 from service.errors import NotFoundError
 from service.http.documented import problem_responses
+from service.http.problem_answer import ProblemType
 from service.http.problems import METHOD, PROBLEMS
-from service.schemas.problems import ProblemType
 
 __all__ = ["router"]
 

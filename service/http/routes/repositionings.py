@@ -13,8 +13,8 @@ from service.http.documented import problem_responses
 from service.http.map_routes import MapResource, add_shared_routes, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind
-from service.schemas.map_answers import MapOut
-from service.schemas.repositioning_answers import RepositioningIn, RepositioningList, RepositioningOut
+from service.parts.map_answers import MapOut
+from service.products.repositionings.answer import RepositioningIn, RepositioningList, RepositioningOut
 
 __all__ = ["router"]
 

@@ -9,7 +9,6 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
-from service.bubble_files import BUBBLE_FILES, MEDIA_TYPES
 from service.errors import NotFoundError
 from service.http.bodies import body_of, long_body
 from service.http.context import Service, ServiceDep
@@ -19,9 +18,10 @@ from service.http.jobs import after_waiting, finished, path_of, state_of
 from service.http.prefer import WaitDep
 from service.http.spliced import spliced_answer
 from service.jobs.records import JobKind, JobRecord
-from service.schemas.pages import Limit, Offset
-from service.schemas.safety_bubble_answers import SafetyBubblesList, SafetyBubblesOut, SafetyBubblesState
-from service.schemas.safety_bubbles import SafetyBubblesIn
+from service.parts.pages import Limit, Offset
+from service.products.safety_bubbles.answer import SafetyBubblesList, SafetyBubblesOut, SafetyBubblesState
+from service.products.safety_bubbles.files import BUBBLE_FILES, MEDIA_TYPES
+from service.products.safety_bubbles.request import SafetyBubblesIn
 
 __all__ = ["router"]
 

@@ -9,8 +9,8 @@ from service.http.context import ServiceDep
 from service.http.map_routes import MapResource, add_shared_routes, ask_for_map, responses_of_asking
 from service.http.prefer import WaitDep
 from service.jobs.records import JobKind
-from service.schemas.map_answers import MapOut
-from service.schemas.visibility_map_answers import VisibilityMapIn, VisibilityMapList, VisibilityMapOut
+from service.parts.map_answers import MapOut
+from service.products.visibility.answer import VisibilityMapIn, VisibilityMapList, VisibilityMapOut
 
 __all__ = ["router"]
 

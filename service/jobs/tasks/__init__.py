@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.products import PRODUCTS
+from service.products.lines_of_sight.task import calculate_lines_of_sight, check_lines_of_sight
+from service.products.registry import PRODUCTS
+from service.products.safety_bubbles.task import calculate_safety_bubbles, check_safety_bubbles
 
 from .context import Task, TaskContext
 from .dems import draw_hillshade, read_uploaded_dem
 from .epochs import check_epochs
-from .lines_of_sight import calculate_lines_of_sight, check_lines_of_sight
 from .maps import check_map, draw_layer, map_task
-from .safety_bubbles import calculate_safety_bubbles, check_safety_bubbles
 
 __all__ = ["TASKS", "Task", "TaskContext"]
 

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from service.bodies import model_of
 from service.errors import LimitError
+from service.jobs.bodies import model_of
 from service.settings import Settings
 
 __all__ = ["body_in", "read_body"]

@@ -11,7 +11,7 @@ import numpy as np
 from dem_samples import sample_path
 from service.jobs.dem_files import save_grid
 from service.jobs.folder import make_durable
-from service.map_facts import dem_summary
+from service.parts.map_facts import dem_summary
 from terrain import ElevationGrid, read_dem
 
 from .context import TaskContext
@@ -36,7 +36,7 @@ def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Map
 
 def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
     """Draw a DEM that was read into the work folder; raises NotFoundError when it was just deleted."""
-    from service.pictures.overlay import write_hillshade  # heavy, and reading does without
+    from service.drawing.overlay import write_hillshade  # heavy, and reading does without
 
     grid = context.grid(arguments["dem_id"])
     context.work.mkdir(parents=True)

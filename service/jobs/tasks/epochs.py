@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from service.bodies import model_of
-from service.detectors.limits import DetectorLimits
-from service.schemas.detections import EpochsIn
+from service.jobs.bodies import model_of
+from service.live.limits import DetectorLimits
+from service.live.request import EpochsIn
 
 from .bodies import body_in
 from .context import TaskContext

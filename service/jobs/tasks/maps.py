@@ -8,12 +8,12 @@ from typing import Any
 from service.errors import NotFoundError
 from service.estimates import refuse_map
 from service.jobs.folder import digest_of, make_durable
-from service.layers import write_layer
-from service.map_requests import MAP_REQUESTS
-from service.map_store import load, save
-from service.placement import cluster_of
-from service.products import PRODUCTS, Product
-from service.schemas.placements import PlacementParameters
+from service.jobs.map_requests import MAP_REQUESTS
+from service.jobs.map_store import load, save
+from service.products.layers import write_layer
+from service.products.placements.calculate import cluster_of
+from service.products.placements.request import PlacementParameters
+from service.products.registry import PRODUCTS, Product
 
 from .bodies import body_in, read_body
 from .context import Task, TaskContext

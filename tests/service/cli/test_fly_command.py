@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from service.layers import LAYERS
+from service.products.layers import LAYERS
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_flights import flight_request
 from tests.service.small_maps import NORTH_M, WEST_M

@@ -16,7 +16,7 @@ import rasterio
 
 from planning.placement import Cluster, Goal, area_targets, candidate_grid, place_anchors
 from service.cli.anchor_files import anchors_from_file
-from service.schemas.anchors import AnchorIn
+from service.parts.anchors import AnchorIn
 from terrain import read_dem
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M
 
@@ -133,7 +133,7 @@ def test_a_path_and_the_fewest_anchors_that_serve_it(sightline, dem_file, line):
 
 
 def test_a_cluster_that_nobody_answers_for_is_refused_or_done_without(sightline, dem_file, monkeypatch):
-    monkeypatch.setattr("service.placement.Cluster", partial(Cluster, timeout_s=0.5))
+    monkeypatch.setattr("service.products.placements.calculate.Cluster", partial(Cluster, timeout_s=0.5))
     words = ("place", dem_file, "--count", 2, *LATTICE, "--scheduler", "tcp://127.0.0.1:9")
     refused = sightline(*words)
     assert refused.code == 2

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from service.layers import LAYERS
+from service.products.layers import LAYERS
 from terrain import read_dem, to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_maps import NORTH_M, WEST_M

@@ -6,7 +6,7 @@ from service.cli.anchor_files import anchors_from_file
 from service.cli.path_files import path_from_file
 from service.cli.track_files import tracks_from_file
 from service.errors import RequestError
-from service.schemas import AnchorIn
+from service.parts.anchors import AnchorIn
 
 D1 = AnchorIn(id="D1", lon_deg=10.8979428, lat_deg=46.3618217, above_ground_m=50.0)
 HEADER = ("id", "lon_deg", "lat_deg", "above_ground_m")

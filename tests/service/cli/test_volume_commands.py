@@ -9,8 +9,8 @@ import rasterio
 import xarray
 from PIL import Image
 
-from service.dop_volumes import check_air
-from service.schemas.positioning import DopMapParameters
+from service.parts.positioning import DopMapParameters
+from service.products.dop.volumes import check_air
 from terrain import to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS, PLACES
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
@@ -153,7 +153,7 @@ def test_air_that_cannot_be_is_refused_in_one_sentence(sightline, dem_file, tmp_
 
 
 def test_more_layers_than_a_tiff_has_bands_are_refused(sightline, dem_file, tmp_path, monkeypatch):
-    monkeypatch.setattr("service.layers.volume_files.MOST_BANDS", 3)
+    monkeypatch.setattr("service.products.dop.volume_files.MOST_BANDS", 3)
     ended = sightline(
         *("dop", dem_file, *ANCHORS, "--volume", "--ceiling", "60agl", "--layer", "20", "--out", tmp_path)
     )

@@ -29,11 +29,13 @@ from detection import (
     Witness,
     WitnessSay,
 )
-from service.detectors import Detectors, as_json, epoch_answer, rehearse
 from service.errors import BusyError, GoneError, LimitError, NotFoundError, RequestError, TooManyError
-from service.schemas.detection_answers import DetectorStateful, EpochOut
-from service.schemas.detections import ANCHORS, RANGES, DetectorIn, EpochIn, RangingAnchorIn
-from service.schemas.detector_settings import DetectorSettingsIn
+from service.live.answer_models import DetectorStateful, EpochOut
+from service.live.answers import as_json, epoch_answer
+from service.live.registry import Detectors
+from service.live.rehearsal import rehearse
+from service.live.request import ANCHORS, RANGES, DetectorIn, EpochIn, RangingAnchorIn
+from service.live.settings import DetectorSettingsIn
 from service.settings import Settings
 
 

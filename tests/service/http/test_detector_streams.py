@@ -15,7 +15,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, ConnectionClosedOK, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from service.schemas.detections import ANCHORS, RANGES
+from service.live.request import ANCHORS, RANGES
 from tests.service.running import Server, running
 
 

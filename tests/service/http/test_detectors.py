@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from detection import RangeEpoch, RangeMeasurement, RangingAnchor, detect_epoch
-from service.detectors import as_json, epoch_answer
-from service.schemas.detections import ANCHORS, RANGES
+from service.live.answers import as_json, epoch_answer
+from service.live.request import ANCHORS, RANGES
 from tests.service.running import Server, running
 
 JSON = {"Content-Type": "application/json"}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from visibility.satellites import Almanac, AlmanacEntry, GpsTime
+from gnss import Almanac, AlmanacEntry, GpsTime
 
 FILES = Path(__file__).parents[3] / "../shared/data/almanac"
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gnss import GpsTime, almanac_positions_ecef_m, instants, parse_almanac, read_almanac
+from gnss.almanac import REFERENCE_INCLINATION_RAD
+from gnss.errors import AlmanacError, AlmanacFileError
 from tests.visibility.satellites.constellation import shared_file
-from visibility import AlmanacError, AlmanacFileError
-from visibility.satellites import GpsTime, almanac_positions_ecef_m, instants, parse_almanac, read_almanac
-from visibility.satellites.almanac import REFERENCE_INCLINATION_RAD
 
 JANUARY_2007 = date(2007, 1, 22)
 

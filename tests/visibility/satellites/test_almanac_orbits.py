@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gnss import Almanac, AlmanacEntry, GpsTime, almanac_positions_ecef_m, instants
+from gnss.almanac import REFERENCE_INCLINATION_RAD
+from gnss.errors import AlmanacError
+from gnss.kepler import EARTH_MU_M3_PER_S2, EARTH_RATE_RAD_PER_S
 from tests.visibility.satellites.constellation import NOON, satellite, shared_file, walker
-from visibility import AlmanacError
-from visibility.satellites import Almanac, AlmanacEntry, GpsTime, almanac_positions_ecef_m, instants
-from visibility.satellites.almanac import REFERENCE_INCLINATION_RAD
-from visibility.satellites.kepler import EARTH_MU_M3_PER_S2, EARTH_RATE_RAD_PER_S
 
 ALMANAC_GRADE_M = 1200.0
 ORBITS = st.builds(

@@ -6,9 +6,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from tests.visibility.satellites.constellation import satellite, shared_file
-from visibility import AlmanacError, AlmanacFileError
-from visibility.satellites import (
+from gnss import (
     Ephemerides,
     GpsTime,
     almanac_positions_ecef_m,
@@ -16,8 +14,10 @@ from visibility.satellites import (
     instants,
     parse_rinex_navigation,
     read_rinex_navigation,
-    satellite_positions_ecef_m,
 )
+from gnss.errors import AlmanacError, AlmanacFileError
+from tests.visibility.satellites.constellation import satellite, shared_file
+from visibility.satellites import satellite_positions_ecef_m
 
 BROADCAST_MEDIAN_M = 2.0
 BROADCAST_WORST_M = 10.0

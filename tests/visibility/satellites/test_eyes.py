@@ -6,10 +6,11 @@ import numpy as np
 import pyproj
 import pytest
 
+from gnss import Place
 from terrain import ElevationGrid, FrameError, to_grid_frame
 from tests.visibility.satellites.constellation import NOON, walker
 from visibility import FLAT, min_visible_altitude
-from visibility.satellites import Place, place_on_grid, satellite_eyes
+from visibility.satellites import place_on_grid, satellite_eyes
 
 DAY = [NOON.plus(3600.0 * step) for step in range(24)]
 

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from visibility import AlmanacError, VisibilityInputError
-from visibility.satellites import GpsTime, full_week, instants, leap_seconds_at
+from gnss import GpsTime, full_week, instants, leap_seconds_at
+from gnss.errors import AlmanacError
+from visibility import VisibilityInputError
 
 
 @pytest.mark.parametrize(

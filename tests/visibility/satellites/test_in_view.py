@@ -7,20 +7,12 @@ from datetime import UTC, date, datetime
 import numpy as np
 import pytest
 
+from gnss import Almanac, GpsTime, Place, enu_to_ecef_m, place_ecef_m, read_almanac, read_rinex_navigation
+from gnss.errors import AlmanacError
 from terrain import ElevationGrid, FrameError
 from tests.visibility.satellites.constellation import NOON, satellite, shared_file, walker
-from visibility import AlmanacError, VisibilityInputError
-from visibility.satellites import (
-    Almanac,
-    GpsTime,
-    Place,
-    enu_to_ecef_m,
-    place_ecef_m,
-    place_on_grid,
-    read_almanac,
-    read_rinex_navigation,
-    satellites_in_view,
-)
+from visibility import VisibilityInputError
+from visibility.satellites import place_on_grid, satellites_in_view
 
 MOUNT_MITCHELL = Place(-82.265, 35.765, 2000.0)
 DAY = [NOON.plus(1800.0 * step) for step in range(48)]

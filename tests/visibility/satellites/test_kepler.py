@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from visibility import AlmanacError
-from visibility.satellites.kepler import eccentric_anomaly_rad, ecef_of_orbit_m, true_anomaly_rad
+from gnss.errors import AlmanacError
+from gnss.kepler import eccentric_anomaly_rad, ecef_of_orbit_m, true_anomaly_rad
 
 ECCENTRICITIES = st.floats(0.0, 0.99)
 ANGLES_RAD = st.floats(-1000.0, 1000.0)

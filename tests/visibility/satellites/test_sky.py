@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gnss import Place, ecef_to_enu_m, enu_to_ecef_m, look_angles, off_axis_rad, place_ecef_m
 from tests.visibility.satellites.constellation import shared_file
 from visibility import VisibilityInputError
-from visibility.satellites import Place, ecef_to_enu_m, enu_to_ecef_m, look_angles, off_axis_rad, place_ecef_m
 
 PLACES = st.builds(Place, st.floats(-180, 360), st.floats(-90, 90), st.floats(-500, 9000))
 OFFSETS_M = st.tuples(*[st.floats(-3e7, 3e7)] * 3)

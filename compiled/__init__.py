@@ -1,0 +1,1 @@
+"""What every kernel stands on: how kernels are compiled, vectors, fresh memory, read-only arrays."""

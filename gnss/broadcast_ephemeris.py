@@ -1,0 +1,153 @@
+"""Broadcast ephemerides: orbits with their disturbances, good to metres for two hours around their time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from gnss.almanac import check_orbit, satellite_id
+from gnss.errors import AlmanacError
+from gnss.gps_time import GpsTime, Instants
+from gnss.kepler import (
+    EARTH_MU_M3_PER_S2,
+    EARTH_RATE_RAD_PER_S,
+    eccentric_anomaly_rad,
+    ecef_of_orbit_m,
+    true_anomaly_rad,
+)
+
+__all__ = ["EPHEMERIS_USEFUL_S", "BroadcastEphemeris", "Ephemerides", "ephemeris_positions_ecef_m"]
+
+Array = npt.NDArray[np.float64]
+
+# half of the four hours that the control segment fits a set to
+EPHEMERIS_USEFUL_S = 7200.0
+
+
+@dataclass(frozen=True, slots=True)
+class BroadcastEphemeris:
+    """One set of orbit parameters of one satellite (IS-GPS-200, table 20-III), in radians, metres and seconds.
+
+    toe: time of ephemeris. ``*_cos``, ``*_sin`` fields: amplitudes of the twice-per-orbit corrections.
+    health: 0 = healthy; the orbit of an unhealthy one is never used and may be anything. Raises AlmanacError.
+    """
+
+    prn: int
+    toe: GpsTime
+    sqrt_semi_major_axis_sqrt_m: float
+    eccentricity: float
+    mean_anomaly_rad: float
+    mean_motion_difference_rad_per_s: float
+    argument_of_perigee_rad: float
+    node_longitude_rad: float
+    node_rate_rad_per_s: float
+    inclination_rad: float
+    inclination_rate_rad_per_s: float
+    latitude_cos_rad: float
+    latitude_sin_rad: float
+    radius_cos_m: float
+    radius_sin_m: float
+    inclination_cos_rad: float
+    inclination_sin_rad: float
+    health: int = 0
+
+    def __post_init__(self) -> None:
+        satellite = satellite_id(self.prn)
+        if self.health == 0:
+            check_orbit(satellite, {name: getattr(self, name) for name in PARAMETERS})
+
+    @property
+    def id(self) -> str:
+        """The satellite's name, G and its number."""
+        return satellite_id(self.prn)
+
+
+PARAMETERS = tuple(field.name for field in fields(BroadcastEphemeris) if field.type == "float")
+
+
+@dataclass(frozen=True, slots=True)
+class Ephemerides:
+    """The sets of a navigation file; source names it, warnings tell what was passed over. Raises AlmanacError."""
+
+    sets: tuple[BroadcastEphemeris, ...]
+    source: str = ""
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.sets:
+            raise AlmanacError(f"The navigation file {self.source} has no GPS ephemeris in it.".replace("  ", " "))
+
+    @property
+    def healthy_ids(self) -> tuple[str, ...]:
+        """Satellites with at least one healthy set, sorted. Raises AlmanacError where there is none."""
+        ids = {one.id for one in self.sets if one.health == 0}
+        if not ids:
+            raise AlmanacError(
+                f"All satellites of the navigation file {self.source} are marked unhealthy; none can be used."
+            )
+        return tuple(sorted(ids))
+
+    @property
+    def unhealthy_ids(self) -> tuple[str, ...]:
+        """Satellites that are left out, sorted: all their sets are unhealthy."""
+        return tuple(sorted({one.id for one in self.sets} - {one.id for one in self.sets if one.health == 0}))
+
+
+def ephemeris_positions_ecef_m(
+    ephemerides: Ephemerides, ids: Sequence[str], times: Instants, max_age_s: float = EPHEMERIS_USEFUL_S
+) -> Array:
+    """(n_ids, n_times, 3) ECEF, metres, from the set nearest in time (IS-GPS-200, table 20-IV).
+
+    NaN where that set is further than max_age_s away or unhealthy.
+    Raises AlmanacError where no set at all is near any of the times.
+    """
+    positions_ecef_m = np.full((len(ids), times.week.size, 3), np.nan)
+    nearest_s = math.inf
+    for number, name in enumerate(ids):
+        sets = [one for one in ephemerides.sets if one.id == name]
+        elapsed_s = times.since_s(
+            np.array([one.toe.week for one in sets], np.int64)[:, None],
+            np.array([one.toe.second_of_week for one in sets])[:, None],
+        )
+        # the last of equals: uploads of one time follow one another in the file
+        chosen = len(sets) - 1 - np.argmin(np.abs(elapsed_s[::-1]), axis=0)
+        away_s = np.take_along_axis(elapsed_s, chosen[None], axis=0)[0]
+        nearest_s = min(nearest_s, float(np.abs(away_s).min()))
+        unhealthy = np.array([one.health != 0 for one in sets])[chosen]
+        usable = (np.abs(away_s) <= max_age_s) & ~unhealthy
+        positions_ecef_m[number, usable] = _positions_ecef_m([sets[i] for i in chosen[usable]], away_s[usable])
+    if not nearest_s <= max_age_s:
+        raise AlmanacError(
+            f"No ephemeris of {ephemerides.source or 'these'} is within {max_age_s / 3600.0:g} h of a time asked for; "
+            f"the nearest is {nearest_s / 3600.0:.1f} h away."
+        )
+    return positions_ecef_m
+
+
+def _positions_ecef_m(sets: Sequence[BroadcastEphemeris], elapsed_s: Array) -> Array:
+    """(n, 3) ECEF of one set per instant, elapsed_s after its time of ephemeris."""
+    p = {name: np.array([getattr(one, name) for one in sets], np.float64) for name in PARAMETERS}
+    e = p["eccentricity"]
+    semi_major_axis_m = p["sqrt_semi_major_axis_sqrt_m"] ** 2
+    mean_motion_rad_per_s = np.sqrt(EARTH_MU_M3_PER_S2 / semi_major_axis_m**3) + p["mean_motion_difference_rad_per_s"]
+    anomaly_rad = eccentric_anomaly_rad(p["mean_anomaly_rad"] + mean_motion_rad_per_s * elapsed_s, e)
+    argument_rad = true_anomaly_rad(anomaly_rad, e) + p["argument_of_perigee_rad"]
+    cos_twice, sin_twice = np.cos(2.0 * argument_rad), np.sin(2.0 * argument_rad)
+    toe_s = np.array([one.toe.second_of_week for one in sets], np.float64)
+    return ecef_of_orbit_m(
+        semi_major_axis_m * (1.0 - e * np.cos(anomaly_rad))
+        + p["radius_cos_m"] * cos_twice
+        + p["radius_sin_m"] * sin_twice,
+        argument_rad + p["latitude_cos_rad"] * cos_twice + p["latitude_sin_rad"] * sin_twice,
+        p["inclination_rad"]
+        + p["inclination_rate_rad_per_s"] * elapsed_s
+        + p["inclination_cos_rad"] * cos_twice
+        + p["inclination_sin_rad"] * sin_twice,
+        p["node_longitude_rad"]
+        + (p["node_rate_rad_per_s"] - EARTH_RATE_RAD_PER_S) * elapsed_s
+        - EARTH_RATE_RAD_PER_S * toe_s,
+    )

@@ -1,0 +1,1 @@
+"""What planners are asked: problems, limits, rovers."""

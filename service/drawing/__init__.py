@@ -1,0 +1,1 @@
+"""What pictures share: the sheet, relief, classes, map furniture."""

@@ -1,0 +1,74 @@
+"""Cloud-optimised GeoTIFFs on the posts of a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy.typing as npt
+import rasterio
+from rasterio.transform import Affine
+
+from service.products.registry import FinishedMap
+from terrain import ElevationGrid
+
+__all__ = ["BYTES", "FLOATS", "common_tags", "transform_of", "write_cog"]
+
+# A download waits for the writer: 1024² posts and 4 anchors take 0.03 s as bytes and 0.1 s as floats with these,
+# against 0.3 s with DEFLATE floats. Nearest-neighbour overviews keep classes classes and infinities apart.
+BYTES = {"compress": "DEFLATE", "level": "1"}
+FLOATS = {"compress": "ZSTD", "level": "1"}
+
+
+def write_cog(
+    path: Path,
+    grid: ElevationGrid,
+    bands: Iterable[npt.NDArray[Any]],
+    descriptions: list[str],
+    nodata: float | None,
+    tags: dict[str, str],
+    compression: dict[str, str],
+) -> None:
+    """Write bands (rows, cols), each with its description; float bands whose tags say metres get that unit."""
+    bands = list(bands)
+    profile = {
+        "driver": "COG",
+        "height": grid.rows,
+        "width": grid.cols,
+        "count": len(bands),
+        "dtype": bands[0].dtype,
+        "nodata": nodata,
+        "crs": None if grid.crs is None else rasterio.crs.CRS.from_wkt(grid.crs.to_wkt()),
+        "transform": transform_of(grid),
+        "overview_resampling": "NEAREST",
+        "bigtiff": "IF_SAFER",
+        **compression,
+    }
+    with rasterio.open(path, "w", **profile) as dataset:
+        for number, (band, description) in enumerate(zip(bands, descriptions, strict=True), start=1):
+            dataset.write(band, number)
+            dataset.set_band_description(number, description)
+            if tags["units"] == "metre":
+                dataset.set_band_unit(number, "metre")
+        dataset.update_tags(**tags)
+
+
+def transform_of(grid: ElevationGrid) -> Affine:
+    """Pixel corners to metres: posts are cell centres, so the corner of the first cell is half a cell out."""
+    west_m = grid.origin_east_m - 0.5 * grid.cell_east_m
+    north_m = grid.origin_north_m + 0.5 * grid.cell_north_m
+    return Affine(grid.cell_east_m, 0.0, west_m, 0.0, -grid.cell_north_m, north_m)
+
+
+def common_tags(finished: FinishedMap, product: str) -> dict[str, str]:
+    """What every raster of a map says about where it came from."""
+    calculation = finished.calculation
+    return {
+        "product": product,
+        "version": calculation.version,
+        "mode": finished.parameters.mode,
+        "error_statement": calculation.error_statement,
+        "curvature": calculation.curvature,
+        "dem_sha256": finished.grid.digest,
+    }

@@ -1,0 +1,172 @@
+"""CSV as other programs write it: what needs no guess is read, what was passed over is told.
+
+Byte-order marks, UTF-16, commas, semicolons or tabs, decimal commas where those do not separate, comment lines, a
+separator at the end of each line, cells that say NULL.
+"""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+import itertools
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from service.errors import RequestError
+from service.files.tables import text_of as text_of_cell
+
+__all__ = ["CsvTable", "Numbers", "holds_nothing", "read_csv_table", "text_of"]
+
+DELIMITERS = ",;\t"
+COMMENT = "#"
+# What databases, spreadsheets and programs write into a cell that holds nothing.
+NOTHING = frozenset({"null", "none", "na", "n/a", "#n/a", "nil", "\\n", "-"})
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?|[+-]?\d+,")
+# as Excel announces its separator
+SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class CsvTable:
+    """A table: its columns, its separator, and its lines as (where one stands, its cells by column).
+
+    Lines are read as they are taken, once. A column that a line does not reach to is "" in it.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    delimiter: str
+    lines: Iterator[tuple[str, dict[str, str]]]
+
+
+@dataclass(slots=True)
+class Numbers:
+    """Reads the numbers of one table; points or commas mark decimals, but not both in one table."""
+
+    delimiter: str
+    marks: set[str] = field(default_factory=set)
+    dates: set[bool] = field(default_factory=set)
+
+    def number(self, where: str, column: str, cell: str) -> float:
+        """The number in a cell. Raises RequestError."""
+        text = cell
+        if self.delimiter != "," and DECIMAL_COMMA.fullmatch(cell):
+            self.marks.add(",")
+            text = cell.replace(",", ".")
+        elif "." in cell:
+            self.marks.add(".")
+        if len(self.marks) > 1:
+            raise RequestError(f"{where}: {column} is {cell[:40]!r}; other numbers there mark decimals otherwise.")
+        try:
+            return float(text)
+        except ValueError as error:
+            raise RequestError(f"{where}: {column} is {cell[:40]!r}, not a number.") from error
+
+    def time_s(self, where: str, column: str, cell: str, unit_s: float) -> float:
+        """Seconds of a number in some unit, or since 1970 of a date (ISO 8601; UTC, unless it says its zone)."""
+        try:
+            date = datetime.datetime.fromisoformat(cell) if len(cell) >= 10 and cell[4:5] in "-W" else None
+        except ValueError:
+            date = None
+        self.dates.add(date is not None)
+        if len(self.dates) > 1:
+            raise RequestError(f"{where}: {column} is {cell[:40]!r}; times are all numbers or all dates.")
+        if date is None:
+            return unit_s * self.number(where, column, cell)
+        return (date if date.tzinfo else date.replace(tzinfo=datetime.UTC)).timestamp()
+
+
+def text_of(path: Path, what: str) -> str:
+    """The text of a file in UTF-8 or, with a byte-order mark, UTF-16; line ends as they are. Raises RequestError.
+
+    what: how a sentence names it, as in "log".
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RequestError(f"The {what} {str(path)!r} cannot be read: {error.strerror}.") from error
+    utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        return data.decode("utf-16" if utf_16 else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        kind = "UTF-16" if utf_16 else "UTF-8"
+        raise RequestError(f"The {what} {path.name} is not {kind} text.") from error
+
+
+def holds_nothing(cell: str) -> bool:
+    """Whether a cell is empty, or says NULL in any of its spellings."""
+    return not cell or cell.casefold() in NOTHING
+
+
+def read_csv_table(path: Path, what: str) -> CsvTable:
+    """A table whose first line, after comments, names its columns. Raises RequestError, also while lines are taken."""
+    name = path.name
+    numbered = _without_comments(text_of(path, what))
+    comment, number, first = next(numbered, ("", 0, ""))
+    announced = SEPARATOR.fullmatch(first.strip())
+    if announced is not None:
+        comment, number, first = next(numbered, ("", number, ""))
+    delimiter = announced[1] if announced is not None else max(DELIMITERS, key=first.count)
+    if delimiter not in DELIMITERS:
+        raise RequestError(f"The {what} {name} is separated by {delimiter!r}; take commas, semicolons or tabs.")
+    lines = numbered
+    try:
+        header = _header(first, delimiter)
+        if header and _is_number(header[0]) and len(_header(comment, delimiter)) == len(header):
+            # as numpy writes it, the names are in a comment and the first line holds numbers
+            header, lines = _header(comment, delimiter), itertools.chain([("", number, first)], numbered)
+    except csv.Error as error:
+        raise RequestError(f"The {what} {name} is not CSV: {error}.") from error
+    return CsvTable(name, tuple(header), delimiter, _lines(name, what, header, delimiter, lines))
+
+
+def _header(line: str, delimiter: str) -> list[str]:
+    header = [column.strip() for column in next(csv.reader([line], delimiter=delimiter, strict=True), [])]
+    while header and not header[-1]:
+        header.pop()
+    return header
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _lines(
+    name: str, what: str, header: Sequence[str], delimiter: str, numbered: Iterable[tuple[str, int, str]]
+) -> Iterator[tuple[str, dict[str, str]]]:
+    at = [0]
+
+    def texts() -> Iterator[str]:
+        for _, at[0], line in numbered:
+            yield line
+
+    try:
+        for row in csv.reader(texts(), delimiter=delimiter, skipinitialspace=True, strict=True):
+            cells = [text_of_cell(cell.strip()) for cell in row]
+            if not cells or cells == [""]:
+                continue
+            where = f"{name}, line {at[0]}"
+            if any(cells[len(header) :]):
+                raise RequestError(f"{where}: more cells than columns.")
+            yield where, dict(zip(header, cells + [""] * (len(header) - len(cells)), strict=False))
+    except csv.Error as error:
+        raise RequestError(f"The {what} {name} is not CSV: {error}.") from error
+
+
+def _without_comments(text: str) -> Iterator[tuple[str, int, str]]:
+    """(the comment before it, number, line) of each line that is none; so are empty lines before the first."""
+    begun, comment = False, ""
+    for number, line in enumerate(io.StringIO(text, newline=""), 1):
+        if line.lstrip().startswith(COMMENT):
+            comment = line.strip().lstrip(COMMENT)
+        elif begun or line.strip():
+            begun = True
+            yield comment, number, line
+            comment = ""

@@ -1,0 +1,60 @@
+"""One file that a map can be downloaded as."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from service.files.missions import Mission
+
+__all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "later"]
+Writer = Callable[[Any, Path], None]
+COG = "image/tiff; application=geotiff; profile=cloud-optimized"
+PNG = "image/png"
+GEOJSON = "application/geo+json"
+JSON = "application/json"
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path.
+
+    needs: the parameter without which a map does not have it. at_least: as many entries of it.
+    status: of a result that alone has it. mission: it is for programs on Earth, and not written of every DEM.
+    for_screens: a part that a page puts together; commands that write files leave it out.
+    """
+
+    name: str
+    media_type: str
+    description: str
+    write: Writer
+    needs: str | None = None
+    at_least: int = 1
+    status: str | None = None
+    mission: Mission | None = None
+    for_screens: bool = False
+
+    def is_of(self, parameters: Mapping[str, Any]) -> bool:
+        """Whether a map that was asked for with these parameters has this layer."""
+        if self.needs is None:
+            return True
+        given = parameters.get(self.needs)
+        return len(given) >= self.at_least if isinstance(given, list) else given is not None
+
+    def is_in(self, result: Mapping[str, Any]) -> bool:
+        """Whether there is something to put into it."""
+        if self.mission is not None and not self.mission.is_of(result.get("dem", {})):
+            return False
+        return self.status is None or result.get("status") == self.status
+
+
+def later(module: str, function: str) -> Writer:
+    """A writer imported when it is called: --help must not wait for what is heavy (GDAL, matplotlib)."""
+
+    def write(finished: Any, path: Path) -> None:
+        getattr(importlib.import_module(module), function)(finished, path)
+
+    return write

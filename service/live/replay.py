@@ -1,0 +1,135 @@
+"""A log replayed through a detector: every answer, and what the whole of it comes to."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from detection import Detector, DetectorSettings, DetectorState, EpochResult, PlanningStatus, RangeEpoch, RangingAnchor
+from service.live.rehearsal import rehearse
+
+__all__ = ["Episode", "Replay", "replay"]
+
+MOST_NEEDS = 5  # of what would settle epochs, the most frequent
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """An anchor called occluded from its range at ``from_s`` to that at ``to_s``, in every range between."""
+
+    anchor_id: str
+    from_s: float
+    to_s: float
+    ranges: int
+    greatest_excess_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What came of a log. results: one per epoch, in the log's order. times_s: how long each took."""
+
+    anchors: tuple[RangingAnchor, ...]
+    settings: DetectorSettings
+    epochs: tuple[RangeEpoch, ...]
+    results: tuple[EpochResult, ...]
+    times_s: tuple[float, ...]
+    state: DetectorState
+
+    def episodes(self) -> list[Episode]:
+        """Every stretch in which an anchor was called occluded, in the order of their beginnings."""
+        episodes = [episode for anchor in self.anchors for episode in _episodes_of(anchor.id, self.results)]
+        return sorted(episodes, key=lambda episode: (episode.from_s, episode.anchor_id))
+
+    def summary(self) -> dict[str, Any]:
+        """The whole of it in numbers, ready for JSON."""
+        used = [result for result in self.results if result.rejection is None]
+        milliseconds = 1e3 * np.asarray(self.times_s) if self.times_s else np.zeros(1)
+        return {
+            "epochs": len(self.results),
+            "epochs_used": len(used),
+            "from_s": used[0].time_s if used else None,
+            "to_s": used[-1].time_s if used else None,
+            "classifications": _counts(result.classification for result in used),
+            "planning": _counts(result.planning for result in used),
+            "availability": _share(sum(r.planning is not PlanningStatus.NO_POSITION for r in used), len(used)),
+            "odometry": _counts(result.odometry for result in used),
+            "rejections": _counts(reason for reason, count in self.state.rejections.items() for _ in range(count)),
+            "needed": dict(list(_counts(r.needed for r in used if r.needed).items())[:MOST_NEEDS]),
+            "searches_cut_short": sum(not result.search.complete for result in used),
+            "anchors": [self._anchor(anchor) for anchor in self.anchors],
+            "episodes": [asdict(episode) for episode in self.episodes()],
+            "health": {**asdict(self.state.health), "warnings": list(self.state.health.warnings)},
+            "settings": asdict(self.settings),
+            "epoch_time_ms": {
+                "median": float(np.median(milliseconds)),
+                "p99": float(np.percentile(milliseconds, 99)),
+                "largest": float(milliseconds.max()),
+            },
+            "version": importlib.metadata.version("sightline"),
+        }
+
+    def _anchor(self, anchor: RangingAnchor) -> dict[str, Any]:
+        verdicts = [v for result in self.results for v in result.verdicts if v.anchor_id == anchor.id]
+        occluded = [verdict for verdict in verdicts if verdict.occluded]
+        excesses_m = [verdict.excess_m for verdict in occluded if np.isfinite(verdict.excess_m)]
+        return {
+            **asdict(anchor),
+            "ranges": len(verdicts),
+            **{str(sight): count for sight, count in _counts(verdict.sight for verdict in verdicts).items()},
+            "occluded_share": _share(len(occluded), len(verdicts)),
+            "median_excess_m": float(np.median(excesses_m)) if excesses_m else None,
+            "last_sight": str(verdicts[-1].sight) if verdicts else None,
+        }
+
+
+def replay(
+    anchors: Sequence[RangingAnchor],
+    epochs: Sequence[RangeEpoch],
+    settings: DetectorSettings,
+    progress: Callable[[float], None] | None = None,
+) -> Replay:
+    """Send the epochs through one detector, in their order. Raises DetectionInputError."""
+    rehearse()  # kernels are loaded before the first epoch is timed
+    detector = Detector(anchors, settings)
+    results, times_s = [], []
+    for number, epoch in enumerate(epochs, 1):
+        begin_s = time.perf_counter()
+        results.append(detector.process(epoch))
+        times_s.append(time.perf_counter() - begin_s)
+        if progress is not None and number % 64 == 0:
+            progress(number / len(epochs))
+    return Replay(tuple(anchors), settings, tuple(epochs), tuple(results), tuple(times_s), detector.state)
+
+
+def _episodes_of(anchor_id: str, results: Sequence[EpochResult]) -> Iterator[Episode]:
+    run: list[tuple[float, float]] = []
+    for result in results:
+        verdict = next((verdict for verdict in result.verdicts if verdict.anchor_id == anchor_id), None)
+        if verdict is None:
+            continue
+        if verdict.occluded:
+            run.append((result.time_s, verdict.excess_m))
+        elif run:
+            yield _episode(anchor_id, run)
+            run = []
+    if run:
+        yield _episode(anchor_id, run)
+
+
+def _episode(anchor_id: str, run: Sequence[tuple[float, float]]) -> Episode:
+    excesses_m = [excess_m for _, excess_m in run if np.isfinite(excess_m)]
+    return Episode(anchor_id, run[0][0], run[-1][0], len(run), max(excesses_m, default=float("nan")))
+
+
+def _counts(words: Iterator[Any] | Any) -> dict[str, int]:
+    return {str(word): count for word, count in Counter(words).most_common()}
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None

@@ -1,0 +1,115 @@
+"""A ranging anchor, as requests and anchor files write it."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Self
+
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from service.parts.points import Metres, NotNegativeMetres, Number, PointIn, StrictModel
+from visibility import AnchorError, AntennaLimits
+from visibility.sight.anchors import Covariance
+
+__all__ = ["AnchorIn", "AntennaIn"]
+
+Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
+Elevation = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
+CovarianceRow = Annotated[list[Number], Field(min_length=3, max_length=3)]
+# Ids end up in file tags, tables and pictures: nothing that ends a line, turns the direction of text or cannot be seen.
+UNSEEN = r"\x00-\x1f\x7f-\x9f\u2028-\u202e\u2060-\u206f\ufeff\ufff0-\uffff"
+PLAIN = rf"^[^\s{UNSEEN}]([^{UNSEEN}]*[^\s{UNSEEN}])?$"
+
+
+def _plain(id: str) -> str:
+    if not re.search(PLAIN, id):
+        raise PydanticCustomError(
+            "id", "an id has no control characters, no line breaks and no blanks at its beginning and end"
+        )
+    return id
+
+
+AnchorId = Annotated[
+    str, Field(min_length=1, max_length=64, json_schema_extra={"pattern": PLAIN}), AfterValidator(_plain)
+]
+
+
+class AntennaIn(StrictModel):
+    """What is known of a ranging anchor besides its place: its id, and what its antenna can reach."""
+
+    id: AnchorId = Field(description="Name of the anchor, unique in the request, 1 to 64 characters.")
+    min_range_m: NotNegativeMetres | None = Field(None, description="Shortest slant range it measures, metres.")
+    max_range_m: Metres | None = Field(
+        None, description="Longest slant range it measures, metres; left out = unlimited."
+    )
+    azimuth_from_deg: Azimuth | None = Field(
+        None, description="Start of its sector, degrees clockwise from grid north; goes with azimuth_to_deg."
+    )
+    azimuth_to_deg: Azimuth | None = Field(
+        None, description="End of its sector, degrees clockwise from grid north; goes with azimuth_from_deg."
+    )
+    min_elevation_deg: Elevation | None = Field(
+        None, description="Lowest elevation angle it covers, degrees above its horizontal (downwards is negative)."
+    )
+    max_elevation_deg: Elevation | None = Field(
+        None, description="Highest elevation angle it covers, degrees above its horizontal."
+    )
+    ranging_sigma_m: NotNegativeMetres = Field(0.1, description="One-sigma error of its ranges, metres.")
+    pose_sigma_m: NotNegativeMetres = Field(
+        0.0, description="One-sigma error of each coordinate of its own position, metres."
+    )
+    pose_covariance_m2: list[CovarianceRow] | None = Field(
+        None,
+        min_length=3,
+        max_length=3,
+        description="Covariance of its own position in place of pose_sigma_m: three rows of east, north, up, in "
+        "square metres.",
+    )
+
+    def antenna_limits(self) -> AntennaLimits:
+        """The same limits in radians; raises AnchorError when they contradict one another."""
+        return AntennaLimits(
+            min_range_m=0.0 if self.min_range_m is None else self.min_range_m,
+            max_range_m=math.inf if self.max_range_m is None else self.max_range_m,
+            azimuth_from_rad=_radians_or_none(self.azimuth_from_deg),
+            azimuth_to_rad=_radians_or_none(self.azimuth_to_deg),
+            min_elevation_rad=math.radians(-90.0 if self.min_elevation_deg is None else self.min_elevation_deg),
+            max_elevation_rad=math.radians(90.0 if self.max_elevation_deg is None else self.max_elevation_deg),
+        )
+
+    def pose_covariance(self) -> Covariance | None:
+        """Rows of the covariance, m²; None where pose_sigma_m tells all."""
+        if self.pose_covariance_m2 is None:
+            return None
+        (ee, en, eu), (ne, nn, nu), (ue, un, uu) = self.pose_covariance_m2
+        return (ee, en, eu), (ne, nn, nu), (ue, un, uu)
+
+    @model_validator(mode="after")
+    def _limits_agree(self) -> Self:
+        try:
+            self.antenna_limits()
+        except AnchorError as error:
+            raise ValueError(f"{self._called()}: {error}") from error
+        return self
+
+    def _called(self) -> str:
+        return f"Anchor {self.id}"
+
+
+class AnchorIn(AntennaIn, PointIn):
+    """A ranging anchor: its id, where it is, and what its antenna can reach."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
+                {"id": "D2", "lon_deg": -118.05, "lat_deg": 34.29, "altitude_m": 1612.0, "max_range_m": 15000.0},
+            ]
+        }
+    )
+
+
+def _radians_or_none(angle_deg: float | None) -> float | None:
+    return None if angle_deg is None else math.radians(angle_deg)

@@ -1,0 +1,70 @@
+"""What maps of every kind are answered with."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from service.parts.job_answers import JobOut
+from service.parts.older_results import OrOlder
+
+__all__ = ["DEM_ID", "DemId", "LayerLink", "MapOut", "MapSummary", "running_example"]
+
+DEM_ID = "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11"
+JOB_ID = "9b2d4c55f0c94f5c8f3d0d3d7f7e6a01"
+
+DemId = Annotated[str, Field(min_length=1, max_length=64, description="The DEM, as POST /dems named it.")]
+
+
+class MapSummary(BaseModel):
+    """How far to trust a map, and what it was made from."""
+
+    model_config = ConfigDict(extra="allow")
+
+    version: str = Field(description="Version of Sightline that calculated it.")
+    mode: str = Field(description="fast or exact.")
+    error_statement: str = Field(description="Measured error of that mode.")
+    curvature: str = Field(description="Curvature and refraction that were used.")
+    unknown: str = Field(description="What a sight line over unknown ground was taken as.")
+    dem: dict[str, Any] = Field(description="The DEM that was used; lengths in metres.")
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
+    timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
+    parameters: dict[str, Any] = Field(description="What was asked, defaults filled in.")
+
+
+class LayerLink(BaseModel):
+    """A file that the map can be downloaded as."""
+
+    name: str = Field(description="File name of the layer.")
+    href: str = Field(description="Path to download it from.")
+    media_type: str = Field(description="Its type.")
+    description: str = Field(description="What it holds, with units.")
+
+
+class MapOut(JobOut):
+    """A map: how its calculation stands, and its result when it has one."""
+
+    request: dict[str, Any] = Field(description="What was asked, defaults filled in.")
+    result: OrOlder[MapSummary] = Field(description="What the map says; null until it succeeded.")
+    layers: list[LayerLink] = Field(description="What can be downloaded; empty until it succeeded.")
+
+
+def running_example(path: str, request: dict[str, Any]) -> dict[str, Any]:
+    """A map that is being calculated, as an example for OpenAPI."""
+    return {
+        "id": JOB_ID,
+        "status": "running",
+        "progress": 0.45,
+        "dem_id": DEM_ID,
+        "created_at": "2026-05-01T12:00:00Z",
+        "started_at": "2026-05-01T12:00:00Z",
+        "finished_at": None,
+        "run_s": None,
+        "attempts": 1,
+        "problem": None,
+        "links": {"self": f"{path}/{JOB_ID}", "dem": f"/dems/{DEM_ID}"},
+        "request": request,
+        "result": None,
+        "layers": [],
+    }

@@ -1,0 +1,109 @@
+"""What maps of every kind say about themselves: the ground, the calculation, shares of the known posts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+from service.parts.sight import CurvatureIn, SightParameters
+from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
+from visibility import FLAT, Curvature
+
+__all__ = [
+    "Calculation",
+    "body_name",
+    "check_bodies",
+    "crs_label",
+    "curvature_of",
+    "dem_name",
+    "dem_summary",
+    "grid_north_deg",
+    "share_of",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Calculation:
+    """How a map came about: what every answer has to carry. unhealthy: satellites that were left out for that."""
+
+    error_statement: str
+    curvature: str
+    warnings: tuple[str, ...]
+    elapsed_s: float
+    version: str
+    unhealthy: tuple[str, ...] = ()
+
+
+def crs_label(grid: ElevationGrid) -> str:
+    """How people call the grid's CRS: its code, its name where it has none, or that it is local."""
+    if grid.crs is None:
+        return "local frame"
+    authority = grid.crs.to_authority()
+    return ":".join(authority) if authority else str(grid.crs.name)
+
+
+def dem_name(grid: ElevationGrid) -> str:
+    """What to call the DEM in titles: the name of its file without folders, or a word for one made in memory."""
+    name = PurePath(grid.provenance.source).name or "unnamed grid"
+    # a file's name may hold bytes that are no text, which no picture can draw and no file of ours can hold
+    return name.encode("utf-8", "replace").decode()
+
+
+def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+    """Which ground this is: name, digest, size, place and what was converted, ready for JSON."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    return {
+        "name": dem_name(grid),
+        "sha256": grid.digest,
+        "rows": grid.rows,
+        "cols": grid.cols,
+        "cell_east_m": grid.cell_east_m,
+        "cell_north_m": grid.cell_north_m,
+        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
+        "crs": None if grid.crs is None else grid.crs.to_string(),
+        "crs_name": crs_label(grid),
+        "body": body_name(grid),
+        "grid_north_deg": grid_north_deg(grid),
+        "vertical_datum": grid.vertical_datum,
+        "heights_count_from": height_reference_of(grid).value,
+        "unknown_posts": grid.unknown_posts,
+        "conversions": list(grid.provenance.conversions),
+    }
+
+
+def body_name(grid: ElevationGrid) -> str | None:
+    """The celestial body that the grid lies on; None for a local frame."""
+    return None if grid.crs is None else body_of(grid.crs).name
+
+
+def check_bodies(grid: ElevationGrid, named: Iterable[str | None]) -> None:
+    """Raises FrameError where degrees are named as those of another body than the grid's; None: not named."""
+    others = {name for name in named if name is not None} - {body_name(grid)}
+    if others and grid.crs is not None:
+        raise FrameError(f"Longitude and latitude on {min(others)} have no place on a DEM of {body_name(grid)}.")
+
+
+def grid_north_deg(grid: ElevationGrid) -> float | None:
+    """True azimuth of the grid's north at its middle, degrees, to 0.0001; None for a local frame."""
+    if grid.crs is None:
+        return None
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    try:
+        return round(math.degrees(grid_north(grid, (west_m + east_m) / 2.0, (south_m + north_m) / 2.0)), 4)
+    except FrameError:
+        return None  # a middle where the CRS is not defined has no north
+
+
+def curvature_of(parameters: SightParameters) -> Curvature | None:
+    """The curvature asked for; None leaves it to the grid's CRS."""
+    if isinstance(parameters.curvature, CurvatureIn):
+        return Curvature(parameters.curvature.radius_m, parameters.curvature.refraction_k)
+    return FLAT if parameters.curvature == "flat" else None
+
+
+def share_of(posts: int, known_posts: int) -> float | None:
+    """Part of the known posts; None where nothing is known."""
+    return posts / known_posts if known_posts else None

@@ -1,0 +1,155 @@
+"""What maps of positioning are asked for: anchors and satellites, the dilution of precision and its limit."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from service.parts.anchors import AntennaIn
+from service.parts.frames import FramesIn, TrackIn
+from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive
+from service.parts.satellites import SatellitesIn
+from service.parts.sight import SightParameters
+from service.parts.volumes import MOST_CUTS, CutIn, VolumeIn
+
+__all__ = [
+    "CeilingParameters",
+    "DopMapParameters",
+    "MorphingMapParameters",
+    "PositioningParameters",
+    "RangingParameters",
+]
+
+# of a trajectory; more do not fit into a request's body anyway
+MOST_PATH_POINTS = 20_000
+
+
+class RangingParameters(SightParameters):
+    """What is ranged to: anchors, satellites, or both."""
+
+    satellites: SatellitesIn | None = Field(None, description="GPS satellites, besides the anchors or in their place.")
+
+
+class PositioningParameters(RangingParameters):
+    """Anchors, satellites, and how good positioning must be."""
+
+    kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
+        "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
+    )
+    measure: Literal["gdop", "pdop", "hdop", "vdop", "tdop"] = Field(
+        "pdop", description="Which dilution of precision; tdop, of the clock, goes with pseudoranges."
+    )
+    dop_limit: Positive = Field(2.5, description="From this dilution on positioning is not good enough, no unit.")
+    min_anchors: Annotated[int, Field(strict=True, ge=1)] | None = Field(
+        None, description="So many anchors must be in sight as well; left out = as many as a fix needs."
+    )
+
+    @model_validator(mode="after")
+    def _something_to_range_to(self) -> Self:
+        if not self.near_sources() and self.satellites is None:
+            raise ValueError("Give anchors or satellites; there is nothing to range to.")
+        return self
+
+    @model_validator(mode="after")
+    def _a_clock_for_tdop(self) -> Self:
+        if self.measure == "tdop" and self.kind != "pseudorange":
+            raise ValueError(f"measure 'tdop' needs kind 'pseudorange'; {self.kind!r} solves for no clock.")
+        return self
+
+
+class DopMapParameters(PositioningParameters):
+    """How good positioning is for a rover on the ground, over a whole DEM."""
+
+    receiver_above_ground_m: NotNegativeMetres = Field(
+        1.5, description="Height of the rover's antenna above the ground of each post, metres."
+    )
+    on_surface: bool = Field(
+        False, strict=True, description="The rover is on the ground, so only its motion along the surface is unknown."
+    )
+    one_dop_per_set: bool = Field(
+        False,
+        strict=True,
+        description="Calculate one dilution for each visible set, in the middle of the posts that share it, as De Vivo "
+        "et al. do: right for satellites, rough for drones nearby. Not together with on_surface.",
+    )
+    path: list[PointIn] = Field(
+        [],
+        max_length=MOST_PATH_POINTS,
+        description="Points of a trajectory over the DEM; who is in sight and how good positioning is at each is told "
+        "in path.csv.",
+    )
+    volume: VolumeIn | None = Field(
+        None, description="Air of which volume.npz, volume.nc and the volume's GeoTIFFs tell every voxel."
+    )
+    cuts: Annotated[list[CutIn], Field(max_length=MOST_CUTS)] = Field(
+        [],
+        description="Cuts through the volume, each a picture; left out, the volume goes from the lowest ground to a "
+        "little above the highest.",
+    )
+
+    @model_validator(mode="after")
+    def _no_slope_of_a_set(self) -> Self:
+        if self.on_surface and self.one_dop_per_set:
+            raise ValueError("A visible set has no one slope; give only one of one_dop_per_set and on_surface.")
+        return self
+
+    @model_validator(mode="after")
+    def _no_slope_in_the_air(self) -> Self:
+        if self.on_surface and (self.volume is not None or self.cuts):
+            raise ValueError("Air has no slope; leave out on_surface, or the volume and its cuts.")
+        return self
+
+
+class CeilingParameters(PositioningParameters):
+    """How good positioning must be in the air, up to a ceiling."""
+
+    ceiling_altitude_m: Metres | None = Field(
+        None, description="Top of the air, metres in the DEM's vertical datum; or give ceiling_above_ground_m."
+    )
+    ceiling_above_ground_m: Positive | None = Field(
+        None, description="Top of the air above the ground of each post, metres; or give ceiling_altitude_m."
+    )
+
+    @model_validator(mode="after")
+    def _one_ceiling(self) -> Self:
+        if (self.ceiling_altitude_m is None) == (self.ceiling_above_ground_m is None):
+            given = "neither was" if self.ceiling_altitude_m is None else "both were"
+            raise ValueError(f"Give exactly one of ceiling_altitude_m and ceiling_above_ground_m; {given} given.")
+        return self
+
+    def ceiling(self) -> tuple[float, bool]:
+        """(metres, whether they count from the ground)."""
+        if self.ceiling_above_ground_m is not None:
+            return self.ceiling_above_ground_m, True
+        assert self.ceiling_altitude_m is not None, "the validator has seen to it"
+        return self.ceiling_altitude_m, False
+
+
+class MorphingMapParameters(CeilingParameters):
+    """Above which altitude positioning is good enough, up to a ceiling."""
+
+    receiver_above_ground_m: NotNegativeMetres = Field(
+        1.5, description="Height of a ground rover's antenna, metres; no_go.geojson and contours.geojson are for it."
+    )
+    surface_layer_m: Positive | None = Field(
+        None,
+        description="Thickness of the voxels that surface.glb and surface.stl are made from, metres; left out = the "
+        "DEM's smaller cell, and at most 100 layers.",
+    )
+    tracks: list[TrackIn] = Field([], description="Anchors that move; they need frames, all of them within the tracks.")
+    frames: FramesIn | None = Field(
+        None,
+        description="The map at several times: frames as GeoTIFFs and as an animation, and from when to when each "
+        "place is available. All other files are of the first of them.",
+    )
+
+    def near_sources(self) -> tuple[AntennaIn, ...]:
+        """Anchors, then tracks."""
+        return (*self.anchors, *self.tracks)
+
+    @model_validator(mode="after")
+    def _frames_for_tracks(self) -> Self:
+        if self.tracks and self.frames is None:
+            raise ValueError("Anchors on tracks need frames; say from when to when.")
+        return self

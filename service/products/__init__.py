@@ -1,0 +1,1 @@
+"""The products: one folder a capability, one registry."""

@@ -1,0 +1,1 @@
+"""Flights through the air above a morphing map."""

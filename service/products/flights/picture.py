@@ -1,0 +1,109 @@
+"""A planned flight: from above over the relief, and from the side between ground, morphing map and ceiling."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import Normal, Stroke
+
+from service.drawing.class_map import MapClass, class_pixels
+from service.drawing.furniture import INK
+from service.drawing.sheet import DPI, ground_figure, margin_legend, save_png
+from service.parts.map_facts import dem_name
+from service.products.flights.calculate import FinishedFlight
+from service.products.paths.answers import time_words
+
+__all__ = ["draw_flight", "draw_flight_profile", "write_flight_picture", "write_flight_profile"]
+
+GROUND = MapClass("ground", "#d8d2c4")
+WAY_COLOUR, GROUND_COLOUR, FLOOR_COLOUR, CLEAR_COLOUR = "#e6007e", "#b9a98a", "#2b7bba", "#3a7d44"
+LIMIT: dict[str, Any] = {"color": "#c01818", "lw": 1.1, "ls": "--"}
+SIZE_IN = (11.0, 6.0)
+
+
+def write_flight_picture(finished: FinishedFlight, path: Path) -> None:
+    """Draw the flight over the relief into a PNG."""
+    save_png(draw_flight(finished), path)
+
+
+def write_flight_profile(finished: FinishedFlight, path: Path) -> None:
+    """Draw the profile of a found flight into a PNG."""
+    save_png(draw_flight_profile(finished), path)
+
+
+def draw_flight(finished: FinishedFlight) -> Figure:
+    """The figure, with one Axes in kilometres of the grid's frame."""
+    grid, answer = finished.grid, finished.answer
+    figure, axes = ground_figure(
+        grid,
+        class_pixels(grid, np.zeros(grid.shape, np.uint8), [GROUND]),
+        (),
+        f"Flight, {answer['status'].replace('_', ' ')}: {dem_name(grid)}",
+        _subtitle(finished),
+    )
+    handles: list[tuple[str, Line2D]] = []
+    if finished.found:
+        halo = [Stroke(linewidth=4.4, foreground="white"), Normal()]
+        east_km, north_km = finished.corners_m[:, 0] / 1000.0, finished.corners_m[:, 1] / 1000.0
+        axes.plot(east_km, north_km, color=WAY_COLOUR, lw=2.6, zorder=8, path_effects=halo)
+        axes.plot(east_km[1:-1], north_km[1:-1], "o", color=WAY_COLOUR, ms=4, zorder=9)
+        handles.append(("flight", Line2D([], [], color=WAY_COLOUR, lw=2.6)))
+    for what, marker, size in (("start", "o", 8), ("goal", "*", 15)):
+        style: dict[str, Any] = {"marker": marker, "ms": size, "mfc": "white", "mec": INK, "mew": 1.4, "ls": "none"}
+        axes.plot(answer[what]["east_m"] / 1000.0, answer[what]["north_m"] / 1000.0, zorder=11, **style)
+        handles.append((what, Line2D([], [], **style)))
+    margin_legend(axes, [handle for _, handle in handles], [label for label, _ in handles], "Flight")
+    return figure
+
+
+def draw_flight_profile(finished: FinishedFlight) -> Figure:
+    """Two panels over the kilometres flown: altitudes, and the distance to the ground."""
+    figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    high, low = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2, 1), "hspace": 0.16, "top": 0.86})
+    x = finished.column("distance_m") / 1000.0
+    up_m, ground_m = finished.column("altitude_m"), finished.column("ground_m")
+    bottom_m = float(np.nanmin(ground_m)) - 0.06 * float(np.ptp([np.nanmin(ground_m), up_m.max()]) + 1.0)
+    high.fill_between(x, ground_m, bottom_m, color=GROUND_COLOUR, lw=0, label="ground")
+    floor_m, top_m = finished.column("floor_m"), finished.column("top_m")
+    if np.isfinite(floor_m).any():
+        high.fill_between(x, floor_m, ground_m, color=FLOOR_COLOUR, alpha=0.16, lw=0)
+        high.plot(x, floor_m, color=FLOOR_COLOUR, lw=1.2, label="morphing map")
+    if np.isfinite(top_m).any():
+        high.plot(x, np.where(np.isfinite(top_m), top_m, np.nan), label="ceiling", **LIMIT)
+    high.plot(x, up_m, color=WAY_COLOUR, lw=2.0, label="flight")
+    high.set_ylim(bottom=bottom_m)
+    high.set_ylabel("altitude, m")
+    low.plot(x, finished.column("clearance_m"), color=CLEAR_COLOUR, lw=1.3, label="to the ground")
+    low.axhline(finished.parameters.bubble_m, label="bubble", **LIMIT)
+    low.set_ylim(bottom=0.0)
+    low.set_ylabel("distance, m")
+    low.set_xlabel("flown, km")
+    for axes in (high, low):
+        axes.grid(color="#e2e2e2", lw=0.6)
+        axes.set_axisbelow(True)
+        axes.set_xlim(0.0, x[-1])
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, frameon=False, fontsize=8.5)
+    figure.text(0.125, 0.955, f"Along the flight: {dem_name(finished.grid)}", fontsize=14, fontweight="bold", color=INK)
+    figure.text(0.125, 0.92, finished.answer["sentence"], fontsize=10, color=INK)
+    return figure
+
+
+def _subtitle(finished: FinishedFlight) -> str:
+    totals = finished.answer["totals"]
+    if totals is None:
+        return str(finished.answer["sentence"])[:150]
+    words = [
+        f"{totals['length_m'] / 1000.0:.2f} km",
+        f"{totals['climb_m']:.0f} m up",
+        time_words(totals["time_s"]),
+        f"{totals['clearance_m']:.0f} m and more from the ground",
+    ]
+    if totals["margin_m"] is not None:
+        words.append(f"{totals['margin_m']:.0f} m and more above the morphing map")
+    return ", ".join(words)

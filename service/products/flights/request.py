@@ -1,0 +1,141 @@
+"""What a flight is asked for: from where to where through the air, above what, and how far from the ground."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from service.parts.map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
+from service.parts.older_results import OrOlder
+from service.parts.pages import Page
+from service.parts.points import Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
+from service.parts.positioning import MorphingMapParameters
+from service.parts.sight import SightParameters
+from service.products.paths.answer import ValidationOut
+
+__all__ = ["FlightIn", "FlightList", "FlightOut", "FlightParameters"]
+
+ITERATIONS, BUBBLE_M, CLIMB_WEIGHT = 20_000, 20.0, 1.0
+DRONES: list[Any] = [
+    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
+    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
+    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
+    {"id": "D4", "east_m": 399500.0, "north_m": 3799400.0, "above_ground_m": 150.0},
+]
+REQUEST: dict[str, Any] = {
+    "dem_id": DEM_ID,
+    "start": {"east_m": 403000.0, "north_m": 3796000.0, "above_ground_m": 120.0},
+    "goal": {"east_m": 408000.0, "north_m": 3799000.0, "altitude_m": 1700.0},
+    "morphing_map": {"anchors": DRONES, "ceiling_altitude_m": 2400.0, "dop_limit": 6.0},
+    "bubble_m": 30.0,
+}
+
+
+class FlightBudgetIn(StrictModel):
+    """How much planning is paid for."""
+
+    iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] = Field(
+        ITERATIONS, description="Of the sampling planner, a number: with one seed it makes one flight."
+    )
+    seconds: Positive = Field(60.0, description="Time-out of the sampling planner, seconds.")
+
+
+class FlightParameters(SightParameters):
+    """From where to where; the anchors that give position in the air stand in ``morphing_map``."""
+
+    start: PointIn = Field(description="Where the drone is.")
+    goal: PointIn = Field(description="Where it shall be.")
+    morphing_map: MorphingMapParameters | None = Field(
+        None, description="Stay above this morphing map and below its ceiling; none = only clear of the ground."
+    )
+    bubble_m: NotNegativeMetres = Field(BUBBLE_M, description="Distance kept from all ground, metres.")
+    ceiling_altitude_m: Metres | None = Field(
+        None, description="Top of the air, metres in the DEM's vertical datum; none = no ceiling but the map's."
+    )
+    ceiling_above_ground_m: Positive | None = Field(
+        None, description="Top of the air above the ground of each place, metres; in place of ceiling_altitude_m."
+    )
+    climb_weight: NotNegative = Field(
+        CLIMB_WEIGHT, description="What a metre of climb costs besides a metre of way, no unit."
+    )
+    speed_m_per_s: Positive = Field(12.0, description="Of the drone, for the time and the mission, metres per second.")
+    budget: FlightBudgetIn = Field(default_factory=lambda: FlightBudgetIn.model_validate({}))
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = Field(
+        0, description="A number; the same seed and iterations give the same flight."
+    )
+
+    @model_validator(mode="after")
+    def _makes_a_question(self) -> Self:
+        if self.anchors:
+            raise ValueError("The anchors of a flight belong into its morphing_map.")
+        if self.ceiling_altitude_m is not None and self.ceiling_above_ground_m is not None:
+            raise ValueError("Give only one of ceiling_altitude_m and ceiling_above_ground_m.")
+        if self.morphing_map is not None and self.morphing_map.frames is not None:
+            raise ValueError("A flight is planned above one morphing map; leave out its frames.")
+        return self
+
+
+class FlightIn(FlightParameters):
+    """A DEM, from where to where, and a morphing map of the same DEM: its parameters, or the id of a finished one."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
+
+    dem_id: DemId
+    map_id: Annotated[str, Field(min_length=1, max_length=64)] | None = Field(
+        None, description="A finished morphing map of the same DEM, in place of morphing_map."
+    )
+
+    @model_validator(mode="after")
+    def _one_map(self) -> Self:
+        if self.map_id is not None and self.morphing_map is not None:
+            raise ValueError("Give only one of map_id and morphing_map.")
+        return self
+
+
+class FlightTotalsOut(BaseModel):
+    """What the whole flight amounts to."""
+
+    length_m: float = Field(description="Through the air, metres.")
+    climb_m: float = Field(description="Metres up.")
+    descent_m: float = Field(description="Metres down.")
+    time_s: float = Field(description="Seconds at the speed asked for.")
+    highest_m: float = Field(description="Highest altitude, metres.")
+    clearance_m: float = Field(description="Least distance to the ground, metres.")
+    margin_m: float | None = Field(description="Least height over the morphing map, metres; null without one.")
+
+
+class FlightSummary(MapSummary):
+    """How the plan ended, and the flight."""
+
+    status: Literal["found", "unreachable", "undecided", "out_of_budget", "refused"] = Field(
+        description="found: a flight that the validator passed; unreachable: proved; undecided: neither a flight nor "
+        "that proof was found; refused: the validator found a fault."
+    )
+    sentence: str = Field(description="The outcome in words.")
+    totals: FlightTotalsOut | None
+    cost: float | None = Field(description="Of the flight, in metres.")
+    corners: list[dict[str, float | None]] = Field(
+        description="East, north, altitude, height above ground, time: where the flight turns, in metres and seconds."
+    )
+    validation: ValidationOut | None
+    planner: str = Field(description="Which planner the flight came from.")
+    stopped_by: str = Field(
+        description="count: the iterations; time: the time-out; stop: a request; proof: no flight; "
+        "grain: it was searched as finely as it is."
+    )
+    seed: int = Field(description="The seed, a number.")
+
+
+class FlightOut(MapOut):
+    """A flight: how its planning stands, and its result when it has one."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [running_example("/flights", REQUEST)]})
+
+    result: OrOlder[FlightSummary] = Field(description="How the plan ended; null until it did.")
+
+
+class FlightList(Page):
+    """One page of flights, newest first."""
+
+    flights: list[FlightOut]

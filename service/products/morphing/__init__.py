@@ -1,0 +1,1 @@
+"""Morphing maps: above which altitude positioning is good enough."""

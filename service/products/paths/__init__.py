@@ -1,0 +1,1 @@
+"""Paths on which the anchors stay in sight."""

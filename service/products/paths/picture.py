@@ -1,0 +1,198 @@
+"""A planned path over the ground: how good positioning is, what may not be driven, and the way between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib.path
+import numpy as np
+import numpy.typing as npt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.patheffects import Normal, Stroke
+
+from planning.paths.fields import bit_of
+from planning.paths.outcomes import Reason
+from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
+from service.drawing.classes import NONE_COLOUR
+from service.drawing.furniture import INK
+from service.drawing.sheet import ground_figure, save_png
+from service.parts.map_facts import dem_name
+from service.parts.shapes import PolygonIn
+from service.parts.shapes_in_grid import places_in_grid
+from service.products.dop.picture import BOUNDS, COLOURS
+from service.products.paths.answers import time_words
+from service.products.paths.calculate import FinishedPath
+from service.products.paths.question import path_tracks
+
+__all__ = ["draw_path", "write_path_picture"]
+
+# Without a limit on the dilution the classes are round about these.
+USUAL_LIMIT = 5.0
+GROUND_COLOUR, BARRED_COLOUR = "#d9d2c0", "#7d6a70"
+WAY_COLOUR, DARK_COLOUR, NO_GO_COLOUR, KEEP_IN_COLOUR = "#e6007e", "#2b0a1c", "#c01818", "#176b2c"
+# reasons that the ground itself gives; the others show in the dilution, or as areas
+OF_GROUND = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.BORDER)
+
+
+def write_path_picture(finished: FinishedPath, path: Path) -> None:
+    """Draw the path into a PNG."""
+    save_png(draw_path(finished), path)
+
+
+def draw_path(finished: FinishedPath) -> Figure:
+    """The path as a figure with one Axes in kilometres of the grid's frame."""
+    grid, answer = finished.grid, finished.answer
+    classes, numbers, title = _classes(finished)
+    figure, axes = ground_figure(
+        grid,
+        class_pixels(grid, numbers, classes),
+        (
+            *finished.anchors,
+            *(track.at(finished.parameters.departure_s) for track in path_tracks(grid, finished.parameters)),
+        ),
+        f"Path, {answer['status'].replace('_', ' ')}: {dem_name(grid)}",
+        _subtitle(finished),
+    )
+    handles = _draw_areas(axes, finished)
+    handles += _draw_way(axes, finished) if finished.found else _draw_cut(axes, finished)
+    handles += _draw_ends(axes, finished)
+    class_legend(axes, grid, numbers, classes, title, handles)
+    return figure
+
+
+def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
+    """Classes of the dilution, then ground that may not be driven; without anchors only that."""
+    asked, grid = finished.parameters, finished.grid
+    barred_bits = np.bitwise_or.reduce([bit_of(reason) for reason in OF_GROUND])
+    square = (finished.reasons & barred_bits) != 0
+    # a post is barred where every square that touches it is
+    barred = np.ones(grid.shape, np.bool_)
+    for rows in (slice(0, -1), slice(1, None)):
+        for cols in (slice(0, -1), slice(1, None)):
+            barred[rows, cols] &= square
+    if not (finished.answer["ranged_to"] or asked.morphing_map):
+        classes = [MapClass("may be driven", GROUND_COLOUR), MapClass("too steep", BARRED_COLOUR)]
+        numbers = barred.astype(np.uint8)
+        title = "Ground"
+    else:
+        limit = asked.limits.max_dop or USUAL_LIMIT
+        edges = [limit * bound for bound in BOUNDS]
+        labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
+        labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
+        classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
+        classes += [MapClass("no fix", NONE_COLOUR), MapClass("too steep", BARRED_COLOUR)]
+        numbers = np.digitize(finished.dop, np.array(edges[1:], np.float32)).astype(np.uint8)
+        numbers[np.isinf(finished.dop)] = len(classes) - 2
+        numbers[np.isnan(finished.dop)] = UNDECIDED
+        numbers[barred] = len(classes) - 1
+        title = asked.limits.measure.upper()
+    numbers[np.isnan(grid.heights_m)] = UNDECIDED
+    return classes, numbers, title
+
+
+def _subtitle(finished: FinishedPath) -> str:
+    answer = finished.answer
+    totals = answer["totals"]
+    if totals is None:
+        return str(answer["sentence"])[:150]
+    words = [
+        f"{totals['length_m'] / 1000.0:.2f} km",
+        f"{totals['climb_m']:.0f} m up",
+        time_words(totals["time_s"]),
+    ]
+    if finished.answer["ranged_to"]:
+        words.append(f"longest out of sight {time_words(totals['longest_out_of_sight_s'])}")
+        worst = totals["worst_dop"]
+        words.append(
+            "no fix somewhere" if worst is None else f"worst {finished.parameters.limits.measure.upper()} {worst:.2f}"
+        )
+    if answer["ratio"] is not None:
+        words.append(f"cost {answer['ratio']:.3f} × reference")
+    return ", ".join(words)
+
+
+def _draw_way(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
+    """The way, dark where fewer anchors are in sight than count as in sight."""
+    places = np.column_stack([finished.column("east_m"), finished.column("north_m")]) / 1000.0
+    handles: list[tuple[str, Artist]] = [("way", Line2D([], [], color=WAY_COLOUR, lw=2.6))]
+    needed = finished.answer["needed_in_sight"]
+    dark = finished.column("anchor_count") < needed if finished.answer["ranged_to"] else np.zeros(len(places), np.bool_)
+    pieces = np.stack([places[:-1], places[1:]], axis=1)
+    out = dark[:-1] | dark[1:]
+    halo = [Stroke(linewidth=4.4, foreground="white"), Normal()]
+    axes.plot(*places.T, color=WAY_COLOUR, lw=2.6, zorder=8, path_effects=halo, solid_capstyle="round")
+    if out.any():
+        axes.add_collection(LineCollection(list(pieces[out]), colors=DARK_COLOUR, linewidths=2.6, zorder=8.5))
+        handles.append((f"< {needed} in sight", Line2D([], [], color=DARK_COLOUR, lw=2.6)))
+    return handles
+
+
+def _draw_cut(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
+    cut = finished.answer["unreachable"]
+    if cut is None:
+        return []
+    style: dict[str, Any] = {"marker": "X", "ms": 13, "mfc": "#ff3030", "mec": "white", "mew": 1.5, "ls": "none"}
+    axes.plot(cut["where"]["east_m"] / 1000.0, cut["where"]["north_m"] / 1000.0, zorder=12, **style)
+    what = "cut" if finished.answer["status"] == "unreachable" else "stopped"
+    return [(f"{what}: {cut['reason']}"[:26], Line2D([], [], **style))]
+
+
+def _draw_ends(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
+    answer = finished.answer
+    handles: list[tuple[str, Artist]] = []
+    for label, places, marker, colour in (
+        ("start", [answer["start"]], "o", "white"),
+        ("way-point", answer["way_points"], "D", "white"),
+        ("goal", [goal for goal in answer["goals"] if "area_m2" not in goal], "*", WAY_COLOUR),
+    ):
+        style: dict[str, Any] = {
+            "marker": marker,
+            "ms": 15 if marker == "*" else 8,
+            "mfc": colour,
+            "mec": INK,
+            "mew": 1.4,
+            "ls": "none",
+        }
+        for place in places:
+            axes.plot(place["east_m"] / 1000.0, place["north_m"] / 1000.0, zorder=11, **style)
+        if places:
+            handles.append((label, Line2D([], [], **style)))
+    return handles
+
+
+def _draw_areas(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
+    asked = finished.parameters
+    handles: list[tuple[str, Artist]] = []
+    goals = [goal for goal in asked.goals if isinstance(goal, PolygonIn)]
+    for label, polygons, colour, hatch in (
+        ("no-go area", asked.no_go, NO_GO_COLOUR, "////"),
+        ("keep-in area", asked.keep_in, KEEP_IN_COLOUR, None),
+        ("goal area", goals, WAY_COLOUR, None),
+    ):
+        style: dict[str, Any] = {"fc": "none", "ec": colour, "lw": 1.5, "hatch": hatch}
+        for polygon in polygons:
+            axes.add_patch(PathPatch(_outline(finished, polygon), zorder=6, **style))
+        if polygons:
+            handles.append((label, Patch(**style)))
+    return handles
+
+
+def _outline(finished: FinishedPath, polygon: PolygonIn) -> matplotlib.path.Path:
+    rings: Sequence[npt.NDArray[np.float64]] = [
+        places_in_grid(finished.grid, ring) / 1000.0 for ring in (polygon.ring, *polygon.holes)
+    ]
+    return matplotlib.path.Path.make_compound_path(
+        *(matplotlib.path.Path(ring, closed=False) for ring in map(_closed, rings))
+    )
+
+
+def _closed(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.concatenate([ring, ring[:1]])

@@ -1,0 +1,129 @@
+"""A placement as the service is asked for it, brought into the grid's frame for the libraries."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from planning.placement import (
+    Candidates,
+    Goal,
+    Link,
+    PlacementRules,
+    SearchOptions,
+    SightOptions,
+    Targets,
+    area_targets,
+    candidate_grid,
+    candidate_points,
+    corridor_targets,
+    join_candidates,
+    path_targets,
+)
+from service.parts.map_facts import curvature_of
+from service.parts.positions import resolve_anchor, resolve_point
+from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, stand_off_in_grid, weights_in_grid
+from service.parts.sight import SightParameters
+from service.products.placements.request import CandidatesIn, GoalIn, PlacementParameters, RulesIn, TargetsIn
+from terrain import ElevationGrid
+from visibility import Anchor
+
+__all__ = ["PlacementQuestion", "candidates_of", "goal_of", "placement_question", "rules_of", "sight_of", "targets_of"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacementQuestion:
+    """The arguments of ``place_anchors``."""
+
+    candidates: Candidates
+    targets: Targets
+    goal: Goal
+    rules: PlacementRules
+    fixed: tuple[Anchor, ...]
+    sight: SightOptions
+    options: SearchOptions
+
+
+def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> PlacementQuestion:
+    """The question in the grid's frame. Raises PlacementError, RequestError, FrameError, AnchorError."""
+    return PlacementQuestion(
+        join_candidates([candidates_of(grid, some, number) for number, some in enumerate(asked.candidates)]),
+        targets_of(grid, asked.targets),
+        goal_of(asked.goal),
+        rules_of(grid, asked.rules),
+        tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors),
+        sight_of(asked),
+        SearchOptions(seed=asked.seed),
+    )
+
+
+def candidates_of(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candidates:
+    """One set of candidates."""
+    heights: dict[str, Any] = {
+        "above_ground_m": asked.above_ground_m,
+        "altitude_m": asked.altitude_m,
+        "what": asked.what,
+    }
+    if asked.places is not None:
+        return candidate_points(grid, places_in_grid(grid, asked.places), **heights)
+    assert asked.spacing_m is not None, "the schema has seen to it"
+    area = None if asked.area is None else polygon_in_grid(grid, asked.area, f"candidates[{number}].area")
+    return candidate_grid(grid, asked.spacing_m, area=area, **heights)
+
+
+def targets_of(grid: ElevationGrid, asked: TargetsIn) -> Targets:
+    """Where anchors have to be seen."""
+    height_m = asked.receiver_above_ground_m
+    if asked.path is None:
+        area = None if asked.area is None else polygon_in_grid(grid, asked.area, "targets.area")
+        return area_targets(grid, height_m, area=area, weight=weights_in_grid(grid, asked.weights, "targets.weights"))
+    path_m = places_in_grid(grid, asked.path)
+    if asked.corridor_width_m is not None:
+        weight = weights_in_grid(grid, asked.weights, "targets.weights")
+        return corridor_targets(grid, path_m, asked.corridor_width_m, height_m, weight=weight)
+    return path_targets(grid, path_m, height_m)
+
+
+def goal_of(asked: GoalIn) -> Goal:
+    """What is good."""
+    return Goal(
+        objective=asked.objective,
+        visible=asked.visible,
+        dop_limit=asked.dop_limit,
+        dilution=asked.measure,
+        kind=asked.kind,
+        on_surface=asked.on_surface,
+        spare=asked.spare,
+        ranging_sigma_m=asked.ranging_sigma_m,
+        worst_counted_m=asked.worst_counted_m,
+    )
+
+
+def rules_of(grid: ElevationGrid, asked: RulesIn) -> PlacementRules:
+    """Where anchors may be."""
+    link = None
+    if asked.link is not None:
+        bases_m = tuple(
+            resolve_point(grid, base, f"rules.link.bases[{number}]") for number, base in enumerate(asked.link.bases)
+        )
+        link = Link(bases_m, _unlimited(asked.link.max_range_m), asked.link.relays)
+    return PlacementRules(
+        no_fly=tuple(polygon_in_grid(grid, p, f"rules.no_fly[{n}]") for n, p in enumerate(asked.no_fly)),
+        stand_off=tuple(stand_off_in_grid(grid, one) for one in asked.stand_off),
+        min_above_ground_m=asked.min_above_ground_m,
+        max_above_ground_m=_unlimited(asked.max_above_ground_m),
+        max_altitude_m=_unlimited(asked.max_altitude_m),
+        max_range_m=_unlimited(asked.max_range_m),
+        min_separation_m=asked.min_separation_m,
+        link=link,
+    )
+
+
+def sight_of(asked: SightParameters) -> SightOptions:
+    """How sight is worked out."""
+    return SightOptions(asked.mode, curvature_of(asked), unknown="open" if asked.unknown == "open" else "unknown")
+
+
+def _unlimited(value: float | None) -> float:
+    return math.inf if value is None else value

@@ -1,0 +1,154 @@
+"""What a placement of anchors is asked for: candidates, where they shall be seen, rules and what is good."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
+from service.parts.shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
+from service.parts.sight import SightParameters
+
+__all__ = ["CandidatesIn", "GoalIn", "LinkIn", "PlacementParameters", "RulesIn", "TargetsIn"]
+
+Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=1.0)]
+Heights = Annotated[list[NotNegativeMetres], Field(max_length=32)]
+Altitudes = Annotated[list[Metres], Field(max_length=32)]
+
+
+class CandidatesIn(StrictModel):
+    """Places for anchors: a lattice or given places, each at every height."""
+
+    what: Literal["drone", "mast", "site"] = Field("drone", description="What would stand there.")
+    spacing_m: Positive | None = Field(None, description="Of a square lattice of places, metres; or give places.")
+    area: PolygonIn | None = Field(None, description="Where the lattice lies; left out = the whole DEM.")
+    places: Annotated[list[PlaceIn], Field(min_length=1, max_length=20_000)] | None = Field(
+        None, description="Given places, in place of a lattice."
+    )
+    above_ground_m: Heights = Field([], description="Heights above the ground of each place, metres.")
+    altitude_m: Altitudes = Field([], description="Heights in the DEM's vertical datum, metres.")
+
+    @model_validator(mode="after")
+    def _places_and_heights(self) -> Self:
+        if (self.spacing_m is None) == (self.places is None):
+            raise ValueError("Candidates need exactly one of spacing_m and places.")
+        if self.places is not None and self.area is not None:
+            raise ValueError("An area goes with spacing_m, not with places.")
+        if not self.above_ground_m and not self.altitude_m:
+            raise ValueError("Candidates need at least one height, in above_ground_m or altitude_m.")
+        return self
+
+
+class TargetsIn(StrictModel):
+    """Where the rover has to see anchors: an area, a corridor or a path; the whole DEM by default."""
+
+    area: PolygonIn | None = Field(None, description="Only here; left out = the whole DEM.")
+    path: Annotated[list[PlaceIn], Field(min_length=2, max_length=10_000)] | None = Field(
+        None, description="Along this planned path instead; each metre of it counts the same."
+    )
+    corridor_width_m: Positive | None = Field(
+        None, description="Take the ground within half this width of the path, metres, instead of the path itself."
+    )
+    weights: Annotated[list[WeightIn], Field(max_length=1000)] = Field(
+        [],
+        description="Ground that counts more or less than the rest, which counts 1; where two overlap the later holds.",
+    )
+    receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of the rover's antenna, metres.")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if self.area is not None and self.path is not None:
+            raise ValueError("Targets are an area or a path, not both.")
+        if self.corridor_width_m is not None and self.path is None:
+            raise ValueError("corridor_width_m needs a path.")
+        if self.weights and self.path is not None and self.corridor_width_m is None:
+            raise ValueError("weights go with an area or a corridor; of a path every metre counts the same.")
+        return self
+
+
+class GoalIn(StrictModel):
+    """What is good, and how much of it."""
+
+    objective: Literal["coverage", "dop", "mean_error", "worst_error"] = Field(
+        "coverage",
+        description="coverage: share with enough anchors in sight; dop: share with a good enough dilution as well; "
+        "mean_error, worst_error: position error in metres.",
+    )
+    visible: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
+        4, description="So many anchors have to be in sight (coverage, dop)."
+    )
+    dop_limit: Positive = Field(5.0, description="Largest dilution of precision that is good enough, no unit.")
+    measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution of precision.")
+    kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
+        "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
+    )
+    on_surface: bool = Field(
+        False, strict=True, description="The rover is on the ground, so only its motion along the surface is unknown."
+    )
+    spare: Annotated[int, Field(strict=True, ge=0, le=1)] = Field(
+        0, description="How many anchors may be lost, any of them: 0 or 1 anchors."
+    )
+    ranging_sigma_m: Positive = Field(0.1, description="One-sigma error of ranges to the placed anchors, metres.")
+    worst_counted_m: Positive = Field(10.0, description="An error counts at most so much, metres; no fix counts it.")
+
+
+class LinkIn(StrictModel):
+    """Every anchor's radio link to a base."""
+
+    bases: Annotated[list[PointIn], Field(min_length=1, max_length=64)] = Field(
+        description="Base stations or parent drones."
+    )
+    max_range_m: Positive | None = Field(None, description="Longest link, metres; left out = unlimited.")
+    relays: Annotated[int, Field(strict=True, ge=0, le=8)] = Field(
+        0, description="So many other anchors may relay a link: a number, 0 = every anchor sees a base itself."
+    )
+
+
+class RulesIn(StrictModel):
+    """Where anchors may be."""
+
+    no_fly: Annotated[list[PolygonIn], Field(max_length=1000)] = Field([], description="No anchor over these.")
+    stand_off: Annotated[list[StandOffIn], Field(max_length=1000)] = Field([], description="Distances to keep.")
+    min_above_ground_m: NotNegativeMetres = Field(0.0, description="Lowest height above ground, metres.")
+    max_above_ground_m: Positive | None = Field(None, description="Ceiling above ground, metres.")
+    max_altitude_m: Metres | None = Field(None, description="Ceiling in the DEM's vertical datum, metres.")
+    max_range_m: Positive | None = Field(None, description="Longest range that is measured, metres.")
+    min_separation_m: NotNegativeMetres = Field(0.0, description="Least distance between two anchors, metres.")
+    link: LinkIn | None = Field(None, description="The link every anchor needs.")
+
+
+class PlacementParameters(SightParameters):
+    """Candidates, where they shall be seen, rules and what is good; ``anchors`` are those already there."""
+
+    candidates: Annotated[list[CandidatesIn], Field(min_length=1, max_length=16)] = Field(
+        description="Places where an anchor could be put."
+    )
+    targets: TargetsIn = Field(default_factory=lambda: TargetsIn.model_validate({}))
+    goal: GoalIn = Field(default_factory=lambda: GoalIn.model_validate({}))
+    rules: RulesIn = Field(default_factory=lambda: RulesIn.model_validate({}))
+    count: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
+        None, description="How many anchors to place; or give reach."
+    )
+    reach: Share | None = Field(
+        None, description="Place the fewest anchors that reach this share, 0..1 (coverage, dop); or give count."
+    )
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = Field(
+        0, description="A number; the same seed gives the same answer."
+    )
+    time_limit_s: Positive | None = Field(
+        None, description="After so many seconds the best placement so far is the answer; left out = no limit."
+    )
+    run_on: Literal["here", "cluster", "cluster_or_here"] = Field(
+        "here",
+        description="Where sight is worked out: here, in one process; on the Dask cluster that is set up; or there, "
+        "and here with a warning where it cannot be reached. The answer is the same.",
+    )
+
+    @model_validator(mode="after")
+    def _one_number(self) -> Self:
+        if (self.count is None) == (self.reach is None):
+            raise ValueError("Give exactly one of count and reach.")
+        if self.reach is not None and self.goal.objective not in ("coverage", "dop"):
+            raise ValueError("reach is a share; it goes with the objectives coverage and dop.")
+        return self

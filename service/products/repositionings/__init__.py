@@ -1,0 +1,1 @@
+"""Which drone moves where while a mission runs."""

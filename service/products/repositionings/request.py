@@ -1,0 +1,81 @@
+"""What a repositioning is asked for: anchors, which of them are occluded, the way ahead, and what drones can fly."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from service.parts.anchors import AnchorId
+from service.parts.points import NotNegativeMetres, Positive, StrictModel
+from service.parts.shapes import PlaceIn
+from service.parts.sight import SightParameters
+from service.products.placements.request import GoalIn, RulesIn, Share
+
+__all__ = ["DroneFlightIn", "RepositioningParameters", "RoverPoseIn"]
+
+Ids = Annotated[list[AnchorId], Field(max_length=64)]
+
+
+class DroneFlightIn(StrictModel):
+    """How drones fly: straight up, level and clear of the ground, straight down."""
+
+    speed_m_per_s: Positive = Field(12.0, description="Level speed, metres per second.")
+    climb_m_per_s: Positive = Field(3.0, description="Climbing speed, metres per second.")
+    descent_m_per_s: Positive = Field(2.0, description="Descending speed, metres per second.")
+    clearance_m: NotNegativeMetres = Field(20.0, description="Kept above the ground on the way, metres.")
+    max_flight_m: Positive | None = Field(None, description="Longest flight path of one move, metres; none = any.")
+
+
+class RoverPoseIn(StrictModel):
+    """Where the rover is and where it is heading, in place of a path."""
+
+    place: PlaceIn = Field(description="Where it is.")
+    heading_deg: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)] = Field(
+        description="Its heading, degrees clockwise from grid north."
+    )
+    ahead_m: Positive = Field(500.0, description="So far ahead along the heading it drives next, metres.")
+
+
+class RepositioningParameters(SightParameters):
+    """Anchors that stand, those that are occluded, the way ahead, and what shall hold along it."""
+
+    occluded: Ids = Field(
+        [],
+        description="Ids of anchors that are hidden for good, whatever the map says: they count once they are moved.",
+    )
+    movable: Ids | None = Field(None, description="Ids of the anchors that may move; left out = all.")
+    path: Annotated[list[PlaceIn], Field(min_length=2, max_length=10_000)] | None = Field(
+        None, description="The path ahead; or give rover."
+    )
+    rover: RoverPoseIn | None = Field(None, description="Place and heading in place of a path.")
+    receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of the rover's antenna, metres.")
+    goal: GoalIn = Field(
+        default_factory=lambda: GoalIn.model_validate({}), description="What shall hold: coverage or dop."
+    )
+    share: Share = Field(1.0, description="Of the path along which it shall hold, 0..1.")
+    heights_above_ground_m: Annotated[list[NotNegativeMetres], Field(min_length=1, max_length=8)] = Field(
+        [60.0, 120.0], description="Heights above ground to move to, metres, beside each drone's own altitude."
+    )
+    cheapest: Literal["distance", "time"] = Field("distance", description="Of which the cheapest move is taken.")
+    flight: DroneFlightIn = Field(
+        default_factory=lambda: DroneFlightIn.model_validate({}), description="How drones fly."
+    )
+    rules: RulesIn = Field(
+        default_factory=lambda: RulesIn.model_validate({}), description="Where drones may be; no flight over no_fly."
+    )
+    stretch_m: Positive | None = Field(
+        None,
+        description="Plan moves stretch by stretch of this length, metres, along a long path; left out = one move.",
+    )
+    rover_m_per_s: Positive = Field(1.0, description="Speed of the rover, metres per second; for stretches.")
+
+    @model_validator(mode="after")
+    def _one_way_ahead(self) -> Self:
+        if (self.path is None) == (self.rover is None):
+            raise ValueError("Give exactly one of path and rover.")
+        if not self.anchors:
+            raise ValueError("Give the anchors that stand now; there is nothing to move.")
+        if self.goal.objective not in ("coverage", "dop"):
+            raise ValueError("A repositioning restores a share: its objective is coverage or dop.")
+        return self

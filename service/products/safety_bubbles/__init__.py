@@ -1,0 +1,1 @@
+"""Safety bubbles along a path or for a history of poses."""

@@ -1,0 +1,1 @@
+"""Visibility maps: which anchors are seen from where."""

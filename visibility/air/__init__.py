@@ -1,0 +1,1 @@
+"""Control volumes, cuts through them, morphing maps and their times."""

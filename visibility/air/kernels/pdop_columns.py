@@ -1,0 +1,145 @@
+"""Columns of air whose position dilution from ranges is limited: solved by roots of quadratic bounds (pdop_bounds).
+
+A stretch is divided where a bound passes the limit. What neither bound decides is asked again, as narrow as it has
+become, with the anchors and weights of that narrower stretch; where it has hardly become narrower, it is cut.
+"""
+
+import math
+
+from compiled.options import scalar_kernel
+from visibility.air.kernels.column_findings import (
+    FLYABLE,
+    NOT_FLYABLE,
+    NOTHING_FOUND,
+    UNDECIDED,
+    UNKNOWN,
+    conclude,
+    note,
+)
+from visibility.air.kernels.columns import MAYBE, SURE, next_split
+from visibility.air.kernels.pdop_bounds import margin_at_best, margin_at_worst
+
+__all__ = ["solve_pdop"]
+
+
+LEAST_GAIN = 0.5  # a stretch that is left wider than this share of itself is cut
+
+
+@scalar_kernel
+def _add_roots(margin, half, marks, count):
+    """Add to marks[1:count], ascending, the roots of a margin between -half and half; returns the new count."""
+    a, b, c = margin
+    square = b * b - 4.0 * a * c
+    if not square > 0.0:
+        return count
+    root = -0.5 * (b + math.copysign(math.sqrt(square), b))
+    for t in (root / a, c / root):
+        if -half < t < half:
+            at = count
+            while at > 1 and marks[at - 1] > t:
+                marks[at] = marks[at - 1]
+                at -= 1
+            marks[at] = t
+            count += 1
+    return count
+
+
+@scalar_kernel
+def _at(margin, t):
+    return (margin[0] * t + margin[1]) * t + margin[2]
+
+
+@scalar_kernel
+def _code(margins, t):
+    """FLYABLE, NOT_FLYABLE, UNKNOWN or UNDECIDED at t from the middle of a stretch."""
+    sure_worst, sure_best, maybe_worst, maybe_best = margins
+    if _at(sure_worst, t) > 0.0:
+        return FLYABLE
+    if _at(maybe_best, t) <= 0.0:
+        return NOT_FLYABLE
+    if _at(maybe_worst, t) > 0.0 and _at(sure_best, t) <= 0.0:
+        return UNKNOWN
+    return UNDECIDED
+
+
+@scalar_kernel
+def _divide(table, low, high, asked, marks, stack, size):
+    """Put the pieces of the stretch from low to high on the stack, the highest on top; returns the stack's size.
+
+    asked: (limit², anchors needed, whether all is known).
+    """
+    square, needed, known = asked
+    sure_worst = margin_at_worst(table, low, high, SURE, square, needed)
+    sure_best = margin_at_best(table, low, high, SURE, square, needed)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    marks[0] = -half
+    count = _add_roots(sure_best, half, marks, _add_roots(sure_worst, half, marks, 1))
+    maybe_worst, maybe_best = sure_worst, sure_best
+    if not known:
+        maybe_worst = margin_at_worst(table, low, high, MAYBE, square, needed)
+        maybe_best = margin_at_best(table, low, high, MAYBE, square, needed)
+        count = _add_roots(maybe_best, half, marks, _add_roots(maybe_worst, half, marks, count))
+    marks[count] = half
+    margins = (sure_worst, sure_best, maybe_worst, maybe_best)
+    first = size
+    for piece in range(count):
+        code = _code(margins, 0.5 * (marks[piece] + marks[piece + 1]))
+        upper = high if piece == count - 1 else middle + marks[piece + 1]
+        if size > first and stack[size - 1, 2] == code:
+            stack[size - 1, 1] = upper
+            continue
+        lower = low if piece == 0 else middle + marks[piece]
+        stack[size, 0], stack[size, 1], stack[size, 2] = lower, upper, code
+        size += 1
+    return size
+
+
+@scalar_kernel
+def _cut(table, stack, at, size):
+    """Cut piece number ``at`` of the stack in two; returns the stack's new size."""
+    for other in range(size, at + 1, -1):
+        stack[other] = stack[other - 1]
+    cut = next_split(table, stack[at, 0], stack[at, 1])
+    stack[at + 1, 0], stack[at + 1, 1], stack[at + 1, 2] = cut, stack[at, 1], UNDECIDED
+    stack[at, 1] = cut
+    return size + 1
+
+
+@scalar_kernel
+def _code_at(table, altitude, asked):
+    """FLYABLE, NOT_FLYABLE or UNKNOWN at one altitude."""
+    square, needed, known = asked
+    if margin_at_worst(table, altitude, altitude, SURE, square, needed)[2] > 0.0:
+        return FLYABLE
+    if not known and margin_at_worst(table, altitude, altitude, MAYBE, square, needed)[2] > 0.0:
+        return UNKNOWN
+    return NOT_FLYABLE
+
+
+@scalar_kernel
+def solve_pdop(table, scratch, air, wanted, known):
+    """(altitude, altitude above which all is flyable for certain, state, no-flight intervals) of one column.
+
+    air: (ground, ceiling); scratch: (marks (10,), stack (n, 3)); wanted: (limit, anchors needed, resolution in metres).
+    """
+    limit, needed, resolution = wanted
+    marks, stack = scratch
+    asked = (limit * limit, needed, known)
+    found = NOTHING_FOUND
+    stack[0, 0], stack[0, 1], stack[0, 2] = air[0], air[1], UNDECIDED
+    size = 1
+    while size > 0:
+        size -= 1
+        low, high, code = stack[size, 0], stack[size, 1], int(stack[size, 2])
+        if code == UNDECIDED and (high - low <= resolution or size + 12 > stack.shape[0]):
+            code = _code_at(table, 0.5 * (low + high), asked)
+        if code != UNDECIDED:
+            found = note(found, high, code)
+            continue
+        before = size
+        size = _divide(table, low, high, asked, marks, stack, size)
+        for piece in range(size - 1, before - 1, -1):
+            wide = stack[piece, 1] - stack[piece, 0] > LEAST_GAIN * (high - low)
+            if wide and stack[piece, 2] == UNDECIDED:
+                size = _cut(table, stack, piece, size)
+    return conclude(found, air[0], air[1])

@@ -1,0 +1,72 @@
+"""The control volume's kernel: who is in sight in each voxel, and the dilution of precision there."""
+
+import math
+
+import numpy as np
+from numba import prange
+
+from compiled.options import parallel_kernel, scalar_kernel
+from visibility.air.kernels.columns import COLUMN_ROWS, MAYBE, SURE, count_of, fill_column, same_set, set_between
+from visibility.dilution.kernels.dilution import dilutions
+
+__all__ = ["volume_layers"]
+
+
+@scalar_kernel
+def _all_distant(words, distant):
+    """Whether every anchor of a set is distant, so that its dilution is the same everywhere."""
+    for a in range(distant.shape[0]):
+        if (words[a >> 6] >> np.uint64(a & 63)) & np.uint64(1) != 0 and not distant[a]:
+            return False
+    return True
+
+
+@parallel_kernel
+def volume_layers(surfaces, place, layers, reach, question, out):
+    """Fill out (seen, unknown, dilution): (layers, rows, cols, words) uint64 twice and (layers, rows, cols) float32.
+
+    Bits of ``unknown`` are anchors that are neither in sight nor hidden for certain; the dilution is NaN where there
+    are any. surfaces, place, reach: as for morphing_columns; layers: (altitudes, whether they count from the ground);
+    question: (sources, kind, measure); an empty dilution asks for the sets alone.
+    """
+    seen, unknown, dilution = out
+    sources, kind, measure = question
+    altitudes_m, above_ground = layers
+    anchors, words = surfaces[0].shape[0], seen.shape[3]
+    for row in prange(seen.shape[1]):
+        table = np.empty((COLUMN_ROWS, anchors))
+        sure, maybe, last = np.empty(words, np.uint64), np.empty(words, np.uint64), np.empty(words, np.uint64)
+        north = place[1] - (place[4] + row) * place[3]
+        for col in range(seen.shape[2]):
+            point = (place[0] + (place[5] + col) * place[2], north)
+            known = fill_column(table, surfaces, place[4] + row, place[5] + col, point, reach)
+            ground = surfaces[2][place[4] + row, place[5] + col] if above_ground else np.float32(0.0)
+            value = math.nan
+            reusable = False
+            for layer in range(altitudes_m.shape[0]):
+                # in float32, as receivers of the minimum visible altitude are
+                altitude = float(ground + np.float32(altitudes_m[layer]))
+                set_between(table, altitude, altitude, SURE, True, sure)
+                if math.isnan(altitude):
+                    maybe[:] = np.uint64(0)
+                    for a in range(anchors):
+                        maybe[a >> 6] |= np.uint64(1) << np.uint64(a & 63)
+                elif known:
+                    maybe[:] = sure
+                else:
+                    set_between(table, altitude, altitude, MAYBE, True, maybe)
+                for word in range(words):
+                    seen[layer, row, col, word] = sure[word]
+                    unknown[layer, row, col, word] = maybe[word] & ~sure[word]
+                if dilution.shape[0] == 0:
+                    continue
+                if not same_set(sure, maybe) or math.isnan(altitude):
+                    dilution[layer, row, col] = np.nan
+                    continue
+                if not (reusable and same_set(sure, last)):
+                    value = math.inf
+                    if count_of(sure) > 0:
+                        value, _ = dilutions((point[0], point[1], altitude), sources, sure, kind, measure)
+                    last[:] = sure
+                    reusable = _all_distant(sure, sources[1])
+                dilution[layer, row, col] = value

@@ -1,0 +1,1 @@
+"""Dilution of precision and position errors, at points and as maps."""

@@ -1,0 +1,126 @@
+"""What a question about dilution of precision is made of: kinds, reasons, and inputs checked for the kernels."""
+
+from __future__ import annotations
+
+import enum
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from visibility.dilution.kernels import dop as kernel
+from visibility.errors import VisibilityInputError
+
+__all__ = ["Dilution", "DopKind", "DopReason", "kind_code", "least_anchors", "pack_sets", "set_words", "unit_normals"]
+
+DopKind = Literal["ranging", "pseudorange", "tdoa"]
+Dilution = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
+
+KIND_CODES = {"ranging": kernel.RANGING, "pseudorange": kernel.PSEUDORANGE, "tdoa": kernel.TDOA}
+
+Sources = tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.float64]]
+
+
+class DopReason(enum.IntEnum):
+    """Why a dilution of precision is what it is; everything but OK is not a finite number.
+
+    TOO_FEW: fewer visible anchors than unknowns, +inf. SINGULAR: they fix no position, all on one line or cone for
+    example, +inf. UNKNOWN: it is not known which anchors are visible, NaN.
+    """
+
+    OK = kernel.OK
+    TOO_FEW = kernel.TOO_FEW
+    SINGULAR = kernel.SINGULAR
+    UNKNOWN = kernel.UNKNOWN
+
+
+def kind_code(kind: str) -> int:
+    """The kernels' number of a kind; raises VisibilityInputError."""
+    if kind not in get_args(DopKind):
+        raise VisibilityInputError(f"kind must be one of {', '.join(get_args(DopKind))}, not {kind!r}.")
+    return KIND_CODES[kind]
+
+
+def least_anchors(kind: DopKind, *, on_surface: bool = False) -> int:
+    """How many anchors a fix needs at least: one per unknown, and one more where the clock is not known."""
+    return (2 if on_surface else 3) + (kind_code(kind) != kernel.RANGING)
+
+
+def set_words(anchors: int) -> int:
+    """How many 64-bit words a visible set of so many anchors takes."""
+    return max((anchors + 63) // 64, 1)
+
+
+def pack_sets(visible: npt.ArrayLike) -> npt.NDArray[np.uint64]:
+    """(n, words) uint64 bit masks of visible sets (n, k) bool: bit a of word a // 64 is anchor a."""
+    sets = np.asarray(visible, np.bool_)
+    if sets.ndim != 2:
+        raise VisibilityInputError(f"visible must be (points, anchors), not shape {sets.shape}.")
+    bits = np.zeros((sets.shape[0], set_words(sets.shape[1]) * 64), np.bool_)
+    bits[:, : sets.shape[1]] = sets
+    words: npt.NDArray[np.uint64] = np.packbits(bits, axis=1, bitorder="little").view("<u8").astype(np.uint64)
+    return words
+
+
+def numbers(name: str, values: npt.ArrayLike, what: str) -> npt.NDArray[np.float64]:
+    """C-contiguous float64 copy; raises VisibilityInputError naming what should have been numbers."""
+    try:
+        return np.array(values, np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise VisibilityInputError(f"{name} must hold numbers, {what} ({error}).") from error
+
+
+def positions(name: str, values_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(n, 3) float64 copy of finite positions; raises VisibilityInputError that names the offender."""
+    what = "east, north and altitude in metres"
+    array = numbers(name, values_m, what)
+    if array.size == 0:
+        return np.empty((0, 3))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise VisibilityInputError(f"{name} must be one row of {what} for each, not shape {array.shape}.")
+    broken = ~np.isfinite(array).all(axis=1)
+    if broken.any():
+        first = int(np.argmax(broken))
+        raise VisibilityInputError(f"{name}[{first}] must be three finite numbers, not {array[first].tolist()}.")
+    return array
+
+
+def sources_of(
+    anchor_positions_m: npt.ArrayLike,
+    distant: npt.ArrayLike | None,
+    variances_m2: npt.NDArray[np.float64] | None = None,
+) -> Sources:
+    """Anchors as the kernels take them, distant ones as unit directions; raises VisibilityInputError."""
+    anchors = positions("anchor_positions_m", anchor_positions_m)
+    far = np.zeros(len(anchors), np.bool_)
+    if distant is not None:
+        try:
+            far[:] = np.asarray(distant, np.bool_)
+        except ValueError as error:
+            raise VisibilityInputError(
+                f"distant must be one yes or no, or one for each of the {len(anchors)} anchors, "
+                f"not shape {np.shape(distant)}."
+            ) from error
+    length = np.sqrt((anchors[far] ** 2).sum(axis=1, keepdims=True))
+    if (length == 0.0).any():
+        first = int(np.flatnonzero(far)[np.argmax(length == 0.0)])
+        raise VisibilityInputError(f"anchor_positions_m[{first}] is distant, so it must be a direction of some length.")
+    anchors[far] /= length
+    return anchors, far, np.empty((0, 7)) if variances_m2 is None else variances_m2
+
+
+def unit_normals(surface_normal: npt.ArrayLike | None, points: int) -> npt.NDArray[np.float64]:
+    """Unit normals (points, 3), (1, 3) for all, or (0, 3) for none; NaN stays NaN. Raises VisibilityInputError."""
+    if surface_normal is None:
+        return np.empty((0, 3))
+    normals = np.atleast_2d(numbers("surface_normal", surface_normal, "its east, north and up components"))
+    if normals.ndim != 2 or normals.shape[1] != 3 or normals.shape[0] not in (1, points):
+        raise VisibilityInputError(
+            f"surface_normal must be one east, north, up vector, or one for each of the {points} points, "
+            f"not shape {np.shape(surface_normal)}."
+        )
+    length = np.sqrt((normals**2).sum(axis=1, keepdims=True))
+    if (length == 0.0).any() or np.isinf(length).any():
+        raise VisibilityInputError("surface_normal must be a vector of some finite length.")
+    unit: npt.NDArray[np.float64] = normals / length
+    return unit

@@ -1,1 +1,0 @@
-"""Compiled kernels: numbers and contiguous arrays in, arrays and codes out; their public twins validate once."""

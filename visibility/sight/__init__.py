@@ -1,0 +1,1 @@
+"""Anchors to minimum visible altitudes, lines of sight and profiles."""

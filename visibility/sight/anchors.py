@@ -1,0 +1,179 @@
+"""Ranging anchors: where they are and what their antennas can reach."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from terrain import ElevationGrid, height_at
+from visibility.errors import AnchorError
+from visibility.sight.distant import DistantAnchor
+
+__all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "Covariance", "anchor_above_ground", "check_anchors"]
+
+# An anchor this little under the surface is a rounding of one that stands on it.
+GROUND_TOLERANCE_M = 1e-3
+FURTHEST_USEFUL_M = 1_000_000.0
+
+Covariance = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class AntennaLimits:
+    """What an anchor's antenna can reach.
+
+    min_range_m, max_range_m: slant range, metres; inf = unlimited.
+    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None = all round.
+    min_elevation_rad, max_elevation_rad: above the anchor's horizontal.
+    Raises AnchorError.
+    """
+
+    min_range_m: float = 0.0
+    max_range_m: float = math.inf
+    azimuth_from_rad: float | None = None
+    azimuth_to_rad: float | None = None
+    min_elevation_rad: float = -math.pi / 2
+    max_elevation_rad: float = math.pi / 2
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.min_range_m < self.max_range_m:
+            raise AnchorError(f"Range limits must satisfy 0 <= {self.min_range_m} m < {self.max_range_m} m.")
+        if not -math.pi / 2 <= self.min_elevation_rad < self.max_elevation_rad <= math.pi / 2:
+            raise AnchorError(
+                "Elevation limits must satisfy -90 deg <= min < max <= 90 deg, not "
+                f"{math.degrees(self.min_elevation_rad):g} and {math.degrees(self.max_elevation_rad):g} deg."
+            )
+        if (self.azimuth_from_rad is None) != (self.azimuth_to_rad is None):
+            raise AnchorError("An azimuth sector needs both its start and its end.")
+        if not all(angle is None or math.isfinite(angle) for angle in (self.azimuth_from_rad, self.azimuth_to_rad)):
+            raise AnchorError("Azimuth limits must be finite angles.")
+
+
+ALL_ROUND = AntennaLimits()
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """A ranging anchor in the grid's frame.
+
+    east_m, north_m, altitude_m: metres, in the grid's CRS and vertical datum; may lie outside the grid.
+    ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of each coordinate of its own position, metres.
+    pose_covariance_m2: covariance of its position in place of pose_sigma_m, rows of east, north, up, m².
+    Raises AnchorError.
+    """
+
+    id: str
+    east_m: float
+    north_m: float
+    altitude_m: float
+    ranging_sigma_m: float = 0.1
+    pose_sigma_m: float = 0.0
+    limits: AntennaLimits = field(default=ALL_ROUND)
+    pose_covariance_m2: Covariance | None = None
+
+    def __post_init__(self) -> None:
+        if not self.id:
+            raise AnchorError("An anchor needs a non-empty id.")
+        for name in ("east_m", "north_m", "altitude_m"):
+            if not math.isfinite(getattr(self, name)):
+                raise AnchorError(f"Anchor {self.id}: {name} must be a finite number, not {getattr(self, name)}.")
+        for name in ("ranging_sigma_m", "pose_sigma_m"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise AnchorError(f"Anchor {self.id}: {name} must be >= 0 m, not {getattr(self, name)}.")
+        if self.pose_covariance_m2 is not None:
+            _check_covariance(self.id, self.pose_sigma_m, self.pose_covariance_m2)
+
+
+def _check_covariance(id: str, pose_sigma_m: float, covariance_m2: Covariance) -> None:
+    if pose_sigma_m > 0.0:
+        raise AnchorError(f"Anchor {id}: give pose_sigma_m or pose_covariance_m2, not both.")
+    matrix = np.array(covariance_m2, np.float64)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-9):
+        raise AnchorError(f"Anchor {id}: pose_covariance_m2 must be three rows of three numbers, and symmetric.")
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least < -1e-9 * np.abs(matrix).max():
+        raise AnchorError(
+            f"Anchor {id}: pose_covariance_m2 is no covariance: it has the negative variance {least:.3g} m² in some "
+            "direction."
+        )
+
+
+def anchor_above_ground(
+    grid: ElevationGrid,
+    id: str,
+    east_m: float,
+    north_m: float,
+    above_ground_m: float,
+    *,
+    ranging_sigma_m: float = 0.1,
+    pose_sigma_m: float = 0.0,
+    limits: AntennaLimits = ALL_ROUND,
+    pose_covariance_m2: Covariance | None = None,
+) -> Anchor:
+    """An anchor at a height above the grid's surface; raises AnchorError where that ground is unknown or not there."""
+    if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
+        raise AnchorError(f"Anchor {id}: above_ground_m must be a number of metres >= 0, not {above_ground_m}.")
+    if not grid.contains(east_m, north_m):
+        outside_m = _metres_outside(grid, id, east_m, north_m)
+        raise AnchorError(
+            f"Anchor {id} stands outside the DEM, {outside_m:.0f} m beyond its border, where no ground is known; "
+            "give its altitude_m instead of above_ground_m."
+        )
+    ground_m = float(height_at(grid, east_m, north_m))
+    if math.isnan(ground_m):
+        raise AnchorError(
+            f"Anchor {id} stands on unknown ground; give its altitude_m instead of above_ground_m, or move it."
+        )
+    altitude_m = ground_m + above_ground_m
+    return Anchor(id, east_m, north_m, altitude_m, ranging_sigma_m, pose_sigma_m, limits, pose_covariance_m2)
+
+
+def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]) -> tuple[str, ...]:
+    """Refuse anchors that make no question on this grid; return warnings about the others.
+
+    Raises AnchorError for none at all, duplicate ids, an anchor below known ground, or one further than 1000 km away.
+    """
+    if not anchors:
+        raise AnchorError("At least one anchor is needed.")
+    ids = [anchor.id for anchor in anchors]
+    if len(set(ids)) != len(ids):
+        twice = sorted(id for id, times in Counter(ids).items() if times > 1)
+        raise AnchorError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
+    near = [anchor for anchor in anchors if isinstance(anchor, Anchor)]
+    return tuple(warning for anchor in near for warning in _check_one(grid, anchor))
+
+
+def _metres_outside(grid: ElevationGrid, id: str, at_east_m: float, at_north_m: float) -> float:
+    """How far beyond the grid's border; raises AnchorError where that is no anchor's place but another CRS."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    outside_m = math.hypot(
+        max(west_m - at_east_m, at_east_m - east_m, 0.0), max(south_m - at_north_m, at_north_m - north_m, 0.0)
+    )
+    if outside_m > FURTHEST_USEFUL_M:
+        raise AnchorError(
+            f"Anchor {id} is {outside_m / 1000.0:.0f} km outside the DEM (limit {FURTHEST_USEFUL_M / 1000.0:.0f} km); "
+            "are its coordinates metres in the DEM's CRS, or degrees that were not said to be, or swapped?"
+        )
+    return outside_m
+
+
+def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:
+    outside_m = _metres_outside(grid, anchor.id, anchor.east_m, anchor.north_m)
+    if not grid.contains(anchor.east_m, anchor.north_m):
+        return [
+            f"Anchor {anchor.id} is {outside_m:.0f} m outside the DEM; ground between it and the DEM is not known "
+            "and taken as not blocking."
+        ]
+    ground_m = float(height_at(grid, anchor.east_m, anchor.north_m))
+    if math.isnan(ground_m):
+        return [f"Anchor {anchor.id} is over unknown ground, so its sight lines are unknown unless blocked."]
+    if anchor.altitude_m < ground_m - GROUND_TOLERANCE_M:
+        raise AnchorError(
+            f"Anchor {anchor.id} is {ground_m - anchor.altitude_m:.1f} m below the ground "
+            f"({ground_m:.1f} m there); raise it or give above_ground_m."
+        )
+    return []

@@ -1,0 +1,145 @@
+"""The straight line over the triangulation: which edges it crosses, and the ground where it does.
+
+A line is ``start`` + t·``step`` with t in 0..1, both as (row, col, altitude). Edges come in three families of parallel
+grid lines (rows, columns, diagonals); a line meets the lines of a family at equal steps of t, so crossing k needs no
+search.
+
+Curvature: lowering every post by c·d² and triangulating lowers the ground at distance d by c·(d² - bulge), where
+bulge = f(1-f)·edge² is what interpolating a parabola adds. Against the line, whose far end is lowered alike, the ground
+then stands c·(t(1-t)·D² - bulge) higher than on a flat body, and that reads the same from both ends.
+"""
+
+import math
+
+from compiled.options import scalar_kernel
+
+__all__ = ["GRAZING_TOLERANCE_M", "NEGLIGIBLE", "clip_to_grid", "crossing", "end_ground", "families", "is_inside"]
+
+# A share of an edge this small is a rounding of "not at all": a post so little involved need not be known.
+NEGLIGIBLE = 1e-9
+
+# A line that touches the ground is clear; rounding in metres of altitude must not turn the touch into a hit.
+GRAZING_TOLERANCE_M = 1e-5
+
+
+@scalar_kernel
+def is_inside(shape, row, col):
+    """Whether a fractional post position is on the grid; a single row or column of posts extends sideways."""
+    rows, cols = shape
+    in_rows = rows == 1 or -NEGLIGIBLE <= row <= rows - 1 + NEGLIGIBLE
+    return in_rows and (cols == 1 or -NEGLIGIBLE <= col <= cols - 1 + NEGLIGIBLE)
+
+
+@scalar_kernel
+def _clip_axis(last, start, step, near, far):
+    """The part of near..far in which start + t·step stays within 0..last; empty (near > far) where it never does."""
+    low, high = -NEGLIGIBLE - start, last + NEGLIGIBLE - start
+    if step == 0.0:
+        return (near, far) if low <= 0.0 <= high else (1.0, 0.0)
+    first, second = low / step, high / step
+    return max(near, min(first, second)), min(far, max(first, second))
+
+
+@scalar_kernel
+def clip_to_grid(shape, start, step):
+    """The part (near, far) of t in which a line is over the grid; near > far where it misses the grid."""
+    rows, cols = shape
+    near, far = 0.0, 1.0
+    if rows > 1:
+        near, far = _clip_axis(rows - 1.0, start[0], step[0], near, far)
+    if cols > 1:
+        near, far = _clip_axis(cols - 1.0, start[1], step[1], near, far)
+    return near, far
+
+
+@scalar_kernel
+def _whole_numbers(value, step, within, low, high):
+    """Whole numbers low..high that value + t·step takes for t within (near, far): (how many, first, direction)."""
+    near, far = within
+    # a line that drifts less than this runs along one line of the family; the other families hold its profile
+    if near > far or not abs(step) > NEGLIGIBLE:
+        return 0, 0, 1
+    at_near, at_far = value + near * step, value + far * step
+    if step > 0.0:
+        first, last = max(math.ceil(at_near), low), min(math.floor(at_far), high)
+        return max(last - first + 1, 0), first, 1
+    first, last = min(math.floor(at_near), high), max(math.ceil(at_far), low)
+    return max(first - last + 1, 0), first, -1
+
+
+@scalar_kernel
+def families(shape, cells_m, start, step, within):
+    """How a line crosses rows, columns and diagonals for t within (near, far): three (counts, places).
+
+    counts: (crossings, first grid line, direction, stride along a line, stride between lines, last edge of a line,
+        skew of a line's first edge, its last edge before skew, stride to an edge's far end).
+    places: (t of the first crossing, step of t, position along the grid line there, its step, edge length squared, m²).
+    """
+    rows, cols = shape
+    row, col = start[0], start[1]
+    d_row, d_col = step[0], step[1]
+    east2 = cells_m[0] * cells_m[0] if cols > 1 else 0.0
+    north2 = cells_m[1] * cells_m[1] if rows > 1 else 0.0
+    last_col, last_row = max(cols - 2, 0), max(rows - 2, 0)
+    square = rows > 1 and cols > 1
+
+    n, line, way = _whole_numbers(row, d_row, within, 0, rows - 1 if rows > 1 else -1)
+    t, dt = ((line - row) / d_row, way / d_row) if n > 0 else (0.0, 0.0)
+    to_far_end = 1 if cols > 1 else 0
+    by_row = (n, line, way, 1, cols, last_col, 0, last_col, to_far_end), (t, dt, col + t * d_col, dt * d_col, east2)
+
+    n, line, way = _whole_numbers(col, d_col, within, 0, cols - 1 if cols > 1 else -1)
+    t, dt = ((line - col) / d_col, way / d_col) if n > 0 else (0.0, 0.0)
+    to_far_end = cols if rows > 1 else 0
+    by_col = (n, line, way, cols, 1, last_row, 0, last_row, to_far_end), (t, dt, row + t * d_row, dt * d_row, north2)
+
+    # a diagonal is numbered by row - col; the two that are corner posts only are met by rows and columns
+    n, line, way = _whole_numbers(row - col, d_row - d_col, within, 2 - cols, rows - 2 if square else 1 - cols)
+    t, dt = ((line - (row - col)) / (d_row - d_col), way / (d_row - d_col)) if n > 0 else (0.0, 0.0)
+    counts = (n, line, way, cols + 1, -1, last_row, 1, last_col, cols + 1)
+    return by_row, by_col, (counts, (t, dt, row + t * d_row, dt * d_row, east2 + north2))
+
+
+@scalar_kernel
+def crossing(flat_m, counts, places, k):
+    """Crossing k of a family: (t, ground height, bulge in m²); the height is NaN on unknown ground.
+
+    flat_m: heights (rows·cols,). Positions are held on the line's edges, so rounding never reads beside the grid.
+    """
+    line = counts[1] + k * counts[2]
+    position = places[2] + k * places[3]
+    skew = counts[6] * line
+    edge = min(max(int(position), skew, 0), skew + counts[7], counts[5])
+    fraction = position - edge
+    index = edge * counts[3] + line * counts[4]
+    here, there = float(flat_m[index]), float(flat_m[index + counts[8]])
+    ground_m = here + fraction * (there - here)
+    if math.isnan(ground_m):
+        if fraction <= NEGLIGIBLE:
+            ground_m = here
+        elif fraction >= 1.0 - NEGLIGIBLE:
+            ground_m = there
+    return places[0] + k * places[1], ground_m, places[4] * fraction * (1.0 - fraction)
+
+
+@scalar_kernel
+def end_ground(heights_m, cells_m, row, col):
+    """(ground height, bulge in m²) under an end that is inside the grid; the height is NaN on unknown ground."""
+    rows, cols = heights_m.shape
+    top = min(max(int(row), 0), max(rows - 2, 0))
+    left = min(max(int(col), 0), max(cols - 2, 0))
+    bottom, right = min(top + 1, rows - 1), min(left + 1, cols - 1)
+    down = min(max(row - top, 0.0), 1.0) if rows > 1 else 0.0
+    across = min(max(col - left, 0.0), 1.0) if cols > 1 else 0.0
+    corner, far = float(heights_m[top, left]), float(heights_m[bottom, right])
+    side = float(heights_m[bottom, left]) if down > across else float(heights_m[top, right])
+    ground_m = 0.0
+    for weight, height_m in (
+        (1.0 - max(down, across), corner),
+        (abs(down - across), side),
+        (min(down, across), far),
+    ):
+        if weight > NEGLIGIBLE or not math.isnan(height_m):
+            ground_m += weight * height_m
+    north, east = cells_m[1], cells_m[0]
+    return ground_m, down * (1.0 - down) * north * north + across * (1.0 - across) * east * east

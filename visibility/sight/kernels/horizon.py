@@ -1,0 +1,98 @@
+"""The horizon seen from an eye, as an upper envelope of straight pieces in perspective coordinates.
+
+Along one sector, w is the distance from the eye along the sector axis and u across it, both in posts. A point of height
+h appears at t = u / w (bearing) and s = (h - eye altitude) / w (slope). Perspective keeps lines straight, so every edge
+of the triangulated surface appears as one straight piece s = p + q t between two bearings, and the horizon over any set
+of edges is the upper envelope of their pieces. A horizon of n pieces is three arrays: start (n + 1 bearings, the last
+one closes it), p and q (n); p = -inf where nothing has been met.
+"""
+
+from compiled.options import scalar_kernel
+
+__all__ = ["height_over", "merge"]
+
+SAME_BEARING = 1e-15  # a few roundings of a bearing, which is at most 1
+
+
+@scalar_kernel
+def _emit(start, p, q, n, bearing, new_p, new_q):
+    """Append a piece that starts at a bearing; pieces that carry on are not repeated, empty ones are dropped."""
+    while n > 0 and start[n - 1] >= bearing:
+        n -= 1
+    if n > 0 and p[n - 1] == new_p and q[n - 1] == new_q:
+        return n
+    start[n] = bearing
+    p[n] = new_p
+    q[n] = new_q
+    return n + 1
+
+
+@scalar_kernel
+def merge(horizon, n, pieces, count, out):
+    """Upper envelope of a horizon and of pieces sorted by bearing that do not overlap; returns its size.
+
+    horizon, out: (start, p, q) arrays, out with room for 2 n + 4 count + 8.
+    pieces: (from, to, p, q) arrays of which the first count rows are used.
+    """
+    start, hp, hq = horizon
+    piece_from, piece_to, piece_p, piece_q = pieces
+    out_start, out_p, out_q = out
+    end = start[n]
+    size = 0
+    k = 0
+    x = start[0]
+    for i in range(count):
+        low, high = piece_from[i], min(piece_to[i], end)
+        p, q = piece_p[i], piece_q[i]
+        while k < n - 1 and start[k + 1] <= low:
+            size = _emit(out_start, out_p, out_q, size, max(x, start[k]), hp[k], hq[k])
+            k += 1
+        if x < low:
+            size = _emit(out_start, out_p, out_q, size, max(x, start[k]), hp[k], hq[k])
+            x = low
+        while x < high:
+            edge = min(start[k + 1], high)
+            over = (p + q * x) - (hp[k] + hq[k] * x)
+            over_end = (p + q * edge) - (hp[k] + hq[k] * edge)
+            if over <= 0.0 and over_end <= 0.0:
+                size = _emit(out_start, out_p, out_q, size, x, hp[k], hq[k])
+            elif over >= 0.0 and over_end >= 0.0:
+                size = _emit(out_start, out_p, out_q, size, x, p, q)
+            else:
+                crossing = min(max(x + (edge - x) * (over / (over - over_end)), x), edge)
+                if over > 0.0:
+                    size = _emit(out_start, out_p, out_q, size, x, p, q)
+                    size = _emit(out_start, out_p, out_q, size, crossing, hp[k], hq[k])
+                else:
+                    size = _emit(out_start, out_p, out_q, size, x, hp[k], hq[k])
+                    size = _emit(out_start, out_p, out_q, size, crossing, p, q)
+            x = edge
+            if k < n - 1 and start[k + 1] <= x:
+                k += 1
+            elif edge >= end:
+                break
+    while k < n:
+        at = max(x, start[k])
+        if at < end:
+            size = _emit(out_start, out_p, out_q, size, at, hp[k], hq[k])
+        k += 1
+    out_start[size] = end
+    return size
+
+
+@scalar_kernel
+def height_over(horizon, n, k, bearing):
+    """(slope of the horizon at a bearing, how far a rounding of the bearing moves it, index of the piece there).
+
+    Searches from piece k on. A bearing that falls on the joint of two pieces takes the higher: the edges of both end
+    there.
+    """
+    start, p, q = horizon
+    while k < n - 1 and start[k + 1] <= bearing:
+        k += 1
+    slope, steep = p[k] + q[k] * bearing, q[k]
+    if k > 0 and bearing - start[k] <= SAME_BEARING and p[k - 1] + q[k - 1] * start[k] > slope:
+        slope, steep = p[k - 1] + q[k - 1] * start[k], q[k - 1]
+    if k < n - 1 and start[k + 1] - bearing <= SAME_BEARING and p[k + 1] + q[k + 1] * start[k + 1] > slope:
+        slope, steep = p[k + 1] + q[k + 1] * start[k + 1], q[k + 1]
+    return slope, abs(steep) * SAME_BEARING, k

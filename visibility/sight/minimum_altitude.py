@@ -1,0 +1,156 @@
+"""Minimum visible altitude: the lowest altitude over every post from which an anchor is in sight."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+from terrain.version import VERSION
+from visibility.errors import VisibilityInputError
+from visibility.sight import exact_sweep, fast_sweep
+from visibility.sight.anchors import Anchor, check_anchors
+from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes
+from visibility.sight.curvature import Curvature
+from visibility.sight.distant import DistantAnchor
+from visibility.sight.fast_errors import fast_errors
+from visibility.sight.kernels.reach import classify
+from visibility.sight.reach import raise_to_reach, within_reach
+
+__all__ = ["HIDDEN", "UNKNOWN", "VISIBLE", "MinimumVisibleAltitude", "Mode", "UnknownGround", "min_visible_altitude"]
+
+Mode = Literal["fast", "exact"]
+
+HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
+
+ENGINES = {"fast": fast_sweep.sweep, "exact": exact_sweep.sweep}
+EXACT_ERROR = "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum"
+
+
+@dataclass(frozen=True, eq=False)
+class MinimumVisibleAltitude:
+    """The answer to ``min_visible_altitude``.
+
+    altitude_m: (n_anchors, rows, cols) float32, lowest altitude over each post from which the anchor is in sight and
+        within its antenna limits; NaN = unknown (the line crosses unknown ground), +inf = at no altitude.
+    hidden_below_m: same shape; below it the anchor is hidden for certain, also where altitude_m is NaN. The same array
+        as altitude_m where nothing is unknown.
+    """
+
+    grid: ElevationGrid
+    anchors: tuple[Anchor | DistantAnchor, ...]
+    altitude_m: npt.NDArray[np.float32]
+    hidden_below_m: npt.NDArray[np.float32]
+    mode: Mode
+    unknown: UnknownGround
+    curvature: Curvature
+    warnings: tuple[str, ...]
+    elapsed_s: float
+    version: str
+
+    @cached_property
+    def error_statement(self) -> str:
+        """What this answer may be off by: in fast mode on this ground, with these anchors."""
+        return EXACT_ERROR if self.mode == "exact" else fast_errors(self.grid.heights_m, self.altitude_m).sentence()
+
+    def visible(self, *, above_ground_m: float | None = None, altitude_m: float | None = None) -> npt.NDArray[np.uint8]:
+        """(n_anchors, rows, cols) uint8 for receivers at one height: 1 visible, 0 hidden, 255 unknown.
+
+        Give exactly one height: above each post's ground (>= 0), or an altitude. Raises VisibilityInputError.
+        """
+        receiver_m = self._receiver_altitude_m(above_ground_m, altitude_m)
+        seen = np.zeros(self.altitude_m.shape, np.uint8)
+        classify(self.altitude_m, self.hidden_below_m, receiver_m, seen)
+        for number, anchor in enumerate(self.anchors):
+            if isinstance(anchor, DistantAnchor):
+                continue
+            # the lowest altitude says nothing about limits that a receiver can be above
+            seen[number][~within_reach(self.grid, anchor, self.curvature, receiver_m)] = HIDDEN
+        if above_ground_m is not None:
+            seen[:, np.isnan(receiver_m)] = UNKNOWN
+        return seen
+
+    def margin_m(
+        self, *, above_ground_m: float | None = None, altitude_m: float | None = None
+    ) -> npt.NDArray[np.float32]:
+        """(n_anchors, rows, cols) float32: receiver altitude minus altitude_m, the signed clearance; NaN = unknown."""
+        margin_m: npt.NDArray[np.float32] = self._receiver_altitude_m(above_ground_m, altitude_m) - self.altitude_m
+        return margin_m
+
+    def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> MinimumVisibleAltitude:
+        """The same over some of the posts, ends included: ground around them hides as before."""
+        part = (slice(first_row, last_row + 1), slice(first_col, last_col + 1))
+        altitude_m = np.ascontiguousarray(self.altitude_m[:, *part])
+        same = self.hidden_below_m is self.altitude_m
+        return replace(
+            self,
+            grid=self.grid.window(first_row, last_row, first_col, last_col),
+            altitude_m=altitude_m,
+            hidden_below_m=altitude_m if same else np.ascontiguousarray(self.hidden_below_m[:, *part]),
+        )
+
+    def _receiver_altitude_m(self, above_ground_m: float | None, altitude_m: float | None) -> npt.NDArray[np.float32]:
+        if above_ground_m is not None and altitude_m is None:
+            if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
+                raise VisibilityInputError(f"Receiver above_ground_m must be >= 0 m, not {above_ground_m}.")
+            return self.grid.heights_m + np.float32(above_ground_m)
+        if altitude_m is not None and above_ground_m is None:
+            if not math.isfinite(altitude_m):
+                raise VisibilityInputError(f"Receiver altitude_m must be a finite number, not {altitude_m}.")
+            return np.full(self.grid.shape, altitude_m, np.float32)
+        raise VisibilityInputError("Give exactly one receiver height: above_ground_m or altitude_m.")
+
+
+def min_visible_altitude(
+    grid: ElevationGrid,
+    anchors: Sequence[Anchor | DistantAnchor],
+    mode: Mode = "fast",
+    curvature: Curvature | None = None,
+    *,
+    unknown: UnknownGround = "unknown",
+    progress: Callable[[float], None] | None = None,
+) -> MinimumVisibleAltitude:
+    """Lowest altitude over every post from which each anchor is in sight.
+
+    mode: "fast" is the column-wise O(N) sweep; "exact" the maximum over every edge of the triangulation that the sight
+        line crosses.
+    curvature: None takes what the grid's CRS implies (Curvature.of); FLAT switches it off.
+    unknown: what a line over unknown ground is: "unknown" (NaN), "open" (ignored) or "blocked" (+inf).
+    progress: called with the finished share 0..1, at least once per few anchors.
+    Raises AnchorError, VisibilityInputError.
+    """
+    started_s = time.perf_counter()
+    if mode not in get_args(Mode):
+        raise VisibilityInputError(f"mode must be one of {', '.join(get_args(Mode))}, not {mode!r}.")
+    if unknown not in get_args(UnknownGround):
+        raise VisibilityInputError(f"unknown must be one of {', '.join(get_args(UnknownGround))}, not {unknown!r}.")
+    anchors = tuple(anchors)
+    warnings = check_anchors(grid, anchors)
+    curvature = Curvature.of(grid) if curvature is None else curvature
+
+    hidden_below_m, altitude_m = clear_altitudes(grid, anchors, ENGINES[mode], curvature, unknown, progress)
+    for number, anchor in enumerate(anchors):
+        if isinstance(anchor, DistantAnchor):
+            continue
+        raise_to_reach(grid, anchor, curvature, hidden_below_m[number])
+        if altitude_m is not hidden_below_m:
+            raise_to_reach(grid, anchor, curvature, altitude_m[number])
+    return MinimumVisibleAltitude(
+        grid=grid,
+        anchors=anchors,
+        altitude_m=altitude_m,
+        hidden_below_m=hidden_below_m,
+        mode=mode,
+        unknown=unknown,
+        curvature=curvature,
+        warnings=warnings,
+        elapsed_s=time.perf_counter() - started_s,
+        version=VERSION,
+    )

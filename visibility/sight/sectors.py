@@ -1,0 +1,130 @@
+"""How both sweeps cut up their work: four sectors around an eye, and each of them into blocks of bearings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from visibility.sight.fans import Fan, entering_fans, plain_fan
+from visibility.sight.kernels.sweep import COARSEST
+from visibility.sight.shares import Work, dealt, evened
+
+__all__ = ["Eye", "share_out", "snapped", "write_own_posts"]
+
+# an eye: fractional row and column, altitude in metres
+Eye = tuple[float, float, float]
+
+
+def snapped(eyes: Sequence[Eye], within_cells: float) -> list[Eye]:
+    """Eyes with a row or column so close to a line of posts put on it: over less, slopes are rounding."""
+
+    def snap(index: float) -> float:
+        return float(round(index)) if abs(index - round(index)) < within_cells else float(index)
+
+    return [(snap(row), snap(col), altitude_m) for row, col, altitude_m in eyes]
+
+
+def write_own_posts(heights_m: npt.NDArray[np.float32], eyes: Sequence[Eye], out_m: npt.NDArray[np.float32]) -> None:
+    """Answer the post straight below an eye, which lies in no sector, in place."""
+    rows, cols = heights_m.shape
+    for number, (row, col, _) in enumerate(eyes):
+        if row.is_integer() and col.is_integer() and 0 <= row < rows and 0 <= col < cols:
+            out_m[number, int(row), int(col)] = heights_m[int(row), int(col)]
+
+
+def share_out(
+    eyes: Sequence[Eye],
+    heights_m: npt.NDArray[np.float32],
+    drop_per_step2_m: tuple[float, float],
+    block_rays: int,
+    workers: int | None = None,
+    *,
+    follow_borders: bool = False,
+) -> Work:
+    """Blocks of about ``block_rays`` bearings (at most twice as many) for every eye over a grid, dealt to workers.
+
+    drop_per_step2_m: curvature drop in metres per squared row step and per squared column step. workers: None = as many
+    as numba has threads. follow_borders: bearings at which lines graze a border that they enter the map across are as
+    dense as posts on it.
+    """
+    rows, cols = heights_m.shape
+    ground_m = _some_ground_m(heights_m)
+    tasks, reals = [], []
+    for number, eye in enumerate(eyes):
+        blocks = list(_blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays, follow_borders))
+        eye_tasks = np.array([task for task, _ in blocks], np.int64)
+        eye_reals = np.array([real for _, real in blocks], np.float64)
+        eye_tasks, eye_reals = evened(eye_tasks, eye_reals, (rows, cols))
+        tasks.append(eye_tasks)
+        reals.append(eye_reals)
+    workers = numba.get_num_threads() if workers is None else workers
+    return dealt(np.vstack(tasks), np.vstack(reals), (rows, cols), workers)
+
+
+def _some_ground_m(heights_m: npt.NDArray[np.float32]) -> float:
+    """A height that the ground has somewhere; 0 where a coarse look finds only unknown posts."""
+    some = heights_m[::64, ::64]
+    known = some[~np.isnan(some)]
+    return float(known.mean()) if known.size else 0.0
+
+
+def _blocks(
+    number: int,
+    eye: Eye,
+    shape: tuple[int, int],
+    ground_m: float,
+    drop_per_step2_m: tuple[float, float],
+    block_rays: int,
+    follow_borders: bool,
+) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
+    """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
+    is_inside = 0.0 <= eye[0] <= shape[0] - 1 and 0.0 <= eye[1] <= shape[1] - 1
+    for axis in (0, 1):
+        along_0, across_0 = eye[axis], eye[1 - axis]
+        length, width = shape[axis], shape[1 - axis]
+        drop_along, drop_across = drop_per_step2_m[axis], drop_per_step2_m[1 - axis]
+        for direction in (1, -1):
+            first = max(0, math.floor(along_0) + 1) if direction > 0 else min(length - 1, math.ceil(along_0) - 1)
+            steps = length - first if direction > 0 else first + 1
+            if steps <= 0:
+                continue
+            near, far = abs(first - along_0), abs(first + direction * (steps - 1) - along_0)
+            t_low = max(-1.0, min(-across_0 / near, -across_0 / far))
+            t_high = min(1.0, max((width - 1 - across_0) / near, (width - 1 - across_0) / far))
+            if t_low > t_high:
+                continue
+            # an eye beyond the map looks over it along a plane that falls to the ground in its middle
+            tilt = 2.0 * (eye[2] - ground_m) / (near + far) if near > 1.0 else 0.0
+            # an eye beyond a border that runs along the sector: its lines come onto the map across it
+            beyond = max(-across_0, across_0 - (width - 1))
+            reach = (t_low, t_high, near, far)
+            entering = follow_borders and beyond > 0.0
+            fans = entering_fans(across_0, beyond, reach) if entering else [plain_fan(across_0, reach)]
+            for number_of_fan, fan in enumerate(fans):
+                ends = number_of_fan == 0, number_of_fan == len(fans) - 1
+                # lines that none of its rays has reached the map on are left out
+                empty = fan.lines_before(beyond, near) if entering else 0
+                for first_ray, count, is_first, is_last in _cut(fan, block_rays, ends):
+                    task = (
+                        number, axis, direction, first + direction * empty, steps - empty, first_ray, count,
+                        is_first, is_last, is_inside, fan.coarsest,
+                    )  # fmt: skip
+                    yield task, (along_0, across_0, eye[2], fan.t_0, fan.dt, drop_along, drop_across, tilt)
+
+
+def _cut(fan: Fan, block_rays: int, ends: tuple[bool, bool]) -> Iterator[tuple[int, int, bool, bool]]:
+    """(first ray, number of rays, whether it is the sector's first, whether its last) of each block of a fan.
+
+    ends: whether the fan is the sector's first, whether its last.
+    """
+    # blocks of like size, rather than full ones and a splinter
+    blocks = max(round((fan.rays - 1) / block_rays), 1)
+    each = math.ceil((fan.rays - 1) / (blocks * COARSEST)) * COARSEST
+    for first_ray in range(0, fan.rays - 1, each):
+        last = first_ray + each >= fan.rays - 1
+        count = fan.rays - first_ray if last else each + 1
+        yield first_ray, count, ends[0] and first_ray == 0, ends[1] and last

@@ -1,0 +1,128 @@
+"""Line of sight between two points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+from visibility.cover.buildings import Buildings
+from visibility.cover.ray_triangle import Engine
+from visibility.sight.curvature import Curvature
+from visibility.sight.fresnel import knife_edge_loss_db
+from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M
+from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, UnknownGround
+from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
+from visibility.sight.sight_points import check_point
+
+__all__ = ["LineOfSight", "Verdict", "line_of_sight"]
+
+Verdict = Literal["clear", "blocked", "unknown"]
+
+_VERDICTS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
+
+
+@dataclass(frozen=True, slots=True)
+class LineOfSight:
+    """The answer to ``line_of_sight``.
+
+    verdict: "clear" (touching the ground is clear), "blocked" or "unknown".
+    clearance_m: least height of the line over the known ground under it, ends included; negative = blocked by that
+        much; +inf where the line meets no known ground.
+    blocked_by: what stands in the way when the verdict is "blocked".
+    blocking_point_m: (east, north, altitude) of the ground where the clearance is least, or of the building where only
+        that is in the way; None where there is neither. blocking_distance_m: horizontal distance to it.
+    distance_m: straight distance between the points.
+    fresnel_clearance: least clearance across the line in radii of the first Fresnel zone, 0.6 is free space.
+        diffraction_loss_db: loss over that one point as a knife edge (ITU-R P.526). Both None without a wavelength.
+    excess_path_m: how much longer the shortest way over the ground in the vertical plane is than the straight line, the
+        bias a diffracted range would show; 0 when clear, +inf when an end lies below the ground.
+    probability_clear: that the line is clear of the ground; None without dem_sigma_m.
+    NaN: not known, because the line passes over unknown ground.
+    """
+
+    verdict: Verdict
+    clearance_m: float
+    blocked_by: Literal["ground", "unknown ground", "building"] | None
+    blocking_point_m: tuple[float, float, float] | None
+    blocking_distance_m: float | None
+    distance_m: float
+    fresnel_clearance: float | None
+    diffraction_loss_db: float | None
+    excess_path_m: float
+    probability_clear: float | None
+    curvature: Curvature
+    error_statement: str
+    warnings: tuple[str, ...]
+    elapsed_s: float
+    version: str
+
+
+def line_of_sight(
+    grid: ElevationGrid,
+    from_point: npt.ArrayLike,
+    to_point: npt.ArrayLike,
+    *,
+    curvature: Curvature | None = None,
+    unknown: UnknownGround = "unknown",
+    wavelength_m: float | None = None,
+    dem_sigma_m: float | None = None,
+    buildings: Buildings | None = None,
+    engine: Engine = "embree",
+) -> LineOfSight:
+    """Whether two points see one another, and by how much.
+
+    from_point, to_point: (east, north, altitude), metres in the grid's frame; options as in ``lines_of_sight``.
+    Raises VisibilityInputError.
+    """
+    sight = lines_of_sight(
+        grid,
+        check_point(grid, "from_point", from_point)[None],
+        check_point(grid, "to_point", to_point)[None],
+        curvature=curvature,
+        unknown=unknown,
+        wavelength_m=wavelength_m,
+        dem_sigma_m=dem_sigma_m,
+        excess_path=True,
+        buildings=buildings,
+        engine=engine,
+    )
+    met = not np.isnan(sight.blocking_point_m[0, 0])
+    east_m, north_m, altitude_m = sight.blocking_point_m[0].tolist()
+    fresnel_clearance = _only(sight.fresnel_clearance)
+    excess_path_m = _only(sight.excess_path_m)
+    assert excess_path_m is not None, "asked for above"
+    return LineOfSight(
+        verdict=_VERDICTS[int(sight.verdict[0])],
+        clearance_m=float(sight.clearance_m[0]),
+        blocked_by=_blocked_by(sight),
+        blocking_point_m=(east_m, north_m, altitude_m) if met else None,
+        blocking_distance_m=float(sight.blocking_distance_m[0]) if met else None,
+        distance_m=float(sight.distance_m[0]),
+        fresnel_clearance=fresnel_clearance,
+        diffraction_loss_db=None if fresnel_clearance is None else float(knife_edge_loss_db(fresnel_clearance)),
+        excess_path_m=excess_path_m,
+        probability_clear=_only(sight.probability_clear),
+        curvature=sight.curvature,
+        error_statement=sight.error_statement,
+        warnings=sight.warnings,
+        elapsed_s=sight.elapsed_s,
+        version=sight.version,
+    )
+
+
+def _only(values: npt.NDArray[np.float64] | None) -> float | None:
+    return None if values is None else float(values[0])
+
+
+def _blocked_by(sight: LinesOfSight) -> Literal["ground", "unknown ground", "building"] | None:
+    if sight.verdict[0] != HIDDEN:
+        return None
+    if sight.clearance_m[0] < -GRAZING_TOLERANCE_M:
+        return "ground"
+    if sight.hits_building is not None and sight.hits_building[0]:
+        return "building"
+    return "unknown ground"

@@ -1,0 +1,66 @@
+"""Points in the grid's frame, as callers give them: checked, and expressed in posts."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid
+from visibility.errors import VisibilityInputError
+from visibility.sight.anchors import FURTHEST_USEFUL_M
+
+__all__ = ["check_point", "check_points", "horizontal_box", "in_posts"]
+
+
+def check_point(grid: ElevationGrid, name: str, point_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(3,) float64 copy of one point given as east, north, altitude; raises VisibilityInputError that names it."""
+    if np.shape(point_m) != (3,):
+        raise VisibilityInputError(
+            f"{name} must be three numbers, east, north and altitude in metres, not shape {np.shape(point_m)}."
+        )
+    point: npt.NDArray[np.float64] = check_points(grid, name, point_m)[0]
+    return point
+
+
+def check_points(grid: ElevationGrid, name: str, points_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(n, 3) float64 copy of points given as east, north, altitude; raises VisibilityInputError naming the offender."""
+    try:
+        points = np.array(points_m, np.float64, ndmin=2)
+    except (TypeError, ValueError) as error:
+        raise VisibilityInputError(f"{name} must hold numbers: east, north, altitude in metres ({error}).") from error
+    if points.size == 0:
+        return np.empty((0, 3))
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise VisibilityInputError(
+            f"{name} must hold east, north and altitude of each point in metres, not shape {np.shape(points_m)}."
+        )
+    broken = ~np.isfinite(points).all(axis=1)
+    if broken.any():
+        first = int(np.argmax(broken))
+        one = f"{name}[{first}]" if np.ndim(points_m) == 2 else name
+        raise VisibilityInputError(f"{one} must be three finite numbers, not {points[first].tolist()}.")
+    low_m, high_m = horizontal_box(grid)
+    outside_m = np.hypot(*np.maximum(np.maximum(low_m - points[:, :2], points[:, :2] - high_m), 0.0).T)
+    if outside_m.max() > FURTHEST_USEFUL_M:
+        first = int(np.argmax(outside_m))
+        one = f"{name}[{first}]" if np.ndim(points_m) == 2 else name
+        raise VisibilityInputError(
+            f"{one} is {outside_m[first] / 1000.0:.0f} km outside the DEM (limit "
+            f"{FURTHEST_USEFUL_M / 1000.0:.0f} km); are its coordinates in the DEM's CRS?"
+        )
+    return points
+
+
+def horizontal_box(grid: ElevationGrid) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """((west, south), (east, north)) of the outermost posts, metres."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    return np.array([west_m, south_m]), np.array([east_m, north_m])
+
+
+def in_posts(grid: ElevationGrid, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """(n, 3) fractional row, fractional column and altitude of points given as east, north, altitude."""
+    posts = np.empty(points_m.shape)  # in C order whatever theirs: the kernels know no other
+    posts[:, 0] = (grid.origin_north_m - points_m[:, 1]) / grid.cell_north_m
+    posts[:, 1] = (points_m[:, 0] - grid.origin_east_m) / grid.cell_east_m
+    posts[:, 2] = points_m[:, 2]
+    return posts
