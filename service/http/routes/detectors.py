@@ -34,7 +34,7 @@ router = APIRouter(prefix="/detectors", tags=["Detectors"])
 )
 async def open_detector(request: Request, service: ServiceDep) -> Response:
     """A session for one rover: it remembers epochs, and expires when it lies idle or the service ends."""
-    asked = model_of(DetectorIn, await json_body(request), service.live.limits.refuse_long)
+    asked = model_of(DetectorIn, await json_body(request), service.detectors.limits.refuse_long)
     session = service.detectors.open(asked)
     return _json(as_json(session.state()), 201, {"Location": f"/detectors/{session.id}"})
 
@@ -99,7 +99,7 @@ async def delete_detector(detector_id: str, service: ServiceDep) -> Response:
 
 async def _epochs_in(body: str, service: Service) -> list[EpochIn]:
     """The epochs of a body. Raises NotJsonError, LimitError, NotValidError."""
-    limits = service.live.limits
+    limits = service.detectors.limits
     if len(body) <= service.settings.max_stream_message_bytes:
         return model_of(EpochsIn, body, limits.refuse_long_epochs).epochs
     # what is wrong with a long one takes long to tell; what is right is read here, epoch by epoch
