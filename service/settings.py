@@ -54,6 +54,12 @@ class Settings(BaseSettings):
         description="What workers compile and load before they take work: everything, or only fast visibility maps.",
     )
 
+    more_products: tuple[str, ...] = Field(
+        default=(),
+        description="Products of other packages, a JSON list of places such as package.module:NAME; each is a "
+        "service.products.product.Product.",
+    )
+
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")
     max_uploads: int = Field(default=8, ge=1, description="Uploads that are received at the same time.")
     max_json_bytes: int = Field(default=2 * MIB, ge=1024, description="Size of a JSON request body, bytes.")

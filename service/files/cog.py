@@ -10,7 +10,7 @@ import numpy.typing as npt
 import rasterio
 from rasterio.transform import Affine
 
-from service.products.registry import FinishedMap
+from service.parts.map_answers import MapSummary
 from terrain import ElevationGrid
 
 __all__ = ["BYTES", "FLOATS", "common_tags", "transform_of", "write_cog"]
@@ -61,14 +61,13 @@ def transform_of(grid: ElevationGrid) -> Affine:
     return Affine(grid.cell_east_m, 0.0, west_m, 0.0, -grid.cell_north_m, north_m)
 
 
-def common_tags(finished: FinishedMap, product: str) -> dict[str, str]:
+def common_tags(grid: ElevationGrid, answer: MapSummary, product: str) -> dict[str, str]:
     """What every raster of a map says about where it came from."""
-    calculation = finished.calculation
     return {
         "product": product,
-        "version": calculation.version,
-        "mode": finished.parameters.mode,
-        "error_statement": calculation.error_statement,
-        "curvature": calculation.curvature,
-        "dem_sha256": finished.grid.digest,
+        "version": answer.version,
+        "mode": answer.mode,
+        "error_statement": answer.error_statement,
+        "curvature": answer.curvature,
+        "dem_sha256": grid.digest,
     }

@@ -11,30 +11,16 @@ from fastapi import FastAPI
 
 from service.jobs.folder import DataFolder
 from service.live.rehearsal import rehearse
+from service.products.registry import all_products
 from service.settings import Settings
 
 from . import problems, web_page
 from .body_limit import BodyLimit, body_limits
 from .context import Service
 from .head import allow_head
-from .openapi import TAGS, describe
-from .routes import (
-    dems,
-    detections,
-    detector_streams,
-    detectors,
-    dop_maps,
-    flights,
-    health,
-    lines_of_sight,
-    morphing_maps,
-    paths,
-    placements,
-    problem_list,
-    repositionings,
-    safety_bubbles,
-    visibility_maps,
-)
+from .openapi import describe, tags_of
+from .resources import product_router
+from .routes import dems, detections, detector_streams, detectors, health, problem_list
 
 __all__ = ["create_app"]
 
@@ -45,6 +31,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     folder: an open data folder, which stays open; without one the app opens and closes that of the settings.
     """
     chosen = Settings() if settings is None else settings
+    products = all_products(chosen.more_products)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -74,18 +61,22 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         title="Sightline",
         version=importlib.metadata.version("sightline"),
         summary="Line-of-sight prediction for rovers that range to anchors over terrain.",
-        openapi_tags=TAGS,
+        openapi_tags=tags_of(products.values()),
         generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
     )
-    maps = (visibility_maps, dop_maps, morphing_maps)
-    answers = (paths, flights, placements, repositionings, lines_of_sight, safety_bubbles, detections, detectors)
-    for part in (dems, *maps, *answers, health, problem_list):
-        allow_head(part.router)
-        app.include_router(part.router)
+    routers = [
+        dems.router,
+        *(product_router(product) for product in products.values()),
+        *(part.router for part in (detections, detectors, health, problem_list)),
+    ]
+    for router in routers:
+        allow_head(router)
+        app.include_router(router)
     app.include_router(detector_streams.router)
     web_page.install(app)
     problems.install(app)
-    app.add_middleware(BodyLimit, limits=body_limits(chosen))
-    describe(app)
+    long = [product.path for product in products.values() if product.long_body]
+    app.add_middleware(BodyLimit, limits=body_limits(chosen, long))
+    describe(app, [product.asked for product in products.values()])
     return app

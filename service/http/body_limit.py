@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
@@ -23,13 +23,16 @@ HEARD_OUT_S = 10.0
 BodyLimits = Mapping[str, tuple[int, str] | None]
 
 
-def body_limits(settings: Settings) -> BodyLimits:
-    """What the settings allow: little where the body is read by the process that answers everybody."""
+def body_limits(settings: Settings, long_bodies: Iterable[str]) -> BodyLimits:
+    """What the settings allow: little where the body is read by the process that answers everybody.
+
+    long_bodies: paths whose routes stream bodies to disk, and stop at a limit of their own.
+    """
     detectors = (settings.max_detector_bytes, "max_detector_bytes")
     return {
         "": (settings.max_json_bytes, "max_json_bytes"),
         **dict.fromkeys(("/detections", "/detectors"), detectors),
-        **dict.fromkeys(("/dems", "/lines-of-sight", "/safety-bubbles")),
+        **dict.fromkeys(("/dems", *long_bodies)),
     }
 
 

@@ -6,6 +6,7 @@ import asyncio
 import logging
 import sqlite3
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -18,6 +19,8 @@ from service.jobs.pool import WorkerPool
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors
+from service.products.product import Product
+from service.products.registry import all_products
 from service.settings import Settings
 
 __all__ = ["Service", "ServiceDep"]
@@ -38,6 +41,7 @@ class Service:
     supervisor: Supervisor
     drawings: Drawings
     detectors: Detectors
+    products: Mapping[str, Product]
     uploads: asyncio.Semaphore
     started_at_s: float
     store_writable: bool = True
@@ -53,7 +57,8 @@ class Service:
         uploads = asyncio.Semaphore(settings.max_uploads)
         drawings = Drawings(folder, supervisor)
         detectors = Detectors(settings)
-        return cls(settings, folder, store, pool, supervisor, drawings, detectors, uploads, time.monotonic())
+        products = all_products(settings.more_products)
+        return cls(settings, folder, store, pool, supervisor, drawings, detectors, products, uploads, time.monotonic())
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk."""

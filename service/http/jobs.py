@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import Request, Response
 
 from service.errors import NotReadyError
-from service.jobs.records import JobKind, JobRecord, JobStatus
+from service.jobs.records import JobRecord, JobStatus
 from service.parts.job_answers import JobOut, moment
 
 from .context import Service
@@ -15,23 +15,12 @@ from .problems import FailedJob, problem_of
 
 __all__ = ["after_waiting", "finished", "path_of", "state_of"]
 
-PATHS = {
-    JobKind.VISIBILITY_MAP: "/visibility-maps",
-    JobKind.DOP_MAP: "/dop-maps",
-    JobKind.MORPHING_MAP: "/morphing-maps",
-    JobKind.PLACEMENT: "/placements",
-    JobKind.PATH: "/paths",
-    JobKind.FLIGHT: "/flights",
-    JobKind.REPOSITIONING: "/repositionings",
-    JobKind.LINES_OF_SIGHT: "/lines-of-sight",
-    JobKind.SAFETY_BUBBLES: "/safety-bubbles",
-}
 RETRY_AFTER_S = 1
 
 
-def path_of(job: JobRecord) -> str:
+def path_of(service: Service, job: JobRecord) -> str:
     """Where the job is found."""
-    return f"{PATHS[job.kind]}/{job.id}"
+    return f"{service.products[job.kind].path}/{job.id}"
 
 
 def state_of(service: Service, job: JobRecord) -> dict[str, Any]:
@@ -47,8 +36,8 @@ def state_of(service: Service, job: JobRecord) -> dict[str, Any]:
         finished_at=moment(job.finished_at_s),
         run_s=job.finished_at_s - job.started_at_s if ran else None,  # type: ignore[operator] # both are there
         attempts=job.attempts,
-        problem=None if job.failure is None else problem_of(job.failure, path_of(job)),
-        links={"self": path_of(job), "dem": f"/dems/{job.dem_id}"},
+        problem=None if job.failure is None else problem_of(job.failure, path_of(service, job)),
+        links={"self": path_of(service, job), "dem": f"/dems/{job.dem_id}"},
     )
     return dict(fields)
 
@@ -64,16 +53,16 @@ async def after_waiting(
         response.headers["Preference-Applied"] = f"wait={wait_s:g}"
         await service.supervisor.wait(job.id, wait_s)
         job = await service.supervisor.in_store(service.store.job, job.kind, job.id)
-    response.headers["Location"] = path_of(job)
+    response.headers["Location"] = path_of(service, job)
     if job.failure is not None:
-        raise FailedJob(job.failure, path_of(job))
+        raise FailedJob(job.failure, path_of(service, job))
     if job.active:
         response.status_code = 202
         response.headers["Retry-After"] = str(RETRY_AFTER_S)
     return job
 
 
-async def finished(service: Service, kind: JobKind, job_id: str) -> JobRecord:
+async def finished(service: Service, kind: str, job_id: str) -> JobRecord:
     """A job that has a result. Raises NotFoundError, NotReadyError."""
     job = await service.supervisor.in_store(service.store.job, kind, job_id)
     if job.status is not JobStatus.SUCCEEDED:

@@ -2,63 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from fastapi import FastAPI
 from pydantic import BaseModel
 
 from service.http.problem_answer import Problem
-from service.jobs.map_requests import MAP_REQUESTS
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
-from service.products.lines_of_sight.request import LinesOfSightIn
-from service.products.safety_bubbles.request import SafetyBubblesIn
+from service.products.product import Product
 
-__all__ = ["TAGS", "describe"]
+__all__ = ["describe", "tags_of"]
 
-TAGS = [
-    {"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."},
-    {"name": "Visibility maps", "description": "Which anchors are seen from where, over a whole DEM."},
-    {"name": "DOP maps", "description": "How good positioning is for a rover, and where it is not good enough."},
-    {"name": "Morphing maps", "description": "Above which altitude positioning is good enough."},
-    {"name": "Paths", "description": "Which way a rover should go so that the anchors stay in sight."},
-    {"name": "Flights", "description": "Which way a drone should fly above a morphing map, clear of the ground."},
-    {"name": "Placements", "description": "Where to put anchors."},
-    {"name": "Repositionings", "description": "Which drone moves where while a mission runs."},
-    {"name": "Lines of sight", "description": "Clearance between pairs of points."},
+GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
+OTHERS = [
     {
         "name": "Detectors",
         "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
         "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
         "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
     },
-    {"name": "Safety bubbles", "description": "How surely a vehicle keeps clear of ground and buildings along a path."},
     {"name": "Health", "description": "How the service is."},
     {"name": "Problems", "description": "What the errors mean."},
 ]
 # what routes read and write without the framework's knowledge
-MODELS: tuple[type[BaseModel], ...] = (
-    Problem,
-    LinesOfSightIn,
-    SafetyBubblesIn,
-    DetectionIn,
-    DetectorIn,
-    EpochsIn,
-    *(request.model for request in MAP_REQUESTS.values()),
-)
+# bodies that routes read unparsed, beside those of the products
+OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"
 
 
-def describe(app: FastAPI) -> None:
-    """Add to the app's OpenAPI: the shape of problems, in place of the framework's own validation errors."""
+def tags_of(products: Iterable[Product]) -> list[dict[str, str]]:
+    """The groups of operations, in the order of the documents."""
+    return [*GROUND, *({"name": product.tag, "description": product.summary} for product in products), *OTHERS]
+
+
+def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
+    """Add to the app's OpenAPI the bodies that routes read unparsed, and the shape of problems.
+
+    The latter in place of the framework's own validation errors.
+    """
+    models: tuple[type[BaseModel], ...] = (Problem, *bodies, *OTHER_BODIES)
     generated = app.openapi
 
     def described() -> dict[str, Any]:
         if app.openapi_schema is None:
             schema = generated()
             schemas = schema.setdefault("components", {}).setdefault("schemas", {})
-            for model in MODELS:
+            for model in models:
                 own = model.model_json_schema(ref_template=TEMPLATE)
                 schemas.update(own.pop("$defs", {}))
                 schemas[model.__name__] = own

@@ -6,6 +6,7 @@ import asyncio
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from service.errors import NotFoundError
 
@@ -23,11 +24,14 @@ class Drawings:
         self._supervisor = supervisor
         self._under_way: dict[Path, asyncio.Task[None]] = {}
 
-    async def layer(self, digest: str, name: str) -> Path:
-        """The file of a layer; raises what Supervisor.ask raises, NotFoundError when the result was deleted."""
+    async def layer(self, digest: str, name: str, summary: Mapping[str, Any]) -> Path:
+        """The file of a layer of a result, whose answer the store has as summary.
+
+        Raises what Supervisor.ask raises, NotFoundError when the result was deleted.
+        """
         path, gone = self._folder.layer(digest, name), NotFoundError("result", digest)
         return await self._drawn(
-            path, "draw-layer", {"digest": digest, "layer": name}, self._folder.result(digest), gone
+            path, "draw-layer", {"digest": digest, "layer": name, "summary": summary}, self._folder.result(digest), gone
         )
 
     async def hillshade(self, dem_id: str) -> Path:
@@ -36,7 +40,7 @@ class Drawings:
         return await self._drawn(path, "draw-hillshade", {"dem_id": dem_id}, source, NotFoundError("DEM", dem_id))
 
     async def _drawn(
-        self, path: Path, task: str, arguments: Mapping[str, str], source: Path, gone: NotFoundError
+        self, path: Path, task: str, arguments: Mapping[str, Any], source: Path, gone: NotFoundError
     ) -> Path:
         if not await asyncio.to_thread(path.is_file):
             drawing = self._under_way.get(path)
@@ -49,7 +53,7 @@ class Drawings:
         return path
 
     async def _draw(
-        self, path: Path, task: str, arguments: Mapping[str, str], source: Path, gone: NotFoundError
+        self, path: Path, task: str, arguments: Mapping[str, Any], source: Path, gone: NotFoundError
     ) -> None:
         token = uuid.uuid4().hex
         await self._supervisor.ask(task, arguments, token)

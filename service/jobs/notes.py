@@ -17,7 +17,7 @@ from typing import Any
 from service.files.replacing import replacing
 
 from .folder import DataFolder
-from .records import JobKind, JobStatus
+from .records import JobStatus
 from .store import Store
 
 __all__ = ["NOTES", "adopt", "note_all", "note_dem", "note_job", "unnote_job"]
@@ -94,6 +94,6 @@ def _read(note: Path, owner: str) -> dict[str, Any]:
     if not ID.fullmatch(row["id"]) or owner != row.get("digest", row["id"]):
         raise ValueError(f"it is not of {owner}")
     if "digest" in row:
-        JobKind(row["kind"]), JobStatus(row["status"]), json.loads(row["request"])
+        str(row["kind"]), JobStatus(row["status"]), json.loads(row["request"])
     json.loads(row["summary"])
     return dict(row)

@@ -7,21 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-__all__ = ["ACTIVE", "WITH_INPUTS", "DemRecord", "Failure", "JobKind", "JobRecord", "JobStatus", "Known"]
-
-
-class JobKind(StrEnum):
-    """What a job calculates."""
-
-    VISIBILITY_MAP = "visibility-map"
-    DOP_MAP = "dop-map"
-    MORPHING_MAP = "morphing-map"
-    PLACEMENT = "placement"
-    PATH = "path"
-    FLIGHT = "flight"
-    REPOSITIONING = "repositioning"
-    LINES_OF_SIGHT = "lines-of-sight"
-    SAFETY_BUBBLES = "safety-bubbles"
+__all__ = ["ACTIVE", "OLDER_WITH_INPUTS", "DemRecord", "Failure", "JobRecord", "JobStatus", "Known"]
 
 
 class JobStatus(StrEnum):
@@ -36,8 +22,8 @@ class JobStatus(StrEnum):
 
 
 ACTIVE = (JobStatus.QUEUED, JobStatus.RUNNING)
-# what these are asked is too big for the store, and lies in a folder of its own until they are over
-WITH_INPUTS = frozenset({JobKind.LINES_OF_SIGHT, JobKind.SAFETY_BUBBLES})
+# what these were asked was too big for the store already when no job said that it has inputs
+OLDER_WITH_INPUTS = frozenset({"lines-of-sight", "safety-bubbles"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +87,7 @@ class JobRecord:
     """
 
     id: str
-    kind: JobKind
+    kind: str
     dem_id: str
     request: Mapping[str, Any]
     status: JobStatus
@@ -112,6 +98,11 @@ class JobRecord:
     digest: str | None = None
     summary: Mapping[str, Any] | None = None
     failure: Failure | None = None
+
+    @property
+    def has_inputs(self) -> bool:
+        """Whether what it was asked is too big for the store, and lies in a folder of its own until it is over."""
+        return bool(self.request.get("has_inputs", self.kind in OLDER_WITH_INPUTS))
 
     @property
     def active(self) -> bool:

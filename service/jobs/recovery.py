@@ -8,7 +8,7 @@ from service.errors import JobInterruptedError
 
 from .folder import DataFolder
 from .notes import note_all
-from .records import WITH_INPUTS, Failure, JobRecord, JobStatus
+from .records import Failure, JobRecord, JobStatus
 from .store import Store
 
 __all__ = ["interrupted", "recover"]
@@ -28,7 +28,7 @@ def recover(store: Store, folder: DataFolder, max_attempts: int) -> list[JobReco
     for job in store.active_jobs():
         if job.status is JobStatus.RUNNING and job.attempts >= max_attempts:
             store.finish_job(job.id, JobStatus.INTERRUPTED, failure=Failure.of(interrupted(job.attempts)))
-        elif job.kind in WITH_INPUTS and not folder.inputs(job.id).is_dir():
+        elif job.has_inputs and not folder.inputs(job.id).is_dir():
             store.finish_job(job.id, JobStatus.INTERRUPTED, failure=_missing("What it was asked"))
         else:
             if job.status is JobStatus.RUNNING:

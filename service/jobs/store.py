@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from service.errors import DataFolderError, InUseError, NotFoundError
 
-from .records import DemRecord, Failure, JobKind, JobRecord, JobStatus, Known
+from .records import DemRecord, Failure, JobRecord, JobStatus, Known
 from .store_schema import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, read_known
 
 __all__ = ["Store"]
@@ -110,7 +110,7 @@ class Store:
                 (job.id, job.kind, job.dem_id, _json(job.request), job.status, job.created_at_s),
             )
 
-    def job(self, kind: JobKind, job_id: str) -> JobRecord:
+    def job(self, kind: str, job_id: str) -> JobRecord:
         """Raises NotFoundError."""
         with self._reading() as connection:
             row = connection.execute("SELECT * FROM jobs WHERE id = ? AND kind = ?", (job_id, kind)).fetchone()
@@ -118,7 +118,7 @@ class Store:
             raise NotFoundError(kind, job_id)
         return _job(row)
 
-    def jobs(self, kind: JobKind, limit: int, offset: int) -> tuple[list[JobRecord], int]:
+    def jobs(self, kind: str, limit: int, offset: int) -> tuple[list[JobRecord], int]:
         """One page, newest first, and how many there are in all."""
         with self._reading() as connection:
             total = connection.execute("SELECT count(*) FROM jobs WHERE kind = ?", (kind,)).fetchone()[0]
@@ -282,7 +282,7 @@ def _job(row: sqlite3.Row) -> JobRecord:
     at_hand = row["status"] == JobStatus.SUCCEEDED
     return JobRecord(
         row["id"],
-        JobKind(row["kind"]),
+        row["kind"],
         row["dem_id"],
         json.loads(row["request"]),
         JobStatus(row["status"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 
-from .records import ACTIVE, WITH_INPUTS, Known
+from .records import ACTIVE, OLDER_WITH_INPUTS, Known
 
 __all__ = ["IS_ACTIVE", "SCHEMA", "SCHEMA_VERSION", "read_known"]
 
@@ -23,7 +23,10 @@ CREATE INDEX jobs_by_status ON jobs (status);
 CREATE INDEX jobs_by_digest ON jobs (digest);
 """
 IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
-HAS_INPUTS = f"kind IN ({', '.join(repr(str(kind)) for kind in sorted(WITH_INPUTS))})"
+HAS_INPUTS = (
+    "coalesce(json_extract(request, '$.has_inputs'), kind IN "
+    f"({', '.join(repr(kind) for kind in sorted(OLDER_WITH_INPUTS))}))"
+)
 
 
 def read_known(connection: sqlite3.Connection) -> Known:

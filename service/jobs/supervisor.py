@@ -28,7 +28,7 @@ from .folder import DataFolder, move_into_place
 from .notes import note_job, unnote_job
 from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied
-from .records import Failure, JobKind, JobRecord, JobStatus
+from .records import Failure, JobRecord, JobStatus
 from .recovery import interrupted, recover
 from .store import Store
 
@@ -113,9 +113,7 @@ class Supervisor:
                 logger.warning("task %s: its worker ended with %s", task, died)
         raise interrupted(self._settings.max_attempts)
 
-    async def submit(
-        self, kind: JobKind, dem_id: str, request: Mapping[str, Any], inputs: Path | None = None
-    ) -> JobRecord:
+    async def submit(self, kind: str, dem_id: str, request: Mapping[str, Any], inputs: Path | None = None) -> JobRecord:
         """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone),
         DataFolderError.
         """
@@ -137,7 +135,7 @@ class Supervisor:
         if task is not None:
             await asyncio.wait({task}, timeout=seconds)
 
-    async def remove(self, kind: JobKind, job_id: str) -> JobRecord | None:
+    async def remove(self, kind: str, job_id: str) -> JobRecord | None:
         """Cancel a job that waits or runs (it comes back, cancelled), or forget a finished one and free its files.
 
         Raises NotFoundError.
@@ -156,7 +154,7 @@ class Supervisor:
         await self.in_store(self._forget, job)
         return None
 
-    async def finish_early(self, kind: JobKind, job_id: str) -> JobRecord:
+    async def finish_early(self, kind: str, job_id: str) -> JobRecord:
         """Ask a job that runs to end with the best that it has so far; it is over soon after.
 
         Raises NotFoundError, NotReadyError (it waits, or is over).

@@ -23,13 +23,14 @@ from typing import Any, BinaryIO
 
 from service.error_roots import domain_errors
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
+from service.products.registry import all_products
 from service.settings import GIB, Settings
 
 from .channel import decode, encode
 from .folder import DataFolder, is_full
 from .records import Failure
 from .rehearsal import rehearse
-from .tasks import TASKS, TaskContext
+from .tasks import Task, TaskContext, tasks_for
 
 __all__ = ["main"]
 
@@ -61,19 +62,20 @@ def main() -> None:
         logger.warning("could not rehearse: %s", error)
     _limit_memory(settings.max_worker_memory_bytes)
     _tell(answers, {"ready": True})
-    folder = DataFolder(settings.data_folder)
+    folder, products = DataFolder(settings.data_folder), all_products(settings.more_products)
+    tasks = tasks_for(products)
     while True:
         order = orders.get()
-        context = TaskContext(
-            settings, folder, folder.work(order["token"]), _Progress(answers), partial(_has, stopped, order["token"])
-        )
-        _tell(answers, _done(order, context))
-        stopped.discard(order["token"])
+        token, progress = order["token"], _Progress(answers)
+        work = folder.work(token)
+        context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token))
+        _tell(answers, _done(tasks[order["task"]], order, context))
+        stopped.discard(token)
 
 
-def _done(order: Mapping[str, Any], context: TaskContext) -> dict[str, Any]:
+def _done(task: Task, order: Mapping[str, Any], context: TaskContext) -> dict[str, Any]:
     """What comes of one task, ready to be told."""
-    task, settings, folder, work = TASKS[order["task"]], context.settings, context.folder, context.work
+    settings, folder, work = context.settings, context.folder, context.work
     expected: tuple[type[Exception], ...] = (*domain_errors().values(), ServiceError)
     try:
         return {"result": dict(task(context, order["arguments"]))}

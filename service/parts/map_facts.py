@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
 
+from service.parts.map_answers import BoundsOfPosts, Ground
 from service.parts.sight import CurvatureIn, SightParameters
 from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
 from visibility import FLAT, Curvature
@@ -21,6 +22,7 @@ __all__ = [
     "dem_name",
     "dem_summary",
     "grid_north_deg",
+    "ground_of",
     "share_of",
 ]
 
@@ -52,26 +54,31 @@ def dem_name(grid: ElevationGrid) -> str:
     return name.encode("utf-8", "replace").decode()
 
 
-def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
-    """Which ground this is: name, digest, size, place and what was converted, ready for JSON."""
+def ground_of(grid: ElevationGrid) -> Ground:
+    """Which ground this is."""
     west_m, south_m, east_m, north_m = grid.bounds_m
-    return {
-        "name": dem_name(grid),
-        "sha256": grid.digest,
-        "rows": grid.rows,
-        "cols": grid.cols,
-        "cell_east_m": grid.cell_east_m,
-        "cell_north_m": grid.cell_north_m,
-        "bounds_of_posts_m": {"west": west_m, "south": south_m, "east": east_m, "north": north_m},
-        "crs": None if grid.crs is None else grid.crs.to_string(),
-        "crs_name": crs_label(grid),
-        "body": body_name(grid),
-        "grid_north_deg": grid_north_deg(grid),
-        "vertical_datum": grid.vertical_datum,
-        "heights_count_from": height_reference_of(grid).value,
-        "unknown_posts": grid.unknown_posts,
-        "conversions": list(grid.provenance.conversions),
-    }
+    return Ground(
+        name=dem_name(grid),
+        sha256=grid.digest,
+        rows=grid.rows,
+        cols=grid.cols,
+        cell_east_m=grid.cell_east_m,
+        cell_north_m=grid.cell_north_m,
+        bounds_of_posts_m=BoundsOfPosts(west=west_m, south=south_m, east=east_m, north=north_m),
+        crs=None if grid.crs is None else grid.crs.to_string(),
+        crs_name=crs_label(grid),
+        body=body_name(grid),
+        grid_north_deg=grid_north_deg(grid),
+        vertical_datum=grid.vertical_datum,
+        heights_count_from=height_reference_of(grid).value,
+        unknown_posts=grid.unknown_posts,
+        conversions=list(grid.provenance.conversions),
+    )
+
+
+def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+    """The same, ready for JSON."""
+    return ground_of(grid).model_dump(mode="json")
 
 
 def body_name(grid: ElevationGrid) -> str | None:

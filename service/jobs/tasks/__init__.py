@@ -1,30 +1,26 @@
 """What worker processes can be asked to do, by name."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
+from __future__ import annotations
 
-from service.products.lines_of_sight.task import calculate_lines_of_sight, check_lines_of_sight
-from service.products.registry import PRODUCTS
-from service.products.safety_bubbles.task import calculate_safety_bubbles, check_safety_bubbles
+from collections.abc import Mapping
+
+from service.products.product import Product
 
 from .context import Task, TaskContext
 from .dems import draw_hillshade, read_uploaded_dem
 from .epochs import check_epochs
-from .maps import check_map, draw_layer, map_task
+from .products import calculation_of, check_request, draw_layer
 
-__all__ = ["TASKS", "Task", "TaskContext"]
+__all__ = ["Task", "TaskContext", "tasks_for"]
 
-TASKS: Mapping[str, Task] = MappingProxyType(
-    {
+
+def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
+    """All tasks of a service with these products; a job's task is called as its product."""
+    return {
         "read-dem": read_uploaded_dem,
         "draw-hillshade": draw_hillshade,
-        "check-map": check_map,
-        **{name: map_task(product) for name, product in PRODUCTS.items()},
+        "check-request": check_request,
         "draw-layer": draw_layer,
         "check-epochs": check_epochs,
-        "check-lines-of-sight": check_lines_of_sight,
-        "lines-of-sight": calculate_lines_of_sight,
-        "check-safety-bubbles": check_safety_bubbles,
-        "safety-bubbles": calculate_safety_bubbles,
+        **{name: calculation_of(product) for name, product in products.items()},
     }
-)

@@ -11,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import Calculation, curvature_of, dem_summary, share_of
+from service.parts.map_facts import curvature_of, ground_of, share_of
 from service.parts.positions import resolve_anchor
+from service.products.visibility.answer import AnchorSummary, CountShare, ReceiverHeight, VisibilityMapSummary
 from service.products.visibility.request import VisibilityMapParameters
 from terrain import ElevationGrid, height_at
 from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
@@ -36,44 +37,16 @@ class VisibilityMap:
     grid: ElevationGrid
     anchors: tuple[Anchor, ...]
     parameters: VisibilityMapParameters
+    answer: VisibilityMapSummary
     visible: npt.NDArray[np.uint8]
     altitude_m: npt.NDArray[np.float32]
     count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
     unknown_count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
-    calculation: Calculation
 
     @property
     def undecided(self) -> npt.NDArray[np.bool_]:
         """(rows, cols): known posts where nobody is surely visible, but somebody may be."""
-        undecided: npt.NDArray[np.bool_] = (self.count == 0) & (self.unknown_count > 0)
-        return undecided & ~np.isnan(self.grid.heights_m)
-
-    def summary(self) -> dict[str, Any]:
-        """What visibility.json says: plain values, ready for JSON, every number with its unit in its name."""
-        known = None if self.grid.unknown_posts == 0 else ~np.isnan(self.grid.heights_m)
-        known_posts = self.grid.rows * self.grid.cols - self.grid.unknown_posts
-        return {
-            "version": self.calculation.version,
-            "mode": self.parameters.mode,
-            "error_statement": self.calculation.error_statement,
-            "curvature": self.calculation.curvature,
-            "unknown": self.parameters.unknown,
-            "receiver": {
-                "above_ground_m": self.parameters.receiver_above_ground_m,
-                "altitude_m": self.parameters.receiver_altitude_m,
-            },
-            "dem": dem_summary(self.grid),
-            "anchors": [
-                _anchor_summary(self.grid, anchor, self.visible[i], known, known_posts)
-                for i, anchor in enumerate(self.anchors)
-            ],
-            "count_histogram": _count_histogram(self.count, known, known_posts, len(self.anchors)),
-            "undecided_posts": int(np.count_nonzero(self.undecided)),
-            "posts_with_unknown_anchors": int(np.count_nonzero(self.unknown_count)),
-            "warnings": list(self.calculation.warnings),
-            "timing": {"calculation_s": self.calculation.elapsed_s},
-            "parameters": self.parameters.model_dump(mode="json", exclude_none=True),
-        }
+        return _undecided(self.grid, self.count, self.unknown_count)
 
 
 @told_as_asked
@@ -87,7 +60,7 @@ def calculate(
     Raises AnchorError, VisibilityInputError, FrameError.
     """
     anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
-    answer = min_visible_altitude(
+    found = min_visible_altitude(
         grid,
         anchors,
         parameters.mode,
@@ -95,29 +68,44 @@ def calculate(
         unknown=parameters.unknown,
         progress=None if progress is None else lambda share: progress(SHARE_OF_SIGHT_LINES * share),
     )
-    visible = answer.visible(
+    visible = found.visible(
         above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
     )
-    calculation = Calculation(
-        answer.error_statement,
-        answer.curvature.sentence(),
-        (*grid.provenance.warnings, *answer.warnings, *_receiver_warnings(grid, parameters.receiver_altitude_m)),
-        answer.elapsed_s,
-        answer.version,
-    )
-    finished = VisibilityMap(
-        grid,
-        anchors,
-        parameters,
-        visible,
-        answer.altitude_m,
-        _count(visible, VISIBLE),
-        _count(visible, UNKNOWN),
-        calculation,
+    count, unknown_count = _count(visible, VISIBLE), _count(visible, UNKNOWN)
+    known = None if grid.unknown_posts == 0 else ~np.isnan(grid.heights_m)
+    known_posts = grid.rows * grid.cols - grid.unknown_posts
+    answer = VisibilityMapSummary(
+        version=found.version,
+        mode=parameters.mode,
+        error_statement=found.error_statement,
+        curvature=found.curvature.sentence(),
+        unknown=parameters.unknown,
+        receiver=ReceiverHeight(
+            above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
+        ),
+        dem=ground_of(grid),
+        anchors=[_anchor(grid, anchor, visible[number], known, known_posts) for number, anchor in enumerate(anchors)],
+        count_histogram=_count_histogram(count, known, known_posts, len(anchors)),
+        undecided_posts=int(np.count_nonzero(_undecided(grid, count, unknown_count))),
+        posts_with_unknown_anchors=int(np.count_nonzero(unknown_count)),
+        warnings=[
+            *grid.provenance.warnings,
+            *found.warnings,
+            *_receiver_warnings(grid, parameters.receiver_altitude_m),
+        ],
+        timing={"calculation_s": found.elapsed_s},
+        parameters=parameters.model_dump(mode="json", exclude_none=True),
     )
     if progress is not None:
         progress(1.0)
-    return finished
+    return VisibilityMap(grid, anchors, parameters, answer, visible, found.altitude_m, count, unknown_count)
+
+
+def _undecided(
+    grid: ElevationGrid, count: npt.NDArray[np.integer[Any]], unknown_count: npt.NDArray[np.integer[Any]]
+) -> npt.NDArray[np.bool_]:
+    undecided: npt.NDArray[np.bool_] = (count == 0) & (unknown_count > 0)
+    return undecided & ~np.isnan(grid.heights_m)
 
 
 def _receiver_warnings(grid: ElevationGrid, receiver_altitude_m: float | None) -> tuple[str, ...]:
@@ -141,33 +129,33 @@ def _count(visible: npt.NDArray[np.uint8], value: np.uint8) -> npt.NDArray[np.ui
     return counts
 
 
-def _anchor_summary(
+def _anchor(
     grid: ElevationGrid,
     anchor: Anchor,
     visible: npt.NDArray[np.uint8],
     known: npt.NDArray[np.bool_] | None,
     known_posts: int,
-) -> dict[str, Any]:
+) -> AnchorSummary:
     over_known = visible if known is None else visible[known]
     seen, unknown = int(np.count_nonzero(over_known == VISIBLE)), int(np.count_nonzero(over_known == UNKNOWN))
     ground_m = float(height_at(grid, anchor.east_m, anchor.north_m))
-    return {
-        "id": anchor.id,
-        "east_m": anchor.east_m,
-        "north_m": anchor.north_m,
-        "altitude_m": anchor.altitude_m,
-        "above_ground_m": None if math.isnan(ground_m) else anchor.altitude_m - ground_m,
-        "visible_share": share_of(seen, known_posts),
-        "hidden_share": share_of(known_posts - seen - unknown, known_posts),
-        "unknown_share": share_of(unknown, known_posts),
-    }
+    return AnchorSummary(
+        id=anchor.id,
+        east_m=anchor.east_m,
+        north_m=anchor.north_m,
+        altitude_m=anchor.altitude_m,
+        above_ground_m=None if math.isnan(ground_m) else anchor.altitude_m - ground_m,
+        visible_share=share_of(seen, known_posts),
+        hidden_share=share_of(known_posts - seen - unknown, known_posts),
+        unknown_share=share_of(unknown, known_posts),
+    )
 
 
 def _count_histogram(
     count: npt.NDArray[Any], known: npt.NDArray[np.bool_] | None, known_posts: int, n_anchors: int
-) -> list[dict[str, Any]]:
+) -> list[CountShare]:
     posts = np.bincount((count if known is None else count[known]).ravel(), minlength=n_anchors + 1)
     return [
-        {"visible_anchors": number, "posts": int(posts[number]), "share": share_of(int(posts[number]), known_posts)}
+        CountShare(visible_anchors=number, posts=int(posts[number]), share=share_of(int(posts[number]), known_posts))
         for number in range(n_anchors + 1)
     ]

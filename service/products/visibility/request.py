@@ -4,33 +4,33 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import AnchorIn
+from service.parts.map_answers import DEM_ID, DemId
 from service.parts.points import Metres, NotNegativeMetres
 from service.parts.sight import SightParameters
 
-__all__ = ["VisibilityMapParameters"]
+__all__ = ["REQUEST", "VisibilityMapIn", "VisibilityMapParameters"]
 
 DEFAULT_RECEIVER_ABOVE_GROUND_M = 1.5
+ANCHORS: list[JsonValue] = [
+    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
+    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "altitude_m": 1612.0},
+]
+REQUEST: dict[str, JsonValue] = {
+    "dem_id": DEM_ID,
+    "anchors": ANCHORS,
+    "receiver_above_ground_m": 1.5,
+    "mode": "fast",
+}
 
 
 class VisibilityMapParameters(SightParameters):
     """Anchors, receiver height and how to calculate."""
 
     model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "anchors": [
-                        {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
-                        {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "altitude_m": 1612.0},
-                    ],
-                    "receiver_above_ground_m": 1.5,
-                    "mode": "fast",
-                }
-            ]
-        }
+        json_schema_extra={"examples": [{name: value for name, value in REQUEST.items() if name != "dem_id"}]}
     )
 
     anchors: list[AnchorIn] = Field(min_length=1, description="The anchors, at least one, with unique ids.")
@@ -56,3 +56,11 @@ class VisibilityMapParameters(SightParameters):
             given = "neither was" if self.receiver_altitude_m is None else "both were"
             raise ValueError(f"Give exactly one of receiver_above_ground_m and receiver_altitude_m; {given} given.")
         return self
+
+
+class VisibilityMapIn(VisibilityMapParameters):
+    """A DEM, anchors, the receiver's height, and how to calculate."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
+
+    dem_id: DemId

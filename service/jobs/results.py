@@ -1,33 +1,34 @@
-"""Keeping a finished map on disk: raw arrays, so that its layers can be made when they are asked for."""
+"""Keeping a finished result on disk: raw arrays, so that its layers can be made when they are asked for."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, ValidationError
 
-from service.parts.map_facts import Calculation
 from service.parts.sight import SightParameters
-from service.products.registry import PRODUCTS, FinishedMap, product_of
+from service.products.product import Finished, Product
 from terrain import ElevationGrid, Provenance
 from visibility import Anchor, DistantAnchor
 
 __all__ = ["load", "save"]
 
-FORMAT = 1
+FORMAT = 2
+READABLE = (1, 2)  # the first kept the answer in the store alone
+ANSWER = "answer.json"
 
 
-def save(finished: FinishedMap, folder: Path) -> None:
-    """Write the map into a folder, which is made if need be; the description comes last and marks it complete.
+def save(product: Product, finished: Any, folder: Path) -> None:
+    """Write a result into a folder, which is made if need be; the description comes last and marks it complete.
 
     Raises OSError, for instance when the disk is full.
     """
-    product = product_of(finished)
     folder.mkdir(parents=True, exist_ok=True)
     grid = finished.grid
     np.save(folder / "heights_m.npy", grid.heights_m, allow_pickle=False)
@@ -47,24 +48,26 @@ def save(finished: FinishedMap, folder: Path) -> None:
         "anchor_positions_m": [(a.east_m, a.north_m, a.altitude_m) for a in finished.anchors if isinstance(a, Anchor)],
         "distant_anchors": [asdict(a) for a in finished.anchors if isinstance(a, DistantAnchor)],
         "parameters": finished.parameters.model_dump(mode="json"),
-        "calculation": asdict(finished.calculation),
-        "plain": {name: getattr(finished, name) for name in product.plain},
     }
+    (folder / ANSWER).write_text(finished.answer.model_dump_json(), encoding="utf-8")
     (folder / f"{product.name}.json").write_text(json.dumps(description, allow_nan=False), encoding="utf-8")
 
 
-def load(folder: Path) -> FinishedMap:
-    """The map saved in a folder; its big arrays are mapped, not read, until a layer needs them.
+def load(
+    products: Mapping[str, Product], folder: Path, summary: Mapping[str, Any] | None = None
+) -> tuple[Product, Finished]:
+    """The product of a result saved in a folder, and the result; its big arrays are mapped, not read, until needed.
 
+    summary: its answer as the store has it, for results of a Sightline that did not keep it in the folder.
     Raises FileNotFoundError (nothing complete there), ValueError (of another format).
     """
-    product = next((p for p in PRODUCTS.values() if (folder / f"{p.name}.json").is_file()), None)
-    if product is None:
-        raise FileNotFoundError(f"There is no finished map in {folder.name}.")
+    product = next((p for p in products.values() if (folder / f"{p.name}.json").is_file()), None)
+    if product is None or product.finished is None:
+        raise FileNotFoundError(f"There is no finished result in {folder.name}.")
     description = json.loads((folder / f"{product.name}.json").read_text(encoding="utf-8"))
-    if description.get("format") != FORMAT:
+    if description.get("format") not in READABLE:
         raise ValueError(f"The {product.name} in {folder.name} has format {description.get('format')}, not {FORMAT}.")
-    parameters = product.parameters.model_validate(description["parameters"])
+    parameters: Any = product.parameters.model_validate(description["parameters"])
     described = description["grid"]
     grid = ElevationGrid(
         _mapped(folder, "heights_m"),
@@ -76,14 +79,26 @@ def load(folder: Path) -> FinishedMap:
         described["vertical_datum"],
         Provenance(**_with_tuples(described["provenance"])),
     )
-    return product.finished(
+    finished = product.finished(
         grid=grid,
         anchors=_anchors(parameters, description["anchor_positions_m"], description.get("distant_anchors", ())),
         parameters=parameters,
-        calculation=Calculation(**_with_tuples(description["calculation"])),
+        answer=_answer(product, folder, summary),
         **{name: _mapped(folder, name) for name in product.arrays},
-        **description.get("plain", {}),
     )
+    return product, finished
+
+
+def _answer(product: Product, folder: Path, summary: Mapping[str, Any] | None) -> BaseModel:
+    try:
+        told = json.loads((folder / ANSWER).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        told = {} if summary is None else dict(summary)
+    try:
+        return product.answer.model_validate(told)
+    except ValidationError:
+        # an older Sightline told less; the layers that are made of arrays alone can still be drawn
+        return product.answer.model_construct(None, **told)
 
 
 def _anchors(

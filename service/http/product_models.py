@@ -1,0 +1,64 @@
+"""The models that OpenAPI shows of a product's answers, made from the product."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from pydantic import Field, create_model
+
+from service.parts.map_answers import MapOut, running_example
+from service.parts.older_results import OrOlder
+from service.parts.pages import Page
+from service.products.product import Product
+
+__all__ = ["list_model", "out_model", "state_model"]
+
+
+@cache
+def state_model(product: Product) -> type[MapOut]:
+    """How a calculation stands, and its result; what is long is left out."""
+    fields: dict[str, Any] = {
+        "result": (OrOlder[product.answer], Field(description="What came out; null until it succeeded."))  # type: ignore[name-defined] # a model made at run time
+    }
+    if product.inline is not None:
+        fields["files"] = (list[str], Field(description="The same as layers, under their older paths."))
+    model = create_model(
+        f"{product.model}{'Out' if product.inline is None else 'State'}",
+        __doc__=f"How the calculation of {product.title} stands, and its result when there is one.",
+        __base__=MapOut,
+        **fields,
+    )
+    if product.example:
+        example = running_example(product.path, dict(product.example))
+        model.model_config["json_schema_extra"] = {
+            "examples": [{**example, "files": []} if product.inline else example]
+        }
+    return model
+
+
+@cache
+def out_model(product: Product) -> type[MapOut]:
+    """The same with what is long."""
+    if product.inline is None:
+        return state_model(product)
+    inline = product.inline
+    fields: dict[str, Any] = {inline.name: (list[inline.model] | None, Field(description=inline.description))}
+    return create_model(
+        f"{product.model}Out",
+        __doc__=f"How {product.title} stand, with every one of the {inline.name}.",
+        __base__=state_model(product),
+        **fields,
+    )
+
+
+@cache
+def list_model(product: Product) -> type[Page]:
+    """One page of them, newest first."""
+    fields: dict[str, Any] = {product.plural: (list[state_model(product)], ...)}  # type: ignore[misc] # the same
+    return create_model(
+        f"{product.model}List",
+        __doc__=f"One page of {product.plural.replace('_', ' ')}, newest first.",
+        __base__=Page,
+        **fields,
+    )

@@ -1,0 +1,285 @@
+"""Products as resources: asking, listing, following, stopping, deleting and downloading are the same for all."""
+
+from __future__ import annotations
+
+import asyncio
+import uuid
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import FileResponse, JSONResponse
+
+from service.errors import NotFoundError, NotReadyError, RequestError
+from service.files.layer import Layer
+from service.jobs.records import JobRecord, JobStatus
+from service.parts.map_answers import LayerLink, MapOut
+from service.parts.pages import Limit, Offset, Page
+from service.parts.satellites import ORBIT_TEXTS
+from service.products.product import Needs, Product
+
+from .bodies import body_of, json_body, long_body
+from .context import Service, ServiceDep
+from .documented import LOCATION, problem_responses
+from .files import file_answer
+from .jobs import after_waiting, finished, path_of, state_of
+from .prefer import WaitDep
+from .product_models import list_model, out_model, state_model
+from .spliced import spliced_answer
+
+__all__ = ["product_router"]
+
+JSON = "application/json"
+
+
+def product_router(product: Product) -> APIRouter:
+    """All routes of one product."""
+    router = APIRouter(prefix=product.path, tags=[product.tag])
+    _add_asking(router, product)
+    _add_following(router, product)
+    _add_files(router, product)
+    if product.searches:
+        _add_stop(router, product)
+    return router
+
+
+def _add_asking(router: APIRouter, product: Product) -> None:
+    answers = {"headers": LOCATION, "model": out_model(product)}
+
+    @router.post(
+        "",
+        status_code=201,
+        response_model=None,
+        name=f"ask_for_{_singular(product)}",
+        summary=f"Ask for {_article(product)}",
+        description=product.about,
+        responses={
+            201: {"description": "Calculated within the wait.", **answers},
+            202: {"description": "Taken in; follow Location.", **answers},
+            **problem_responses(400, 404, 413, 415, 422, 503, 507, *product.problems),
+        },
+        openapi_extra=body_of(product.asked),
+    )
+    async def ask(request: Request, response: Response, service: ServiceDep, wait_s: WaitDep) -> Response:
+        token = uuid.uuid4().hex
+        if product.long_body:
+            async with long_body(request, service) as (body, big):
+                checked = await _checked(service, product, body, token, big)
+        else:
+            checked = await _checked(service, product, {"body": await json_body(request)}, token, False)
+        job = await service.supervisor.submit(
+            product.name,
+            checked["dem_id"],
+            {"parameters": checked["parameters"], "has_inputs": checked["has_inputs"]},
+            inputs=service.folder.work(token) if checked["has_inputs"] else None,
+        )
+        job = await after_waiting(request, response, service, job, wait_s)
+        return _whole(service, product, job, response.status_code or 201, dict(response.headers))
+
+
+async def _checked(
+    service: Service, product: Product, body: Mapping[str, str], token: str, big: bool
+) -> dict[str, Any]:
+    """What a worker makes of a body: parameters that can be calculated. Raises what is wrong with it."""
+    asked = {"product": product.name, **body}
+    checked = await service.supervisor.check("check-request", asked, token, big=big)
+    if "needs" in checked:
+        given = await _found(service, Needs(**checked["needs"]), checked["dem_id"])
+        checked = await service.supervisor.check("check-request", {**asked, "given": given}, token, big=big)
+    return checked
+
+
+async def _found(service: Service, needs: Needs, dem_id: str) -> dict[str, Any]:
+    """What a request refers to. Raises NotFoundError, GoneError, NotReadyError, RequestError."""
+    given: dict[str, Any] = {}
+    if needs.map_id is not None:
+        job = await service.supervisor.in_store(_map_of, service, needs)
+        if job.dem_id != dem_id:
+            raise RequestError(f"The {service.products[job.kind].title} {job.id} is of another DEM, {job.dem_id}.")
+        given |= {"map_kind": job.kind, "map_parameters": job.request["parameters"]}
+    if needs.detector_id is not None:
+        found = service.detectors.get(needs.detector_id).occlusions.lasting(needs.persistent_s)
+        given["occluded"] = list(found)
+    return given
+
+
+def _map_of(service: Service, needs: Needs) -> JobRecord:
+    assert needs.map_id is not None
+    for kind in needs.map_kinds:
+        try:
+            job = service.store.job(kind, needs.map_id)
+        except NotFoundError:
+            continue
+        if job.status is not JobStatus.SUCCEEDED:
+            raise NotReadyError(
+                f"The {service.products[kind].title} {needs.map_id} is {job.status}, so nothing can be planned on it."
+            )
+        return job
+    raise NotFoundError("map", needs.map_id)
+
+
+def _add_following(router: APIRouter, product: Product) -> None:
+    one, many, title = _singular(product), product.plural, product.title
+    state = state_model(product)
+
+    @router.get(
+        "",
+        name=f"list_{many}",
+        summary=f"List {product.tag[0].lower()}{product.tag[1:]}" if product.inline else f"List {title}s",
+        description=f"{product.tag}, newest first" + (", without what is long." if product.inline else "."),
+        response_model=list_model(product),
+        responses=problem_responses(422),
+    )
+    async def list_all(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> Response:
+        jobs, total = await service.supervisor.in_store(service.store.jobs, product.name, limit, offset)
+        page = Page(total=total, limit=limit, offset=offset).model_dump_json().removesuffix("}")
+        # what was asked may be long, and there may be many: written one by one, beside whoever else is answered
+        entries = await asyncio.to_thread(
+            lambda: ",".join(_answer(service, product, job).model_dump_json(by_alias=True) for job in jobs)
+        )
+        return Response(f'{page},"{many}":[{entries}]}}', media_type=JSON)
+
+    @router.get(
+        "/{job_id}",
+        name=f"get_{one}",
+        response_model=None,
+        summary=f"Follow {_article(product)}",
+        description="How its calculation stands, its result, and links to its layers.",
+        responses={200: {"description": "How it stands.", "model": out_model(product)}, **problem_responses(404)},
+    )
+    async def get_one(job_id: str, service: ServiceDep) -> Response:
+        job = await service.supervisor.in_store(service.store.job, product.name, job_id)
+        return _whole(service, product, job, 200, {})
+
+    @router.delete(
+        "/{job_id}",
+        status_code=204,
+        name=f"delete_{one}",
+        summary=f"Cancel or delete {_article(product)}",
+        description="One that waits or runs is cancelled and stays as `cancelled`; a finished one is deleted with its "
+        "files.",
+        responses={
+            200: {"description": "It was waiting or running and is cancelled now.", "model": state},
+            204: {"description": "It was over; it and its files are gone."},
+            **problem_responses(404),
+        },
+    )
+    async def delete_one(job_id: str, service: ServiceDep) -> Response:
+        cancelled = await service.supervisor.remove(product.name, job_id)
+        if cancelled is None:
+            return Response(status_code=204)
+        return JSONResponse(_answer(service, product, cancelled).model_dump(mode="json"))
+
+
+def _add_files(router: APIRouter, product: Product) -> None:
+    one, layers = _singular(product), product.layer
+    documented: dict[str, Any] = {
+        "response_class": FileResponse,
+        "responses": {
+            200: {
+                "description": "The file.",
+                "content": {
+                    layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
+                },
+                "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
+            },
+            304: {"description": "You have it already (If-None-Match)."},
+            **problem_responses(404, 409, 416, 422, 503, 507),
+        },
+    }
+
+    @router.get(
+        "/{job_id}/layers/{layer}",
+        name=f"download_{one}_layer",
+        summary=f"Download a layer of {_article(product)}",
+        description="A file of the result. It is written when it is first asked for; ranges and If-None-Match are "
+        "understood.",
+        **documented,
+    )
+    async def download_layer(job_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
+        job = await finished(service, product.name, job_id)
+        if layer not in layers or not _has(job, layers[layer]):
+            raise NotFoundError("layer", layer)
+        assert job.digest is not None
+        path = service.folder.result(job.digest) / layer
+        if product.finished is not None:
+            path = await service.drawings.layer(job.digest, layer, job.summary or {})
+        return await file_answer(request, path, layers[layer].media_type, f"{job.digest}-{layer}")
+
+    if product.inline is not None:
+        router.add_api_route(
+            "/{job_id}/files/{layer}",
+            download_layer,
+            name=f"download_{one}_file",
+            summary=f"Download a file of {_article(product)}",
+            description="The same as `/layers/`, under its older name.",
+            deprecated=True,
+            **documented,
+        )
+
+
+def _add_stop(router: APIRouter, product: Product) -> None:
+    @router.post(
+        "/{job_id}/stop",
+        status_code=202,
+        name=f"stop_{_singular(product)}",
+        summary=f"End {_article(product)} early",
+        description="The best that was found so far becomes the result, which says so; follow it until it is over.",
+        response_model=state_model(product),
+        responses={202: {"description": "It was told.", "headers": LOCATION}, **problem_responses(404, 409)},
+    )
+    async def stop_one(job_id: str, response: Response, service: ServiceDep) -> MapOut:
+        job = await service.supervisor.finish_early(product.name, job_id)
+        response.headers["Location"] = path_of(service, job)
+        return _answer(service, product, job)
+
+
+def _singular(product: Product) -> str:
+    return product.plural if product.inline is not None else product.plural.removesuffix("s")
+
+
+def _article(product: Product) -> str:
+    return product.title if product.inline is not None else f"a {product.title}"
+
+
+def _has(job: JobRecord, layer: Layer) -> bool:
+    return layer.is_of(job.request["parameters"]) and layer.is_in(job.summary or {})
+
+
+def _answer(service: Service, product: Product, job: JobRecord) -> MapOut:
+    links = [
+        LayerLink(
+            name=layer.name,
+            href=f"{path_of(service, job)}/layers/{layer.name}",
+            media_type=layer.media_type,
+            description=layer.description,
+        )
+        for layer in product.layers
+        if job.summary is not None and _has(job, layer)
+    ]
+    told: dict[str, Any] = {
+        **state_of(service, job),
+        "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
+        "result": job.summary,
+        "layers": links,
+    }
+    if product.inline is not None:
+        told["files"] = [f"{path_of(service, job)}/files/{link.name}" for link in links]
+    return state_model(product).model_validate(told)
+
+
+def _whole(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
+    answer = _answer(service, product, job)
+    if product.inline is None:
+        kept = {key: value for key, value in headers.items() if key not in ("content-length", "content-type")}
+        return Response(answer.model_dump_json(), status, kept, JSON)
+    path = None if job.digest is None else service.folder.result(job.digest) / product.inline.layer
+    return spliced_answer(answer, product.inline.name, path, status, headers)
+
+
+def _without_orbits(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What was asked, without the text of satellites' orbits, which is long and the client's own."""
+    satellites = parameters.get("satellites")
+    if satellites is None:
+        return parameters
+    return {**parameters, "satellites": {k: v for k, v in satellites.items() if k not in ORBIT_TEXTS}}

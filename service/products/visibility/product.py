@@ -1,0 +1,46 @@
+"""Visibility maps as a product."""
+
+from __future__ import annotations
+
+from service.estimates import refuse_map
+from service.parts.positions import resolve_anchor
+from service.products.product import Product, Work
+from service.settings import Settings
+from terrain import ElevationGrid
+from visibility import check_anchors
+
+from .answer import VisibilityMapSummary
+from .calculate import VisibilityMap, calculate
+from .files import LAYERS
+from .request import REQUEST, VisibilityMapIn, VisibilityMapParameters
+
+__all__ = ["VISIBILITY_MAP"]
+
+
+def _check(grid: ElevationGrid, parameters: VisibilityMapParameters, settings: Settings) -> None:
+    refuse_map(grid.heights_m.size, len(parameters.anchors), parameters.mode, settings)
+    check_anchors(grid, [resolve_anchor(grid, anchor) for anchor in parameters.anchors])
+
+
+def _calculate(grid: ElevationGrid, parameters: VisibilityMapParameters, work: Work) -> VisibilityMap:
+    return calculate(grid, parameters, work.progress)
+
+
+VISIBILITY_MAP = Product(
+    name="visibility-map",
+    title="visibility map",
+    plural="visibility_maps",
+    model="VisibilityMap",
+    tag="Visibility maps",
+    summary="Which anchors are seen from where, over a whole DEM.",
+    about="Which anchors are in sight of a receiver at one height, over a whole DEM.",
+    asked=VisibilityMapIn,
+    parameters=VisibilityMapParameters,
+    answer=VisibilityMapSummary,
+    example=REQUEST,
+    check=_check,
+    calculate=_calculate,
+    layers=LAYERS,
+    finished=VisibilityMap,
+    arrays=("visible", "altitude_m", "count", "unknown_count"),
+)

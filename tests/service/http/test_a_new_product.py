@@ -1,0 +1,71 @@
+"""A new product is one object: named in a setting it is asked for, followed, downloaded and deleted as all others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.http.app import create_app
+from service.products.registry import all_products
+from service.settings import Settings
+from tests.service.running import Server, running
+from tests.service.small_maps import small_grid
+
+TOY = "tests.service.toy_product:HIGH_GROUND"
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    folder = tmp_path_factory.mktemp("toy") / "data"
+    with running(folder, workers=1, rehearse="maps", more_products=json.dumps([TOY])) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def dem_id(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("dem") / "small.npz"
+    np.savez(path, heights_m=small_grid().heights_m, cell_east_m=30.0, cell_north_m=20.0)
+    return str(server.upload(path, crs="local")["id"])
+
+
+def test_it_is_asked_for_followed_downloaded_and_deleted(server: Server, dem_id: str) -> None:
+    asked = server.client.post("/high-grounds", json={"dem_id": dem_id, "above_m": 40.0}, headers={"Prefer": "wait=60"})
+    assert asked.status_code == 201, asked.text
+    here = asked.headers["Location"]
+    told = server.client.get(here).json()
+    assert told["result"]["posts"] == int((small_grid().heights_m > 40.0).sum())
+    assert [layer["name"] for layer in told["layers"]] == ["posts.csv"]
+    assert server.client.get(f"{here}/layers/posts.csv").text == f"posts\n{told['result']['posts']}\n"
+    assert [one["id"] for one in server.client.get("/high-grounds").json()["high_grounds"]] == [told["id"]]
+    assert server.client.delete(here).status_code == 204
+    assert server.client.get(here).status_code == 404
+
+
+def test_what_it_refuses_is_a_problem_before_a_job_exists(server: Server, dem_id: str) -> None:
+    refused = server.client.post("/high-grounds", json={"dem_id": dem_id, "above_m": -1.0})
+    assert (refused.status_code, refused.json()["type"]) == (422, "/problems/terrain")
+    unknown = server.client.post("/high-grounds", json={"dem_id": dem_id, "above_m": 1.0, "below_m": 2.0})
+    assert (unknown.status_code, unknown.json()["type"]) == (422, "/problems/validation")
+    assert server.client.get("/high-grounds").json()["total"] == 0
+
+
+def test_openapi_has_its_routes_its_tag_and_its_models() -> None:
+    document = create_app(Settings(more_products=(TOY,))).openapi()
+    assert {path for path in document["paths"] if path.startswith("/high-grounds")} == {
+        "/high-grounds",
+        "/high-grounds/{job_id}",
+        "/high-grounds/{job_id}/layers/{layer}",
+    }
+    assert "High ground" in [tag["name"] for tag in document["tags"]]
+    assert {"HighGroundIn", "HighGroundOut", "HighGroundList", "HighGroundSummary"} <= set(
+        document["components"]["schemas"]
+    )
+
+
+def test_two_products_of_one_name_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="one name or one path"):
+        all_products((TOY, TOY))
