@@ -102,8 +102,10 @@ def _answer(product: Product, folder: Path, summary: Mapping[str, Any] | None) -
 
 
 def _anchors(
-    parameters: SightParameters, positions_m: Sequence[Sequence[float]], distant: Sequence[dict[str, Any]]
+    parameters: object, positions_m: Sequence[Sequence[float]], distant: Sequence[dict[str, Any]]
 ) -> tuple[Anchor | DistantAnchor, ...]:
+    if not isinstance(parameters, SightParameters):
+        return ()
     near = (
         Anchor(
             *(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m),
