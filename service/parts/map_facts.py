@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any
+from typing import Any, Protocol
 
 from service.parts.map_answers import BoundsOfPosts, Ground
-from service.parts.sight import CurvatureIn, SightParameters
+from service.parts.sight import CurvatureIn
 from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
 from visibility import FLAT, Curvature
 
@@ -25,6 +25,15 @@ __all__ = [
     "ground_of",
     "share_of",
 ]
+
+
+class AskedCurvature(Protocol):
+    """A request that says how the ground curves."""
+
+    @property
+    def curvature(self) -> CurvatureIn | str:
+        """auto, flat, or numbers."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +114,9 @@ def grid_north_deg(grid: ElevationGrid) -> float | None:
 
 
 def curvature_of(parameters: SightParameters) -> Curvature | None:
+
+
+def curvature_of(parameters: AskedCurvature) -> Curvature | None:
     """The curvature asked for; None leaves it to the grid's CRS."""
     if isinstance(parameters.curvature, CurvatureIn):
         return Curvature(parameters.curvature.radius_m, parameters.curvature.refraction_k)
