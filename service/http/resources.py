@@ -70,7 +70,7 @@ def _add_asking(router: APIRouter, product: Product) -> None:
         job = await service.supervisor.submit(
             product.name,
             checked["dem_id"],
-            {"parameters": checked["parameters"], "has_inputs": checked["has_inputs"]},
+            {key: checked[key] for key in ("parameters", "has_inputs", "notes")},
             inputs=service.folder.work(token) if checked["has_inputs"] else None,
         )
         job = await after_waiting(request, response, service, job, wait_s)
@@ -260,12 +260,20 @@ def _answer(service: Service, product: Product, job: JobRecord) -> MapOut:
     told: dict[str, Any] = {
         **state_of(service, job),
         "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
-        "result": job.summary,
+        "result": _with_notes(job),
         "layers": links,
     }
     if product.inline is not None:
         told["files"] = [f"{path_of(service, job)}/files/{link.name}" for link in links]
     return state_model(product).model_validate(told)
+
+
+def _with_notes(job: JobRecord) -> Mapping[str, Any] | None:
+    """The result, whose warnings also tell of older names that the request used."""
+    notes = job.request.get("notes")
+    if job.summary is None or not notes:
+        return job.summary
+    return {**job.summary, "warnings": [*job.summary.get("warnings", []), *notes]}
 
 
 def _whole(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:

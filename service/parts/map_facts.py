@@ -113,9 +113,6 @@ def grid_north_deg(grid: ElevationGrid) -> float | None:
         return None  # a middle where the CRS is not defined has no north
 
 
-def curvature_of(parameters: SightParameters) -> Curvature | None:
-
-
 def curvature_of(parameters: AskedCurvature) -> Curvature | None:
     """The curvature asked for; None leaves it to the grid's CRS."""
     if isinstance(parameters.curvature, CurvatureIn):

@@ -12,6 +12,7 @@ from service.errors import NotFoundError, NotReadyError, NotValidError
 from service.files.replacing import replacing
 from service.jobs.folder import digest_of, make_durable
 from service.jobs.results import load, save
+from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import fields_of, sentence_of
 from service.products.product import Given, Product, Work
 
@@ -42,7 +43,8 @@ def check_request(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping
     packed = product.pack(grid, parameters, context.work)
     if context.work.exists():
         make_durable(context.work)
-    return {"dem_id": asked.dem_id, "parameters": packed, "has_inputs": context.work.exists()}
+    notes = notes_on_older_names(asked)
+    return {"dem_id": asked.dem_id, "parameters": packed, "has_inputs": context.work.exists(), "notes": notes}
 
 
 def calculation_of(product: Product) -> Task:
