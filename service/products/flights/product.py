@@ -20,12 +20,12 @@ def _needs(asked: FlightIn) -> Needs | None:
     return None if asked.map_id is None else Needs(map_id=asked.map_id, map_kinds=("morphing-map",))
 
 
-def _complete(asked: FlightIn, given: Given) -> FlightParameters:
+def _complete(asked: FlightParameters, given: Given) -> FlightParameters:
     """Raises RequestError, ValidationError."""
     fields = asked.model_dump(mode="json", exclude={"dem_id", "map_id"}, exclude_unset=True, exclude_none=True)
     if given.map_kind is not None:
         if given.map_parameters.get("frames") is not None:
-            raise RequestError(f"The morphing map {asked.map_id} has frames; a flight is planned above one without.")
+            raise RequestError("The morphing map has frames; a flight is planned above one without.")
         fields["morphing_map"] = dict(given.map_parameters)
     return FlightParameters.model_validate(fields)
 

@@ -11,7 +11,7 @@ from terrain import ElevationGrid
 from .answer import PathSummary
 from .calculate import FinishedPath, calculate_path, check_path_request
 from .files import LAYERS
-from .request import REQUEST, PathIn, PathParameters
+from .request import REQUEST, PathIn, PathParameters, PathQuestion
 
 __all__ = ["PATH"]
 
@@ -20,7 +20,7 @@ def _needs(asked: PathIn) -> Needs | None:
     return None if asked.map_id is None else Needs(map_id=asked.map_id, map_kinds=MAP_KINDS)
 
 
-def _complete(asked: PathIn, given: Given) -> PathParameters:
+def _complete(asked: PathQuestion, given: Given) -> PathParameters:
     """Raises RequestError, ValidationError."""
     fields = asked.model_dump(mode="json", exclude={"dem_id", "map_id"}, exclude_unset=True, exclude_none=True)
     if given.map_kind is not None:
