@@ -87,7 +87,8 @@ def calculate_flight(
     Raises PathError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s, told = time.perf_counter(), progress or (lambda _: None)
-    above, lines, of_map = None, None, ()
+    above, lines = None, None
+    of_map: tuple[str, ...] = ()
     if asked.morphing_map is not None:
         lines, sources = sight_lines(grid, asked.morphing_map, progress, SHARE_OF_MAP)
         ceiling_m, above_ground = asked.morphing_map.ceiling()

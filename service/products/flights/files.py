@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from pydantic import JsonValue
-
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, PNG, Layer
 from service.files.missions import MISSIONS
@@ -18,7 +16,7 @@ from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
 
-Json = dict[str, JsonValue]
+Json = dict[str, object]
 DECIMALS_DEG, DECIMALS_M = 8, 3
 FOUND = "found"
 (PLAN,) = MISSIONS["flight"]
@@ -82,7 +80,7 @@ def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Json) -> Json:
     return _feature("Point", _coordinates(finished, at), properties)
 
 
-def _feature(kind: str, coordinates: JsonValue, properties: Json) -> Json:
+def _feature(kind: str, coordinates: list[float] | list[list[float]], properties: Json) -> Json:
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
 
 

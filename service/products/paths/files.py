@@ -8,7 +8,6 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
-from pydantic import JsonValue
 
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, PNG, Layer
@@ -23,7 +22,7 @@ from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
 
-Json = dict[str, JsonValue]
+Json = dict[str, object]
 DECIMALS_DEG, DECIMALS_M, DECIMALS = 8, 3, 4
 # told by the geometry
 PLACE = ("east_m", "north_m")
@@ -62,7 +61,7 @@ def _write_csv(finished: FinishedPath, path: Path) -> None:
 def _vertex_properties(finished: FinishedPath) -> list[Json]:
     """What holds at each vertex, ready for JSON: angles in degrees, None where there is no number."""
     ids = np.array(finished.answer.ranged_to)
-    columns: dict[str, list[JsonValue]] = {}
+    columns: dict[str, list[object]] = {}
     for name in VERTEX_COLUMNS:
         if name in PLACE:
             continue
@@ -132,7 +131,7 @@ def _place(finished: FinishedPath, at: PathPlaceOut | PathAreaOut) -> list[float
     return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG)]
 
 
-def _feature(kind: str, coordinates: JsonValue, properties: Json) -> Json:
+def _feature(kind: str, coordinates: list[float] | list[list[float]], properties: Json) -> Json:
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
 
 

@@ -165,6 +165,18 @@ def test_a_map_that_is_not_there_or_of_another_dem_is_refused(
     assert_problem(both, 422, "request", "A map brings its own anchors along")
 
 
+def test_older_names_are_taken_and_the_result_warns_of_them(server: Server, ground: dict[str, Any]) -> None:
+    older = {"rover": {"antenna_height_m": 2.5}, "limits": {"max_dop": 900.0}}
+    path = asked(server, ground, **older).json()
+    assert path["request"]["rover"]["receiver_above_ground_m"] == 2.5
+    assert path["request"]["limits"]["dop_limit"] == 900.0
+    told = " ".join(path["result"]["warnings"])
+    assert "antenna_height_m is called receiver_above_ground_m now" in told
+    assert "max_dop is called dop_limit now" in told
+    both = asked(server, ground, limits={"max_dop": 900.0, "dop_limit": 900.0})
+    assert_problem(both, 422, "validation", "max_dop is the older name of dop_limit; give only the new one.")
+
+
 TRACK = {"id": "T", "points": [{"time_s": t, **at(60.0 + t, 60.0), "above_ground_m": 80.0} for t in (0.0, 400.0)]}
 CROSSED = {"ring": [at(0, 0), at(100, 100), at(100, 0), at(0, 100)]}
 METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 3.8e6], [4e5, 3.8e6]]]}
