@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
+from service.parts.anchors import AnchorIn
+from service.parts.source_answers import PlacedAnchor, PlacedSatellite
+from service.products.dop.answer import DopMapSummary
+from service.products.morphing.answer import MorphingMapSummary
 
-from .maps import MapFiles, anchors_of, make_map
+from .maps import anchors_of, make_map
 from .output import facts_table, share_text
 
-__all__ = ["SatelliteOptions", "make_positioning_map", "sources_table"]
+__all__ = ["SatelliteOptions", "make_dop_map", "make_morphing_map", "sources_table"]
 
 MOST_BYTES = 1_000_000
 
@@ -67,37 +71,50 @@ class SatelliteOptions:
             ) from error
 
 
-def make_positioning_map(
-    name: str,
+def make_dop_map(
     dem: str,
-    *,
+    fields: dict[str, Any],
+    satellites: SatelliteOptions,
     anchor_texts: list[str],
     anchor_files: list[Path],
+    *,
     lonlat: bool,
-    satellites: SatelliteOptions,
-    asked: dict[str, Any],
-    left_out: tuple[str, ...] = (),
     **rest: Any,
 ) -> None:
-    """Read, calculate, write and print a map of the product of that name; ``rest`` as for make_map.
+    """Read, calculate, write and print; fields: of the request, None where not given. ``rest`` as for make_map."""
+    asked = _asked(fields, satellites, anchors_of(anchor_texts, anchor_files, lonlat=lonlat))
+    from service.products.dop.product import DOP_MAP
 
-    left_out: layers that are not written.
-    """
-    anchors = anchors_of(anchor_texts, anchor_files, lonlat=lonlat)
+    make_map(dem, DOP_MAP, DOP_MAP.parameters.model_validate(asked), _dop_tables, summary="dop.json", **rest)
+
+
+def make_morphing_map(
+    dem: str,
+    fields: dict[str, Any],
+    satellites: SatelliteOptions,
+    anchor_texts: list[str],
+    anchor_files: list[Path],
+    *,
+    lonlat: bool,
+    **rest: Any,
+) -> None:
+    """The same for a morphing map."""
+    asked = _asked(fields, satellites, anchors_of(anchor_texts, anchor_files, lonlat=lonlat))
+    from service.products.morphing.product import MORPHING_MAP
+
+    parameters = MORPHING_MAP.parameters.model_validate(asked)
+    make_map(dem, MORPHING_MAP, parameters, _morphing_tables, summary="morph.json", **rest)
+
+
+def _asked(fields: dict[str, Any], satellites: SatelliteOptions, anchors: list[AnchorIn]) -> dict[str, Any]:
+    """A request's fields. Raises RequestError."""
     sky = satellites.fields()
-    if not anchors and not asked.get("tracks") and sky is None:
+    if not anchors and not fields.get("tracks") and sky is None:
         raise RequestError(
             "Nothing to range to: give --anchor ID,EAST,NORTH,80agl, --anchors FILE or --almanac FILE with --time."
         )
-    from service.products.layers import LAYERS
-    from service.products.registry import PRODUCTS
-
-    given = {field: value for field, value in asked.items() if value is not None}
-    product, (summary, tables) = PRODUCTS[name], COMMANDS[name]
-    parameters = product.parameters.model_validate({"anchors": anchors, "satellites": sky, **given})
-    offered = (layer for layer in LAYERS[name].values() if layer.name not in left_out and not layer.for_screens)
-    layers = tuple(layer.name for layer in offered if layer.is_of(given))
-    make_map(dem, parameters, product.calculate, MapFiles(summary, layers), tables, **rest)
+    given = {name: value for name, value in fields.items() if value is not None}
+    return {"anchors": anchors, "satellites": sky, **given}
 
 
 def _orbit_text(what: str, path: Path) -> str:
@@ -119,82 +136,91 @@ def _lon_lat(text: str) -> dict[str, float]:
     return {"lon_deg": lon_deg, "lat_deg": lat_deg}
 
 
-def _dop_tables(summary: dict[str, Any]) -> tuple[Table, ...]:
-    quantiles = summary["dop_quantiles"]
+def _dop_tables(answer: DopMapSummary) -> tuple[Table, ...]:
+    measure = answer.measure.upper()
     facts = [
-        (f"{summary['measure'].upper()} < {summary['dop_limit']:g}", share_text(summary["share_within_limit"])),
-        ("no-go", share_text(summary["share_no_go"])),
-        ("unknown", share_text(summary["share_unknown"])),
+        (f"{measure} < {answer.dop_limit:g}", share_text(answer.share_within_limit)),
+        ("no-go", share_text(answer.share_no_go)),
+        ("unknown", share_text(answer.share_unknown)),
         *(
-            (f"{summary['measure'].upper()} {name}", "no fix" if quantiles[name] is None else f"{quantiles[name]:.2f}")
-            for name in quantiles
+            (f"{measure} {name}", "no fix" if dop is None else f"{dop:.2f}")
+            for name, dop in answer.dop_quantiles.items()
         ),
         *(
             (f"{name} error p50", "no fix" if quantiles_m["p50"] is None else f"{quantiles_m['p50']:.3g} m")
-            for name, quantiles_m in summary["position_error_quantiles_m"].items()
+            for name, quantiles_m in answer.position_error_quantiles_m.items()
         ),
-        *([] if summary["volume"] is None else [("voxels of the volume", f"{summary['volume']['voxels']:,}")]),
-        *((f"posts {name.replace('_', ' ')}", f"{posts:,}") for name, posts in summary["posts_by_reason"].items()),
+        *([] if answer.volume is None else [("voxels of the volume", f"{answer.volume.voxels:,}")]),
+        *((f"posts {name.replace('_', ' ')}", f"{posts:,}") for name, posts in answer.posts_by_reason.items()),
     ]
-    bound = ", along the surface" if summary["on_surface"] else ""
-    title = (
-        f"{summary['dem']['name']}: {summary['kind']}, antenna {summary['receiver_above_ground_m']:g} m above "
-        f"ground{bound}"
-    )
-    return sources_table(summary), facts_table(title, facts)
+    bound = ", along the surface" if answer.on_surface else ""
+    title = f"{answer.dem.name}: {answer.kind}, antenna {answer.receiver_above_ground_m:g} m above ground{bound}"
+    return sources_table(answer), facts_table(title, facts)
 
 
-def _morphing_tables(summary: dict[str, Any]) -> tuple[Table, ...]:
-    ceiling, above_m = summary["ceiling"], summary["above_ground_m"]
+def _morphing_tables(answer: MorphingMapSummary) -> tuple[Table, ...]:
+    ceiling = answer.ceiling
     top = (
         f"{ceiling['above_ground_m']:g} m above ground"
         if ceiling["above_ground_m"] is not None
         else f"altitude {ceiling['altitude_m']:g} m"
     )
     facts = [
-        *((state["state"].replace("_", " "), share_text(state["share"])) for state in summary["states"]),
-        ("posts with several no-flight intervals", f"{summary['posts_with_several_intervals']:,}"),
-        *((f"flyable above ground {name}", "–" if m is None else f"{m:.0f} m") for name, m in above_m.items()),
+        *((state.state.replace("_", " "), share_text(state.share)) for state in answer.states),
+        ("posts with several no-flight intervals", f"{answer.posts_with_several_intervals:,}"),
+        *(
+            (f"flyable above ground {name}", "–" if m is None else f"{m:.0f} m")
+            for name, m in answer.above_ground_m.items()
+        ),
     ]
-    over_time = summary["over_time"]
+    over_time = answer.over_time
     if over_time is not None:
-        ((height, metres),) = over_time["available_at"].items()
+        ((height, metres),) = over_time.available_at.items()
         facts += [
-            ("frames", f"{len(over_time['frames'])}"),
+            ("frames", f"{len(over_time.frames)}"),
             (f"available at {metres:g} m {'agl' if height == 'above_ground_m' else 'msl'}", ""),
-            *(
-                (f"  {how}", share_text(over_time[f"share_{how}_available"]))
-                for how in ("always", "sometimes", "never")
-            ),
+            ("  always", share_text(over_time.share_always_available)),
+            ("  sometimes", share_text(over_time.share_sometimes_available)),
+            ("  never", share_text(over_time.share_never_available)),
         ]
-    title = (
-        f"{summary['dem']['name']}: {summary['measure'].upper()} of {summary['kind']} < {summary['dop_limit']:g} "
-        f"up to {top}"
-    )
-    return sources_table(summary), facts_table(title, facts)
+    title = f"{answer.dem.name}: {answer.measure.upper()} of {answer.kind} < {answer.dop_limit:g} up to {top}"
+    return sources_table(answer), facts_table(title, facts)
 
 
-def sources_table(summary: dict[str, Any]) -> Table:
+class TellsSources(Protocol):
+    """An answer that tells where anchors and satellites are."""
+
+    @property
+    def curvature(self) -> str:
+        """Curvature and refraction that were used."""
+        ...
+
+    @property
+    def anchors(self) -> Sequence[PlacedAnchor]:
+        """In the DEM's frame."""
+        ...
+
+    @property
+    def satellites(self) -> Sequence[PlacedSatellite]:
+        """As the middle of the DEM sees them."""
+        ...
+
+
+def sources_table(answer: TellsSources) -> Table:
     """One row per anchor and per satellite."""
     table = Table(
         title="Anchors and satellites",
-        caption=f"Curvature: {summary['curvature']}",
+        caption=f"Curvature: {answer.curvature}",
         title_justify="left",
         caption_justify="left",
     )
     table.add_column("id", style="bold")
     for column in ("east m", "north m", "altitude m", "azimuth", "elevation"):
         table.add_column(column, justify="right", no_wrap=True)
-    for anchor in summary["anchors"]:
-        place = (f"{anchor['east_m']:.0f}", f"{anchor['north_m']:.0f}", f"{anchor['altitude_m']:.1f}")
-        table.add_row(escape(anchor["id"]), *place, "", "")
-    for satellite in summary["satellites"]:
-        angles = (f"{satellite['grid_azimuth_deg']:.1f}°", f"{satellite['elevation_deg']:.1f}°")
-        table.add_row(satellite["id"], "", "", "", *angles)
+    for anchor in answer.anchors:
+        place = (f"{anchor.east_m:.0f}", f"{anchor.north_m:.0f}", f"{anchor.altitude_m:.1f}")
+        table.add_row(escape(anchor.id), *place, "", "")
+    for satellite in answer.satellites:
+        angles = (f"{satellite.grid_azimuth_deg:.1f}°", f"{satellite.elevation_deg:.1f}°")
+        table.add_row(satellite.id, "", "", "", *angles)
     return table
-
-
-COMMANDS: Mapping[str, tuple[str, Callable[[dict[str, Any]], tuple[Table, ...]]]] = {
-    "dop-map": ("dop.json", _dop_tables),
-    "morphing-map": ("morph.json", _morphing_tables),
-}

@@ -117,19 +117,13 @@ def dop(
     """
     from .height_words import height_words
     from .path_files import path_from_file
-    from .positioning import SatelliteOptions, make_positioning_map
+    from .positioning import SatelliteOptions, make_dop_map
     from .volume_texts import VolumeOptions, cut_fields
 
     air = VolumeOptions(volume, ceiling, floor, layer, bounds)
-    make_positioning_map(
-        "dop-map",
+    make_dop_map(
         dem,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        anchor_texts=anchor or [],
-        lonlat=lonlat,
-        anchor_files=anchors or [],
-        satellites=SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
-        asked={
+        {
             "kind": kind.value,
             "measure": measure.value,
             "dop_limit": dop_limit,
@@ -144,6 +138,11 @@ def dop(
             "unknown": unknown.value,
             "curvature": curvature.value,
         },
+        SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
+        anchor or [],
+        anchors or [],
+        lonlat=lonlat,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
         left_out=air.left_out,
         heights=height_words(anchor, cut, ceiling),
         out=out,
@@ -211,19 +210,13 @@ def morph(
     availability.tif, availability.png and animation.gif.
     """
     from .height_words import height_words
-    from .positioning import SatelliteOptions, make_positioning_map
+    from .positioning import SatelliteOptions, make_morphing_map
     from .track_files import frames_fields, tracks_from_file
     from .volume_texts import ceiling_fields
 
-    make_positioning_map(
-        "morphing-map",
+    make_morphing_map(
         dem,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        anchor_texts=anchor or [],
-        lonlat=lonlat,
-        anchor_files=anchors or [],
-        satellites=SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
-        asked={
+        {
             "kind": kind.value,
             "measure": measure.value,
             "dop_limit": dop_limit,
@@ -237,6 +230,11 @@ def morph(
             "unknown": unknown.value,
             "curvature": curvature.value,
         },
+        SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
+        anchor or [],
+        anchors or [],
+        lonlat=lonlat,
+        reading=reading_options(nodata, crs, height_unit, band, cell_m),
         left_out=() if mesh else MESHES,
         heights=height_words(anchor, ceiling, available_at),
         out=out,

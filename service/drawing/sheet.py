@@ -20,7 +20,16 @@ from service.parts.map_facts import crs_label, grid_north_deg
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor
 
-__all__ = ["anchor_handle", "ground_figure", "hatching", "lit_ground", "margin_legend", "rgb", "save_png"]
+__all__ = [
+    "anchor_handle",
+    "ground_figure",
+    "hatching",
+    "lit_ground",
+    "margin_legend",
+    "rgb",
+    "save_png",
+    "sources_words",
+]
 
 # Names come from outside: a dollar sign in one is a dollar sign, never the beginning of a formula.
 rcParams["text.parse_math"] = False
@@ -70,6 +79,18 @@ def ground_figure(
     figure.text(left, 1 - 0.2 / top, title, fontsize=14, fontweight="bold", va="top", color=INK)
     figure.text(left, 1 - 0.5 / top, subtitle, fontsize=10, va="top", color=INK)
     return figure, axes
+
+
+def sources_words(anchors: Sequence[Anchor | DistantAnchor]) -> str:
+    """How many anchors and satellites there are, in words."""
+    satellites = sum(isinstance(anchor, DistantAnchor) for anchor in anchors)
+    near = len(anchors) - satellites
+    words = [
+        f"{number} {one if number == 1 else many}"
+        for number, one, many in ((near, "anchor", "anchors"), (satellites, "satellite", "satellites"))
+        if number
+    ]
+    return " and ".join(words)
 
 
 def lit_ground(grid: ElevationGrid, sampling: Sampling) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]:

@@ -4,25 +4,34 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, JsonValue, model_validator
 
 from service.parts.anchors import AntennaIn
 from service.parts.frames import FramesIn, TrackIn
-from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive
+from service.parts.map_answers import DEM_ID
+from service.parts.points import Metres, NotNegativeMetres, Positive
 from service.parts.satellites import SatellitesIn
 from service.parts.sight import SightParameters
-from service.parts.volumes import MOST_CUTS, CutIn, VolumeIn
 
 __all__ = [
+    "POSITIONING_EXAMPLE",
     "CeilingParameters",
-    "DopMapParameters",
     "MorphingMapParameters",
     "PositioningParameters",
     "RangingParameters",
 ]
 
-# of a trajectory; more do not fit into a request's body anyway
-MOST_PATH_POINTS = 20_000
+ANCHORS: list[JsonValue] = [
+    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
+    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
+    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
+]
+POSITIONING_EXAMPLE: dict[str, JsonValue] = {
+    "dem_id": DEM_ID,
+    "anchors": ANCHORS,
+    "kind": "ranging",
+    "measure": "pdop",
+}
 
 
 class RangingParameters(SightParameters):
@@ -55,49 +64,6 @@ class PositioningParameters(RangingParameters):
     def _a_clock_for_tdop(self) -> Self:
         if self.measure == "tdop" and self.kind != "pseudorange":
             raise ValueError(f"measure 'tdop' needs kind 'pseudorange'; {self.kind!r} solves for no clock.")
-        return self
-
-
-class DopMapParameters(PositioningParameters):
-    """How good positioning is for a rover on the ground, over a whole DEM."""
-
-    receiver_above_ground_m: NotNegativeMetres = Field(
-        1.5, description="Height of the rover's antenna above the ground of each post, metres."
-    )
-    on_surface: bool = Field(
-        False, strict=True, description="The rover is on the ground, so only its motion along the surface is unknown."
-    )
-    one_dop_per_set: bool = Field(
-        False,
-        strict=True,
-        description="Calculate one dilution for each visible set, in the middle of the posts that share it, as De Vivo "
-        "et al. do: right for satellites, rough for drones nearby. Not together with on_surface.",
-    )
-    path: list[PointIn] = Field(
-        [],
-        max_length=MOST_PATH_POINTS,
-        description="Points of a trajectory over the DEM; who is in sight and how good positioning is at each is told "
-        "in path.csv.",
-    )
-    volume: VolumeIn | None = Field(
-        None, description="Air of which volume.npz, volume.nc and the volume's GeoTIFFs tell every voxel."
-    )
-    cuts: Annotated[list[CutIn], Field(max_length=MOST_CUTS)] = Field(
-        [],
-        description="Cuts through the volume, each a picture; left out, the volume goes from the lowest ground to a "
-        "little above the highest.",
-    )
-
-    @model_validator(mode="after")
-    def _no_slope_of_a_set(self) -> Self:
-        if self.on_surface and self.one_dop_per_set:
-            raise ValueError("A visible set has no one slope; give only one of one_dop_per_set and on_surface.")
-        return self
-
-    @model_validator(mode="after")
-    def _no_slope_in_the_air(self) -> Self:
-        if self.on_surface and (self.volume is not None or self.cuts):
-            raise ValueError("Air has no slope; leave out on_surface, or the volume and its cuts.")
         return self
 
 

@@ -9,10 +9,10 @@ from datetime import datetime
 from typing import Any
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
-from service.parts.map_facts import Calculation, curvature_of, dem_summary
-from service.parts.positioning import CeilingParameters, DopMapParameters, PositioningParameters, RangingParameters
+from service.parts.map_facts import curvature_of
+from service.parts.positioning import CeilingParameters, PositioningParameters, RangingParameters
 from service.parts.positions import resolve_anchor
-from service.parts.satellites import ORBIT_TEXTS, SatellitesIn
+from service.parts.satellites import SatellitesIn
 from service.parts.sight import SightParameters
 from terrain import ElevationGrid, height_at
 from visibility import (
@@ -20,24 +20,19 @@ from visibility import (
     DistantAnchor,
     FlightLimit,
     MinimumVisibleAltitude,
-    VisibilityInputError,
     check_anchors,
-    least_anchors,
     min_visible_altitude,
 )
 from visibility.air.morphing_maps import check_ceiling
 from visibility.dilution.columns_of_air import sources_of_anchors
 from visibility.dilution.flight_limits import check_geometry
-from visibility.dilution.position_error_maps import check_weights
 from visibility.satellites import SatelliteEyes, satellite_eyes
 from visibility.satellites.in_view import Constellation
 
 __all__ = [
     "RangingSources",
     "Source",
-    "calculation_of",
     "check_sources",
-    "common_summary",
     "eyes_of",
     "limit_of",
     "lines_to",
@@ -100,17 +95,6 @@ def check_sources(grid: ElevationGrid, sources: tuple[Source, ...], parameters: 
     Raises AnchorError, VisibilityInputError.
     """
     check_anchors(grid, sources)
-    if isinstance(parameters, DopMapParameters):
-        check_weights(sources)
-    if isinstance(parameters, DopMapParameters) and parameters.on_surface:
-        # a rover bound to the ground is fixed by anchors on one line too
-        needed = max(least_anchors(parameters.kind, on_surface=True), parameters.min_anchors or 0)
-        if len(sources) < needed:
-            raise VisibilityInputError(
-                f"A map of {parameters.measure} along the surface from {parameters.kind} needs at least {needed} "
-                f"anchors; {len(sources)} {'is' if len(sources) == 1 else 'are'} given."
-            )
-        return
     check_geometry(limit_of(parameters), sources_of_anchors(sources))
     if isinstance(parameters, CeilingParameters):
         check_ceiling(grid, *parameters.ceiling())
@@ -145,24 +129,6 @@ def lines_to(
     )
 
 
-def calculation_of(
-    grid: ElevationGrid,
-    lines: MinimumVisibleAltitude,
-    sources: RangingSources,
-    elapsed_s: float,
-    warnings: Sequence[str] = (),
-) -> Calculation:
-    """How a map from these sight lines came about; warnings: of the calculation that followed, besides their own."""
-    return Calculation(
-        lines.error_statement,
-        lines.curvature.sentence(),
-        (*grid.provenance.warnings, *lines.warnings, *warnings, *sources.warnings),
-        lines.elapsed_s + elapsed_s,
-        lines.version,
-        sources.unhealthy,
-    )
-
-
 def source_summary(grid: ElevationGrid, sources: tuple[Source, ...]) -> dict[str, list[dict[str, Any]]]:
     """Where anchors and satellites are, ready for JSON."""
     anchors, satellites = [], []
@@ -188,27 +154,3 @@ def source_summary(grid: ElevationGrid, sources: tuple[Source, ...]) -> dict[str
             }
         )
     return {"anchors": anchors, "satellites": satellites}
-
-
-def common_summary(
-    grid: ElevationGrid, sources: tuple[Source, ...], parameters: PositioningParameters, calculation: Calculation
-) -> dict[str, Any]:
-    """What maps of positioning have in common, ready for JSON; of what was asked, all but the almanac's long text."""
-    return {
-        "version": calculation.version,
-        "mode": parameters.mode,
-        "error_statement": calculation.error_statement,
-        "curvature": calculation.curvature,
-        "unknown": parameters.unknown,
-        "kind": parameters.kind,
-        "measure": parameters.measure,
-        "dop_limit": parameters.dop_limit,
-        "dem": dem_summary(grid),
-        **source_summary(grid, sources),
-        "unhealthy_satellites": list(calculation.unhealthy),
-        "warnings": list(calculation.warnings),
-        "timing": {"calculation_s": calculation.elapsed_s},
-        "parameters": parameters.model_dump(
-            mode="json", exclude_none=True, exclude={"satellites": set(ORBIT_TEXTS), "path": True, "tracks": True}
-        ),
-    }

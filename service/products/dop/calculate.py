@@ -4,34 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import Calculation, curvature_of, share_of
-from service.parts.positioning import DopMapParameters
-from service.parts.ranging_sources import calculation_of, common_summary, sight_lines
-from service.products.dop.paths import along_path
-from service.products.dop.volumes import air_summary, asks_for_air, check_air
+from service.parts.map_facts import curvature_of, share_of
+from service.parts.point_arrays import points_in_grid
+from service.parts.positioning_answers import positioning_summary
+from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
 from terrain import ElevationGrid
 from visibility import (
     GO,
     NO_GO,
-    Anchor,
     Curvature,
-    DistantAnchor,
     DopReason,
     MinimumVisibleAltitude,
+    VisibilityInputError,
+    check_anchors,
+    dop_along,
     dop_map,
+    least_anchors,
+    position_error_along,
     position_error_map,
+    visible_sets,
 )
+from visibility.dilution.position_error_maps import check_weights
 
-__all__ = ["FinishedDopMap", "calculate_dop_map"]
+from .answer import DopMapSummary
+from .request import DopMapParameters
+from .volumes import asks_for_air, check_air, volume_facts
+
+__all__ = ["PATH_COLUMNS", "FinishedDopMap", "calculate_dop_map", "check_dop_map", "path_points"]
 
 SHARE_OF_SIGHT_LINES = 0.8
 QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
+PATH_COLUMNS = (
+    *("east_m", "north_m", "altitude_m", "anchors_in_sight", "unknown"),
+    *("gdop", "pdop", "hdop", "vdop", "tdop", "reason"),
+    *("horizontal_sigma_m", "vertical_sigma_m", "position_sigma_m"),
+)
+
+Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,24 +55,24 @@ class FinishedDopMap:
     dop: float32, +inf = no fix, NaN = unknown. reasons: uint8, DopReason. count: uint16, anchors surely in sight.
     no_go: uint8, 1 where positioning is not good enough, 0 where it is, 255 where that is unknown.
     sigmas_m: (3, rows, cols) float32, position error horizontally, vertically and in space, one sigma, metres.
-    path_numbers, path_sets: along the trajectory, see PathFindings.
+    path_numbers, path_sets: along the trajectory, (n, PATH_COLUMNS) float64, and visible sets (n, words) uint64.
     min_altitude_m, hidden_below_m: (anchors, rows, cols) as in MinimumVisibleAltitude, kept where a volume or cuts are
         asked for, else empty; the second is empty also where it is the first.
     """
 
     grid: ElevationGrid
-    anchors: tuple[Anchor | DistantAnchor, ...]
+    anchors: tuple[Source, ...]
     parameters: DopMapParameters
-    calculation: Calculation
-    dop: npt.NDArray[np.float32]
+    answer: DopMapSummary
+    dop: Floats
     reasons: npt.NDArray[np.uint8]
     count: npt.NDArray[np.uint16]
     no_go: npt.NDArray[np.uint8]
-    sigmas_m: npt.NDArray[np.float32]
+    sigmas_m: Floats
     path_numbers: npt.NDArray[np.float64]
     path_sets: npt.NDArray[np.uint64]
-    min_altitude_m: npt.NDArray[np.float32]
-    hidden_below_m: npt.NDArray[np.float32]
+    min_altitude_m: Floats
+    hidden_below_m: Floats
 
     def surfaces(self) -> MinimumVisibleAltitude:
         """The minimum visible altitudes again, where they were kept."""
@@ -73,35 +87,32 @@ class FinishedDopMap:
             mode=self.parameters.mode,
             unknown=self.parameters.unknown,
             curvature=Curvature.of(self.grid) if curvature is None else curvature,
-            warnings=self.calculation.warnings,
-            elapsed_s=self.calculation.elapsed_s,
-            version=self.calculation.version,
+            warnings=tuple(self.answer.warnings),
+            elapsed_s=self.answer.timing["calculation_s"],
+            version=self.answer.version,
         )
 
-    def summary(self) -> dict[str, Any]:
-        """What dop.json says: plain values, ready for JSON, every number with its unit in its name."""
-        known = ~np.isnan(self.grid.heights_m)
-        known_posts = int(np.count_nonzero(known))
-        no_go, reasons = self.no_go[known], self.reasons[known]
-        go_posts, no_go_posts = int(np.count_nonzero(no_go == GO)), int(np.count_nonzero(no_go == NO_GO))
-        parameters = self.parameters
-        return {
-            **common_summary(self.grid, self.anchors, self.parameters, self.calculation),
-            "receiver_above_ground_m": parameters.receiver_above_ground_m,
-            "on_surface": parameters.on_surface,
-            "one_dop_per_set": parameters.one_dop_per_set,
-            "share_within_limit": share_of(go_posts, known_posts),
-            "share_no_go": share_of(no_go_posts, known_posts),
-            "share_unknown": share_of(known_posts - go_posts - no_go_posts, known_posts),
-            "dop_quantiles": _quantiles(self.dop[known]),
-            "position_error_quantiles_m": {
-                name: _quantiles(sigma_m[known])
-                for name, sigma_m in zip(("horizontal", "vertical", "position"), self.sigmas_m, strict=True)
-            },
-            "path_points": len(self.path_numbers),
-            "volume": air_summary(self.grid, parameters),
-            "posts_by_reason": {reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
-        }
+
+def check_dop_map(grid: ElevationGrid, parameters: DopMapParameters) -> RangingSources:
+    """What there is to range to; refuses what no map can be made from.
+
+    Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
+    """
+    sources = ranging_sources(grid, parameters)
+    check_anchors(grid, sources.all)
+    check_weights(sources.all)
+    if not parameters.on_surface:
+        check_sources(grid, sources.all, parameters)
+        return sources
+    # a rover bound to the ground is fixed by anchors on one line too
+    given = len(sources.all)
+    needed = max(least_anchors(parameters.kind, on_surface=True), parameters.min_anchors or 0)
+    if given < needed:
+        raise VisibilityInputError(
+            f"A map of {parameters.measure} along the surface from {parameters.kind} needs at least {needed} "
+            f"anchors; {given} {'is' if given == 1 else 'are'} given."
+        )
+    return sources
 
 
 @told_as_asked
@@ -113,7 +124,11 @@ def calculate_dop_map(
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
     check_air(grid, parameters)
-    lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+    sources = check_dop_map(grid, parameters)
+    lines = lines_to(
+        *(grid, sources.all, parameters),
+        None if progress is None else lambda share: progress(SHARE_OF_SIGHT_LINES * share),
+    )
     kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
     found = dop_map(
         *(lines, above_m, kind),
@@ -122,32 +137,72 @@ def calculate_dop_map(
         per_visible_set=parameters.one_dop_per_set,
     )
     errors = position_error_map(lines, above_m, kind, on_surface=on_surface)
-    path = along_path(lines, parameters)
+    no_go = found.no_go(parameters.dop_limit, parameters.min_anchors or 0)
+    sigmas_m = np.stack([errors.horizontal_sigma_m, errors.vertical_sigma_m, errors.position_sigma_m])
+    path_numbers, path_sets = _along_path(lines, parameters)
+    known = ~np.isnan(grid.heights_m)
+    known_posts = int(np.count_nonzero(known))
+    go_posts, no_go_posts = (int(np.count_nonzero(no_go[known] == value)) for value in (GO, NO_GO))
+    reasons = found.reasons[known]
+    answer = DopMapSummary(
+        **dict(positioning_summary(lines, sources, parameters, found.elapsed_s + errors.elapsed_s)),
+        receiver_above_ground_m=above_m,
+        on_surface=on_surface,
+        share_within_limit=share_of(go_posts, known_posts),
+        share_no_go=share_of(no_go_posts, known_posts),
+        share_unknown=share_of(known_posts - go_posts - no_go_posts, known_posts),
+        dop_quantiles=_quantiles(found.dop[known]),
+        one_dop_per_set=parameters.one_dop_per_set,
+        position_error_quantiles_m={
+            name: _quantiles(sigma_m[known])
+            for name, sigma_m in zip(("horizontal", "vertical", "position"), sigmas_m, strict=True)
+        },
+        path_points=len(path_numbers),
+        volume=volume_facts(grid, parameters),
+        posts_by_reason={reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
+    )
     if progress is not None:
         progress(1.0)
     return FinishedDopMap(
-        grid,
-        lines.anchors,
-        parameters,
-        calculation_of(grid, lines, sources, found.elapsed_s + errors.elapsed_s),
-        found.dop,
-        found.reasons,
-        found.count,
-        found.no_go(parameters.dop_limit, parameters.min_anchors or 0),
-        np.stack([errors.horizontal_sigma_m, errors.vertical_sigma_m, errors.position_sigma_m]),
-        path.numbers,
-        path.sets,
+        *(grid, lines.anchors, parameters, answer, found.dop, found.reasons, found.count, no_go, sigmas_m),
+        *(path_numbers, path_sets),
         *_kept(lines, asks_for_air(parameters)),
     )
 
 
-def _kept(lines: MinimumVisibleAltitude, keep: bool) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+def path_points(grid: ElevationGrid, parameters: DopMapParameters) -> npt.NDArray[np.float64]:
+    """(n, 3) points of the trajectory asked for, in the grid's frame. Raises FrameError, VisibilityInputError."""
+    if not parameters.path:
+        return np.empty((0, 3))
+    return points_in_grid(grid, parameters.path, "path[{}]")
+
+
+def _along_path(
+    lines: MinimumVisibleAltitude, parameters: DopMapParameters
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint64]]:
+    """Dilutions and errors at each point of the trajectory, and visible sets. Raises what path_points raises."""
+    points_m = path_points(lines.grid, parameters)
+    sets = visible_sets(lines, points_m)
+    dilutions = dop_along(lines, points_m, parameters.kind, on_surface=parameters.on_surface)
+    errors = position_error_along(lines, points_m, parameters.kind, on_surface=parameters.on_surface)
+    numbers = np.column_stack(
+        [
+            *points_m.T,
+            *(sets.count, sets.unknown),
+            *(dilutions.gdop, dilutions.pdop, dilutions.hdop, dilutions.vdop, dilutions.tdop, dilutions.reason),
+            *(errors.horizontal_sigma_m, errors.vertical_sigma_m, errors.position_sigma_m),
+        ]
+    )
+    return numbers, sets.mask
+
+
+def _kept(lines: MinimumVisibleAltitude, keep: bool) -> tuple[Floats, Floats]:
     nothing = np.empty((0, 0, 0), np.float32)
     same = lines.hidden_below_m is lines.altitude_m
     return (lines.altitude_m, nothing if same else lines.hidden_below_m) if keep else (nothing, nothing)
 
 
-def _quantiles(dop: npt.NDArray[np.float32]) -> dict[str, float | None]:
+def _quantiles(dop: Floats) -> dict[str, float | None]:
     """Over the posts of which the dilution is known; None where no number is: no fix is worse than any number."""
     decided = dop[~np.isnan(dop)]
     if decided.size == 0:

@@ -17,13 +17,14 @@ from service.drawing.class_map import UNDECIDED, MapClass, class_pixels
 from service.drawing.classes import UNKNOWN_COLOUR, count_classes
 from service.drawing.furniture import ANCHOR_COLOUR, HALO, INK
 from service.drawing.relief import Sampling
-from service.drawing.sheet import DPI, lit_ground, save_png
+from service.drawing.sheet import DPI, lit_ground, save_png, sources_words
 from service.parts.map_facts import crs_label, dem_name
-from service.products.dop.calculate import FinishedDopMap
-from service.products.dop.picture import dop_classes, sources_words
-from service.products.dop.volumes import cut_line_m, cut_of, volume_of
 from terrain import ElevationGrid
 from visibility import Anchor, HorizontalSection, VerticalSection
+
+from .calculate import FinishedDopMap
+from .picture import dop_classes
+from .volumes import cut_line_m, cut_of, volume_of
 
 __all__ = ["draw_cut", "write_cut_picture"]
 

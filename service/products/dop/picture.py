@@ -11,17 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
+from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels, class_shares
 from service.drawing.classes import NONE_COLOUR
 from service.drawing.furniture import INK
+from service.drawing.overlay import write_legend, write_pixels
 from service.drawing.relief import Sampling
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure, save_png, sources_words
 from service.parts.map_facts import dem_name
-from service.parts.positioning import DopMapParameters
-from service.products.dop.calculate import FinishedDopMap
-from visibility import DistantAnchor
 
-__all__ = ["dop_classes", "draw_dop_map", "sources_words", "write_dop_picture"]
+from .calculate import FinishedDopMap
+from .request import DopMapParameters
+
+__all__ = ["dop_classes", "draw_dop_map", "write_dop_legend", "write_dop_overlay", "write_dop_picture"]
 
 # Shares of the limit at which classes begin: cold colours are good enough, warm ones are not.
 BOUNDS = (0.0, 0.5, 0.75, 1.0, 2.0)
@@ -31,6 +32,18 @@ COLOURS = ("#2c5f9e", "#4fa3c4", "#b5dcc3", "#f2c46d", "#e08a45")
 def write_dop_picture(finished: FinishedDopMap, path: Path) -> None:
     """Draw the map into a PNG."""
     save_png(draw_dop_map(finished), path)
+
+
+def write_dop_overlay(finished: FinishedDopMap, path: Path) -> None:
+    """The dilution in the colours of its classes, darkened by relief."""
+    classes, numbers = dop_classes(finished.dop, finished.count, finished.parameters)
+    write_pixels(finished.grid, class_pixels(finished.grid, numbers, classes), path)
+
+
+def write_dop_legend(finished: FinishedDopMap, path: Path) -> None:
+    """Its classes, best first."""
+    classes, numbers = dop_classes(finished.dop, finished.count, finished.parameters)
+    write_legend(finished.parameters.measure.upper(), class_shares(finished.grid, numbers, classes), path)
 
 
 def draw_dop_map(finished: FinishedDopMap) -> Figure:
@@ -50,18 +63,6 @@ def draw_dop_map(finished: FinishedDopMap) -> Figure:
     line = (f"{parameters.measure.upper()} {parameters.dop_limit:g}", Line2D([], [], color=INK, lw=1.2))
     class_legend(axes, grid, numbers, classes, parameters.measure.upper(), [line])
     return figure
-
-
-def sources_words(anchors: tuple[object, ...]) -> str:
-    """How many anchors and satellites there are, in words."""
-    satellites = sum(isinstance(anchor, DistantAnchor) for anchor in anchors)
-    near = len(anchors) - satellites
-    words = [
-        f"{number} {one if number == 1 else many}"
-        for number, one, many in ((near, "anchor", "anchors"), (satellites, "satellite", "satellites"))
-        if number
-    ]
-    return " and ".join(words)
 
 
 def dop_classes(

@@ -13,11 +13,12 @@ import numpy.typing as npt
 import rasterio
 
 from service.errors import RequestError
+from service.files.arrays import add_array
 from service.files.cog import BYTES, FLOATS, common_tags, transform_of
-from service.products.dop.calculate import FinishedDopMap
-from service.products.dop.volumes import volume_of
-from service.products.visibility.arrays import add_array
 from visibility import ControlVolume, VoxelBlock, volume_dataset, volume_slabs
+
+from .calculate import FinishedDopMap
+from .volumes import volume_of
 
 __all__ = ["write_volume_arrays", "write_volume_count", "write_volume_dataset", "write_volume_dop"]
 
@@ -127,4 +128,5 @@ def _write_bands(
             dataset.write(part(slab), list(bands))
             for number in bands:
                 dataset.set_band_description(number, f"{height} {volume.layers.altitudes_m[number - 1]:g} m")
-        dataset.update_tags(**common_tags(finished, "sightline control volume"), kind=finished.parameters.kind, **tags)
+        common = common_tags(finished.grid, finished.answer, "sightline control volume")
+        dataset.update_tags(**common, kind=finished.parameters.kind, **tags)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from service.parts.air_layers import air_layers
 from service.parts.asked_frame import told_as_asked
-from service.parts.positioning import DopMapParameters
 from service.parts.shapes_in_grid import places_in_grid
-from service.parts.volumes import CutIn
 from terrain import ElevationGrid, told_place
 from visibility import (
     AltitudeLayers,
@@ -27,7 +24,10 @@ from visibility import (
 )
 from visibility.air.control_volumes import posts_within
 
-__all__ = ["air_summary", "asks_for_air", "check_air", "cut_line_m", "cut_of", "volume_of"]
+from .answer import VolumeFacts
+from .request import CutIn, DopMapParameters
+
+__all__ = ["asks_for_air", "check_air", "cut_line_m", "cut_of", "volume_facts", "volume_of"]
 
 # air over the highest ground that cuts show where no volume is asked for: a part of the relief, and at least
 AIR_OVER_RELIEF, LEAST_AIR_M = 0.25, 50.0
@@ -68,21 +68,21 @@ def check_air(grid: ElevationGrid, parameters: DopMapParameters) -> int:
     return len(layers) * (last_row - first_row + 1) * (last_col - first_col + 1)
 
 
-def air_summary(grid: ElevationGrid, parameters: DopMapParameters) -> dict[str, Any] | None:
-    """The volume asked for in numbers, ready for JSON; None without one."""
+def volume_facts(grid: ElevationGrid, parameters: DopMapParameters) -> VolumeFacts | None:
+    """The volume asked for in numbers; None without one."""
     if parameters.volume is None:
         return None
     layers, (first_row, last_row, first_col, last_col) = _layers_and_posts(grid, parameters)
     rows, cols = last_row - first_row + 1, last_col - first_col + 1
-    return {
-        "layers": len(layers),
-        "rows": rows,
-        "cols": cols,
-        "voxels": len(layers) * rows * cols,
-        "lowest_layer_m": float(layers.altitudes_m[0]),
-        "highest_layer_m": float(layers.altitudes_m[-1]),
-        "layers_above_ground": layers.above_ground,
-    }
+    return VolumeFacts(
+        layers=len(layers),
+        rows=rows,
+        cols=cols,
+        voxels=len(layers) * rows * cols,
+        lowest_layer_m=float(layers.altitudes_m[0]),
+        highest_layer_m=float(layers.altitudes_m[-1]),
+        layers_above_ground=layers.above_ground,
+    )
 
 
 def volume_of(surfaces: MinimumVisibleAltitude, parameters: DopMapParameters) -> ControlVolume:

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import Calculation, share_of
+from service.parts.map_facts import share_of
 from service.parts.positioning import MorphingMapParameters
-from service.parts.ranging_sources import RangingSources, calculation_of, common_summary, limit_of, sight_lines
-from service.products.morphing.frames import find_frames, frames_summary
+from service.parts.positioning_answers import positioning_summary
+from service.parts.ranging_sources import RangingSources, Source, limit_of, sight_lines
 from terrain import ElevationGrid
-from visibility import NO_GO, Anchor, ColumnState, DistantAnchor, dop_map, morphing_map
+from visibility import NO_GO, ColumnState, dop_map, morphing_map
+
+from .answer import MorphingMapSummary, StateShare, TimeFacts
+from .frames import find_frames
 
 __all__ = ["FinishedMorphingMap", "calculate_morphing_map"]
 
 SHARE_OF_SIGHT_LINES = 0.5
 
-FrameArrays = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8], npt.NDArray[np.float64], list[dict[str, Any]]]
+FrameArrays = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8], npt.NDArray[np.float64]]
+QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +32,14 @@ class FinishedMorphingMap:
     """A finished morphing map; arrays (rows, cols) as in ``visibility.MorphingMap``.
 
     dop, no_go: at the antenna of a rover on the ground, as in FinishedDopMap.
-    frame_altitude_m, frame_state, available, frame_sources: over time, as in FoundFrames; empty without frames, and
-        with them all the rest is that of the first.
+    frame_altitude_m, frame_state, available: over time, as in FoundFrames; empty without frames, and with them all the
+        rest is that of the first.
     """
 
     grid: ElevationGrid
-    anchors: tuple[Anchor | DistantAnchor, ...]
+    anchors: tuple[Source, ...]
     parameters: MorphingMapParameters
-    calculation: Calculation
+    answer: MorphingMapSummary
     altitude_m: npt.NDArray[np.float32]
     safe_above_m: npt.NDArray[np.float32]
     state: npt.NDArray[np.uint8]
@@ -46,7 +49,6 @@ class FinishedMorphingMap:
     frame_altitude_m: npt.NDArray[np.float32]
     frame_state: npt.NDArray[np.uint8]
     available: npt.NDArray[np.float64]
-    frame_sources: list[dict[str, Any]]
 
     @property
     def above_ground_m(self) -> npt.NDArray[np.float32]:
@@ -59,44 +61,6 @@ class FinishedMorphingMap:
             return f"{self.parameters.ceiling_above_ground_m:g} m above ground"
         return f"altitude {self.parameters.ceiling_altitude_m:g} m"
 
-    def summary(self) -> dict[str, Any]:
-        """What morph.json says: plain values, ready for JSON, every number with its unit in its name.
-
-        Posts count the whole map; shares are of the posts whose ground is known.
-        """
-        known = ~np.isnan(self.grid.heights_m)
-        known_posts = int(np.count_nonzero(known))
-        above_m = self.above_ground_m[np.isfinite(self.altitude_m)]
-        parameters = self.parameters
-        return {
-            **common_summary(self.grid, self.anchors, self.parameters, self.calculation),
-            "ceiling": {
-                "altitude_m": parameters.ceiling_altitude_m,
-                "above_ground_m": parameters.ceiling_above_ground_m,
-            },
-            "states": [
-                {
-                    "state": state.name.lower(),
-                    "posts": int(np.count_nonzero(self.state == state)),
-                    "share": share_of(int(np.count_nonzero((self.state == state) & known)), known_posts),
-                }
-                for state in ColumnState
-            ],
-            "receiver_above_ground_m": parameters.receiver_above_ground_m,
-            "posts_no_go_for_the_rover": int(np.count_nonzero(self.no_go == NO_GO)),
-            "posts_with_several_intervals": int(np.count_nonzero(self.no_flight_intervals > 1)),
-            "above_ground_m": {
-                name: float(np.quantile(above_m, share)) if above_m.size else None
-                for name, share in (("p05", 0.05), ("p50", 0.5), ("p95", 0.95))
-            },
-            "over_time": None
-            if parameters.frames is None
-            else frames_summary(
-                *(parameters.frames, parameters, self.frame_sources, self.frame_state, self.available),
-                known,
-            ),
-        }
-
 
 @told_as_asked
 def calculate_morphing_map(
@@ -108,13 +72,14 @@ def calculate_morphing_map(
     """
     limit = limit_of(parameters)
     nothing = np.empty((0, 0, 0), np.float32)
-    over_time: FrameArrays = nothing, nothing.astype(np.uint8), nothing.astype(np.float64), []
+    over_time: FrameArrays = nothing, nothing.astype(np.uint8), nothing.astype(np.float64)
+    told: TimeFacts | None = None
     if parameters.frames is not None:
         frames = find_frames(grid, parameters, parameters.frames, progress)
         sources = RangingSources(frames.first.anchors, frames.unhealthy)
         found, lines = frames.first.map, frames.first_lines
         own, elapsed_s = frames.warnings, frames.elapsed_s
-        over_time = frames.altitude_m, frames.state, frames.available, frames.sources
+        over_time, told = (frames.altitude_m, frames.state, frames.available), frames.told
     else:
         lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
         ceiling_m, above_ground = parameters.ceiling()
@@ -122,18 +87,38 @@ def calculate_morphing_map(
         # the map's warnings are the sight lines' and its own
         own, elapsed_s = found.warnings[len(lines.warnings) :], found.elapsed_s
     rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, measure=parameters.measure)
+    no_go = rover.no_go(limit.dop_limit, limit.needed_anchors)
+    known = ~np.isnan(grid.heights_m)
+    known_posts = int(np.count_nonzero(known))
+    above_m = (found.altitude_m - grid.heights_m)[np.isfinite(found.altitude_m)]
+    answer = MorphingMapSummary(
+        **dict(positioning_summary(lines, sources, parameters, elapsed_s + rover.elapsed_s, own)),
+        ceiling={"altitude_m": parameters.ceiling_altitude_m, "above_ground_m": parameters.ceiling_above_ground_m},
+        states=[
+            StateShare(
+                state=state.name.lower(),
+                posts=int(np.count_nonzero(found.state == state)),
+                share=share_of(int(np.count_nonzero((found.state == state) & known)), known_posts),
+            )
+            for state in ColumnState
+        ],
+        receiver_above_ground_m=parameters.receiver_above_ground_m,
+        posts_no_go_for_the_rover=int(np.count_nonzero(no_go == NO_GO)),
+        posts_with_several_intervals=int(np.count_nonzero(found.no_flight_intervals > 1)),
+        above_ground_m={
+            name: float(np.quantile(above_m, share)) if above_m.size else None for name, share in QUANTILES.items()
+        },
+        over_time=told,
+    )
     if progress is not None:
         progress(1.0)
     return FinishedMorphingMap(
-        grid,
-        lines.anchors,
-        parameters,
-        calculation_of(grid, lines, sources, elapsed_s + rover.elapsed_s, own),
+        *(grid, lines.anchors, parameters, answer),
         found.altitude_m,
         found.safe_above_m,
         found.state,
         found.no_flight_intervals,
         rover.dop,
-        rover.no_go(limit.dop_limit, limit.needed_anchors),
+        no_go,
         *over_time,
     )

@@ -14,10 +14,13 @@ from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_p
 from service.drawing.classes import NONE_COLOUR
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
-from service.products.morphing.calculate import FinishedMorphingMap
-from service.products.morphing.frames import AVAILABLE_BANDS, available_at, frame_words
-from service.products.morphing.picture import morphing_classes, round_edges
+from service.parts.moving_sources import check_moving_sources
+from service.parts.ranging_sources import Source
 from visibility import Anchor
+
+from .calculate import FinishedMorphingMap
+from .frames import AVAILABLE_BANDS, available_at, frame_words
+from .picture import morphing_classes, round_edges
 
 __all__ = ["draw_availability", "draw_frame", "write_animation", "write_availability_picture"]
 
@@ -35,20 +38,21 @@ def write_animation(finished: FinishedMorphingMap, path: Path) -> None:
     first.save(path, format="GIF", save_all=True, append_images=others, duration=each_ms, loop=0)
 
 
-def draw_frame(finished: FinishedMorphingMap, number: int, edges: list[float]) -> Figure:
-    """One frame as a figure; edges: heights that part its classes, the same for all frames."""
-    parameters, grid, told = finished.parameters, finished.grid, finished.frame_sources[number]
+def draw_frame(finished: FinishedMorphingMap, number: int, sources: tuple[Source, ...], edges: list[float]) -> Figure:
+    """One frame as a figure; sources: who is there then. edges: heights that part its classes, the same for all."""
+    parameters, grid = finished.parameters, finished.grid
     above_m = finished.frame_altitude_m[number] - grid.heights_m
     classes, numbers = morphing_classes(above_m, finished.frame_state[number], edges)
-    near = tuple(Anchor(**place) for place in told["anchors"])
+    near = tuple(source for source in sources if isinstance(source, Anchor))
+    satellites = len(sources) - len(near)
     words = f"{len(near)} anchors" if near else ""
-    if told["satellites"] or not near:
-        words += f"{' and ' if near else ''}{len(told['satellites'])} satellites"
+    if satellites or not near:
+        words += f"{' and ' if near else ''}{satellites} satellites"
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
         near,
-        f"Flyable from this height above ground, {frame_words(parameters, [told])[0]}",
+        f"Flyable from this height above ground, {frame_words(parameters)[number]}",
         f"{dem_name(grid)}, {parameters.measure.upper()} of {parameters.kind} < {parameters.dop_limit:g} up to "
         f"{finished.ceiling_words()}; {words}",
     )
@@ -74,13 +78,13 @@ def draw_availability(finished: FinishedMorphingMap) -> Figure:
     numbers[(share == 0.0) & (unknown > 0.0)] = UNDECIDED
     ((height, metres),) = available_at(parameters, parameters.frames).items()
     where = f"{metres:g} m above ground" if height == "above_ground_m" else f"at altitude {metres:g} m"
-    first, last = frame_words(parameters, [finished.frame_sources[0], finished.frame_sources[-1]])
+    times = frame_words(parameters)
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
         finished.anchors,
         f"Share of the time in flyable air, {where}: {dem_name(grid)}",
-        f"{len(finished.frame_sources)} frames from {first} to {last}; {parameters.measure.upper()} of "
+        f"{len(times)} frames from {times[0]} to {times[-1]}; {parameters.measure.upper()} of "
         f"{parameters.kind} < {parameters.dop_limit:g} up to {finished.ceiling_words()}",
     )
     class_legend(axes, grid, numbers, classes, "Share of frames")
@@ -88,9 +92,11 @@ def draw_availability(finished: FinishedMorphingMap) -> Figure:
 
 
 def _images(finished: FinishedMorphingMap) -> Iterator[Image.Image]:
-    edges = round_edges(finished.frame_altitude_m - finished.grid.heights_m)
-    for number in range(len(finished.frame_sources)):
-        figure = draw_frame(finished, number, edges)
+    parameters, grid = finished.parameters, finished.grid
+    assert parameters.frames is not None, "the layer needs frames"
+    edges = round_edges(finished.frame_altitude_m - grid.heights_m)
+    for number, sources in enumerate(check_moving_sources(grid, parameters, parameters.frames)):
+        figure = draw_frame(finished, number, sources, edges)
         figure.set_dpi(ANIMATION_DPI)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()

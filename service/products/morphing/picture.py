@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
 from service.drawing.classes import NONE_COLOUR
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure, save_png, sources_words
 from service.parts.map_facts import dem_name
-from service.products.dop.picture import sources_words
-from service.products.morphing.calculate import FinishedMorphingMap
 from visibility import ColumnState
+
+from .calculate import FinishedMorphingMap
 
 __all__ = ["draw_morphing_map", "morphing_classes", "round_edges", "write_morphing_picture"]
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from service.files.geojson import write_collection
-from service.products.dop.calculate import FinishedDopMap
-from service.products.morphing.calculate import FinishedMorphingMap
+from service.parts.positioning import PositioningParameters
 from terrain import ElevationGrid, to_lon_lat
 from visibility import NO_GO, contour_lines, zones
 
@@ -20,39 +18,39 @@ DECIMALS_DEG, DECIMALS_M = 8, 3
 LEVELS_PER_LIMIT = (0.5, 1.0, 2.0)
 
 
-def write_no_go_zones(finished: FinishedDopMap | FinishedMorphingMap, path: Path) -> None:
+def write_no_go_zones(
+    grid: ElevationGrid, no_go: npt.NDArray[np.uint8], parameters: PositioningParameters, path: Path
+) -> None:
     """Polygons in degrees round the no-go posts; without a CRS in the DEM's local metres, and says so."""
-    grid = finished.grid
     features = [
         _feature(
             "Polygon",
             [_coordinates(grid, ring) for ring in (zone.exterior, *zone.holes)],
-            {"area_m2": round(zone.area_m2, 1), **_limit(finished)},
+            {"area_m2": round(zone.area_m2, 1), **_limit(parameters)},
         )
-        for zone in zones(grid, finished.no_go == NO_GO)
+        for zone in zones(grid, no_go == NO_GO)
     ]
     write_collection(grid, features, path)
 
 
-def write_contours(finished: FinishedDopMap | FinishedMorphingMap, path: Path) -> None:
+def write_contours(
+    grid: ElevationGrid, dop: npt.NDArray[np.float32], parameters: PositioningParameters, path: Path
+) -> None:
     """One MultiLineString for each level of the dilution; the limit is one of them."""
-    limit = finished.parameters.dop_limit
-    levels = [limit * part for part in LEVELS_PER_LIMIT]
-    grid = finished.grid
-    lines = contour_lines(grid, finished.dop, levels) if min(grid.shape) > 1 else dict.fromkeys(levels, ())
+    levels = [parameters.dop_limit * part for part in LEVELS_PER_LIMIT]
+    lines = contour_lines(grid, dop, levels) if min(grid.shape) > 1 else dict.fromkeys(levels, ())
     features = [
         _feature(
             "MultiLineString",
             [_coordinates(grid, line) for line in lines[level]],
-            {"dop": level, **_limit(finished)},
+            {"dop": level, **_limit(parameters)},
         )
         for level in levels
     ]
     write_collection(grid, features, path)
 
 
-def _limit(finished: FinishedDopMap | FinishedMorphingMap) -> dict[str, Any]:
-    parameters = finished.parameters
+def _limit(parameters: PositioningParameters) -> dict[str, str | float]:
     return {"measure": parameters.measure, "kind": parameters.kind, "dop_limit": parameters.dop_limit}
 
 
@@ -66,5 +64,5 @@ def _coordinates(grid: ElevationGrid, line_m: npt.NDArray[np.float64]) -> list[l
     return degrees
 
 
-def _feature(kind: str, coordinates: list[list[list[float]]], properties: dict[str, Any]) -> dict[str, Any]:
+def _feature(kind: str, coordinates: list[list[list[float]]], properties: dict[str, str | float]) -> dict[str, object]:
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}

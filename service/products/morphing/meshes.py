@@ -10,9 +10,10 @@ import trimesh
 from service.errors import RequestError
 from service.parts.air_layers import air_layers
 from service.parts.ranging_sources import limit_of, lines_to
-from service.products.morphing.calculate import FinishedMorphingMap
 from terrain import ElevationGrid
 from visibility import Isosurface, control_volume, isosurface
+
+from .calculate import FinishedMorphingMap
 
 __all__ = ["surface_of", "write_glb", "write_stl"]
 
