@@ -80,37 +80,31 @@ def fly(
     Writes flight.json, flight.geojson, map.png and, of a flight, flight.csv,
     flight.plan and profile.png into --out.
     """
-    from .fly import flight_request, make_flight
+    from .fly import FlyOptions, flight_request, make_flight
     from .height_words import height_words
 
-    asked = flight_request(
-        request,
-        map,
-        {
-            "start": start,
-            "goal": goal,
-            "anchor_texts": anchor or [],
-            "anchor_files": anchors or [],
-            "lonlat": lonlat,
-            "ceiling": ceiling,
-            "iterations": iterations,
-            "seconds": time_limit,
-        },
-        above={
+    options = FlyOptions(
+        start=start,
+        goal=goal,
+        anchor_texts=anchor or [],
+        anchor_files=anchors or [],
+        lonlat=lonlat,
+        ceiling=ceiling,
+        morphing_map={
             "dop_limit": dop_limit,
             "min_anchors": min_anchors,
             "kind": kind,
             "measure": measure,
             "mode": mode,
         },
+        budget={"iterations": iterations, "seconds": time_limit},
         rest={"bubble_m": bubble, "climb_weight": climb_weight, "speed_m_per_s": speed, "seed": seed},
     )
-    heights = height_words(start, goal, anchor, ceiling)
     make_flight(
         dem,
-        asked,
+        flight_request(request, map, options),
         reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=heights,
+        heights=height_words(start, goal, anchor, ceiling),
         out=out,
         as_json=as_json,
     )

@@ -66,7 +66,9 @@ def plan(
     reverse: Annotated[bool, typer.Option("--reverse", help="It also drives backwards.")] = False,
     speed: Annotated[float | None, typer.Option(metavar="M/S", help="On level ground. (default 1)")] = None,
     min_anchors: Annotated[int | None, typer.Option(metavar="K", help="At least so many in sight everywhere.")] = None,
-    dop_limit: Annotated[float | None, typer.Option(metavar="NUMBER", help="Largest dilution of precision.")] = None,
+    dop_limit: Annotated[
+        float | None, typer.Option(metavar="NUMBER", help="The dilution of precision stays below it.")
+    ] = None,
     kind: Annotated[Kind | None, typer.Option(help="What is measured. (default ranging)")] = None,
     measure: Annotated[Measure | None, typer.Option(help="Which dilution of precision. (default pdop)")] = None,
     surface: Annotated[bool, typer.Option("--surface", help="Only motion along the ground is unknown.")] = False,
@@ -133,58 +135,54 @@ def plan(
     path.plan and profile.png into --out.
     """
     from .height_words import height_words
-    from .plan import make_path, request_of
+    from .plan import PlanOptions, make_path, path_request
     from .positioning import SatelliteOptions
 
-    asked = request_of(
-        request,
-        map,
-        {
-            "start": start,
-            "goals": goal or [],
-            "via": via or [],
-            "heading": heading,
-            "weights": weight or [],
-            "no_go": no_go or [],
-            "keep_in": keep_in or [],
-            "anchor_texts": anchor or [],
-            "anchor_files": anchors or [],
-            "tracks": track or [],
-            "departure": departure,
-            "lonlat": lonlat,
+    options = PlanOptions(
+        start=start,
+        goals=goal or [],
+        via=via or [],
+        weights=weight or [],
+        no_go=no_go or [],
+        keep_in=keep_in or [],
+        anchor_texts=anchor or [],
+        anchor_files=anchors or [],
+        tracks=track or [],
+        lonlat=lonlat,
+        satellites=SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
+        rover={
+            "footprint_radius_m": footprint,
+            "receiver_above_ground_m": receiver_height,
+            "max_slope_deg": max_slope,
+            "max_pitch_deg": max_pitch,
+            "max_roll_deg": max_roll,
+            "max_step_m": max_step,
+            "min_turning_radius_m": turning_radius,
+            "can_reverse": reverse or None,
+            "speed_m_per_s": speed,
+        },
+        limits={
+            "min_anchors": min_anchors,
+            "dop_limit": dop_limit,
+            "kind": kind,
+            "measure": measure,
+            "on_surface": surface or None,
+            "bubble_epsilon": bubble,
+            "dem_sigma_m": dem_sigma,
+        },
+        budget={"iterations": iterations, "seconds": time_limit, "sampling": False if no_sampling else None},
+        rest={
+            "start_heading_deg": heading,
+            "departure_s": departure,
             "seed": seed,
             "mode": mode,
             "unknown": unknown,
             "curvature": curvature,
         },
-        {
-            "rover": {
-                "footprint_radius_m": footprint,
-                "antenna_height_m": receiver_height,
-                "max_slope_deg": max_slope,
-                "max_pitch_deg": max_pitch,
-                "max_roll_deg": max_roll,
-                "max_step_m": max_step,
-                "min_turning_radius_m": turning_radius,
-                "can_reverse": reverse or None,
-                "speed_m_per_s": speed,
-            },
-            "limits": {
-                "min_anchors": min_anchors,
-                "max_dop": dop_limit,
-                "kind": kind,
-                "measure": measure,
-                "on_surface": surface or None,
-                "bubble_epsilon": bubble,
-                "dem_sigma_m": dem_sigma,
-            },
-            "budget": {"iterations": iterations, "seconds": time_limit, "sampling": False if no_sampling else None},
-        },
-        SatelliteOptions(almanac, navigation, time, reference_date, cone_deg, sky_at),
     )
     make_path(
         dem,
-        asked,
+        path_request(request, map, options),
         reading=reading_options(nodata, crs, height_unit, band, cell_m),
         heights=height_words(anchor),
         out=out,

@@ -8,7 +8,7 @@ from typing import Any
 
 from planning.questions.navigation_models import NavigationModel
 from service.errors import RequestError
-from service.products.paths.answers import VERTEX_COLUMNS
+from service.products.paths.calculate import VERTEX_COLUMNS
 
 __all__ = ["filter_of_a_plan", "planned_path"]
 

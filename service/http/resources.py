@@ -115,7 +115,7 @@ def _map_of(service: Service, needs: Needs) -> JobRecord:
                 f"The {service.products[kind].title} {needs.map_id} is {job.status}, so nothing can be planned on it."
             )
         return job
-    raise NotFoundError("map", needs.map_id)
+    raise NotFoundError(needs.map_kinds[0] if len(needs.map_kinds) == 1 else "map", needs.map_id)
 
 
 def _add_following(router: APIRouter, product: Product) -> None:

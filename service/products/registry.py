@@ -8,8 +8,10 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from service.products.dop.product import DOP_MAP
+from service.products.flights.product import FLIGHT
 from service.products.lines_of_sight.product import LINES_OF_SIGHT
 from service.products.morphing.product import MORPHING_MAP
+from service.products.paths.product import PATH
 from service.products.product import Product
 from service.products.visibility.product import VISIBILITY_MAP
 
@@ -24,7 +26,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
     return MappingProxyType(found)
 
 
-PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, LINES_OF_SIGHT])
+PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PATH, FLIGHT, LINES_OF_SIGHT])
 
 
 @functools.cache

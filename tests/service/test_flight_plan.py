@@ -8,12 +8,15 @@ import pytest
 from pydantic import ValidationError
 
 from planning import PathProblemError, PlaceError
-from service.errors import LimitError
-from service.jobs.map_store import load, save
-from service.products.flights.calculate import check_flight_request, refuse_flight
+from service.errors import LimitError, RequestError
+from service.jobs.results import load, save
+from service.products.flights.calculate import calculate_flight, check_flight_request
+from service.products.flights.files import LAYERS
 from service.products.flights.picture import draw_flight, draw_flight_profile
-from service.products.flights.request import FlightParameters
-from service.products.layers import LAYERS, write_layer
+from service.products.flights.product import FLIGHT
+from service.products.flights.request import FlightIn, FlightParameters
+from service.products.product import Given
+from service.products.registry import PRODUCTS
 from service.settings import Settings
 from terrain import to_grid_frame
 from tests.service.small_flights import HIGH, MAP, flight_request, small_flight
@@ -39,57 +42,59 @@ def shut():
 @pytest.fixture
 def written(tmp_path):
     def write(finished, name):
-        write_layer(finished, name, tmp_path / name)
+        FLIGHT.layer[name].write(finished, tmp_path / name)
         return (tmp_path / name).read_text(encoding="utf-8")
 
     return write
 
 
+def layers_of(finished):
+    return [layer.name for layer in LAYERS if layer.is_in(finished.answer.model_dump(mode="json"))]
+
+
 def test_a_flight_goes_over_the_wall_and_keeps_its_bubble(found):
     answer = found.answer
-    assert answer["status"] == "found", answer["sentence"]
-    assert answer["validation"]["passed"]
-    assert answer["totals"]["clearance_m"] >= 15.0 - 2e-3
-    assert answer["totals"]["highest_m"] > 60.0 + 15.0
-    assert answer["totals"]["margin_m"] is None
-    assert answer["corners"][0]["altitude_m"] == 60.0
-    assert answer["corners"][-1]["above_ground_m"] == pytest.approx(40.0)
-    assert answer["totals"]["time_s"] == pytest.approx(answer["totals"]["length_m"] / 12.0)
+    assert answer.status == "found", answer.sentence
+    assert answer.validation.passed
+    assert answer.totals.clearance_m >= 15.0 - 2e-3
+    assert answer.totals.highest_m > 60.0 + 15.0
+    assert answer.totals.margin_m is None
+    assert answer.corners[0].altitude_m == 60.0
+    assert answer.corners[-1].above_ground_m == pytest.approx(40.0)
+    assert answer.totals.time_s == pytest.approx(answer.totals.length_m / 12.0)
 
 
 def test_a_flight_stays_above_the_morphing_map_that_it_is_given(above):
     answer = above.answer
-    assert answer["status"] == "found", answer["sentence"]
-    assert answer["totals"]["margin_m"] >= -2e-3
-    limits = {check["limit"] for check in answer["validation"]["checks"]}
+    assert answer.status == "found", answer.sentence
+    assert answer.totals.margin_m >= -2e-3
+    limits = {check.limit for check in answer.validation.checks}
     assert {"height over the morphing map", "height under the ceiling", "distance to the ground"} <= limits
-    assert above.summary()["mode"] == "exact"
-    assert above.summary()["error_statement"]
+    assert above.answer.mode == "exact"
+    assert above.answer.error_statement
 
 
 def test_under_a_ceiling_below_the_wall_there_is_no_flight(shut):
-    assert (shut.answer["status"], shut.answer["stopped_by"]) == ("unreachable", "proof")
+    assert (shut.answer.status, shut.answer.stopped_by) == ("unreachable", "proof")
     assert not shut.found
-    assert shut.answer["totals"] is None
-    assert shut.answer["corners"] == []
+    assert shut.answer.totals is None
+    assert shut.answer.corners == []
 
 
 def test_told_to_stop_it_answers_with_the_best_that_it_has():
-    from service.products.flights.calculate import calculate_flight
-
     asked = FlightParameters.model_validate(flight_request(budget={"iterations": 10_000_000}))
     stopped = calculate_flight(small_grid(), asked, stop=lambda: True)
-    assert (stopped.answer["status"], stopped.answer["stopped_by"]) == ("found", "stop")
-    assert stopped.answer["validation"]["passed"]
+    assert (stopped.answer.status, stopped.answer.stopped_by) == ("found", "stop")
+    assert stopped.answer.validation.passed
 
 
 @pytest.mark.parametrize("which", ["found", "above", "shut"])
 def test_what_was_stored_comes_back_as_it_was(which, request, tmp_path):
     finished = request.getfixturevalue(which)
-    json.dumps(finished.summary(), allow_nan=False)
-    save(finished, tmp_path / "kept")
-    again = load(tmp_path / "kept")
-    assert again.summary() == finished.summary()
+    json.dumps(finished.answer.model_dump(mode="json"), allow_nan=False)
+    save(FLIGHT, finished, tmp_path / "kept")
+    _, again = load(PRODUCTS, tmp_path / "kept")
+    assert again.answer == finished.answer
     assert np.array_equal(again.air, finished.air, equal_nan=True)
 
 
@@ -98,7 +103,7 @@ def test_geojson_has_altitudes_and_a_point_for_each_corner(found, written):
     lon_deg, lat_deg, up_m = np.array(line["geometry"]["coordinates"]).T
     east_m, north_m = to_grid_frame(found.grid, lon_deg, lat_deg)
     np.testing.assert_allclose(np.column_stack([east_m, north_m, up_m]), found.corners_m, atol=2e-3)
-    assert line["properties"]["length_m"] == found.answer["totals"]["length_m"]
+    assert line["properties"]["length_m"] == found.answer.totals.length_m
     assert len(corners) == len(found.corners_m)
     assert {"above_ground_m", "time_s", "altitude_m"} <= set(corners[0]["properties"])
 
@@ -113,7 +118,7 @@ def test_without_a_crs_geojson_is_in_local_metres_and_there_is_no_mission(writte
     document = json.loads(written(local, "flight.geojson"))
     assert "local frame" in document["coordinates_are"]
     assert document["features"][0]["geometry"]["coordinates"][0] == [*at(100.0, 400.0).values(), 60.0]
-    names = [name for name, layer in LAYERS["flight"].items() if layer.is_in(local.summary())]
+    names = layers_of(local)
     assert names == ["flight.geojson", "flight.csv", "map.png", "profile.png"]
 
 
@@ -126,7 +131,7 @@ def test_the_mission_takes_a_drone_off_and_through_every_corner_at_its_altitude(
 
 def test_the_table_tells_the_air_along_the_flight(above, found, written):
     rows = list(csv.DictReader(written(above, "flight.csv").splitlines()))
-    assert float(rows[-1]["distance_m"]) == pytest.approx(above.answer["totals"]["length_m"], abs=1e-3)
+    assert float(rows[-1]["distance_m"]) == pytest.approx(above.answer.totals.length_m, abs=1e-3)
     assert all(float(row["floor_m"]) <= float(row["altitude_m"]) + 2e-3 <= float(row["top_m"]) + 4e-3 for row in rows)
     bare = list(csv.DictReader(written(found, "flight.csv").splitlines()))
     assert {(row["floor_m"], row["top_m"]) for row in bare} == {("", "")}
@@ -168,4 +173,13 @@ def test_start_and_goal_must_differ_and_be_in_air_that_may_be_flown():
 def test_a_budget_beyond_the_limit_of_a_job_is_refused():
     asked = FlightParameters.model_validate(flight_request(budget={"seconds": 1e6}))
     with pytest.raises(LimitError, match="more than the limit"):
-        refuse_flight(small_grid(), asked, Settings())
+        FLIGHT.check(small_grid(), asked, Settings())
+
+
+def test_a_finished_morphing_map_is_flown_above_unless_it_has_frames():
+    asked = FlightIn.model_validate({"dem_id": "D", "map_id": "M", **flight_request(**HIGH)})
+    assert FLIGHT.needs(asked).map_kinds == ("morphing-map",)
+    assert FLIGHT.completed(asked, Given("morphing-map", MAP)).morphing_map.dop_limit == 30.0
+    frames = {**MAP, "frames": {"from_s": 0.0, "to_s": 10.0, "step_s": 5.0}}
+    with pytest.raises(RequestError, match="has frames; a flight is planned above one without"):
+        FLIGHT.completed(asked, Given("morphing-map", frames))

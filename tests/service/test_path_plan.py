@@ -12,14 +12,18 @@ import shapely
 from planning import PathProblemError, PlaceError
 from planning.paths import RoverModel
 from service.errors import RequestError
-from service.jobs.map_store import load, save
-from service.products.layers import LAYERS, write_layer
-from service.products.paths.answers import time_words
+from service.jobs.results import load, save
+from service.parts.older_names import notes_on_older_names
+from service.parts.plan_answers import time_words
 from service.products.paths.calculate import check_path_request
+from service.products.paths.files import LAYERS
 from service.products.paths.picture import draw_path
+from service.products.paths.product import PATH
 from service.products.paths.profile import draw_profile
 from service.products.paths.question import limits_of, rover_of
-from service.products.paths.request import PathLimitsIn, PathParameters, RoverIn
+from service.products.paths.request import PathIn, PathLimitsIn, PathParameters, RoverIn
+from service.products.product import Given
+from service.products.registry import PRODUCTS
 from terrain import height_at, to_grid_frame
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from tests.service.small_paths import ACROSS, WEST_OF_WALL, at, path_request, small_path
@@ -41,49 +45,53 @@ def blocked():
 @pytest.fixture
 def written(tmp_path):
     def write(finished, name):
-        write_layer(finished, name, tmp_path / name)
+        PATH.layer[name].write(finished, tmp_path / name)
         return (tmp_path / name).read_text(encoding="utf-8")
 
     return write
 
 
+def layers_of(finished):
+    return [layer.name for layer in LAYERS if layer.is_in(finished.answer.model_dump(mode="json"))]
+
+
 def test_a_path_leads_from_the_start_to_the_goal_around_the_no_go_area(found):
     answer = found.answer
-    assert answer["status"] == "found"
+    assert answer.status == "found"
     ends = [(found.column("east_m")[i], found.column("north_m")[i]) for i in (0, -1)]
     assert ends == [tuple(place.values()) for place in WEST_OF_WALL]
     line = shapely.LineString(np.column_stack([found.column("east_m"), found.column("north_m")]))
     box = shapely.box(WEST_M + 150.0, NORTH_M - 300.0, WEST_M + 300.0, NORTH_M - 200.0)
     assert line.distance(box) >= 0.5
-    assert answer["validation"]["passed"]
-    assert answer["totals"]["length_m"] == pytest.approx(found.column("distance_m")[-1])
-    assert answer["ratio"] == pytest.approx(answer["cost"] / answer["reference_cost"])
-    assert sum(answer["cost_split"].values()) == pytest.approx(answer["cost"], rel=1e-6)
+    assert answer.validation.passed
+    assert answer.totals.length_m == pytest.approx(found.column("distance_m")[-1])
+    assert answer.ratio == pytest.approx(answer.cost / answer.reference_cost)
+    assert sum(answer.cost_split.values()) == pytest.approx(answer.cost, rel=1e-6)
 
 
 def test_the_wall_makes_the_goal_unreachable_and_the_answer_says_what_would_open_a_way(blocked):
     answer = blocked.answer
-    assert answer["status"] == "unreachable"
+    assert answer.status == "unreachable"
     assert not blocked.found
-    assert answer["totals"] is answer["cost"] is answer["ratio"] is answer["validation"] is None
-    cut = answer["unreachable"]
-    assert cut["reason"] == "slope"
-    assert WEST_M + 500.0 < cut["where"]["east_m"] < WEST_M + 600.0
-    assert cut["relaxations"][0]["sentence"]
+    assert answer.totals is answer.cost is answer.ratio is answer.validation is None
+    cut = answer.unreachable
+    assert cut.reason == "slope"
+    assert WEST_M + 500.0 < cut.where.east_m < WEST_M + 600.0
+    assert cut.relaxations[0].sentence
 
 
 def test_the_summary_is_json_without_nan(found, blocked):
     for finished in (found, blocked):
-        assert json.loads(json.dumps(finished.summary(), allow_nan=False))["dem"]["name"] == "small.tif"
+        document = finished.answer.model_dump(mode="json")
+        assert json.loads(json.dumps(document, allow_nan=False))["dem"]["name"] == "small.tif"
 
 
 @pytest.mark.parametrize("which", ["found", "blocked"])
 def test_a_plan_that_was_stored_comes_back_as_it_was(which, request, tmp_path):
     finished = request.getfixturevalue(which)
-    save(finished, tmp_path / "kept")
-    again = load(tmp_path / "kept")
+    save(PATH, finished, tmp_path / "kept")
+    _, again = load(PRODUCTS, tmp_path / "kept")
     assert again.answer == finished.answer
-    assert again.summary() == finished.summary()
     assert np.array_equal(again.vertices, finished.vertices, equal_nan=True)
     assert again.anchors == finished.anchors
 
@@ -98,7 +106,7 @@ def test_geojson_holds_the_line_with_totals_and_what_holds_at_each_vertex(found,
     assert east_m == pytest.approx(found.column("east_m"), abs=2 * MILLIMETRE)
     assert north_m == pytest.approx(found.column("north_m"), abs=2 * MILLIMETRE)
     assert up_m == pytest.approx(height_at(found.grid, east_m, north_m), abs=0.02)
-    assert line["properties"]["length_m"] == found.answer["totals"]["length_m"]
+    assert line["properties"]["length_m"] == found.answer.totals.length_m
     assert line["properties"]["vertices"][3] == {
         key: value for key, value in points[3]["properties"].items() if key not in ("what", "number")
     }
@@ -121,16 +129,13 @@ def test_on_a_dem_without_crs_geojson_is_in_local_metres_and_says_so(written):
     document = json.loads(written(local, "path.geojson"))
     assert "local frame" in document["coordinates_are"]
     assert document["features"][0]["geometry"]["coordinates"][0][:2] == list(WEST_OF_WALL[0].values())
-    names = [name for name, layer in LAYERS["path"].items() if layer.is_in(local.summary())]
+    names = layers_of(local)
     assert names == ["path.geojson", "path.csv", "map.png", "profile.png"]
 
 
 def test_a_path_has_every_layer_and_a_plan_without_one_only_the_map(found, blocked):
-    assert [name for name, layer in LAYERS["path"].items() if layer.is_in(found.summary())] == list(LAYERS["path"])
-    assert [name for name, layer in LAYERS["path"].items() if layer.is_in(blocked.summary())] == [
-        "path.geojson",
-        "map.png",
-    ]
+    assert layers_of(found) == [layer.name for layer in LAYERS]
+    assert layers_of(blocked) == ["path.geojson", "map.png"]
 
 
 def test_the_table_has_a_row_per_vertex(found, written):
@@ -194,7 +199,7 @@ def test_without_anchors_the_picture_shows_the_ground_alone(tmp_path):
     assert {"way-point", "keep-in area"} <= set(words)
     assert any(word.startswith("may be driven") for word in words)
     assert "PDOP" not in words_of(draw_profile(bare))
-    assert bare.answer["totals"]["worst_dop"] is None
+    assert bare.answer.totals.worst_dop is None
 
 
 def test_the_profile_has_a_panel_for_everything_that_is_known(found):
@@ -216,7 +221,7 @@ def test_a_morphing_map_takes_the_place_of_anchors():
     air = {"anchors": path_request()["anchors"], "ceiling_above_ground_m": 40.0, "dop_limit": 30.0, "min_anchors": 3}
     finished = small_path((at(220.0, 430.0), at(300.0, 350.0)), anchors=[], morphing_map=air)
     assert finished.found
-    assert "height over the morphing map" in {check["limit"] for check in finished.answer["validation"]["checks"]}
+    assert "height over the morphing map" in {check.limit for check in finished.answer.validation.checks}
     assert finished.anchors == ()
     assert np.isfinite(finished.dop).any()
 
@@ -230,7 +235,7 @@ TRACK = {
 def test_an_anchor_on_a_track_is_ranged_to_and_drawn_where_it_is_at_the_start(written):
     finished = small_path(tracks=[TRACK], departure_s=100.0, frame_s=300.0)
     assert finished.found
-    assert finished.answer["ranged_to"] == ["W", "N", "S", "E", "T"]
+    assert finished.answer.ranged_to == ["W", "N", "S", "E", "T"]
     assert finished.visible.shape[1] == 5
     assert [anchor.id for anchor in finished.anchors] == ["W", "N", "S", "E"]
     line = json.loads(written(finished, "path.geojson"))["features"][0]["properties"]
@@ -241,8 +246,8 @@ def test_an_anchor_on_a_track_is_ranged_to_and_drawn_where_it_is_at_the_start(wr
 def test_a_safety_bubble_is_kept_told_and_drawn(written):
     navigation = {"initial_sigma_m": 0.3, "ground_sigma_m": 0.2, "motion_m2_per_s3": 0.001}
     finished = small_path(limits={"bubble_epsilon": 1.0, "dem_sigma_m": 0.1}, no_go=[], navigation=navigation)
-    assert finished.found, finished.answer["sentence"]
-    assert "room for the safety bubble" in {check["limit"] for check in finished.answer["validation"]["checks"]}
+    assert finished.found, finished.answer.sentence
+    assert "room for the safety bubble" in {check.limit for check in finished.answer.validation.checks}
     assert (finished.column("bubble_radius_m") > 0.1).all()
     assert (finished.column("clearance_m") >= finished.column("bubble_radius_m") - 1e-3).all()
     rows = list(csv.DictReader(written(finished, "path.csv").splitlines()))
@@ -252,8 +257,8 @@ def test_a_safety_bubble_is_kept_told_and_drawn(written):
 
 def test_position_error_may_be_part_of_the_price():
     finished = small_path(weights={"position_error": 5.0})
-    assert finished.answer["cost_split"]["position_error"] > 0.0
-    assert finished.answer["totals"]["mean_position_sigma_m"] > 0.0
+    assert finished.answer.cost_split.position_error > 0.0
+    assert finished.answer.totals.mean_position_sigma_m > 0.0
 
 
 def test_a_start_that_cannot_be_stood_on_says_why_and_what_is_nearest():
@@ -295,3 +300,51 @@ def test_the_defaults_of_a_request_are_those_of_the_library():
 @pytest.mark.parametrize(("seconds", "words"), [(3.0, "3 s"), (150.0, "2 min"), (9000.0, "2 h 30 min")])
 def test_times_are_told_as_people_say_them(seconds, words):
     assert time_words(seconds) == words
+
+
+def test_a_result_that_an_older_sightline_stored_still_opens(found, tmp_path):
+    folder = tmp_path / "kept"
+    save(PATH, found, folder)
+    told = found.answer.model_dump(mode="json")
+    description = json.loads((folder / "path.json").read_text())
+    for parameters in (told["parameters"], description["parameters"]):
+        parameters["rover"]["antenna_height_m"] = parameters["rover"].pop("receiver_above_ground_m")
+        parameters["limits"]["max_dop"] = parameters["limits"].pop("dop_limit", None)
+    (folder / "path.json").write_text(json.dumps({**description, "format": 1}))
+    (folder / "answer.json").unlink()
+    _, again = load(PRODUCTS, folder, told)
+    assert again.parameters == found.parameters
+    assert again.answer.totals == found.answer.totals
+    for layer in LAYERS:
+        layer.write(again, tmp_path / layer.name)
+
+
+@pytest.mark.parametrize(
+    ("older", "newer", "value"),
+    [("rover.antenna_height_m", "rover.receiver_above_ground_m", 2.5), ("limits.max_dop", "limits.dop_limit", 4.0)],
+)
+def test_older_names_are_taken_and_told(older, newer, value):
+    part, name = older.split(".")
+    asked = PathIn.model_validate({"dem_id": "D", **path_request(**{part: {name: value}})})
+    (note,) = notes_on_older_names(asked)
+    assert f"{name} is called {newer.split('.')[1]} now" in note
+    whole = PATH.completed(asked, Given())
+    assert getattr(getattr(whole, part), newer.split(".")[1]) == value
+
+
+def test_a_map_gives_its_limits_under_todays_names_to_a_request_with_older_ones():
+    asked = {"dem_id": "D", "map_id": "M", **path_request(anchors=[], rover={"antenna_height_m": 3.0})}
+    map_parameters = {
+        **{"anchors": path_request()["anchors"], "dop_limit": 7.0, "min_anchors": 2, "measure": "hdop"},
+        "receiver_above_ground_m": 2.5,
+    }
+    whole = PATH.completed(PathIn.model_validate(asked), Given("dop-map", map_parameters))
+    assert (whole.rover.receiver_above_ground_m, whole.limits.dop_limit, whole.limits.measure) == (3.0, 7.0, "hdop")
+    assert PATH.needs(PathIn.model_validate(asked)).map_id == "M"
+
+
+def test_the_limit_itself_is_no_good_dilution(found):
+    """Eq. 15 wherever it is judged: by the map, by the validator, by the classes of the picture."""
+    worst = found.answer.totals.worst_dop
+    at_it = small_path(limits={"dop_limit": worst, "min_anchors": 1})
+    assert at_it.answer.totals is None or at_it.answer.totals.worst_dop < worst

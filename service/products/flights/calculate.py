@@ -7,27 +7,25 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from planning.paths import FlightOutcome, FlightProblem, PathStatus, PlanBudget, plan_flight
+from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
-from service.estimates import refuse_budget, refuse_map
 from service.files.missions import mission_warnings
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import Calculation, dem_summary
+from service.parts.map_facts import ground_of
+from service.parts.plan_answers import finite, validation_answer
 from service.parts.positions import resolve_point
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
+from service.products.flights.answer import AirPlaceOut, FlightCornerOut, FlightSummary, FlightTotalsOut
 from service.products.flights.request import FlightParameters
-from service.products.paths.answers import validation_answer
-from service.settings import Settings
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, MorphingMap, morphing_map
 from visibility.air.morphing_maps import check_ceiling
 
-__all__ = ["AIR_COLUMNS", "FinishedFlight", "calculate_flight", "check_flight_request", "refuse_flight"]
+__all__ = ["AIR_COLUMNS", "FinishedFlight", "calculate_flight", "check_flight_request"]
 
 Floats = npt.NDArray[np.float64]
 # what is known along a flight, at fine steps
@@ -39,17 +37,16 @@ SHARE_OF_MAP = 0.5
 class FinishedFlight:
     """A finished plan, also one that found no flight.
 
-    anchors: none, for the map brings its own. answer: the outcome, ready for JSON. corners_m: (m, 3) east, north,
-    altitude. air: (n, columns) AIR_COLUMNS along the flight; both without rows where there is none.
+    anchors: none, for the map brings its own. corners_m: (m, 3) east, north, altitude. air: (n, columns) AIR_COLUMNS
+    along the flight; both without rows where there is none.
     """
 
     grid: ElevationGrid
     anchors: tuple[Anchor | DistantAnchor, ...]
     parameters: FlightParameters
-    calculation: Calculation
+    answer: FlightSummary
     corners_m: Floats
     air: Floats
-    answer: dict[str, Any]
 
     @property
     def found(self) -> bool:
@@ -60,23 +57,6 @@ class FinishedFlight:
         """(n,) one of AIR_COLUMNS along the flight."""
         values: Floats = self.air[:, AIR_COLUMNS.index(name)]
         return values
-
-    def summary(self) -> dict[str, Any]:
-        """What flight.json says: plain values, ready for JSON, every number with its unit in its name."""
-        asked, calculation = self.parameters, self.calculation
-        above = asked if asked.morphing_map is None else asked.morphing_map
-        return {
-            "version": calculation.version,
-            "mode": above.mode,
-            "error_statement": calculation.error_statement,
-            "curvature": calculation.curvature,
-            "unknown": above.unknown,
-            "dem": dem_summary(self.grid),
-            "warnings": list(calculation.warnings),
-            "parameters": asked.model_dump(mode="json", exclude_none=True),
-            **self.answer,
-            "timing": {"calculation_s": calculation.elapsed_s, **self.answer["timing"]},
-        }
 
 
 @told_as_asked
@@ -94,13 +74,6 @@ def check_flight_request(grid: ElevationGrid, asked: FlightParameters) -> int:
     return len(sources)
 
 
-def refuse_flight(grid: ElevationGrid, asked: FlightParameters, settings: Settings) -> None:
-    """Raises LimitError for a plan that may take longer than a job may run."""
-    refuse_budget(asked.budget.seconds, settings)
-    if asked.morphing_map is not None:
-        refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
-
-
 @told_as_asked
 def calculate_flight(
     grid: ElevationGrid,
@@ -114,38 +87,45 @@ def calculate_flight(
     Raises PathError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s, told = time.perf_counter(), progress or (lambda _: None)
-    above, error_statement, curvature = None, "", ""
-    warnings: tuple[str, ...] = ()
+    above, lines = None, None
+    of_map: tuple[str, ...] = ()
     if asked.morphing_map is not None:
         lines, sources = sight_lines(grid, asked.morphing_map, progress, SHARE_OF_MAP)
         ceiling_m, above_ground = asked.morphing_map.ceiling()
-        above = morphing_map(
-            lines, limit_of(asked.morphing_map), ceiling_m=ceiling_m, ceiling_above_ground=above_ground
-        )
-        warnings = (*lines.warnings, *above.warnings, *sources.warnings)
-        error_statement, curvature = lines.error_statement, lines.curvature.sentence()
+        limit = limit_of(asked.morphing_map)
+        above = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
+        of_map = (*lines.warnings, *above.warnings, *sources.warnings)
     told(SHARE_OF_MAP)
     problem = _problem(grid, asked, above)
     outcome = plan_flight(problem, stop=stop)
     found = outcome.status is PathStatus.FOUND
     air = fly_along(problem, outcome.corners_m) if found else None
     told(1.0)
-    told_of_files = mission_warnings("flight", grid) if found else ()
-    return FinishedFlight(
-        grid,
-        (),
-        asked,
-        Calculation(
-            error_statement,
-            curvature,
-            tuple(dict.fromkeys((*grid.provenance.warnings, *warnings, *told_of_files))),
-            time.perf_counter() - started_s,
-            importlib.metadata.version("sightline"),
-        ),
-        outcome.corners_m,
-        _table(air),
-        _answer(problem, asked, outcome, air),
+    of_files = mission_warnings("flight", grid) if found else ()
+    calculated = asked if asked.morphing_map is None else asked.morphing_map
+    answer = FlightSummary(
+        version=importlib.metadata.version("sightline"),
+        mode=calculated.mode,
+        error_statement="" if lines is None else lines.error_statement,
+        curvature="" if lines is None else lines.curvature.sentence(),
+        unknown=calculated.unknown,
+        dem=ground_of(grid),
+        warnings=list(dict.fromkeys((*grid.provenance.warnings, *of_map, *of_files))),
+        timing={"calculation_s": time.perf_counter() - started_s, "plan_s": outcome.elapsed_s},
+        parameters=asked.model_dump(mode="json", exclude_none=True),
+        status=outcome.status,
+        sentence=outcome.sentence,
+        totals=None if air is None else _totals(problem, asked, air),
+        cost=finite(outcome.cost),
+        corners=_corners(grid, outcome.corners_m, asked.speed_m_per_s),
+        validation=None if outcome.validation is None else validation_answer(outcome.validation),
+        planner=outcome.planner,
+        stopped_by=outcome.stopped_by,
+        seed=outcome.seed,
+        start=_place(problem.start),
+        goal=_place(problem.goal),
     )
+    return FinishedFlight(grid, (), asked, answer, outcome.corners_m, _table(air))
 
 
 def _problem(grid: ElevationGrid, asked: FlightParameters, above: MorphingMap | None) -> FlightProblem:
@@ -170,50 +150,36 @@ def _table(air: FlightSamples | None) -> Floats:
     return np.column_stack([air.distance_m, air.point_m[:, 2], air.ground_m, air.floor_m, air.top_m, air.clearance_m])
 
 
-def _answer(
-    problem: FlightProblem, asked: FlightParameters, outcome: FlightOutcome, air: FlightSamples | None
-) -> dict[str, Any]:
-    """The outcome, ready for JSON; what is no finite number is None."""
-    names = ("east_m", "north_m", "altitude_m")
-    corners_m = outcome.corners_m
+def _place(point_m: tuple[float, float, float]) -> AirPlaceOut:
+    return AirPlaceOut(east_m=point_m[0], north_m=point_m[1], altitude_m=point_m[2])
+
+
+def _corners(grid: ElevationGrid, corners_m: Floats, speed_m_per_s: float) -> list[FlightCornerOut]:
     along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners_m, axis=0), axis=1))])
-    ground_m = height_at(problem.grid, corners_m[:, 0], corners_m[:, 1])
-    return {
-        "status": str(outcome.status),
-        "sentence": outcome.sentence,
-        "start": dict(zip(names, problem.start, strict=True)),
-        "goal": dict(zip(names, problem.goal, strict=True)),
-        "totals": None if air is None else _totals(problem, asked, air),
-        "cost": _number(outcome.cost),
-        "corners": [
-            {
-                **dict(zip(names, corner, strict=True)),
-                "above_ground_m": _number(corner[2] - ground),
-                "time_s": along / asked.speed_m_per_s,
-            }
-            for corner, ground, along in zip(corners_m.tolist(), ground_m.tolist(), along_m.tolist(), strict=False)
-        ],
-        "validation": None if outcome.validation is None else validation_answer(outcome.validation),
-        "planner": outcome.planner,
-        "stopped_by": outcome.stopped_by,
-        "seed": outcome.seed,
-        "timing": {"plan_s": outcome.elapsed_s},
-    }
+    ground_m = height_at(grid, corners_m[:, 0], corners_m[:, 1])
+    return [
+        FlightCornerOut(
+            east_m=east_m,
+            north_m=north_m,
+            altitude_m=up_m,
+            above_ground_m=finite(up_m - under_m),
+            time_s=flown_m / speed_m_per_s,
+        )
+        for (east_m, north_m, up_m), under_m, flown_m in zip(
+            corners_m.tolist(), ground_m.tolist(), along_m.tolist(), strict=False
+        )
+    ]
 
 
-def _totals(problem: FlightProblem, asked: FlightParameters, air: FlightSamples) -> dict[str, float | None]:
+def _totals(problem: FlightProblem, asked: FlightParameters, air: FlightSamples) -> FlightTotalsOut:
     up_m, length_m = air.point_m[:, 2], float(air.distance_m[-1])
     rises_m = np.diff(up_m)
-    return {
-        "length_m": length_m,
-        "climb_m": float(rises_m[rises_m > 0.0].sum()),
-        "descent_m": abs(float(rises_m[rises_m < 0.0].sum())),
-        "time_s": length_m / asked.speed_m_per_s,
-        "highest_m": float(up_m.max()),
-        "clearance_m": float(air.clearance_m.min()),
-        "margin_m": None if problem.above is None else float((up_m - air.floor_m).min()),
-    }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    return FlightTotalsOut(
+        length_m=length_m,
+        climb_m=float(rises_m[rises_m > 0.0].sum()),
+        descent_m=abs(float(rises_m[rises_m < 0.0].sum())),
+        time_s=length_m / asked.speed_m_per_s,
+        highest_m=float(up_m.max()),
+        clearance_m=float(air.clearance_m.min()),
+        margin_m=None if problem.above is None else float((up_m - air.floor_m).min()),
+    )

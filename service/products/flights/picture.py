@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -15,14 +14,14 @@ from service.drawing.class_map import MapClass, class_pixels
 from service.drawing.furniture import INK
 from service.drawing.sheet import DPI, ground_figure, margin_legend, save_png
 from service.parts.map_facts import dem_name
+from service.parts.plan_answers import time_words
 from service.products.flights.calculate import FinishedFlight
-from service.products.paths.answers import time_words
 
 __all__ = ["draw_flight", "draw_flight_profile", "write_flight_picture", "write_flight_profile"]
 
 GROUND = MapClass("ground", "#d8d2c4")
 WAY_COLOUR, GROUND_COLOUR, FLOOR_COLOUR, CLEAR_COLOUR = "#e6007e", "#b9a98a", "#2b7bba", "#3a7d44"
-LIMIT: dict[str, Any] = {"color": "#c01818", "lw": 1.1, "ls": "--"}
+LIMIT_COLOUR = "#c01818"
 SIZE_IN = (11.0, 6.0)
 
 
@@ -43,7 +42,7 @@ def draw_flight(finished: FinishedFlight) -> Figure:
         grid,
         class_pixels(grid, np.zeros(grid.shape, np.uint8), [GROUND]),
         (),
-        f"Flight, {answer['status'].replace('_', ' ')}: {dem_name(grid)}",
+        f"Flight, {answer.status.replace('_', ' ')}: {dem_name(grid)}",
         _subtitle(finished),
     )
     handles: list[tuple[str, Line2D]] = []
@@ -53,10 +52,10 @@ def draw_flight(finished: FinishedFlight) -> Figure:
         axes.plot(east_km, north_km, color=WAY_COLOUR, lw=2.6, zorder=8, path_effects=halo)
         axes.plot(east_km[1:-1], north_km[1:-1], "o", color=WAY_COLOUR, ms=4, zorder=9)
         handles.append(("flight", Line2D([], [], color=WAY_COLOUR, lw=2.6)))
-    for what, marker, size in (("start", "o", 8), ("goal", "*", 15)):
-        style: dict[str, Any] = {"marker": marker, "ms": size, "mfc": "white", "mec": INK, "mew": 1.4, "ls": "none"}
-        axes.plot(answer[what]["east_m"] / 1000.0, answer[what]["north_m"] / 1000.0, zorder=11, **style)
-        handles.append((what, Line2D([], [], **style)))
+    for what, place, marker, size in (("start", answer.start, "o", 8), ("goal", answer.goal, "*", 15)):
+        at_km = ([place.east_m / 1000.0], [place.north_m / 1000.0])
+        (mark,) = axes.plot(*at_km, marker=marker, ms=size, mfc="white", mec=INK, mew=1.4, ls="none", zorder=11)
+        handles.append((what, mark))
     margin_legend(axes, [handle for _, handle in handles], [label for label, _ in handles], "Flight")
     return figure
 
@@ -75,12 +74,12 @@ def draw_flight_profile(finished: FinishedFlight) -> Figure:
         high.fill_between(x, floor_m, ground_m, color=FLOOR_COLOUR, alpha=0.16, lw=0)
         high.plot(x, floor_m, color=FLOOR_COLOUR, lw=1.2, label="morphing map")
     if np.isfinite(top_m).any():
-        high.plot(x, np.where(np.isfinite(top_m), top_m, np.nan), label="ceiling", **LIMIT)
+        high.plot(x, np.where(np.isfinite(top_m), top_m, np.nan), label="ceiling", color=LIMIT_COLOUR, lw=1.1, ls="--")
     high.plot(x, up_m, color=WAY_COLOUR, lw=2.0, label="flight")
     high.set_ylim(bottom=bottom_m)
     high.set_ylabel("altitude, m")
     low.plot(x, finished.column("clearance_m"), color=CLEAR_COLOUR, lw=1.3, label="to the ground")
-    low.axhline(finished.parameters.bubble_m, label="bubble", **LIMIT)
+    low.axhline(finished.parameters.bubble_m, label="bubble", color=LIMIT_COLOUR, lw=1.1, ls="--")
     low.set_ylim(bottom=0.0)
     low.set_ylabel("distance, m")
     low.set_xlabel("flown, km")
@@ -90,20 +89,20 @@ def draw_flight_profile(finished: FinishedFlight) -> Figure:
         axes.set_xlim(0.0, x[-1])
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, frameon=False, fontsize=8.5)
     figure.text(0.125, 0.955, f"Along the flight: {dem_name(finished.grid)}", fontsize=14, fontweight="bold", color=INK)
-    figure.text(0.125, 0.92, finished.answer["sentence"], fontsize=10, color=INK)
+    figure.text(0.125, 0.92, finished.answer.sentence, fontsize=10, color=INK)
     return figure
 
 
 def _subtitle(finished: FinishedFlight) -> str:
-    totals = finished.answer["totals"]
+    totals = finished.answer.totals
     if totals is None:
-        return str(finished.answer["sentence"])[:150]
+        return finished.answer.sentence[:150]
     words = [
-        f"{totals['length_m'] / 1000.0:.2f} km",
-        f"{totals['climb_m']:.0f} m up",
-        time_words(totals["time_s"]),
-        f"{totals['clearance_m']:.0f} m and more from the ground",
+        f"{totals.length_m / 1000.0:.2f} km",
+        f"{totals.climb_m:.0f} m up",
+        time_words(totals.time_s),
+        f"{totals.clearance_m:.0f} m and more from the ground",
     ]
-    if totals["margin_m"] is not None:
-        words.append(f"{totals['margin_m']:.0f} m and more above the morphing map")
+    if totals.margin_m is not None:
+        words.append(f"{totals.margin_m:.0f} m and more above the morphing map")
     return ", ".join(words)

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
-from service.parts.older_results import OrOlder
-from service.parts.pages import Page
+from service.parts.map_answers import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
 from service.parts.positioning import MorphingMapParameters
 from service.parts.sight import SightParameters
-from service.products.paths.answer import ValidationOut
 
-__all__ = ["FlightIn", "FlightList", "FlightOut", "FlightParameters"]
+__all__ = ["REQUEST", "FlightIn", "FlightParameters"]
 
 ITERATIONS, BUBBLE_M, CLIMB_WEIGHT = 20_000, 20.0, 1.0
-DRONES: list[Any] = [
+DRONES: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
     {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
     {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
     {"id": "D4", "east_m": 399500.0, "north_m": 3799400.0, "above_ground_m": 150.0},
 ]
-REQUEST: dict[str, Any] = {
+REQUEST: dict[str, JsonValue] = {
     "dem_id": DEM_ID,
     "start": {"east_m": 403000.0, "north_m": 3796000.0, "above_ground_m": 120.0},
     "goal": {"east_m": 408000.0, "north_m": 3799000.0, "altitude_m": 1700.0},
@@ -91,51 +88,3 @@ class FlightIn(FlightParameters):
         if self.map_id is not None and self.morphing_map is not None:
             raise ValueError("Give only one of map_id and morphing_map.")
         return self
-
-
-class FlightTotalsOut(BaseModel):
-    """What the whole flight amounts to."""
-
-    length_m: float = Field(description="Through the air, metres.")
-    climb_m: float = Field(description="Metres up.")
-    descent_m: float = Field(description="Metres down.")
-    time_s: float = Field(description="Seconds at the speed asked for.")
-    highest_m: float = Field(description="Highest altitude, metres.")
-    clearance_m: float = Field(description="Least distance to the ground, metres.")
-    margin_m: float | None = Field(description="Least height over the morphing map, metres; null without one.")
-
-
-class FlightSummary(MapSummary):
-    """How the plan ended, and the flight."""
-
-    status: Literal["found", "unreachable", "undecided", "out_of_budget", "refused"] = Field(
-        description="found: a flight that the validator passed; unreachable: proved; undecided: neither a flight nor "
-        "that proof was found; refused: the validator found a fault."
-    )
-    sentence: str = Field(description="The outcome in words.")
-    totals: FlightTotalsOut | None
-    cost: float | None = Field(description="Of the flight, in metres.")
-    corners: list[dict[str, float | None]] = Field(
-        description="East, north, altitude, height above ground, time: where the flight turns, in metres and seconds."
-    )
-    validation: ValidationOut | None
-    planner: str = Field(description="Which planner the flight came from.")
-    stopped_by: str = Field(
-        description="count: the iterations; time: the time-out; stop: a request; proof: no flight; "
-        "grain: it was searched as finely as it is."
-    )
-    seed: int = Field(description="The seed, a number.")
-
-
-class FlightOut(MapOut):
-    """A flight: how its planning stands, and its result when it has one."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [running_example("/flights", REQUEST)]})
-
-    result: OrOlder[FlightSummary] = Field(description="How the plan ended; null until it did.")
-
-
-class FlightList(Page):
-    """One page of flights, newest first."""
-
-    flights: list[FlightOut]

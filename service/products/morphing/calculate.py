@@ -86,7 +86,7 @@ def calculate_morphing_map(
         found = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
         # the map's warnings are the sight lines' and its own
         own, elapsed_s = found.warnings[len(lines.warnings) :], found.elapsed_s
-    rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, dilution=parameters.measure)
+    rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, measure=parameters.measure)
     no_go = rover.no_go(limit.dop_limit, limit.needed_anchors)
     known = ~np.isnan(grid.heights_m)
     known_posts = int(np.count_nonzero(known))

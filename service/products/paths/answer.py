@@ -2,63 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+import math
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+import shapely
+from pydantic import BaseModel, Field
 
-from service.parts.map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
-from service.parts.older_results import OrOlder
-from service.parts.pages import Page
-from service.products.paths.request import PathQuestion, check_limits_have_anchors
+from planning.paths import Path, PathStatus, Reason, Relaxation, Unreachable
+from service.parts.map_answers import MapSummary
+from service.parts.plan_answers import PathPlaceOut, ValidationOut, finite, place_answer
+from service.parts.source_answers import PlacedAnchor, PlacedSatellite
 
-__all__ = ["PathIn", "PathList", "PathOut", "PathSummary"]
+__all__ = ["PathAreaOut", "PathSummary", "goal_answer", "totals_answer", "unreachable_answer"]
 
-ANCHORS: list[Any] = [
-    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
-    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
-    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
-]
-REQUEST: dict[str, Any] = {
-    "dem_id": DEM_ID,
-    "start": {"east_m": 403000.0, "north_m": 3796000.0},
-    "goals": [{"type": "Point", "coordinates": [-117.95, 34.33]}],
-    "anchors": ANCHORS,
-    "rover": {"max_slope_deg": 25.0, "footprint_radius_m": 0.8, "speed_m_per_s": 0.5},
-    "limits": {"min_anchors": 2},
-    "weights": {"climb": 2.0, "out_of_sight": 3.0},
-}
+UNITS = {Reason.SLOPE: "deg", Reason.PITCH_OR_ROLL: "deg", Reason.STEP: "m"}
 
 
-class PathIn(PathQuestion):
-    """A DEM, a rover, from where to where, and the anchors that it ranges to, or a finished map of them."""
+class PathAreaOut(BaseModel):
+    """An area that is a goal, and its middle."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
-
-    dem_id: DemId
-    map_id: Annotated[str, Field(min_length=1, max_length=64)] | None = Field(
-        None,
-        description="A finished visibility, DOP or morphing map of the same DEM: its anchors, its sight settings, "
-        "and the limits of a DOP map; the antenna stays above a morphing map. What the request says itself wins.",
-    )
-
-    @model_validator(mode="after")
-    def _limits_need_anchors(self) -> Self:
-        if self.map_id is None:
-            check_limits_have_anchors(self)
-        return self
-
-
-class PathPlaceOut(BaseModel):
-    """A place on the ground."""
-
+    area_m2: float = Field(description="How large it is, square metres.")
     east_m: float = Field(description="East in the DEM's metric CRS, metres.")
     north_m: float = Field(description="North in the DEM's metric CRS, metres.")
 
 
 class PathTotalsOut(BaseModel):
     """What the whole path amounts to."""
-
-    model_config = ConfigDict(extra="allow")
 
     length_m: float = Field(description="Along the ground, metres.")
     climb_m: float = Field(description="Metres up.")
@@ -72,6 +40,7 @@ class PathTotalsOut(BaseModel):
         description="Predicted one-sigma position error, mean over the time of the path, metres; null without anchors."
     )
     steepest_deg: float = Field(description="Steepest ground under the way, degrees.")
+    vertices: int = Field(description="How many vertices it has.")
 
 
 class RelaxationOut(BaseModel):
@@ -111,31 +80,13 @@ class UnreachableOut(BaseModel):
     grain: GrainOut | None = Field(None, description="How finely it is proved; null: it is not.")
 
 
-class LimitCheckOut(BaseModel):
-    """The validator's check of one limit."""
-
-    model_config = ConfigDict(extra="allow")
-
-    limit: str = Field(description="Which limit.")
-    kept: bool = Field(description="Whether it holds everywhere.")
-    broken: int = Field(description="At how many of the samples it does not.")
-    where: PathPlaceOut
-
-
-class ValidationOut(BaseModel):
-    """The report of the validator, which shares no code with the planner."""
-
-    passed: bool = Field(description="Whether every limit holds.")
-    sentence: str = Field(description="The same in words.")
-    step_m: float = Field(description="Distance between samples at most, metres.")
-    samples: int = Field(description="How many samples there were.")
-    checks: list[LimitCheckOut]
-
-
 class PathSummary(MapSummary):
     """How the plan ended, and the path."""
 
-    status: Literal["found", "unreachable", "undecided", "out_of_budget", "refused"] = Field(
+    timing: dict[str, float | None] = Field(  # type: ignore[assignment] # of a plan that found no path
+        description="Seconds that parts of the calculation took; null: there was no first path."
+    )
+    status: PathStatus = Field(
         description="found: a path that the validator passed; unreachable: proved to the grain told, and what cuts "
         "it; undecided: neither a path nor that proof was found; out_of_budget: the time was up; refused: the "
         "validator found a fault in every path."
@@ -154,17 +105,60 @@ class PathSummary(MapSummary):
         "grain: it was searched as finely as it is."
     )
     seed: int = Field(description="The seed, a number.")
+    anchors: list[PlacedAnchor] = Field(description="The anchors that stand, in the DEM's frame.")
+    satellites: list[PlacedSatellite] = Field(description="The satellites in view.")
+    start: PathPlaceOut
+    goals: list[PathAreaOut | PathPlaceOut] = Field(description="The goals, places or areas.")
+    way_points: list[PathPlaceOut] = Field(description="The places to pass, in order.")
+    ranged_to: list[str] = Field(description="Names of all that the rover ranges to, in the order of the vertices'.")
+    needed_in_sight: int = Field(description="So many anchors make a place count as in sight.")
 
 
-class PathOut(MapOut):
-    """A path: how its planning stands, and its result when it has one."""
+def goal_answer(goal: tuple[float, float] | shapely.Geometry) -> PathAreaOut | PathPlaceOut:
+    """A goal of the problem."""
+    if not isinstance(goal, shapely.Geometry):
+        return place_answer(goal)
+    return PathAreaOut(area_m2=float(goal.area), east_m=goal.centroid.x, north_m=goal.centroid.y)
 
-    model_config = ConfigDict(json_schema_extra={"examples": [running_example("/paths", REQUEST)]})
 
-    result: OrOlder[PathSummary] = Field(description="How the plan ended; null until it did.")
+def totals_answer(path: Path) -> PathTotalsOut:
+    """The totals of a path; what is no finite number is None."""
+    totals = path.totals
+    return PathTotalsOut(
+        length_m=totals.length_m,
+        climb_m=totals.climb_m,
+        descent_m=totals.descent_m,
+        time_s=totals.time_s,
+        out_of_sight_s=totals.out_of_sight_s,
+        longest_out_of_sight_s=totals.longest_out_of_sight_s,
+        worst_dop=finite(totals.worst_dop),
+        fewest_anchors=totals.fewest_anchors,
+        mean_position_sigma_m=finite(totals.mean_position_sigma_m),
+        steepest_deg=math.degrees(totals.steepest_rad),
+        vertices=len(path.east_m),
+    )
 
 
-class PathList(Page):
-    """One page of paths, newest first."""
+def unreachable_answer(found: Unreachable) -> UnreachableOut:
+    """What cuts every path, angles in degrees."""
+    grain = found.grain
+    return UnreachableOut(
+        reason=str(found.reason),
+        where=place_answer(found.where_m),
+        relaxations=[_relaxation(one) for one in found.relaxations],
+        grain=None if grain is None else GrainOut(width_m=grain.width_m, slope_deg=math.degrees(grain.slope_rad)),
+    )
 
-    paths: list[PathOut]
+
+def _relaxation(one: Relaxation) -> RelaxationOut:
+    unit = UNITS.get(one.reason, "")
+    factor = math.degrees(1.0) if unit == "deg" else 1.0
+    return RelaxationOut(
+        reason=str(one.reason),
+        asked=finite(one.asked * factor),
+        needed=finite(one.needed * factor),
+        least=finite(one.least * factor),
+        unit=unit,
+        sentence=one.sentence,
+        shown=one.shown,
+    )

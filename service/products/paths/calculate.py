@@ -6,30 +6,35 @@ import importlib.metadata
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from planning.paths import PathProblem, plan_path
-from service.estimates import refuse_budget, refuse_map
+from planning.paths import Path, PathOutcome, PathProblem, plan_path
 from service.files.missions import mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import Calculation, dem_summary
-from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines, source_summary
+from service.parts.map_facts import ground_of
+from service.parts.plan_answers import finite, place_answer, validation_answer
+from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
 from service.parts.satellites import ORBIT_TEXTS
-from service.products.paths.answers import VERTEX_COLUMNS, outcome_answer, validation_answer, vertex_table
+from service.parts.source_answers import placed_anchors, placed_satellites
+from service.products.paths.answer import PathSummary, goal_answer, totals_answer, unreachable_answer
 from service.products.paths.question import path_question, path_sources, path_tracks
 from service.products.paths.request import PathParameters
-from service.settings import Settings
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
-__all__ = ["FinishedPath", "calculate_path", "check_path_request", "refuse_path"]
+__all__ = ["VERTEX_COLUMNS", "FinishedPath", "calculate_path", "check_path_request"]
 
+# fields of a path, one number for each vertex
+VERTEX_COLUMNS = (
+    *("east_m", "north_m", "altitude_m", "heading_rad", "distance_m", "time_s", "slope_rad", "pitch_rad", "roll_rad"),
+    *("anchor_count", "dop", "margin_m", "clearance_m", "position_sigma_m", "bubble_radius_m"),
+)
 SHARE_OF_SIGHT_LINES = 0.3
 SHARE_OF_PLAN = 0.9
+ORBITS = {"satellites": set(ORBIT_TEXTS)}
 
 Progress = Callable[[float], None]
 
@@ -38,7 +43,7 @@ Progress = Callable[[float], None]
 class FinishedPath:
     """A finished plan, also one that found no path.
 
-    answer: the outcome, ready for JSON. vertices: (n, columns) float64, VERTEX_COLUMNS of the path; none without one.
+    vertices: (n, columns) float64, VERTEX_COLUMNS of the path; none without one.
     visible: (n, anchors) uint8. corners: numbers of the vertices at which the way turns.
     dop: (rows, cols) float32 at the antenna, +inf = no fix, NaN = unknown. count: (rows, cols) uint16, surely in sight.
     reasons: (rows - 1, cols - 1) uint16, why each square may not be driven, 0 = it may.
@@ -47,14 +52,13 @@ class FinishedPath:
     grid: ElevationGrid
     anchors: tuple[Anchor | DistantAnchor, ...]
     parameters: PathParameters
-    calculation: Calculation
+    answer: PathSummary
     vertices: npt.NDArray[np.float64]
     visible: npt.NDArray[np.uint8]
     corners: npt.NDArray[np.int64]
     dop: npt.NDArray[np.float32]
     count: npt.NDArray[np.uint16]
     reasons: npt.NDArray[np.uint16]
-    answer: dict[str, Any]
 
     @property
     def found(self) -> bool:
@@ -65,24 +69,6 @@ class FinishedPath:
         """(n,) one of VERTEX_COLUMNS along the path."""
         values: npt.NDArray[np.float64] = self.vertices[:, VERTEX_COLUMNS.index(name)]
         return values
-
-    def summary(self) -> dict[str, Any]:
-        """What path.json says: plain values, ready for JSON, every number with its unit in its name."""
-        asked, calculation = self.parameters, self.calculation
-        orbits = {"satellites": set(ORBIT_TEXTS)}
-        return {
-            "version": calculation.version,
-            "mode": asked.mode,
-            "error_statement": calculation.error_statement,
-            "curvature": calculation.curvature,
-            "unknown": asked.unknown,
-            "dem": dem_summary(self.grid),
-            **source_summary(self.grid, self.anchors),
-            "warnings": list(calculation.warnings),
-            "parameters": asked.model_dump(mode="json", exclude_none=True, exclude={**orbits, "morphing_map": orbits}),
-            **self.answer,
-            "timing": {"calculation_s": calculation.elapsed_s, **self.answer["timing"]},
-        }
 
 
 @told_as_asked
@@ -101,13 +87,6 @@ def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
     return len(sources.all) + len(tracks)
 
 
-def refuse_path(grid: ElevationGrid, asked: PathParameters, settings: Settings) -> None:
-    """Raises LimitError for a plan that may take longer than a job may run."""
-    refuse_budget(asked.budget.seconds, settings)
-    if asked.morphing_map is not None:
-        refuse_map(grid.heights_m.size, len(asked.morphing_map.anchors), asked.morphing_map.mode, settings)
-
-
 @told_as_asked
 def calculate_path(
     grid: ElevationGrid,
@@ -124,42 +103,30 @@ def calculate_path(
     mapped = _mapped(grid, asked, _part(progress, 0.0, SHARE_OF_SIGHT_LINES))
     problem, lines = mapped.problem, mapped.lines
     outcome = plan_path(problem, progress=_part(progress, SHARE_OF_SIGHT_LINES, SHARE_OF_PLAN), stop=stop)
-    validation = outcome.validation
-    rows, cols = grid.shape
-    dop, count = np.full((rows, cols), np.nan, np.float32), np.zeros((rows, cols), np.uint16)
+    dop, count = np.full(grid.shape, np.nan, np.float32), np.zeros(grid.shape, np.uint16)
     if lines is not None:
         limits = problem.limits
         found = dop_map(
-            *(lines, problem.rover.antenna_height_m, limits.kind),
-            dilution=limits.dilution,
+            *(lines, problem.rover.receiver_above_ground_m, limits.kind),
+            measure=limits.measure,
             on_surface=limits.on_surface,
         )
         dop, count = found.dop, found.count
-    answer = outcome_answer(problem, outcome)
-    answer["validation"] = None if validation is None else validation_answer(validation)
+    path = outcome.path
+    answer = _answer(grid, asked, mapped, outcome, started_s)
     if progress is not None:
         progress(1.0)
-    path = outcome.path
-    told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
-    told += () if path is None else mission_warnings("path", grid)
     return FinishedPath(
         grid,
         mapped.standing,
         asked,
-        Calculation(
-            "" if lines is None else lines.error_statement,
-            "" if lines is None else lines.curvature.sentence(),
-            tuple(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings, *told))),
-            time.perf_counter() - started_s,
-            importlib.metadata.version("sightline"),
-        ),
-        vertex_table(path),
+        answer,
+        _vertex_table(path),
         np.zeros((0, 0), np.uint8) if path is None else path.visible.astype(np.uint8),
         np.zeros(0, np.int64) if path is None else path.corners,
         dop,
         count,
         outcome.reasons,
-        answer,
     )
 
 
@@ -188,6 +155,56 @@ def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress | Non
     problem = path_question(grid, asked, sources, None if tracks else lines_here, tracks)
     warnings = () if lines_here is None else lines_here.warnings
     return _Mapped(problem, sources.all, lines_here, (*warnings, *sources.warnings))
+
+
+def _answer(
+    grid: ElevationGrid, asked: PathParameters, mapped: _Mapped, outcome: PathOutcome, started_s: float
+) -> PathSummary:
+    """The outcome of a plan; what is no finite number is None."""
+    problem, lines, path, cut = mapped.problem, mapped.lines, outcome.path, outcome.unreachable
+    told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
+    told += () if path is None else mission_warnings("path", grid)
+    return PathSummary(
+        version=importlib.metadata.version("sightline"),
+        mode=asked.mode,
+        error_statement="" if lines is None else lines.error_statement,
+        curvature="" if lines is None else lines.curvature.sentence(),
+        unknown=asked.unknown,
+        dem=ground_of(grid),
+        warnings=list(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings, *told))),
+        timing={
+            "calculation_s": time.perf_counter() - started_s,
+            "first_path_s": finite(outcome.first_path_s),
+            "plan_s": outcome.elapsed_s,
+        },
+        parameters=asked.model_dump(mode="json", exclude_none=True, exclude={**ORBITS, "morphing_map": ORBITS}),
+        status=outcome.status,
+        sentence=outcome.sentence,
+        totals=None if path is None else totals_answer(path),
+        cost=None if path is None else path.cost,
+        cost_split=None if path is None else dict(path.cost_split),
+        reference_cost=finite(outcome.reference_cost),
+        ratio=finite(outcome.ratio),
+        unreachable=None if cut is None else unreachable_answer(cut),
+        validation=None if outcome.validation is None else validation_answer(outcome.validation),
+        planner=outcome.planner,
+        stopped_by=outcome.stopped_by,
+        seed=outcome.seed,
+        anchors=placed_anchors(grid, mapped.standing),
+        satellites=placed_satellites(mapped.standing),
+        start=place_answer(problem.start),
+        goals=[goal_answer(goal) for goal in problem.goals],
+        way_points=[place_answer(place) for place in problem.way_points],
+        ranged_to=[str(getattr(anchor, "id", "")) for anchor in problem.anchors],
+        needed_in_sight=problem.limits.needed_in_sight,
+    )
+
+
+def _vertex_table(path: Path | None) -> npt.NDArray[np.float64]:
+    """(n, columns) the path's VERTEX_COLUMNS; no rows without a path."""
+    if path is None:
+        return np.zeros((0, len(VERTEX_COLUMNS)))
+    return np.column_stack([np.asarray(getattr(path, name), np.float64) for name in VERTEX_COLUMNS])
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

@@ -1,27 +1,38 @@
-"""Planned paths as files: GeoJSON with what holds at each vertex, and a table."""
+"""The files of planned paths: GeoJSON with what holds at each vertex, a table, missions, pictures; the list of all."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from service.files.geojson import write_collection
+from service.files.layer import GEOJSON, PNG, Layer
+from service.files.missions import MISSIONS, above_sea_level
+from service.files.qgroundcontrol import ROVER, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
-from service.products.paths.answers import VERTEX_COLUMNS
-from service.products.paths.calculate import FinishedPath
-from terrain import ElevationGrid, to_lon_lat
+from service.parts.map_facts import dem_name
+from service.parts.plan_answers import PathPlaceOut
+from service.products.paths.answer import PathAreaOut
+from service.products.paths.calculate import VERTEX_COLUMNS, FinishedPath
+from terrain import to_lon_lat
 
-__all__ = ["vertex_properties", "write_csv", "write_geojson"]
+__all__ = ["LAYERS"]
 
+Json = dict[str, object]
 DECIMALS_DEG, DECIMALS_M, DECIMALS = 8, 3, 4
 # told by the geometry
 PLACE = ("east_m", "north_m")
+# GPX knows moments and no durations: a track without a date of its own begins here
+BEGIN = datetime(1970, 1, 1, tzinfo=UTC)
+FOUND = "found"
+GPX, PLAN = MISSIONS["path"]
 
 
-def write_geojson(finished: FinishedPath, path: Path) -> None:
+def _write_geojson(finished: FinishedPath, path: Path) -> None:
     """A FeatureCollection in longitude, latitude and altitude; without a CRS in the DEM's local metres, and says so.
 
     A found path is one LineString, whose properties ``vertices`` hold what the points hold one by one.
@@ -30,7 +41,7 @@ def write_geojson(finished: FinishedPath, path: Path) -> None:
     write_collection(finished.grid, features, path)
 
 
-def write_csv(finished: FinishedPath, path: Path) -> None:
+def _write_csv(finished: FinishedPath, path: Path) -> None:
     """A row per vertex; an empty cell is no number: no anchors, no fix, no bubble asked for."""
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = [
@@ -38,7 +49,7 @@ def write_csv(finished: FinishedPath, path: Path) -> None:
             for east_m, north_m, row in zip(
                 finished.column("east_m").tolist(),
                 finished.column("north_m").tolist(),
-                vertex_properties(finished),
+                _vertex_properties(finished),
                 strict=True,
             )
         ]
@@ -47,10 +58,10 @@ def write_csv(finished: FinishedPath, path: Path) -> None:
         TableWriter(file).rows(list(rows[0]), rows)
 
 
-def vertex_properties(finished: FinishedPath) -> list[dict[str, Any]]:
+def _vertex_properties(finished: FinishedPath) -> list[Json]:
     """What holds at each vertex, ready for JSON: angles in degrees, None where there is no number."""
-    ids = np.array(finished.answer["ranged_to"])
-    columns: dict[str, list[Any]] = {}
+    ids = np.array(finished.answer.ranged_to)
+    columns: dict[str, list[object]] = {}
     for name in VERTEX_COLUMNS:
         if name in PLACE:
             continue
@@ -63,40 +74,41 @@ def vertex_properties(finished: FinishedPath) -> list[dict[str, Any]]:
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def _line(finished: FinishedPath) -> dict[str, Any]:
+def _line(finished: FinishedPath) -> Json:
     answer = finished.answer
+    assert answer.totals is not None, "a found path has totals"
     properties = {
         "what": "path",
-        **{key: answer[key] for key in ("status", "sentence", "cost", "cost_split", "reference_cost", "ratio")},
-        **answer["totals"],
+        **answer.model_dump(
+            mode="json", include={"status", "sentence", "cost", "cost_split", "reference_cost", "ratio"}
+        ),
+        **answer.totals.model_dump(),
         "corners": finished.corners.tolist(),
-        "vertices": vertex_properties(finished),
+        "vertices": _vertex_properties(finished),
     }
     return _feature("LineString", _coordinates(finished), properties)
 
 
-def _points(finished: FinishedPath) -> list[dict[str, Any]]:
+def _points(finished: FinishedPath) -> list[Json]:
     places = _coordinates(finished)
     return [
         _feature("Point", place, {"what": "vertex", "number": number, **properties})
-        for number, (place, properties) in enumerate(zip(places, vertex_properties(finished), strict=True))
+        for number, (place, properties) in enumerate(zip(places, _vertex_properties(finished), strict=True))
     ]
 
 
-def _blocked(finished: FinishedPath) -> list[dict[str, Any]]:
+def _blocked(finished: FinishedPath) -> list[Json]:
     """Start and goals, and where the way is cut and by what."""
-    grid, answer = finished.grid, finished.answer
-    named: list[tuple[str, Any, dict[str, Any]]] = [
-        ("start", answer["start"], {}),
-        *(("goal", goal, {}) for goal in answer["goals"]),
+    answer = finished.answer
+    cut = answer.unreachable
+    named: list[tuple[str, PathPlaceOut | PathAreaOut, Json]] = [
+        ("start", answer.start, {}),
+        *(("goal", goal, {}) for goal in answer.goals),
     ]
-    if answer["unreachable"] is not None:
-        cut = answer["unreachable"]
-        named.append(
-            ("blocked", cut["where"], {name: cut[name] for name in ("reason", "relaxations", "grain") if name in cut})
-        )
+    if cut is not None:
+        named.append(("blocked", cut.where, cut.model_dump(exclude={"where"})))
     return [
-        _feature("Point", _place(grid, at["east_m"], at["north_m"]), {"what": what, "status": answer["status"], **more})
+        _feature("Point", _place(finished, at), {"what": what, "status": answer.status, **more})
         for what, at, more in named
     ]
 
@@ -112,12 +124,129 @@ def _coordinates(finished: FinishedPath) -> list[list[float]]:
     return degrees
 
 
-def _place(grid: ElevationGrid, east_m: float, north_m: float) -> list[float]:
-    if grid.crs is None:
-        return [round(east_m, DECIMALS_M), round(north_m, DECIMALS_M)]
-    lon_deg, lat_deg = to_lon_lat(grid, east_m, north_m)
+def _place(finished: FinishedPath, at: PathPlaceOut | PathAreaOut) -> list[float]:
+    if finished.grid.crs is None:
+        return [round(at.east_m, DECIMALS_M), round(at.north_m, DECIMALS_M)]
+    lon_deg, lat_deg = to_lon_lat(finished.grid, at.east_m, at.north_m)
     return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG)]
 
 
-def _feature(kind: str, coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
+def _feature(kind: str, coordinates: list[float] | list[list[float]], properties: Json) -> Json:
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
+
+
+def _write_gpx(finished: FinishedPath, path: Path) -> None:
+    """GPX 1.1: every vertex as a track, its times counted from 1970-01-01T00:00:00Z; the corners as a route.
+
+    Elevations in it count from mean sea level: a DEM whose heights count from an ellipsoid has none to give.
+    Raises FrameError for a DEM without CRS.
+    """
+    import gpxpy.gpx  # takes a tenth of a second to load
+
+    above_sea = above_sea_level(finished.grid)
+    gpx = gpxpy.gpx.GPX()
+    gpx.creator = f"Sightline {finished.answer.version}"
+    gpx.name = f"Path over {dem_name(finished.grid)}"
+    gpx.description = finished.answer.sentence
+    track, segment, route = gpxpy.gpx.GPXTrack(), gpxpy.gpx.GPXTrackSegment(), gpxpy.gpx.GPXRoute()
+    for lon_deg, lat_deg, up_m, seconds in _vertices(finished):
+        moment = BEGIN + timedelta(seconds=round(seconds, 3))
+        segment.points.append(gpxpy.gpx.GPXTrackPoint(lat_deg, lon_deg, up_m if above_sea else None, moment))
+    for number, corner in enumerate(finished.corners.tolist()):
+        point = segment.points[corner]
+        route.points.append(
+            gpxpy.gpx.GPXRoutePoint(point.latitude, point.longitude, point.elevation, name=f"C{number}")
+        )
+    track.segments.append(segment)
+    gpx.tracks.append(track)
+    gpx.routes.append(route)
+    path.write_text(gpx.to_xml(version="1.1"), encoding="utf-8")
+
+
+def _write_plan(finished: FinishedPath, path: Path) -> None:
+    """A way-point for each corner, for a ground vehicle: above sea level, or else on the ground. Raises FrameError."""
+    vertices = _vertices(finished)
+    items = [PlanItem(WAYPOINT, *vertices[corner][:3]) for corner in finished.corners.tolist()]
+    on_ground = not above_sea_level(finished.grid)
+    if on_ground:
+        items = [replace(item, altitude_m=0.0) for item in items]
+    speed_m_per_s = finished.parameters.rover.speed_m_per_s
+    speeds = {"cruise_m_per_s": speed_m_per_s, "hover_m_per_s": speed_m_per_s}
+    text = plan_text(items, items[0], vehicle=ROVER, above_ground=on_ground, **speeds)
+    path.write_text(text, encoding="utf-8")
+
+
+def _vertices(finished: FinishedPath) -> list[tuple[float, float, float, float]]:
+    """(lon_deg, lat_deg, altitude_m, time_s) of each vertex, degrees to a millimetre."""
+    lon_deg, lat_deg = to_lon_lat(finished.grid, finished.column("east_m"), finished.column("north_m"))
+    rows = zip(
+        lon_deg.round(8).tolist(),
+        lat_deg.round(8).tolist(),
+        finished.column("altitude_m").round(2).tolist(),
+        finished.column("time_s").tolist(),
+        strict=True,
+    )
+    return list(rows)
+
+
+# matplotlib takes a second to load, and only a process that draws needs it
+
+
+def _write_picture(finished: FinishedPath, path: Path) -> None:
+    from .picture import write_path_picture
+
+    write_path_picture(finished, path)
+
+
+def _write_profile(finished: FinishedPath, path: Path) -> None:
+    from .profile import write_profile
+
+    write_profile(finished, path)
+
+
+LAYERS = (
+    Layer(
+        "path.geojson",
+        GEOJSON,
+        "The path as a LineString with totals, and each vertex as a point with what holds there; without a path the "
+        "start, the goals and where the way is cut.",
+        _write_geojson,
+    ),
+    Layer(
+        "path.csv",
+        "text/csv; charset=utf-8",
+        "A row per vertex: metres in the DEM's CRS, degrees, seconds, anchors in sight, dilution, margin.",
+        _write_csv,
+        status=FOUND,
+    ),
+    Layer(
+        "path.gpx",
+        "application/gpx+xml",
+        "The path as a GPX 1.1 track with altitudes and seconds from its start, a route of its corners. On Earth; "
+        "without altitudes where the DEM counts from an ellipsoid.",
+        _write_gpx,
+        status=FOUND,
+        mission=GPX,
+    ),
+    Layer(
+        "path.plan",
+        "application/json",
+        "The corners of the path as a QGroundControl mission for a rover. On Earth.",
+        _write_plan,
+        status=FOUND,
+        mission=PLAN,
+    ),
+    Layer(
+        "map.png",
+        PNG,
+        "The path over shaded relief with the dilution of precision and the ground that may not be driven.",
+        _write_picture,
+    ),
+    Layer(
+        "profile.png",
+        PNG,
+        "Height, slope, anchors in sight, dilution and clearances along the path.",
+        _write_profile,
+        status=FOUND,
+    ),
+)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import matplotlib.path
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch
+from matplotlib.patches import PathPatch
 from matplotlib.patheffects import Normal, Stroke
 
 from planning.paths.fields import bit_of
@@ -25,10 +24,10 @@ from service.drawing.classes import NONE_COLOUR
 from service.drawing.furniture import INK
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
+from service.parts.plan_answers import PathPlaceOut, time_words
 from service.parts.shapes import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
 from service.products.dop.picture import BOUNDS, COLOURS
-from service.products.paths.answers import time_words
 from service.products.paths.calculate import FinishedPath
 from service.products.paths.question import path_tracks
 
@@ -58,7 +57,7 @@ def draw_path(finished: FinishedPath) -> Figure:
             *finished.anchors,
             *(track.at(finished.parameters.departure_s) for track in path_tracks(grid, finished.parameters)),
         ),
-        f"Path, {answer['status'].replace('_', ' ')}: {dem_name(grid)}",
+        f"Path, {answer.status.replace('_', ' ')}: {dem_name(grid)}",
         _subtitle(finished),
     )
     handles = _draw_areas(axes, finished)
@@ -78,12 +77,12 @@ def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uin
     for rows in (slice(0, -1), slice(1, None)):
         for cols in (slice(0, -1), slice(1, None)):
             barred[rows, cols] &= square
-    if not (finished.answer["ranged_to"] or asked.morphing_map):
+    if not (finished.answer.ranged_to or asked.morphing_map):
         classes = [MapClass("may be driven", GROUND_COLOUR), MapClass("too steep", BARRED_COLOUR)]
         numbers = barred.astype(np.uint8)
         title = "Ground"
     else:
-        limit = asked.limits.max_dop or USUAL_LIMIT
+        limit = asked.limits.dop_limit or USUAL_LIMIT
         edges = [limit * bound for bound in BOUNDS]
         labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
         labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
@@ -100,22 +99,22 @@ def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uin
 
 def _subtitle(finished: FinishedPath) -> str:
     answer = finished.answer
-    totals = answer["totals"]
+    totals = answer.totals
     if totals is None:
-        return str(answer["sentence"])[:150]
+        return answer.sentence[:150]
     words = [
-        f"{totals['length_m'] / 1000.0:.2f} km",
-        f"{totals['climb_m']:.0f} m up",
-        time_words(totals["time_s"]),
+        f"{totals.length_m / 1000.0:.2f} km",
+        f"{totals.climb_m:.0f} m up",
+        time_words(totals.time_s),
     ]
-    if finished.answer["ranged_to"]:
-        words.append(f"longest out of sight {time_words(totals['longest_out_of_sight_s'])}")
-        worst = totals["worst_dop"]
+    if finished.answer.ranged_to:
+        words.append(f"longest out of sight {time_words(totals.longest_out_of_sight_s)}")
+        worst = totals.worst_dop
         words.append(
             "no fix somewhere" if worst is None else f"worst {finished.parameters.limits.measure.upper()} {worst:.2f}"
         )
-    if answer["ratio"] is not None:
-        words.append(f"cost {answer['ratio']:.3f} × reference")
+    if answer.ratio is not None:
+        words.append(f"cost {answer.ratio:.3f} × reference")
     return ", ".join(words)
 
 
@@ -123,8 +122,8 @@ def _draw_way(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
     """The way, dark where fewer anchors are in sight than count as in sight."""
     places = np.column_stack([finished.column("east_m"), finished.column("north_m")]) / 1000.0
     handles: list[tuple[str, Artist]] = [("way", Line2D([], [], color=WAY_COLOUR, lw=2.6))]
-    needed = finished.answer["needed_in_sight"]
-    dark = finished.column("anchor_count") < needed if finished.answer["ranged_to"] else np.zeros(len(places), np.bool_)
+    needed = finished.answer.needed_in_sight
+    dark = finished.column("anchor_count") < needed if finished.answer.ranged_to else np.zeros(len(places), np.bool_)
     pieces = np.stack([places[:-1], places[1:]], axis=1)
     out = dark[:-1] | dark[1:]
     halo = [Stroke(linewidth=4.4, foreground="white"), Normal()]
@@ -136,35 +135,29 @@ def _draw_way(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
 
 
 def _draw_cut(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
-    cut = finished.answer["unreachable"]
+    cut = finished.answer.unreachable
     if cut is None:
         return []
-    style: dict[str, Any] = {"marker": "X", "ms": 13, "mfc": "#ff3030", "mec": "white", "mew": 1.5, "ls": "none"}
-    axes.plot(cut["where"]["east_m"] / 1000.0, cut["where"]["north_m"] / 1000.0, zorder=12, **style)
-    what = "cut" if finished.answer["status"] == "unreachable" else "stopped"
-    return [(f"{what}: {cut['reason']}"[:26], Line2D([], [], **style))]
+    at_km = ([cut.where.east_m / 1000.0], [cut.where.north_m / 1000.0])
+    (mark,) = axes.plot(*at_km, marker="X", ms=13, mfc="#ff3030", mec="white", mew=1.5, ls="none", zorder=12)
+    what = "cut" if finished.answer.status == "unreachable" else "stopped"
+    return [(f"{what}: {cut.reason}"[:26], mark)]
 
 
 def _draw_ends(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
     answer = finished.answer
     handles: list[tuple[str, Artist]] = []
-    for label, places, marker, colour in (
-        ("start", [answer["start"]], "o", "white"),
-        ("way-point", answer["way_points"], "D", "white"),
-        ("goal", [goal for goal in answer["goals"] if "area_m2" not in goal], "*", WAY_COLOUR),
+    for label, places, marker, size, colour in (
+        ("start", [answer.start], "o", 8, "white"),
+        ("way-point", answer.way_points, "D", 8, "white"),
+        ("goal", [goal for goal in answer.goals if isinstance(goal, PathPlaceOut)], "*", 15, WAY_COLOUR),
     ):
-        style: dict[str, Any] = {
-            "marker": marker,
-            "ms": 15 if marker == "*" else 8,
-            "mfc": colour,
-            "mec": INK,
-            "mew": 1.4,
-            "ls": "none",
-        }
-        for place in places:
-            axes.plot(place["east_m"] / 1000.0, place["north_m"] / 1000.0, zorder=11, **style)
         if places:
-            handles.append((label, Line2D([], [], **style)))
+            east_km, north_km = np.array([(place.east_m, place.north_m) for place in places]).T / 1000.0
+            (mark,) = axes.plot(
+                east_km, north_km, marker=marker, ms=size, mfc=colour, mec=INK, mew=1.4, ls="none", zorder=11
+            )
+            handles.append((label, mark))
     return handles
 
 
@@ -177,11 +170,14 @@ def _draw_areas(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
         ("keep-in area", asked.keep_in, KEEP_IN_COLOUR, None),
         ("goal area", goals, WAY_COLOUR, None),
     ):
-        style: dict[str, Any] = {"fc": "none", "ec": colour, "lw": 1.5, "hatch": hatch}
-        for polygon in polygons:
-            axes.add_patch(PathPatch(_outline(finished, polygon), zorder=6, **style))
-        if polygons:
-            handles.append((label, Patch(**style)))
+        outlines = [
+            PathPatch(_outline(finished, polygon), fc="none", ec=colour, lw=1.5, hatch=hatch, zorder=6)
+            for polygon in polygons
+        ]
+        for outline in outlines:
+            axes.add_patch(outline)
+        if outlines:
+            handles.append((label, outlines[0]))
     return handles
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +22,7 @@ __all__ = ["draw_profile", "write_profile"]
 
 WIDTH_IN, PANEL_IN, HEAD_IN, FOOT_IN = 11.0, 1.6, 0.75, 0.6
 GROUND_COLOUR, SLOPE_COLOUR, COUNT_COLOUR, CLEAR_COLOUR = "#b9a98a", "#8a4b12", "#2b7bba", "#3a7d44"
-LIMIT: dict[str, Any] = {"color": "#c01818", "lw": 1.1, "ls": "--"}
+LIMIT_COLOUR = "#c01818"
 # larger dilutions are drawn at the top edge
 HIGHEST_DOP = 20.0
 
@@ -36,7 +35,7 @@ def write_profile(finished: FinishedPath, path: Path) -> None:
 def draw_profile(finished: FinishedPath) -> Figure:
     """Panels over the distance in kilometres: the ground, and what the anchors give where there are any."""
     panels: list[Callable[[Axes, FinishedPath], None]] = [_ground, _slopes]
-    if finished.answer["ranged_to"]:
+    if finished.answer.ranged_to:
         panels += [_anchors, _margins, _dilution, _errors]
     panels.append(_clearances)
     height_in = HEAD_IN + FOOT_IN + PANEL_IN * len(panels)
@@ -67,7 +66,7 @@ def draw_profile(finished: FinishedPath) -> Figure:
         0.075, 1 - 0.2 / height_in, f"Along the path: {dem_name(finished.grid)}", fontsize=14, fontweight="bold",
         va="top", color=INK,
     )  # fmt: skip
-    figure.text(0.075, 1 - 0.5 / height_in, finished.answer["sentence"], fontsize=10, va="top", color=INK)
+    figure.text(0.075, 1 - 0.5 / height_in, finished.answer.sentence, fontsize=10, va="top", color=INK)
     return figure
 
 
@@ -89,22 +88,22 @@ def _slopes(axes: Axes, finished: FinishedPath) -> None:
     x, rover = _distance_km(finished), finished.parameters.rover
     axes.plot(x, np.degrees(finished.column("slope_rad")), color=SLOPE_COLOUR, lw=1.0, label="slope")
     axes.plot(x, np.degrees(finished.column("pitch_rad")), color=INK, lw=0.7, label="pitch")
-    axes.axhline(rover.max_slope_deg, **LIMIT)
+    _limit(axes, rover.max_slope_deg)
     axes.set_ylabel("slope, °")
     _legend(axes)
 
 
 def _anchors(axes: Axes, finished: FinishedPath) -> None:
     x, count = _distance_km(finished), finished.column("anchor_count")
-    needed = finished.answer["needed_in_sight"]
+    needed = finished.answer.needed_in_sight
     axes.step(x, count, where="mid", color=COUNT_COLOUR, lw=1.3)
     axes.fill_between(
-        x, 0, len(finished.answer["ranged_to"]), where=count < needed, color=DARK_COLOUR, alpha=0.16, lw=0, step="mid"
+        x, 0, len(finished.answer.ranged_to), where=count < needed, color=DARK_COLOUR, alpha=0.16, lw=0, step="mid"
     )
     least = finished.parameters.limits.min_anchors
     if least:
-        axes.axhline(least, **LIMIT)
-    axes.set_ylim(0, len(finished.answer["ranged_to"]) + 0.4)
+        _limit(axes, least)
+    axes.set_ylim(0, len(finished.answer.ranged_to) + 0.4)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel("in sight")
 
@@ -124,9 +123,9 @@ def _dilution(axes: Axes, finished: FinishedPath) -> None:
     axes.plot(x, np.minimum(dop, HIGHEST_DOP), color=WAY_COLOUR, lw=1.2)
     none = ~np.isfinite(dop)
     axes.fill_between(x, 0, HIGHEST_DOP, where=none, color=DARK_COLOUR, alpha=0.16, lw=0)
-    top = HIGHEST_DOP if (dop > HIGHEST_DOP).any() else max(float(dop.max()), limits.max_dop or 0.0) * 1.15
-    if limits.max_dop is not None:
-        axes.axhline(limits.max_dop, **LIMIT)
+    top = HIGHEST_DOP if (dop > HIGHEST_DOP).any() else max(float(dop.max()), limits.dop_limit or 0.0) * 1.15
+    if limits.dop_limit is not None:
+        _limit(axes, limits.dop_limit)
     axes.set_ylim(0.0, max(top, 1.0))
     cut = f", up to {HIGHEST_DOP:g}" if (dop > HIGHEST_DOP).any() else ""
     axes.set_ylabel(limits.measure.upper() + cut)
@@ -147,6 +146,10 @@ def _clearances(axes: Axes, finished: FinishedPath) -> None:
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("clearance, m")
     _legend(axes)
+
+
+def _limit(axes: Axes, value: float) -> None:
+    axes.axhline(value, color=LIMIT_COLOUR, lw=1.1, ls="--")
 
 
 def _legend(axes: Axes) -> None:

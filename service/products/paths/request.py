@@ -2,32 +2,50 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from planning.paths import NavigationModel, PlanBudget
 from service.parts.areas import Areas, GoalIn, StandingPlace
 from service.parts.frames import TrackIn
+from service.parts.map_answers import DEM_ID, DemId
+from service.parts.older_names import WithOlderNames
 from service.parts.points import NotNegative, NotNegativeMetres, Positive, StrictModel
 from service.parts.positioning import MorphingMapParameters, RangingParameters
 
 __all__ = [
+    "REQUEST",
     "BudgetIn",
     "NavigationIn",
+    "PathIn",
     "PathLimitsIn",
     "PathParameters",
     "PathQuestion",
     "RoverIn",
     "SpeedIn",
     "WeightsIn",
-    "check_limits_have_anchors",
 ]
 
 SteepestDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=90.0)]
 SlopeDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90.0, lt=90.0)]
 Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]
 NAVIGATION = NavigationModel()
+ANCHORS: list[JsonValue] = [
+    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
+    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
+    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
+]
+REQUEST: dict[str, JsonValue] = {
+    "dem_id": DEM_ID,
+    "start": {"east_m": 403000.0, "north_m": 3796000.0},
+    "goals": [{"type": "Point", "coordinates": [-117.95, 34.33]}],
+    "anchors": ANCHORS,
+    "rover": {"max_slope_deg": 25.0, "footprint_radius_m": 0.8, "speed_m_per_s": 0.5},
+    "limits": {"min_anchors": 2},
+    "weights": {"climb": 2.0, "out_of_sight": 3.0},
+}
 HeadingDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 
 
@@ -38,11 +56,15 @@ class SpeedIn(StrictModel):
     speed_m_per_s: Positive = Field(description="Speed there, metres per second.")
 
 
-class RoverIn(StrictModel):
+class RoverIn(WithOlderNames):
     """What the rover can do."""
 
+    older_names: ClassVar[Mapping[str, str]] = {"antenna_height_m": "receiver_above_ground_m"}
+
     footprint_radius_m: NotNegativeMetres = Field(0.5, description="Radius of the disc that it covers, metres.")
-    antenna_height_m: NotNegativeMetres = Field(1.5, description="Height of its antenna above the ground, metres.")
+    receiver_above_ground_m: NotNegativeMetres = Field(
+        1.5, description="Height of its antenna above the ground, metres."
+    )
     max_slope_deg: SteepestDeg = Field(25.0, description="Steepest ground that it stands on, degrees.")
     max_pitch_deg: SteepestDeg = Field(90.0, description="Steepest ground along its way, degrees; 90 = no limit.")
     max_roll_deg: SteepestDeg = Field(90.0, description="Steepest ground across its way, degrees; 90 = no limit.")
@@ -61,13 +83,17 @@ class RoverIn(StrictModel):
     )
 
 
-class PathLimitsIn(StrictModel):
+class PathLimitsIn(WithOlderNames):
     """What positioning has to be like at every point of the path."""
+
+    older_names: ClassVar[Mapping[str, str]] = {"max_dop": "dop_limit"}
 
     min_anchors: Annotated[int, Field(strict=True, ge=0, le=1024)] = Field(
         0, description="At least so many anchors in sight; 0 = no limit."
     )
-    max_dop: Positive | None = Field(None, description="Largest dilution of precision, no unit; none = no limit.")
+    dop_limit: Positive | None = Field(
+        None, description="The dilution of precision stays below it, no unit; none = no limit."
+    )
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
         "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
     )
@@ -181,14 +207,33 @@ class PathParameters(PathQuestion):
 
     @model_validator(mode="after")
     def _limits_need_anchors(self) -> Self:
-        check_limits_have_anchors(self)
+        _check_limits_have_anchors(self)
         return self
 
 
-def check_limits_have_anchors(asked: PathQuestion) -> None:
+class PathIn(PathQuestion):
+    """A DEM, a rover, from where to where, and the anchors that it ranges to, or a finished map of them."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
+
+    dem_id: DemId
+    map_id: Annotated[str, Field(min_length=1, max_length=64)] | None = Field(
+        None,
+        description="A finished visibility, DOP or morphing map of the same DEM: its anchors, its sight settings, "
+        "and the limits of a DOP map; the antenna stays above a morphing map. What the request says itself wins.",
+    )
+
+    @model_validator(mode="after")
+    def _limits_need_anchors(self) -> Self:
+        if self.map_id is None:
+            _check_limits_have_anchors(self)
+        return self
+
+
+def _check_limits_have_anchors(asked: PathQuestion) -> None:
     """Raises ValueError for limits on anchors without any, and for anchors beside a morphing map."""
     ranged, limits = bool(asked.anchors or asked.tracks) or asked.satellites is not None, asked.limits
-    if (limits.min_anchors > 0 or limits.max_dop is not None or limits.bubble_epsilon > 0.0) and not ranged:
+    if (limits.min_anchors > 0 or limits.dop_limit is not None or limits.bubble_epsilon > 0.0) and not ranged:
         raise ValueError("Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map of them.")
     if asked.tracks and (asked.unknown, asked.curvature) != ("unknown", "auto"):
         raise ValueError("With anchors on tracks, unknown and curvature keep their defaults.")

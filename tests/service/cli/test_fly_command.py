@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from service.products.layers import LAYERS
 
+from service.products.flights.files import LAYERS
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_flights import flight_request
 from tests.service.small_maps import NORTH_M, WEST_M
@@ -24,7 +24,9 @@ def test_a_flight_is_told_and_written(sightline, dem_file, tmp_path):
     ended = sightline("fly", dem_file, *HIGH, *ABOVE, "--mode", "exact", "--bubble", 15, "--out", tmp_path)
     assert ended.code == 0, ended.stderr
     assert "above the morphing map" in ended.stdout
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["flight.json", *LAYERS["flight"]])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["flight.json", *(layer.name for layer in LAYERS)]
+    )
     summary = json.loads((tmp_path / "flight.json").read_text())
     assert summary["status"] == "found"
     assert summary["parameters"]["morphing_map"]["dop_limit"] == 500.0
@@ -49,9 +51,10 @@ def test_a_flight_is_planned_above_the_map_that_morph_wrote(sightline, dem_file,
 
 
 def test_a_request_as_over_http_is_taken_from_a_file(sightline, dem_file, tmp_path):
-    (tmp_path / "request.json").write_text(json.dumps(flight_request()))
-    summary = json.loads(sightline("fly", dem_file, "--request", tmp_path / "request.json", "--json").stdout)
-    assert summary["status"] == "found"
+    (tmp_path / "request.json").write_text(json.dumps({"dem_id": "0" * 32, **flight_request()}))
+    ended = sightline("fly", dem_file, "--request", tmp_path / "request.json", "--json")
+    assert json.loads(ended.stdout)["status"] == "found"
+    assert "names a dem_id of a service; it is passed over" in ended.stderr
 
 
 @pytest.mark.parametrize(
@@ -77,9 +80,17 @@ def test_bad_input_ends_with_one_sentence_and_exit_code_2(sightline, dem_file, w
     assert sentence in ended.stderr
 
 
-@pytest.mark.parametrize("text", ["[]", "not", '{"version": "1"}', '{"parameters": {}, "dop_quantiles": []}'])
-def test_a_file_that_is_no_morphing_map_is_refused(sightline, dem_file, tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[]", "The map given.json holds no JSON object."),
+        ("not", "The map given.json is not JSON: "),
+        ('{"version": "1"}', "The map given.json: it is no morph.json that Sightline wrote."),
+        ('{"parameters": {}, "dop_quantiles": []}', "The map given.json: it is no morph.json that Sightline wrote."),
+    ],
+)
+def test_a_file_that_is_no_morphing_map_is_refused(sightline, dem_file, tmp_path, text, sentence):
     (tmp_path / "given.json").write_text(text)
     ended = sightline("fly", dem_file, *ENDS, "--map", tmp_path / "given.json")
     assert ended.code == 2
-    assert "The map given.json is no morph.json that Sightline wrote." in ended.stderr
+    assert sentence in ended.stderr

@@ -4,8 +4,8 @@ import json
 import re
 
 import pytest
-from service.products.layers import LAYERS
 
+from service.products.paths.files import LAYERS
 from terrain import read_dem, to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_maps import NORTH_M, WEST_M
@@ -29,7 +29,7 @@ def test_a_path_is_told_and_written(sightline, dem_file, tmp_path):
     assert ended.code == 0, ended.stderr
     assert "The path keeps all" in ended.stdout
     assert "longest at a stretch" in ended.stdout
-    names = ["path.json", *LAYERS["path"]]
+    names = ["path.json", *(layer.name for layer in LAYERS)]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     summary = json.loads((tmp_path / "path.json").read_text())
     assert summary["status"] == "found"
@@ -59,7 +59,7 @@ def test_every_option_of_the_rover_reaches_the_plan(sightline, dem_file):
         "--max-roll": (29.0, "max_roll_deg"),
         "--max-step": (5.0, "max_step_m"),
         "--footprint": (0.7, "footprint_radius_m"),
-        "--receiver-height": (2.5, "antenna_height_m"),
+        "--receiver-height": (2.5, "receiver_above_ground_m"),
         "--speed": (0.4, "speed_m_per_s"),
     }
     options = [word for option, (value, _) in words.items() for word in (option, value)]
@@ -84,9 +84,36 @@ def test_areas_and_goals_come_from_geojson_files(sightline, dem_file, tmp_path):
 
 def test_a_request_as_over_http_is_taken_from_a_file(sightline, dem_file, tmp_path):
     (tmp_path / "request.json").write_text(json.dumps({"dem_id": "0" * 32, **path_request()}))
-    summary = json.loads(sightline("plan", dem_file, "--request", tmp_path / "request.json", "--json").stdout)
+    ended = sightline("plan", dem_file, "--request", tmp_path / "request.json", "--json")
+    summary = json.loads(ended.stdout)
     assert summary["status"] == "found"
     assert [anchor["id"] for anchor in summary["anchors"]] == ["W", "N", "S", "E"]
+    assert "names a dem_id of a service; it is passed over for the command line's." in ended.stderr
+
+
+def test_a_request_under_older_names_is_taken_and_told(sightline, dem_file, tmp_path):
+    asked = path_request(rover={"antenna_height_m": 2.5}, limits={"max_dop": 900.0})
+    (tmp_path / "request.json").write_text(json.dumps(asked))
+    ended = sightline("plan", dem_file, "--request", tmp_path / "request.json", "--json")
+    parameters = json.loads(ended.stdout)["parameters"]
+    assert parameters["rover"]["receiver_above_ground_m"] == 2.5
+    assert parameters["limits"]["dop_limit"] == 900.0
+    assert "antenna_height_m is called receiver_above_ground_m now" in ended.stderr
+    assert "max_dop is called dop_limit now" in ended.stderr
+
+
+def test_a_request_that_names_a_map_of_a_service_needs_its_file(sightline, dem_file, tmp_path):
+    ends = {"start": at(220.0, 430.0), "goals": [at(300.0, 350.0)], "budget": {"sampling": False}}
+    (tmp_path / "request.json").write_text(json.dumps({"dem_id": "0" * 32, "map_id": "1" * 32, **ends}))
+    without = sightline("plan", dem_file, "--request", tmp_path / "request.json")
+    assert without.code == 2
+    assert "names a map of a service by its map_id; give its file with --map." in without.stderr
+    sightline("visibility", dem_file, *ANCHORS, "--out", tmp_path / "map")
+    words = ("--request", tmp_path / "request.json", "--map", tmp_path / "map" / "visibility.json", "--json")
+    ended = sightline("plan", dem_file, *words)
+    assert ended.code == 0, ended.stderr
+    assert "names a map_id of a service; it is passed over" in ended.stderr
+    assert len(json.loads(ended.stdout)["ranged_to"]) == 4
 
 
 @pytest.mark.parametrize(
@@ -107,7 +134,7 @@ def test_a_path_is_planned_on_a_map_that_another_command_wrote(sightline, dem_fi
     anchors = asked["morphing_map"]["anchors"] if command == "morph" else asked["anchors"]
     assert [anchor["id"] for anchor in anchors] == ["D1", "D2", "D3", "D4"]
     if command == "dop":
-        assert asked["limits"]["max_dop"] == 500.0
+        assert asked["limits"]["dop_limit"] == 500.0
 
 
 def bad(tmp_path, name, text):

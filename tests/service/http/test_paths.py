@@ -145,9 +145,9 @@ def test_a_path_is_planned_on_a_finished_map(
         assert request["morphing_map"]["dop_limit"] == 600.0
     else:
         assert [anchor["id"] for anchor in request["anchors"]] == ["W", "N", "S", "E"]
-        assert request["rover"]["antenna_height_m"] == 2.5
+        assert request["rover"]["receiver_above_ground_m"] == 2.5
     if resource == "/dop-maps":
-        assert request["limits"]["max_dop"] == 600.0
+        assert request["limits"]["dop_limit"] == 600.0
 
 
 def test_a_map_that_is_not_there_or_of_another_dem_is_refused(
@@ -163,6 +163,18 @@ def test_a_map_that_is_not_there_or_of_another_dem_is_refused(
     assert_problem(answer, 422, "request", "is of another DEM")
     both = server.client.post("/paths", json={**body, "anchors": anchors, "map_id": made["id"]})
     assert_problem(both, 422, "request", "A map brings its own anchors along")
+
+
+def test_older_names_are_taken_and_the_result_warns_of_them(server: Server, ground: dict[str, Any]) -> None:
+    older = {"rover": {"antenna_height_m": 2.5}, "limits": {"max_dop": 900.0}}
+    path = asked(server, ground, **older).json()
+    assert path["request"]["rover"]["receiver_above_ground_m"] == 2.5
+    assert path["request"]["limits"]["dop_limit"] == 900.0
+    told = " ".join(path["result"]["warnings"])
+    assert "antenna_height_m is called receiver_above_ground_m now" in told
+    assert "max_dop is called dop_limit now" in told
+    both = asked(server, ground, limits={"max_dop": 900.0, "dop_limit": 900.0})
+    assert_problem(both, 422, "validation", "max_dop is the older name of dop_limit; give only the new one.")
 
 
 TRACK = {"id": "T", "points": [{"time_s": t, **at(60.0 + t, 60.0), "above_ground_m": 80.0} for t in (0.0, 400.0)]}
@@ -183,7 +195,7 @@ METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 
         ({"start": at(225.0, 250.0)}, "place", "The start cannot be stood on: no-go area"),
         ({"goals": [WEST_OF_WALL[0]]}, "path-problem", "the same place, so there is no path to plan"),
         ({"limits": {"min_anchors": 5}}, "path-problem", "5 anchors in sight are asked for, and there are only 4."),
-        ({"limits": {"max_dop": 0.01}}, "no-coverage", "Nowhere on the map is the dilution 0.01 or less"),
+        ({"limits": {"dop_limit": 0.01}}, "no-coverage", "Nowhere on the map is the dilution below 0.01"),
         ({"weights": {"length": 0.0}}, "path-problem", "A path must cost something for each metre"),
         ({"no_go": [CROSSED]}, "request", "no_go[0] is no polygon: Self-intersection"),
         ({"keep_in": METRES}, "validation", "which are no longitude and latitude"),
