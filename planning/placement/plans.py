@@ -60,7 +60,7 @@ def plan_repositioning(
     sight: SightOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> RepositioningPlan:
-    """What ``reposition`` advises, with ``stretch_m`` what ``leapfrog`` does, and what that brings along the path (n, 2).
+    """What ``reposition`` advises, with ``stretch_m`` what ``leapfrog`` does, and what it brings along the path (n, 2).
 
     Arguments as for those. Raises PlacementError, AnchorError.
     """

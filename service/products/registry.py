@@ -8,7 +8,9 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from service.products.lines_of_sight.product import LINES_OF_SIGHT
+from service.products.placements.product import PLACEMENT
 from service.products.product import Product
+from service.products.repositionings.product import REPOSITIONING
 from service.products.visibility.product import VISIBILITY_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
@@ -22,7 +24,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
     return MappingProxyType(found)
 
 
-PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, LINES_OF_SIGHT])
+PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, PLACEMENT, REPOSITIONING, LINES_OF_SIGHT])
 
 
 @functools.cache
