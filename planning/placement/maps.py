@@ -43,7 +43,7 @@ def placement_maps(
     """
     sight, goal = placement.sight, placement.goal
     curvature, told = sight.curvature or Curvature.of(grid), ""
-    counts, dops = [], []
+    maps: list[tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]] = []
     for anchors in (placement.fixed, (*placement.fixed, *placement.anchors)):
         count = np.zeros(grid.shape, np.uint8)
         dop = np.where(np.isnan(grid.heights_m), np.float32(np.nan), np.float32(np.inf))
@@ -52,11 +52,11 @@ def placement_maps(
             height_m = placement.targets.above_ground_m
             found = dop_map(lines, height_m, goal.kind, dilution=goal.measure, on_surface=goal.on_surface)
             count, dop, told = found.count.astype(np.uint8), found.dop, lines.error_statement
-        counts.append(count)
-        dops.append(dop)
+        maps.append((count, dop))
+    (count_before, dop_before), (count_after, dop_after) = maps
     is_target = np.zeros(grid.shape, np.uint8)
     is_target.reshape(-1)[_posts_of(grid, placement.targets)] = 1
-    return PlacementMaps(*counts, *dops, is_target, told, curvature)
+    return PlacementMaps(count_before, count_after, dop_before, dop_after, is_target, told, curvature)
 
 
 def _posts_of(grid: ElevationGrid, targets: Targets) -> npt.NDArray[np.intp]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
 from service.parts.map_answers import MapSummary
 from service.parts.source_answers import PlacedAnchor
@@ -13,10 +13,12 @@ __all__ = ["MoveOut", "RepositioningSummary", "StretchOut"]
 class MoveOut(BaseModel):
     """One drone's move."""
 
-    model_config = ConfigDict(validate_by_name=True, validate_by_alias=True, serialize_by_alias=True)
+    model_config = ConfigDict(serialize_by_alias=True)
 
     anchor_id: str = Field(description="Which drone.")
-    from_: PlacedAnchor = Field(alias="from", description="Where it stood.")
+    from_: PlacedAnchor = Field(
+        validation_alias=AliasChoices("from", "from_"), serialization_alias="from", description="Where it stood."
+    )
     to: PlacedAnchor = Field(description="Where it goes.")
     flight_m: float = Field(description="Metres of its flight: up, level, down.")
     flight_s: float = Field(description="Seconds that it takes.")
