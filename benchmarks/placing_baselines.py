@@ -44,13 +44,13 @@ Fractal ground of {posts}² posts, 30 m cells; four drones at random, one of the
 ahead, three to be in sight, flights up to {reach_m:g} m. Brute force sends every drone to every post within the flight
 range at every height, and traces all lines."""
 PROBLEMS: tuple[tuple[Goal, int], ...] = (
-    (Goal(visible=1), 4),
-    (Goal(visible=3), 6),
-    (Goal(visible=4), 6),
-    (Goal("dop", visible=4, dop_limit=5.0), 6),
-    (Goal("dop", visible=3, dop_limit=4.0, on_surface=True), 5),
+    (Goal(min_anchors=1), 4),
+    (Goal(min_anchors=3), 6),
+    (Goal(min_anchors=4), 6),
+    (Goal("dop", min_anchors=4, dop_limit=5.0), 6),
+    (Goal("dop", min_anchors=3, dop_limit=4.0, on_surface=True), 5),
     (Goal("mean_error"), 6),
-    (Goal(visible=3, spare=1), 6),
+    (Goal(min_anchors=3, spare=1), 6),
 )
 
 
@@ -128,7 +128,7 @@ def _told(goal: Goal, value: float) -> str:
 
 def moves_against_all(cases: int = 60, posts: int = 32, reach_m: float = 500.0) -> Table:
     """How many of the occlusions that any move can mend are mended."""
-    goal, can, does, wrong, needless = Goal(visible=3), 0, 0, 0, 0
+    goal, can, does, wrong, needless = Goal(min_anchors=3), 0, 0, 0, 0
     for seed in range(cases):
         grid = fractal(posts, seed, relief_m=120.0, cell_m=30.0)
         anchors, path_m = _crew(grid, seed), _ahead(grid, seed, 150.0)
@@ -164,7 +164,7 @@ def any_move_can(
     for anchor in anchors:
         others = np.array([(a.east_m, a.north_m, a.altitude_m) for a in counted if a.id != anchor.id])
         count = np.sum([_sees(grid, place, point_m) for place in others], axis=0)
-        if (count < goal.visible - 1).any():
+        if (count < goal.min_anchors - 1).any():
             continue
         near = np.flatnonzero(np.hypot(east_m - anchor.east_m, north_m - anchor.north_m) <= reach_m)
         ground_m = grid.heights_m.reshape(-1)[near]
@@ -174,7 +174,7 @@ def any_move_can(
             moved = np.linalg.norm(place_m - here_m, axis=1) >= min(grid.cell_east_m, grid.cell_north_m)
             flight_m, _ = flight_costs(grid, Flight(max_flight_m=reach_m), here_m, place_m)
             place_m = place_m[moved & (flight_m <= reach_m)]
-            for point in point_m[count < goal.visible]:
+            for point in point_m[count < goal.min_anchors]:
                 place_m = place_m[_sees(grid, point, place_m)]
             if len(place_m):
                 return True

@@ -108,7 +108,7 @@ def _worth(state, normal, question):
         return 0.0 if objective == DOP else -worst
     variance = _variance(state, normal, clock, part, on_surface)
     if objective == DOP:
-        return 1.0 if variance <= limit2 else 0.0
+        return 1.0 if variance < limit2 else 0.0
     return -min(math.sqrt(variance), worst)
 
 

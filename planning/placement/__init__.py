@@ -3,18 +3,20 @@
 from .candidates import Candidates, candidate_grid, candidate_points, join_candidates
 from .checking import Check, HoverSensitivity, check_placement, hover_sensitivity, value_of_anchors
 from .cluster import Cluster
-from .flights import Flight
+from .flights import Flight, flight_level_m
 from .geometry import PlacementGeometry, placement_geometry
 from .goals import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .links import Link
+from .maps import PlacementMaps, placement_maps
 from .placing import Placement, place_anchors
+from .plans import RepositioningPlan, plan_repositioning
 from .repositioning import Move, Repositioning, reposition
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import SearchOptions
 from .sight import SightOptions
 from .stretch_values import good_along
-from .stretches import path_between, straight_ahead
+from .stretches import path_between, path_length_m, straight_ahead
 from .targets import Targets, area_targets, corridor_targets, path_targets
 
 __all__ = [
@@ -30,8 +32,10 @@ __all__ = [
     "Move",
     "Placement",
     "PlacementGeometry",
+    "PlacementMaps",
     "PlacementRules",
     "Repositioning",
+    "RepositioningPlan",
     "SearchOptions",
     "SightOptions",
     "StretchPlan",
@@ -43,14 +47,18 @@ __all__ = [
     "check_placement",
     "corridor_targets",
     "feasible_candidates",
+    "flight_level_m",
     "good_along",
     "hover_sensitivity",
     "join_candidates",
     "leapfrog",
     "path_between",
+    "path_length_m",
     "path_targets",
     "place_anchors",
     "placement_geometry",
+    "placement_maps",
+    "plan_repositioning",
     "reposition",
     "straight_ahead",
     "value_of_anchors",

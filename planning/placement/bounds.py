@@ -67,4 +67,4 @@ def _best_geometry(goal: Goal) -> float:
     """sqrt(n) times the least dilution of n ranges: n unknowns in an isotropic information of trace n."""
     if goal.on_surface:
         return 2.0
-    return {"hdop": 2.0, "vdop": 1.0}.get(goal.dilution, 3.0)
+    return {"hdop": 2.0, "vdop": 1.0}.get(goal.measure, 3.0)

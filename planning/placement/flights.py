@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from planning.errors import PlacementError
 from terrain import ElevationGrid
 
-__all__ = ["Flight", "flight_costs"]
+__all__ = ["Flight", "flight_costs", "flight_level_m"]
 
 Floats = npt.NDArray[np.float64]
 SAMPLES = 96  # of the ground below each flight, at most
@@ -55,6 +56,11 @@ def flight_costs(grid: ElevationGrid, flight: Flight, from_m: Floats, to_m: Floa
     climb_m, descent_m = level_m - from_m[2], level_m - to_m[:, 2]
     seconds = climb_m / flight.climb_m_per_s + across_m / flight.speed_m_per_s + descent_m / flight.descent_m_per_s
     return climb_m + across_m + descent_m, seconds
+
+
+def flight_level_m(from_m: Sequence[float], to_m: Sequence[float], flight_m: float) -> float:
+    """Altitude at which a flight of that length between two places (east, north, altitude) goes level."""
+    return (flight_m - math.dist(from_m[:2], to_m[:2]) + from_m[2] + to_m[2]) / 2.0
 
 
 def _highest_below(grid: ElevationGrid, from_m: Floats, to_m: Floats) -> Floats:

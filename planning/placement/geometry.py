@@ -23,7 +23,7 @@ USELESS_DOP = 20.0
 class PlacementGeometry:
     """Dilution of precision over the targets, each counted by its weight.
 
-    median: +inf where half of them or more have no fix. within_limit, no_fix: shares 0..1, of a dilution of at most the
+    median: +inf where half of them or more have no fix. within_limit, no_fix: shares 0..1, of a dilution below the
         goal's dop_limit, and of none at all. useless: of the targets that see enough anchors for a fix, the share whose
         dilution is above 20 or undefined; None where there are none.
     warning: a sentence where that is most of them, else None.
@@ -44,7 +44,7 @@ def placement_geometry(grid: ElevationGrid, placement: Placement) -> PlacementGe
     visible = np.unpackbits(bits.view(np.uint8), axis=1, bitorder="little")[:, : len(targets)].T.astype(np.bool_)
     normal = targets.normal if goal.on_surface else None
     found = dop(positions_m, targets.point_m, goal.kind, visible=visible, surface_normal=normal)
-    value: npt.NDArray[np.float64] = np.asarray(getattr(found, goal.dilution), np.float64)
+    value: npt.NDArray[np.float64] = np.asarray(getattr(found, goal.measure), np.float64)
 
     share = targets.weight / targets.total
 
@@ -61,7 +61,7 @@ def placement_geometry(grid: ElevationGrid, placement: Placement) -> PlacementGe
     asked_for_fixes = goal.needed >= least
     return PlacementGeometry(
         float(value[middle]),
-        share_of(value <= goal.dop_limit),
+        share_of(value < goal.dop_limit),
         share_of(~np.isfinite(value)),
         useless,
         _warning(placement, useless) if asked_for_fixes and useless is not None and useless > 0.5 else None,
@@ -75,5 +75,5 @@ def _warning(placement: Placement, useless: float) -> str:
     cure = "" if goal.objective != "coverage" else ' The objective "dop" (--objective dop) looks for a good spread.'
     return (
         f"The anchors {where}: of the places that see enough of them for a position, {useless:.0%} have a "
-        f"{goal.dilution.upper()} above {USELESS_DOP:g} or none.{cure}"
+        f"{goal.measure.upper()} above {USELESS_DOP:g} or none.{cure}"
     )

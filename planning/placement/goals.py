@@ -19,18 +19,18 @@ Measure = Literal["gdop", "pdop", "hdop", "vdop"]
 class Goal:
     """What is wanted at the targets.
 
-    objective: "coverage", the share of targets with at least ``visible`` anchors in sight; "dop", the share that has a
-        dilution of precision of at most ``dop_limit`` as well; "mean_error" and "worst_error", the position error in
-        metres over the targets, where every error counts at most ``worst_counted_m``.
+    objective: "coverage", the share of targets with at least ``min_anchors`` in sight; "dop", the share that has a
+        dilution of precision (``measure``) below ``dop_limit`` as well; "mean_error" and "worst_error", the position
+        error in metres over the targets, where every error counts at most ``worst_counted_m``.
     spare: how many anchors may be lost, any of them, 0 or 1: a target counts for what it has after the worst loss.
     ranging_sigma_m: of the anchors to be placed, for errors in metres.
     Raises PlacementError.
     """
 
     objective: Objective = "coverage"
-    visible: int = 4
+    min_anchors: int = 4
     dop_limit: float = 5.0
-    dilution: Measure = "pdop"
+    measure: Measure = "pdop"
     kind: DopKind = "ranging"
     on_surface: bool = False
     spare: int = 0
@@ -40,28 +40,28 @@ class Goal:
     def __post_init__(self) -> None:
         for name, value, options in (
             ("objective", self.objective, get_args(Objective)),
-            ("dilution", self.dilution, get_args(Measure)),
+            ("measure", self.measure, get_args(Measure)),
             ("kind", self.kind, get_args(DopKind)),
         ):
             if value not in options:
                 raise PlacementError(f"{name} must be one of {', '.join(options)}, not {value!r}.")
-        if self.visible < 1 or self.spare not in (0, 1):
-            raise PlacementError(f"visible must be >= 1 and spare 0 or 1, not {self.visible} and {self.spare}.")
+        if self.min_anchors < 1 or self.spare not in (0, 1):
+            raise PlacementError(f"min_anchors must be >= 1 and spare 0 or 1, not {self.min_anchors} and {self.spare}.")
         for name in ("dop_limit", "ranging_sigma_m", "worst_counted_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise PlacementError(f"{name} must be a number > 0, not {getattr(self, name)}.")
-        if self.on_surface and self.dilution not in ("pdop", "gdop"):
-            raise PlacementError(f"A rover bound to the ground has one dilution, pdop; {self.dilution} is not defined.")
-        if self.dilution == "gdop" and self.kind == "pseudorange":
+        if self.on_surface and self.measure not in ("pdop", "gdop"):
+            raise PlacementError(f"A rover bound to the ground has one dilution, pdop; {self.measure} is not defined.")
+        if self.measure == "gdop" and self.kind == "pseudorange":
             raise PlacementError("The gdop of pseudoranges cannot be placed for; ask for pdop, hdop or vdop.")
 
     @property
     def needed(self) -> int:
         """How many anchors must be in sight of a target before it can count, losses apart."""
         if self.objective == "coverage":
-            return self.visible
+            return self.min_anchors
         least = least_anchors(self.kind, on_surface=self.on_surface)
-        return max(self.visible, least) if self.objective == "dop" else least
+        return max(self.min_anchors, least) if self.objective == "dop" else least
 
     @property
     def needed_with_spare(self) -> int:
@@ -76,15 +76,15 @@ class Goal:
     @property
     def submodular(self) -> bool:
         """Whether greedy is within 1 − 1/e of the best: sharing out sight of one anchor, and of nothing else."""
-        return self.objective == "coverage" and self.visible == 1 and self.spare == 0
+        return self.objective == "coverage" and self.min_anchors == 1 and self.spare == 0
 
     def sentence(self) -> str:
         """In words."""
         lost = ", whichever one anchor is lost" if self.spare else ""
-        measure = f"{self.dilution.upper()}{' along the surface' if self.on_surface else ''} of {self.kind}"
+        measure = f"{self.measure.upper()}{' along the surface' if self.on_surface else ''} of {self.kind}"
         return {
-            "coverage": f"share with at least {self.visible} in sight{lost}",
-            "dop": f"share with at least {self.needed} in sight and {measure} <= {self.dop_limit:g}{lost}",
+            "coverage": f"share with at least {self.min_anchors} in sight{lost}",
+            "dop": f"share with at least {self.needed} in sight and {measure} < {self.dop_limit:g}{lost}",
             "mean_error": f"mean position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
             "worst_error": f"worst position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
         }[self.objective]

@@ -113,7 +113,7 @@ class GeometryJudge:
             goal.needed,
             goal.dop_limit**2,
             goal.kind != "ranging",
-            PARTS[goal.dilution],
+            PARTS[goal.measure],
             goal.on_surface,
             goal.spare,
             goal.worst_counted_m,

@@ -21,7 +21,7 @@ from .repositioning import Move, reposition_for
 from .rules import PlacementRules
 from .sight import SightOptions
 from .stretch_values import value_over
-from .stretches import SeenStretch, path_between
+from .stretches import SeenStretch, path_between, path_length_m
 
 __all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
 
@@ -128,7 +128,7 @@ def leapfrog(
     rules, flight = rules or PlacementRules(), flight or Flight()
     options = sight or SightOptions()
     path = np.asarray(path_m, np.float64)
-    length_m = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    length_m = path_length_m(path)
     edges_m = np.linspace(0.0, length_m, max(math.ceil(length_m / stretch_m - 1e-9), 1) + 1)
     hidden = frozenset(occluded)
     standing, start = tuple(anchors), _without(anchors, hidden)

@@ -72,6 +72,17 @@ class Placement:
         """Distance from the bound, in the value's unit, >= 0."""
         return abs(self.bound - self.value)
 
+    @property
+    def what(self) -> tuple[str, ...]:
+        """What each of the anchors is: drone, mast or site."""
+        left = dict(zip(self.feasible.number.tolist(), self.feasible.candidates.what, strict=True))
+        return tuple(left[number] for number in self.candidate.tolist())
+
+    @property
+    def within_limits_m(self) -> float | None:
+        """Metres of a path that reach a goal that is a share; None for other targets and goals."""
+        return self.value * self.targets.total if self.targets.what == "path" and self.goal.is_share else None
+
 
 def place_anchors(
     grid: ElevationGrid,
@@ -139,9 +150,9 @@ def require_sight(count: int | None, fixed: int, goal: Goal) -> None:
     there = f"there {'is' if fixed + count == 1 else 'are'} only {fixed + count}"
     one = goal.needed == 1
     lost = " besides one that may be lost" if goal.spare else ""
-    if goal.objective in ("coverage", "dop") and goal.visible == goal.needed:
+    if goal.objective in ("coverage", "dop") and goal.min_anchors == goal.needed:
         raise PlacementError(
-            f"{goal.visible} anchor{' in sight is' if one else 's in sight are'} asked for{lost}, and {there}."
+            f"{goal.min_anchors} anchor{' in sight is' if one else 's in sight are'} asked for{lost}, and {there}."
         )
     raise PlacementError(f"A fix needs {goal.needed} anchor{'' if one else 's'} in sight{lost}, and {there}.")
 

@@ -20,7 +20,7 @@ from .sight import Bits, SightOptions, pack, sampled_targets
 from .targets import Targets, path_targets
 from .working_out import sight_table
 
-__all__ = ["SeenStretch", "path_between", "straight_ahead"]
+__all__ = ["SeenStretch", "path_between", "path_length_m", "straight_ahead"]
 
 Floats = npt.NDArray[np.float64]
 MOST_POINTS = 24  # of a stretch that are swept from
@@ -32,6 +32,11 @@ def straight_ahead(east_m: float, north_m: float, heading_rad: float, length_m: 
         raise PlacementError(f"A stretch ahead needs a heading and a length > 0 m, not {heading_rad} and {length_m}.")
     end = (east_m + length_m * math.sin(heading_rad), north_m + length_m * math.cos(heading_rad))
     return np.array([(east_m, north_m), end])
+
+
+def path_length_m(path_m: npt.ArrayLike) -> float:
+    """How long a path (n, 2) is."""
+    return float(np.hypot(*np.diff(np.asarray(path_m, np.float64), axis=0).T).sum())
 
 
 def path_between(path_m: npt.ArrayLike, from_m: float, to_m: float) -> Floats:

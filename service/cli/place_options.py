@@ -73,7 +73,7 @@ def place(
         Objective, typer.Option(help="What is good. Coverage counts anchors in sight, even where they stand in a row.")
     ] = Objective.COVERAGE,
     min_anchors: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
-    dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="Largest dilution that is good enough.")] = 5.0,
+    dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="A dilution below this is good enough.")] = 5.0,
     measure: MeasureOption = Measure.PDOP,
     kind: KindOption = Kind.RANGING,
     surface: Annotated[
@@ -142,65 +142,51 @@ def place(
     anchors.geojson, anchors.csv, plans.zip with a .plan for each drone,
     beacons.parm, count.tif, dop.tif and pictures before and after into --out.
     """
-    from .height_words import height_words
-    from .place import make_placement, request_of
+    from service.products.placements.request import PlacementParameters
 
-    asked = request_of(
-        request,
-        {
+    from .height_words import height_words
+    from .maps import anchors_of
+    from .place import CandidateOptions, GoalOptions, RuleOptions, TargetOptions, make_placement
+    from .request_files import given, request_from_file
+
+    if request is not None:
+        asked = request_from_file(request, PlacementParameters)
+    else:
+        fields = {
+            "candidates": CandidateOptions(spacing, height or [], where, mast or [], site or []).fields(),
+            "anchors": anchors_of(anchor or [], anchors or [], lonlat=lonlat),
+            "targets": TargetOptions(area, path, corridor, weights, receiver_height).fields(),
+            "goal": GoalOptions(
+                objective.value.replace("-", "_"), min_anchors, dop_limit, measure.value, kind.value, surface, spare
+            ).fields(),
+            "rules": RuleOptions(
+                no_fly=no_fly or [],
+                stand_off=tuple(stand_off or ()),
+                min_above_ground_m=min_agl,
+                max_above_ground_m=max_agl,
+                max_altitude_m=max_altitude,
+                max_range_m=max_range,
+                min_separation_m=separation,
+                bases=tuple(base or ()),
+                link_range_m=link_range,
+                relays=relays,
+            ).fields(lonlat=lonlat),
             "count": count,
             "reach": reach,
-            "spacing": spacing,
-            "heights": height or [],
-            "where": where,
-            "masts": mast or [],
-            "sites": site or [],
-            "anchor_texts": anchor or [],
-            "anchor_files": anchors or [],
-            "lonlat": lonlat,
-            "area": area,
-            "path": path,
-            "corridor": corridor,
-            "weights": weights,
-            "receiver_height": receiver_height,
-            "no_fly": no_fly or [],
-            "stand_off": stand_off or [],
-            "bases": base or [],
-            "link_range": link_range,
-            "relays": relays,
-        },
-        goal={
-            "objective": objective.value.replace("-", "_"),
-            "visible": min_anchors,
-            "dop_limit": dop_limit,
-            "measure": measure.value,
-            "kind": kind.value,
-            "on_surface": surface,
-            "spare": spare,
-        },
-        rules={
-            "min_above_ground_m": min_agl,
-            "max_above_ground_m": max_agl,
-            "max_altitude_m": max_altitude,
-            "max_range_m": max_range,
-            "min_separation_m": separation,
-        },
-        rest={
             "seed": seed,
             "time_limit_s": time_limit,
             "mode": mode.value,
             "unknown": unknown.value,
             "curvature": curvature.value,
-        },
-    )
-    heights = height_words(anchor, height, mast, site, base)
-    files = {"out": out, "as_json": as_json}
+        }
+        asked = PlacementParameters.model_validate(given(fields))
     make_placement(
         dem,
         asked,
         scheduler,
         or_local=or_local,
         reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=heights,
-        **files,
+        heights=height_words(anchor, height, mast, site, base),
+        out=out,
+        as_json=as_json,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,54 +11,45 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
+from service.products.repositionings.answer import RepositioningSummary
 from service.products.repositionings.request import RepositioningParameters
 
-from .maps import anchors_of
-from .older_maps import MapFiles, make_map
+from .maps import make_map
 from .output import facts_table, share_text
-from .request_files import given, request_from_file
-from .shape_files import path_fields, polygon_fields
+from .request_files import given
 
-__all__ = ["lasting_occlusions", "make_repositioning", "repositioning_request"]
+__all__ = ["RoverOptions", "lasting_occlusions", "make_repositioning"]
 
 
-def repositioning_request(
-    file: Path | None,
-    options: dict[str, Any],
-    goal: dict[str, Any],
-    rules: dict[str, Any],
-    flight: dict[str, Any],
-    rest: dict[str, Any],
-) -> RepositioningParameters:
-    """What the options ask for, or a file that holds the whole request. Raises RequestError."""
-    if file is not None:
-        return request_from_file(file, RepositioningParameters)
-    anchors = anchors_of(options["anchor_texts"], options["anchor_files"], lonlat=options["lonlat"])
-    occluded = list(options["occluded"])
-    if options["verdicts"] is not None:
-        ids = {anchor.id for anchor in anchors}
-        lasting = lasting_occlusions(options["verdicts"], options["persistent_s"])
-        occluded += [one for one in lasting if one in ids and one not in occluded]
-    fields = {
-        "anchors": anchors,
-        "occluded": occluded,
-        "path": None if options["path"] is None else path_fields(options["path"]),
-        "rover": _rover(options),
-        "goal": goal,
-        "rules": {**given(rules), "no_fly": [one for path in options["no_fly"] for one in polygon_fields(path)]},
-        "flight": given(flight),
-        **rest,
-    }
-    return RepositioningParameters.model_validate(given(fields))
+@dataclass(frozen=True, slots=True)
+class RoverOptions:
+    """Where the rover is and where it is heading."""
+
+    place: str | None
+    heading_deg: float | None
+    ahead_m: float | None
+
+    def fields(self, *, lonlat: bool) -> dict[str, object] | None:
+        """As the request has them; None without a rover. Raises RequestError."""
+        if self.place is None:
+            if self.heading_deg is not None or self.ahead_m is not None:
+                raise RequestError("--heading and --ahead go with --rover EAST,NORTH.")
+            return None
+        try:
+            first, second = (float(part) for part in self.place.split(","))
+        except ValueError as error:
+            raise RequestError(f"--rover {self.place!r} is not of the form EAST,NORTH.") from error
+        if self.heading_deg is None:
+            raise RequestError("--rover needs --heading.")
+        place = {"lon_deg": first, "lat_deg": second} if lonlat else {"east_m": first, "north_m": second}
+        return given({"place": place, "heading_deg": self.heading_deg, "ahead_m": self.ahead_m})
 
 
 def make_repositioning(dem: str, asked: RepositioningParameters, **rest: Any) -> None:
     """Read, calculate, write and print; ``rest`` as for make_map."""
-    from service.products.layers import LAYERS
-    from service.products.repositionings.calculate import calculate_repositioning
+    from service.products.repositionings.product import REPOSITIONING
 
-    files = MapFiles("reposition.json", tuple(LAYERS["repositioning"]))
-    make_map(dem, asked, calculate_repositioning, files, _tables, what="Repositioning", **rest)
+    make_map(dem, REPOSITIONING, asked, _tables, summary="reposition.json", what="Repositioning", **rest)
 
 
 def lasting_occlusions(path: Path, at_least_s: float) -> list[str]:
@@ -77,48 +69,31 @@ def lasting_occlusions(path: Path, at_least_s: float) -> list[str]:
         raise RequestError(f"The file {path.name} is no detection.json of sightline detect.") from error
 
 
-def _rover(options: dict[str, Any]) -> dict[str, Any] | None:
-    if options["rover"] is None:
-        if options["heading"] is not None or options["ahead"] is not None:
-            raise RequestError("--heading and --ahead go with --rover EAST,NORTH.")
-        return None
-    pair = ("lon_deg", "lat_deg") if options["lonlat"] else ("east_m", "north_m")
-    try:
-        first, second = (float(part) for part in options["rover"].split(","))
-    except ValueError as error:
-        raise RequestError(f"--rover {options['rover']!r} is not of the form EAST,NORTH.") from error
-    if options["heading"] is None:
-        raise RequestError("--rover needs --heading.")
-    place = {pair[0]: first, pair[1]: second}
-    return given({"place": place, "heading_deg": options["heading"], "ahead_m": options["ahead"]})
-
-
-def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
-    table = Table(title=escape(summary["sentence"]), title_justify="left")
+def _tables(answer: RepositioningSummary) -> tuple[Table, ...]:
+    table = Table(title=escape(answer.sentence), title_justify="left")
     table.add_column("moves", style="bold")
     for column in ("leaves s", "arrives s", "flies m", "to east m", "to north m", "altitude m", "above\nground m"):
         table.add_column(column, justify="right", no_wrap=True)
-    for move in summary["moves"]:
-        to = move["to"]
-        above_m = to["above_ground_m"]
+    for move in answer.moves:
+        to = move.to
         table.add_row(
-            escape(move["anchor_id"]),
-            f"{move['start_s']:.0f}",
-            f"{move['end_s']:.0f}",
-            f"{move['flight_m']:.0f}",
-            f"{to['east_m']:.0f}",
-            f"{to['north_m']:.0f}",
-            f"{to['altitude_m']:.1f}",
-            "–" if above_m is None else f"{above_m:.1f}",
+            escape(move.anchor_id),
+            f"{move.start_s:.0f}",
+            f"{move.end_s:.0f}",
+            f"{move.flight_m:.0f}",
+            f"{to.east_m:.0f}",
+            f"{to.north_m:.0f}",
+            f"{to.altitude_m:.1f}",
+            "–" if to.above_ground_m is None else f"{to.above_ground_m:.1f}",
         )
     facts = [
-        ("goal", summary["goal"]),
-        ("occluded", ", ".join(summary["occluded"]) or "–"),
-        ("of the path before", share_text(summary["before_share"])),
-        ("of the path after", share_text(summary["after_share"])),
-        ("restored everywhere", "yes" if summary["restored"] else "no"),
+        ("goal", answer.goal),
+        ("occluded", ", ".join(answer.occluded) or "–"),
+        ("of the path before", share_text(answer.before_share)),
+        ("of the path after", share_text(answer.after_share)),
+        ("restored everywhere", "yes" if answer.restored else "no"),
     ]
-    if len(summary["stretches"]) > 1:
-        facts.append(("stretches", str(len(summary["stretches"]))))
-        facts.append(("the rover waits", f"{summary['waited_s']:.0f} s"))
+    if len(answer.stretches) > 1:
+        facts.append(("stretches", str(len(answer.stretches))))
+        facts.append(("the rover waits", f"{answer.waited_s:.0f} s"))
     return table, facts_table("What it brings", facts)

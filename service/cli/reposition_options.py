@@ -79,7 +79,7 @@ def reposition(
     receiver_height: ReceiverHeight = None,
     objective: Annotated[Wanted, typer.Option(help="What shall hold.")] = Wanted.COVERAGE,
     min_anchors: Annotated[int, typer.Option(metavar="K", help="So many anchors must be in sight.")] = 4,
-    dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="Largest dilution that is good enough.")] = 5.0,
+    dop_limit: Annotated[float, typer.Option(metavar="NUMBER", help="A dilution below this is good enough.")] = 5.0,
     measure: MeasureOption = Measure.PDOP,
     kind: KindOption = Kind.RANGING,
     surface: Annotated[
@@ -125,58 +125,50 @@ def reposition(
     Writes reposition.json, moves.geojson, schedule.csv, anchors.csv, plans.zip
     with a .plan for each drone that moves, and map.png into --out.
     """
-    from .height_words import height_words
-    from .reposition import make_repositioning, repositioning_request
+    from service.products.repositionings.request import RepositioningParameters
 
-    asked = repositioning_request(
-        request,
-        {
-            "anchor_texts": anchor or [],
-            "anchor_files": anchors or [],
-            "lonlat": lonlat,
-            "occluded": occluded or [],
-            "verdicts": verdicts,
-            "persistent_s": persistent,
-            "path": path,
-            "rover": rover,
-            "heading": heading,
-            "ahead": ahead,
-            "no_fly": no_fly or [],
-        },
-        goal={
-            "objective": objective.value,
-            "visible": min_anchors,
-            "dop_limit": dop_limit,
-            "measure": measure.value,
-            "kind": kind.value,
-            "on_surface": surface,
-        },
-        rules={
-            "max_above_ground_m": max_agl,
-            "max_altitude_m": max_altitude,
-            "max_range_m": max_range,
-            "min_separation_m": separation,
-        },
-        flight={
-            "speed_m_per_s": speed,
-            "climb_m_per_s": climb,
-            "descent_m_per_s": descent,
-            "clearance_m": clearance,
-            "max_flight_m": max_flight,
-        },
-        rest={
+    from .height_words import height_words
+    from .maps import anchors_of
+    from .place import GoalOptions, RuleOptions
+    from .reposition import RoverOptions, lasting_occlusions, make_repositioning
+    from .request_files import given, request_from_file
+    from .shape_files import path_fields
+
+    if request is not None:
+        asked = request_from_file(request, RepositioningParameters)
+    else:
+        standing = anchors_of(anchor or [], anchors or [], lonlat=lonlat)
+        lasting = [] if verdicts is None else lasting_occlusions(verdicts, persistent)
+        ids = {one.id for one in standing}
+        hidden = [*(occluded or []), *(one for one in lasting if one in ids)]
+        fields = {
+            "anchors": standing,
+            "occluded": list(dict.fromkeys(hidden)),
             "movable": movable,
+            "path": None if path is None else path_fields(path),
+            "rover": RoverOptions(rover, heading, ahead).fields(lonlat=lonlat),
             "receiver_above_ground_m": receiver_height,
+            "goal": GoalOptions(objective.value, min_anchors, dop_limit, measure.value, kind.value, surface).fields(),
             "share": share,
             "heights_above_ground_m": height or None,
             "cheapest": cheapest.value,
+            "flight": given(
+                {
+                    "speed_m_per_s": speed,
+                    "climb_m_per_s": climb,
+                    "descent_m_per_s": descent,
+                    "clearance_m": clearance,
+                    "max_flight_m": max_flight,
+                }
+            ),
+            "rules": RuleOptions(no_fly or [], max_agl, max_altitude, max_range, separation).fields(lonlat=lonlat),
             "stretch_m": stretch,
             "rover_m_per_s": rover_speed,
             "mode": mode.value,
             "unknown": unknown.value,
             "curvature": curvature.value,
-        },
-    )
+        }
+        asked = RepositioningParameters.model_validate(given(fields))
     make_repositioning(
         dem,
         asked,

@@ -9,27 +9,12 @@ import shapely
 
 from service.parts.shapes import PlaceIn, PolygonIn, StandOffIn
 from service.parts.shapes_in_grid import polygon_in_grid, stand_off_in_grid
-from service.products.placements.request import PlacementParameters, RulesIn
 from terrain import ElevationGrid, FrameError
 
-__all__ = ["areas_of_placement", "areas_of_rules", "told_of_areas"]
+__all__ = ["told_of_areas"]
 
 Area = PolygonIn | StandOffIn
 POSTS_AT_ONCE = 1_000_000
-
-
-def areas_of_rules(rules: RulesIn) -> dict[str, Sequence[Area]]:
-    """By the names of their fields."""
-    return {"rules.no_fly": rules.no_fly, "rules.stand_off": rules.stand_off}
-
-
-def areas_of_placement(asked: PlacementParameters) -> dict[str, Sequence[Area]]:
-    """By the names of their fields, all but those in which anything must lie."""
-    return {
-        **areas_of_rules(asked.rules),
-        "targets.weights": [one.polygon for one in asked.targets.weights],
-        "candidates.area": [some.area for some in asked.candidates if some.area is not None],
-    }
 
 
 def told_of_areas(grid: ElevationGrid, areas: Mapping[str, Sequence[Area]]) -> tuple[str, ...]:

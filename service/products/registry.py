@@ -12,7 +12,9 @@ from service.products.flights.product import FLIGHT
 from service.products.lines_of_sight.product import LINES_OF_SIGHT
 from service.products.morphing.product import MORPHING_MAP
 from service.products.paths.product import PATH
+from service.products.placements.product import PLACEMENT
 from service.products.product import Product
+from service.products.repositionings.product import REPOSITIONING
 from service.products.visibility.product import VISIBILITY_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
@@ -27,6 +29,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
 
 
 PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PATH, FLIGHT, LINES_OF_SIGHT])
+PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, PLACEMENT, REPOSITIONING, LINES_OF_SIGHT])
 
 
 @functools.cache

@@ -35,11 +35,11 @@ def dilution(anchors_m: Sequence[Sequence[float]], point_m: Sequence[float], clo
 def share_with_dilution(
     sight: Sight, anchors_m: np.ndarray, points_m: np.ndarray, chosen: Sequence[int], needed: int, limit: float
 ) -> float:
-    """Share of the targets with enough of the chosen in sight and a PDOP of at most the limit."""
+    """Share of the targets with enough of the chosen in sight and a PDOP below the limit."""
     good = 0
     for i, point_m in enumerate(points_m):
         seen = [anchors_m[c] for c in chosen if sight[c][i]]
-        good += len(seen) >= needed and dilution(seen, point_m) <= limit
+        good += len(seen) >= needed and dilution(seen, point_m) < limit
     return good / len(points_m)
 
 

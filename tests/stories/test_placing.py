@@ -44,7 +44,7 @@ def request(dem: dict[str, Any], candidates: int, **more: Any) -> dict[str, Any]
         "dem_id": dem["id"],
         "count": 4,
         "candidates": [{"spacing_m": spacing_m, "above_ground_m": [80.0]}],
-        "goal": {"objective": "dop", "visible": 3},
+        "goal": {"objective": "dop", "min_anchors": 3},
         **more,
     }
 

@@ -87,7 +87,7 @@ def test_morphing_map(server: Server, valley: dict[str, Any]) -> None:
 
 
 def test_placement(server: Server, valley: dict[str, Any]) -> None:
-    asked = {"count": 3, "candidates": [{"spacing_m": 1500.0, "above_ground_m": [120.0]}], "goal": {"visible": 2}}
+    asked = {"count": 3, "candidates": [{"spacing_m": 1500.0, "above_ground_m": [120.0]}], "goal": {"min_anchors": 2}}
     http = over_http(server, valley, "placements", **asked)
     words = ("--count", 3, "--spacing", 1500, "--height", "120agl", "--min-anchors", 2)
     assert_same(http, on_the_command_line("place", *words))
@@ -97,7 +97,7 @@ def test_placement(server: Server, valley: dict[str, Any]) -> None:
         placement.candidate_grid(grid, 1500.0, above_ground_m=[120.0]),
         placement.area_targets(grid, 1.5),
         3,
-        placement.Goal(visible=2),
+        placement.Goal(min_anchors=2),
     )
     assert http["value_share"] == found.value
     assert http["dilution"]["no_fix_share"] == placement.placement_geometry(grid, found).no_fix

@@ -4,37 +4,38 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from service.parts.map_answers import DEM_ID, DemId, MapOut, MapSummary, running_example
-from service.parts.older_results import OrOlder
-from service.parts.pages import Page
-from service.products.placements.request import PlacementParameters
+from service.parts.map_answers import MapSummary
+from service.parts.source_answers import PlacedAnchor
 
-__all__ = ["PlacementIn", "PlacementList", "PlacementOut", "PlacementSummary"]
-
-REQUEST: dict[str, Any] = {
-    "dem_id": DEM_ID,
-    "count": 6,
-    "candidates": [{"spacing_m": 1500.0, "above_ground_m": [80.0, 120.0]}],
-    "targets": {"receiver_above_ground_m": 1.5},
-    "goal": {"objective": "dop", "visible": 4, "dop_limit": 5.0},
-    "rules": {"max_range_m": 8000.0, "min_separation_m": 300.0},
-}
+__all__ = ["CandidatesOut", "DilutionOut", "HoverOut", "InItsUnit", "PlacedOut", "PlacementSummary", "TargetsOut"]
 
 
-class PlacementIn(PlacementParameters):
-    """A DEM, candidates, where they shall be seen, rules and what is good."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
-
-    dem_id: DemId
+def _absent(value: object) -> bool:
+    return value is None
 
 
-class PlacedOut(BaseModel):
+def _share(what: str) -> Any:
+    return Field(None, exclude_if=_absent, description=f"{what}, 0..1; for coverage and dop.")
+
+
+def _metres(what: str) -> Any:
+    return Field(None, exclude_if=_absent, description=f"{what}, metres; for errors.")
+
+
+class InItsUnit(BaseModel):
+    """Numbers of a goal, as shares for coverage and dop, in metres for errors; the other unit's are left out."""
+
+    def number(self, name: str) -> float:
+        """A number by its name without the unit."""
+        share, metres = getattr(self, f"{name}_share"), getattr(self, f"{name}_m")
+        value: float = metres if share is None else share
+        return value
+
+
+class PlacedOut(InItsUnit):
     """A placed anchor; shares for coverage and dop, metres for errors."""
-
-    model_config = ConfigDict(extra="allow")
 
     id: str = Field(description="Name of the anchor, in the order in which each adds most.")
     what: str = Field(description="drone, mast or site.")
@@ -42,6 +43,10 @@ class PlacedOut(BaseModel):
     north_m: float = Field(description="North in the DEM's metric CRS, metres.")
     altitude_m: float = Field(description="Height in the DEM's vertical datum, metres.")
     above_ground_m: float | None = Field(description="Height above known ground, metres.")
+    marginal_share: float | None = _share("What it added to the value when it came")
+    marginal_m: float | None = _metres("By how much it made the value less when it came")
+    after_loss_share: float | None = _share("The value once it alone is lost")
+    after_loss_m: float | None = _metres("The value once it alone is lost")
 
 
 class CandidatesOut(BaseModel):
@@ -51,21 +56,12 @@ class CandidatesOut(BaseModel):
     removed: dict[str, int] = Field(description="How many each rule took away, in the order of the rules.")
 
 
-class HoverOut(BaseModel):
-    """The value when every placed anchor hovers off its place; shares or metres."""
-
-    model_config = ConfigDict(extra="allow")
-
-    hover_m: float = Field(description="Off by up to so much in each direction, metres.")
-    draws: int = Field(description="How many random ones there were.")
-
-
 class DilutionOut(BaseModel):
     """How well spread all anchors are, over the targets and by their weight."""
 
     measure: str = Field(description="gdop, pdop, hdop or vdop, as the goal says.")
     median: float | None = Field(description="Half the targets have at most this (no unit); null if half have no fix.")
-    within_limit_share: float = Field(description="Share of the targets with at most the goal's dop_limit, 0..1.")
+    within_limit_share: float = Field(description="Share of the targets with less than the goal's dop_limit, 0..1.")
     no_fix_share: float = Field(description="Share of the targets without any fix, 0..1.")
     useless_share: float | None = Field(
         description="Of the targets that see enough anchors for a fix: the share above 20 or without one, 0..1; null "
@@ -73,7 +69,31 @@ class DilutionOut(BaseModel):
     )
 
 
-class PlacementSummary(MapSummary):
+class HoverOut(InItsUnit):
+    """The value when every placed anchor hovers off its place; shares or metres."""
+
+    hover_m: float = Field(description="Off by up to so much in each direction, metres.")
+    draws: int = Field(description="How many random ones there were.")
+    mean_share: float | None = _share("Mean of the draws")
+    mean_m: float | None = _metres("Mean of the draws")
+    worst_share: float | None = _share("Worst of the draws")
+    worst_m: float | None = _metres("Worst of the draws")
+    lower_share: float | None = _share("With all anchors so much lower")
+    lower_m: float | None = _metres("With all anchors so much lower")
+    higher_share: float | None = _share("With all anchors so much higher")
+    higher_m: float | None = _metres("With all anchors so much higher")
+
+
+class TargetsOut(BaseModel):
+    """Where anchors had to be seen."""
+
+    what: str = Field(description="area, corridor or path.")
+    points: int = Field(description="How many points were asked about.")
+    left_out: int = Field(description="Places on unknown ground or outside the DEM, which were not.")
+    within_limits_m: float | None = Field(description="Of a path: metres of it that reach the goal; null for others.")
+
+
+class PlacementSummary(MapSummary, InItsUnit):
     """What was placed and what it is worth; shares 0..1 for coverage and dop, metres for errors."""
 
     objective: str = Field(description="coverage, dop, mean_error or worst_error.")
@@ -86,17 +106,22 @@ class PlacementSummary(MapSummary):
     proved: bool = Field(description="Whether no other choice is better.")
     stopped: bool = Field(description="Whether a time limit or somebody ended the search: this is the best so far.")
     statement: str = Field(description="What is proved about greedy for this goal.")
-
-
-class PlacementOut(MapOut):
-    """A placement: how its calculation stands, and its result when it has one."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [running_example("/placements", REQUEST)]})
-
-    result: OrOlder[PlacementSummary] = Field(description="What was placed; null until it succeeded.")
-
-
-class PlacementList(Page):
-    """One page of placements, newest first."""
-
-    placements: list[PlacementOut]
+    fixed: list[PlacedAnchor] = Field(description="The anchors that were there before.")
+    before_share: float | None = _share("The value with those alone")
+    before_m: float | None = _metres("The value with those alone")
+    value_share: float | None = _share("The value with the placed anchors")
+    value_m: float | None = _metres("The value with the placed anchors")
+    bound_share: float | None = _share("What no choice exceeds")
+    bound_m: float | None = _metres("What no choice falls below")
+    gap_share: float | None = _share("How far value and bound are apart")
+    gap_m: float | None = _metres("How far value and bound are apart")
+    greedy_share: float | None = _share("What greedy alone reached")
+    greedy_m: float | None = _metres("What greedy alone reached")
+    exact_share: float | None = _share("The value recomputed in mode exact")
+    exact_m: float | None = _metres("The value recomputed in mode exact")
+    least_after_loss_share: float | None = _share("The same after the worst loss of one anchor")
+    least_after_loss_m: float | None = _metres("The same after the worst loss of one anchor")
+    fewest_possible: int | None = Field(
+        description="No fewer anchors reach the share that was asked for; null where a number was."
+    )
+    targets: TargetsOut

@@ -1,36 +1,45 @@
-"""Placed anchors as files for other programs: GeoJSON, CSV, QGroundControl plans, beacon parameters."""
+"""The files of placements: GeoJSON, CSV, QGroundControl plans, beacon parameters, rasters, pictures; and their list."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+import numpy as np
+
+from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.geojson import write_collection
-from service.files.missions import above_sea_level
+from service.files.layer import COG, GEOJSON, PNG, Layer
+from service.files.missions import MISSIONS, above_sea_level
 from service.files.qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text, zip_plans
 from service.files.tables import TableWriter
-from service.products.placements.calculate import FinishedPlacement
 from terrain import height_at, to_lon_lat, true_offsets
 
-__all__ = ["plan_texts", "write_beacons", "write_csv", "write_geojson", "write_plans"]
+from .answer import PlacedOut
+from .calculate import FinishedPlacement
+
+__all__ = ["LAYERS"]
 
 CLEAR_OF_GROUND_M = 10.0
+NO_GROUND = 255
+BANDS = ["before", "after"]
+PLANS, BEACONS = MISSIONS["placement"]
 
 
-def write_geojson(finished: FinishedPlacement, path: Path) -> None:
+def _write_geojson(finished: FinishedPlacement, path: Path) -> None:
     """A FeatureCollection in longitude and latitude; without a CRS in the DEM's local metres, and says so.
 
     Its properties hold what an anchor is measured with as well, so that the file can be the next question's anchors.
     """
     grid, measured_with = finished.grid, _measured_with(finished)
     features = []
-    for placed in finished.answer["placed"]:
-        position = (placed["east_m"], placed["north_m"])
-        properties = {key: value for key, value in placed.items() if key not in ("east_m", "north_m", "above_ground_m")}
+    for placed in finished.answer.placed:
+        position = (placed.east_m, placed.north_m)
+        worth = placed.model_dump(exclude={"id", "what", "east_m", "north_m", "altitude_m", "above_ground_m"})
+        properties = {"id": placed.id, "altitude_m": placed.altitude_m, "what": placed.what, **worth}
         features.append(
             {
                 "type": "Feature",
-                "id": placed["id"],
+                "id": placed.id,
                 "geometry": {
                     "type": "Point",
                     "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
@@ -41,38 +50,38 @@ def write_geojson(finished: FinishedPlacement, path: Path) -> None:
     write_collection(grid, features, path, indent=1)
 
 
-def write_csv(finished: FinishedPlacement, path: Path) -> None:
+def _write_csv(finished: FinishedPlacement, path: Path) -> None:
     """id, east_m, north_m, altitude_m, ranging_sigma_m, and max_range_m where there is one."""
     measured_with = _measured_with(finished)
     with path.open("w", encoding="utf-8", newline="") as file:
         names = ["id", "east_m", "north_m", "altitude_m", *measured_with]
-        TableWriter(file).rows(names, ({**placed, **measured_with} for placed in finished.answer["placed"]))
+        TableWriter(file).rows(names, ({**placed.model_dump(), **measured_with} for placed in finished.answer.placed))
 
 
-def plan_texts(finished: FinishedPlacement) -> dict[str, str]:
+def _plan_texts(finished: FinishedPlacement) -> dict[str, str]:
     """The text of each drone's .plan by its file name. Raises FrameError for a DEM without CRS."""
     by_sea = above_sea_level(finished.grid)
     return {
-        f"{placed['id']}.plan": _plan(finished, placed) if by_sea else _plan_above_ground(finished, placed)
-        for placed in finished.answer["placed"]
-        if placed["what"] != "mast" and (by_sea or placed["above_ground_m"] is not None)
+        f"{placed.id}.plan": _plan(finished, placed) if by_sea else _plan_above_ground(finished, placed)
+        for placed in finished.answer.placed
+        if placed.what != "mast" and (by_sea or placed.above_ground_m is not None)
     }
 
 
-def write_plans(finished: FinishedPlacement, path: Path) -> None:
+def _write_plans(finished: FinishedPlacement, path: Path) -> None:
     """All of them in a zip. Raises FrameError for a DEM without CRS."""
-    zip_plans(plan_texts(finished), path)
+    zip_plans(_plan_texts(finished), path)
 
 
-def write_beacons(finished: FinishedPlacement, path: Path) -> None:
+def _write_beacons(finished: FinishedPlacement, path: Path) -> None:
     """ArduPilot's BCN_* parameters: the origin is the first anchor's place on the ground. Raises FrameError."""
-    grid, placed = finished.grid, finished.answer["placed"]
+    grid, placed = finished.grid, finished.answer.placed
     first = placed[0]
-    origin_altitude_m = first["altitude_m"] - (first["above_ground_m"] or 0.0)
-    origin_m = first["east_m"], first["north_m"]
+    origin_altitude_m = first.altitude_m - (first.above_ground_m or 0.0)
+    origin_m = first.east_m, first.north_m
     lon_deg, lat_deg = to_lon_lat(grid, *origin_m)
     # turned here: the parameter that would turn them on board, BCN_ORIENT_YAW, holds whole degrees only (AP_Int16)
-    along = true_offsets(grid, origin_m, *([one[name] for one in placed] for name in ("east_m", "north_m")))
+    along = true_offsets(grid, origin_m, [one.east_m for one in placed], [one.north_m for one in placed])
     lines = [
         "# Origin of the beacons; offsets are metres over ground from it to true north, to the east, and down.",
         f"BCN_LATITUDE,{lat_deg:.7f}",
@@ -82,7 +91,7 @@ def write_beacons(finished: FinishedPlacement, path: Path) -> None:
     ]
     for number, (one, east_m, north_m) in enumerate(zip(placed, *along, strict=True)):
         lines.append(
-            f"# beacon {number}, {one['id']}: {north_m:.2f}, {east_m:.2f}, {origin_altitude_m - one['altitude_m']:.2f}"
+            f"# beacon {number}, {one.id}: {north_m:.2f}, {east_m:.2f}, {origin_altitude_m - one.altitude_m:.2f}"
         )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -94,12 +103,12 @@ def _measured_with(finished: FinishedPlacement) -> dict[str, float]:
     return {"ranging_sigma_m": goal.ranging_sigma_m, **limit}
 
 
-def _plan(finished: FinishedPlacement, placed: dict[str, Any]) -> str:
+def _plan(finished: FinishedPlacement, placed: PlacedOut) -> str:
     """Take off straight up from the ground below, or from the base where there is one, fly there, and hold."""
     grid = finished.grid
-    lon_deg, lat_deg = to_lon_lat(grid, placed["east_m"], placed["north_m"])
-    ground_m = float(height_at(grid, placed["east_m"], placed["north_m"]))
-    altitude_m = placed["altitude_m"]
+    lon_deg, lat_deg = to_lon_lat(grid, placed.east_m, placed.north_m)
+    ground_m = float(height_at(grid, placed.east_m, placed.north_m))
+    altitude_m = placed.altitude_m
     home_m = ground_m if ground_m == ground_m else altitude_m  # over unknown ground home is where it hovers
     home = PlanItem(TAKE_OFF, lon_deg, lat_deg, home_m)
     items = [
@@ -110,13 +119,101 @@ def _plan(finished: FinishedPlacement, placed: dict[str, Any]) -> str:
     return plan_text(items, home)
 
 
-def _plan_above_ground(finished: FinishedPlacement, placed: dict[str, Any]) -> str:
+def _plan_above_ground(finished: FinishedPlacement, placed: PlacedOut) -> str:
     """The same with heights above the ground, where none above sea level is known."""
-    lon_deg, lat_deg = to_lon_lat(finished.grid, placed["east_m"], placed["north_m"])
-    height_m = placed["above_ground_m"]
+    lon_deg, lat_deg = to_lon_lat(finished.grid, placed.east_m, placed.north_m)
+    height_m = placed.above_ground_m
+    assert height_m is not None, "others have no plan"
     items = [
         PlanItem(TAKE_OFF, lon_deg, lat_deg, max(height_m, CLEAR_OF_GROUND_M)),
         PlanItem(WAYPOINT, lon_deg, lat_deg, height_m),
         PlanItem(LOITER, lon_deg, lat_deg, height_m),
     ]
     return plan_text(items, items[0], above_ground=True)
+
+
+def _write_count(finished: FinishedPlacement, path: Path) -> None:
+    """uint8: anchors surely in sight; 255 (nodata) where no ground is known."""
+    no_ground = np.isnan(finished.grid.heights_m)
+    bands = [np.where(no_ground, np.uint8(NO_GROUND), some) for some in (finished.count_before, finished.count_after)]
+    tags = {**common_tags(finished.grid, finished.answer, "sightline placement"), "units": "anchors"}
+    write_cog(path, finished.grid, bands, BANDS, NO_GROUND, tags, BYTES)
+
+
+def _write_dop(finished: FinishedPlacement, path: Path) -> None:
+    """float32: the dilution; NaN unknown (nodata), +inf no fix."""
+    tags = {
+        **common_tags(finished.grid, finished.answer, "sightline placement"),
+        "units": "1",
+        "infinity": "no fix",
+    }
+    write_cog(path, finished.grid, [finished.dop_before, finished.dop_after], BANDS, float("nan"), tags, FLOATS)
+
+
+# matplotlib takes a second to load, and only a process that draws needs it
+
+
+def _write_after(finished: FinishedPlacement, path: Path) -> None:
+    from .picture import write_placement
+
+    write_placement(finished, path, "count", after=True)
+
+
+def _write_before(finished: FinishedPlacement, path: Path) -> None:
+    from .picture import write_placement
+
+    write_placement(finished, path, "count", after=False)
+
+
+def _write_dop_after(finished: FinishedPlacement, path: Path) -> None:
+    from .picture import write_placement
+
+    write_placement(finished, path, "dop", after=True)
+
+
+def _write_dop_before(finished: FinishedPlacement, path: Path) -> None:
+    from .picture import write_placement
+
+    write_placement(finished, path, "dop", after=False)
+
+
+LAYERS = (
+    Layer("anchors.geojson", GEOJSON, "The placed anchors as points, with what each adds.", _write_geojson),
+    Layer(
+        "anchors.csv",
+        "text/csv; charset=utf-8",
+        "The placed anchors as a table that --anchors reads: metres in the DEM's CRS.",
+        _write_csv,
+    ),
+    Layer(
+        "plans.zip",
+        "application/zip",
+        "A QGroundControl .plan file for each placed drone: take off, fly there, hold. On Earth.",
+        _write_plans,
+        mission=PLANS,
+    ),
+    Layer(
+        "beacons.parm",
+        "text/plain; charset=utf-8",
+        "ArduPilot parameters of the beacons' origin, and each beacon's offset from it in metres: true north, "
+        "east, down. On Earth, above sea level.",
+        _write_beacons,
+        mission=BEACONS,
+    ),
+    Layer(
+        "count.tif",
+        COG,
+        "Band 1 how many anchors are surely in sight before, band 2 after; 255 (nodata) no ground.",
+        _write_count,
+    ),
+    Layer(
+        "dop.tif",
+        COG,
+        "float32: dilution of precision, band 1 before, band 2 after; +inf no fix, NaN (nodata) unknown.",
+        _write_dop,
+    ),
+    Layer("map.png", PNG, "How many anchors are in sight after, over shaded relief.", _write_after),
+    Layer("before.png", PNG, "The same before.", _write_before),
+    Layer("dop.png", PNG, "The dilution of precision after, over shaded relief.", _write_dop_after),
+    Layer("dop_before.png", PNG, "The same before.", _write_dop_before),
+)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 import matplotlib
 import numpy as np
@@ -20,54 +21,36 @@ from service.drawing.relief import Sampling
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
 from service.products.dop.picture import BOUNDS, COLOURS
-from service.products.placements.calculate import FinishedPlacement
 
-__all__ = ["draw_placement", "write_after", "write_before", "write_dop_after", "write_dop_before"]
+from .calculate import FinishedPlacement
+
+__all__ = ["draw_placement", "write_placement"]
 
 MOST_CLASSES = 8
 
 
-def write_after(finished: FinishedPlacement, path: Path) -> None:
-    """Anchors in sight after, into a PNG."""
-    save_png(draw_placement(finished, "count", after=True), path)
+def write_placement(finished: FinishedPlacement, path: Path, what: Literal["count", "dop"], *, after: bool) -> None:
+    """Counts or dilutions, before or after, into a PNG."""
+    save_png(draw_placement(finished, what, after=after), path)
 
 
-def write_before(finished: FinishedPlacement, path: Path) -> None:
-    """Anchors in sight before, into a PNG."""
-    save_png(draw_placement(finished, "count", after=False), path)
-
-
-def write_dop_after(finished: FinishedPlacement, path: Path) -> None:
-    """Dilution after, into a PNG."""
-    save_png(draw_placement(finished, "dop", after=True), path)
-
-
-def write_dop_before(finished: FinishedPlacement, path: Path) -> None:
-    """Dilution before, into a PNG."""
-    save_png(draw_placement(finished, "dop", after=False), path)
-
-
-def draw_placement(finished: FinishedPlacement, what: str, *, after: bool) -> Figure:
+def draw_placement(finished: FinishedPlacement, what: Literal["count", "dop"], *, after: bool) -> Figure:
     """Counts or dilutions as a figure with one Axes in kilometres of the grid's frame."""
     classes, numbers, title = (_counts if what == "count" else _dilutions)(finished, after)
     numbers = np.where(np.isnan(finished.grid.heights_m), UNDECIDED, numbers).astype(np.uint8)
     answer = finished.answer
     anchors = (*finished.anchors, *(finished.chosen if after else ()))
-    state = answer["value_share" if "value_share" in answer else "value_m"] if after else None
-    before = answer["before_share" if "before_share" in answer else "before_m"]
-    value = before if state is None else state
-    told = f"{value:.1%}" if "value_share" in answer else f"{value:.2f} m"
+    value = answer.number("value" if after else "before")
+    told = f"{value:.2f} m" if answer.value_share is None else f"{value:.1%}"
     moment = (
-        f"{len(anchors)} anchors, {len(answer['placed'])} of them placed"
-        if after
-        else f"before: {len(anchors)} anchors"
+        f"{len(anchors)} anchors, {len(answer.placed)} of them placed" if after else f"before: {len(anchors)} anchors"
     )
     figure, axes = ground_figure(
         finished.grid,
         class_pixels(finished.grid, numbers, classes),
         anchors,
         f"{title}: {dem_name(finished.grid)}",
-        f"{moment}; {answer['goal']}: {told}",
+        f"{moment}; {answer.goal}: {told}",
     )
     more = _target_outline(axes, finished)
     class_legend(axes, finished.grid, numbers, classes, title, more)
@@ -77,7 +60,7 @@ def draw_placement(finished: FinishedPlacement, what: str, *, after: bool) -> Fi
 def _counts(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
     """None, one class per count, and one of as many as are needed or more."""
     count = finished.count_after if after else finished.count_before
-    needed = finished.parameters.goal.visible + finished.parameters.goal.spare
+    needed = finished.parameters.goal.min_anchors + finished.parameters.goal.spare
     full = min(max(needed, 1), MOST_CLASSES)
     ramp = matplotlib.colormaps[RAMP](np.linspace(RAMP_FROM, RAMP_TO, full))
     labels = [*(str(number) for number in range(1, full)), f"{full} or more"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,13 +24,23 @@ from planning.placement import (
 )
 from service.parts.map_facts import curvature_of
 from service.parts.positions import resolve_anchor, resolve_point
+from service.parts.shapes import PolygonIn, StandOffIn
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, stand_off_in_grid, weights_in_grid
 from service.parts.sight import SightParameters
-from service.products.placements.request import CandidatesIn, GoalIn, PlacementParameters, RulesIn, TargetsIn
 from terrain import ElevationGrid
 from visibility import Anchor
 
-__all__ = ["PlacementQuestion", "candidates_of", "goal_of", "placement_question", "rules_of", "sight_of", "targets_of"]
+from .request import CandidatesIn, GoalIn, PlacementParameters, RulesIn, TargetsIn
+
+__all__ = [
+    "PlacementQuestion",
+    "areas_of_placement",
+    "areas_of_rules",
+    "goal_of",
+    "placement_question",
+    "rules_of",
+    "sight_of",
+]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,8 +59,8 @@ class PlacementQuestion:
 def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> PlacementQuestion:
     """The question in the grid's frame. Raises PlacementError, RequestError, FrameError, AnchorError."""
     return PlacementQuestion(
-        join_candidates([candidates_of(grid, some, number) for number, some in enumerate(asked.candidates)]),
-        targets_of(grid, asked.targets),
+        join_candidates([_candidates(grid, some, number) for number, some in enumerate(asked.candidates)]),
+        _targets(grid, asked.targets),
         goal_of(asked.goal),
         rules_of(grid, asked.rules),
         tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors),
@@ -58,7 +69,7 @@ def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> Place
     )
 
 
-def candidates_of(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candidates:
+def _candidates(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candidates:
     """One set of candidates."""
     heights: dict[str, Any] = {
         "above_ground_m": asked.above_ground_m,
@@ -72,7 +83,7 @@ def candidates_of(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Cand
     return candidate_grid(grid, asked.spacing_m, area=area, **heights)
 
 
-def targets_of(grid: ElevationGrid, asked: TargetsIn) -> Targets:
+def _targets(grid: ElevationGrid, asked: TargetsIn) -> Targets:
     """Where anchors have to be seen."""
     height_m = asked.receiver_above_ground_m
     if asked.path is None:
@@ -89,9 +100,9 @@ def goal_of(asked: GoalIn) -> Goal:
     """What is good."""
     return Goal(
         objective=asked.objective,
-        visible=asked.visible,
+        min_anchors=asked.min_anchors,
         dop_limit=asked.dop_limit,
-        dilution=asked.measure,
+        measure=asked.measure,
         kind=asked.kind,
         on_surface=asked.on_surface,
         spare=asked.spare,
@@ -123,6 +134,20 @@ def rules_of(grid: ElevationGrid, asked: RulesIn) -> PlacementRules:
 def sight_of(asked: SightParameters) -> SightOptions:
     """How sight is worked out."""
     return SightOptions(asked.mode, curvature_of(asked), unknown="open" if asked.unknown == "open" else "unknown")
+
+
+def areas_of_rules(rules: RulesIn) -> dict[str, Sequence[PolygonIn | StandOffIn]]:
+    """Areas by the names of their fields."""
+    return {"rules.no_fly": rules.no_fly, "rules.stand_off": rules.stand_off}
+
+
+def areas_of_placement(asked: PlacementParameters) -> dict[str, Sequence[PolygonIn | StandOffIn]]:
+    """All areas by the names of their fields, but those in which anything must lie."""
+    return {
+        **areas_of_rules(asked.rules),
+        "targets.weights": [one.polygon for one in asked.targets.weights],
+        "candidates.area": [some.area for some in asked.candidates if some.area is not None],
+    }
 
 
 def _unlimited(value: float | None) -> float:

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
+from service.parts.map_answers import DEM_ID, DemId
+from service.parts.older_names import WithOlderNames
 from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
 from service.parts.shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
 from service.parts.sight import SightParameters
 
-__all__ = ["CandidatesIn", "GoalIn", "LinkIn", "PlacementParameters", "RulesIn", "TargetsIn"]
+__all__ = [
+    "REQUEST",
+    "CandidatesIn",
+    "GoalIn",
+    "LinkIn",
+    "PlacementIn",
+    "PlacementParameters",
+    "RulesIn",
+    "Share",
+    "TargetsIn",
+]
+
+REQUEST: dict[str, JsonValue] = {
+    "dem_id": DEM_ID,
+    "count": 6,
+    "candidates": [{"spacing_m": 1500.0, "above_ground_m": [80.0, 120.0]}],
+    "targets": {"receiver_above_ground_m": 1.5},
+    "goal": {"objective": "dop", "min_anchors": 4, "dop_limit": 5.0},
+    "rules": {"max_range_m": 8000.0, "min_separation_m": 300.0},
+}
 
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=1.0)]
 Heights = Annotated[list[NotNegativeMetres], Field(max_length=32)]
@@ -67,18 +88,20 @@ class TargetsIn(StrictModel):
         return self
 
 
-class GoalIn(StrictModel):
+class GoalIn(WithOlderNames):
     """What is good, and how much of it."""
+
+    older_names: ClassVar = {"visible": "min_anchors"}
 
     objective: Literal["coverage", "dop", "mean_error", "worst_error"] = Field(
         "coverage",
         description="coverage: share with enough anchors in sight; dop: share with a good enough dilution as well; "
         "mean_error, worst_error: position error in metres.",
     )
-    visible: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
+    min_anchors: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
         4, description="So many anchors have to be in sight (coverage, dop)."
     )
-    dop_limit: Positive = Field(5.0, description="Largest dilution of precision that is good enough, no unit.")
+    dop_limit: Positive = Field(5.0, description="A dilution of precision below this is good enough, no unit.")
     measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution of precision.")
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
         "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
@@ -152,3 +175,11 @@ class PlacementParameters(SightParameters):
         if self.reach is not None and self.goal.objective not in ("coverage", "dop"):
             raise ValueError("reach is a share; it goes with the objectives coverage and dop.")
         return self
+
+
+class PlacementIn(PlacementParameters):
+    """A DEM, candidates, where they shall be seen, rules and what is good."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
+
+    dem_id: DemId

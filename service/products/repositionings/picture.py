@@ -13,8 +13,9 @@ from service.drawing.class_map import MapClass, class_pixels
 from service.drawing.furniture import INK
 from service.drawing.sheet import anchor_handle, ground_figure, margin_legend, save_png
 from service.parts.map_facts import dem_name
-from service.products.repositionings.calculate import FinishedRepositioning
 from visibility import Anchor
+
+from .calculate import FinishedRepositioning
 
 __all__ = ["draw_repositioning", "write_repositioning"]
 
@@ -37,15 +38,15 @@ def write_repositioning(finished: FinishedRepositioning, path: Path) -> None:
 def draw_repositioning(finished: FinishedRepositioning) -> Figure:
     """The figure, with one Axes in kilometres of the grid's frame."""
     grid, answer = finished.grid, finished.answer
-    after = tuple(Anchor(a["id"], a["east_m"], a["north_m"], a["altitude_m"]) for a in answer["anchors"])
-    moves = len(answer["moves"])
+    after = tuple(Anchor(a.id, a.east_m, a.north_m, a.altitude_m) for a in answer.anchors)
+    moves = len(answer.moves)
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, np.zeros(grid.shape, np.uint8), [GROUND]),
         after,
         f"Repositioning: {dem_name(grid)}",
-        f"{moves} move{'' if moves == 1 else 's'}; {answer['goal']}: {answer['before_share']:.1%} of the path before, "
-        f"{answer['after_share']:.1%} after",
+        f"{moves} move{'' if moves == 1 else 's'}; {answer.goal}: {answer.before_share:.1%} of the path before, "
+        f"{answer.after_share:.1%} after",
     )
     handles = _path(axes, finished) + _moves(axes, finished)
     handles.append(("anchor", anchor_handle()))
@@ -71,10 +72,10 @@ def _path(axes: Axes, finished: FinishedRepositioning) -> list[tuple[str, Line2D
 
 def _moves(axes: Axes, finished: FinishedRepositioning) -> list[tuple[str, Line2D]]:
     """An arrow per move, from a hollow triangle."""
-    if not finished.answer["moves"]:
+    if not finished.answer.moves:
         return []
-    for move in finished.answer["moves"]:
-        start, end = (np.array([move[at]["east_m"], move[at]["north_m"]]) / 1000.0 for at in ("from", "to"))
+    for move in finished.answer.moves:
+        start, end = (np.array([at.east_m, at.north_m]) / 1000.0 for at in (move.from_, move.to))
         axes.plot(*start, marker="^", ms=9, mfc="white", mec=INK, mew=1.2, ls="none", zorder=8)
         arrow = {"arrowstyle": "-|>", "color": MOVED, "lw": 1.8, "shrinkA": 5, "shrinkB": 6}
         axes.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, zorder=9)

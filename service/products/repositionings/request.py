@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import AnchorId
-from service.parts.points import NotNegativeMetres, Positive, StrictModel
+from service.parts.map_answers import DEM_ID, DemId
+from service.parts.points import NotNegative, NotNegativeMetres, Positive, StrictModel
 from service.parts.shapes import PlaceIn
 from service.parts.sight import SightParameters
 from service.products.placements.request import GoalIn, RulesIn, Share
 
-__all__ = ["DroneFlightIn", "RepositioningParameters", "RoverPoseIn"]
+__all__ = ["REQUEST", "DroneFlightIn", "RepositioningIn", "RepositioningParameters", "RoverPoseIn"]
+
+REQUEST: dict[str, JsonValue] = {
+    "dem_id": DEM_ID,
+    "anchors": [
+        {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
+        {"id": "D2", "east_m": 398100.0, "north_m": 3791700.0, "above_ground_m": 80.0},
+        {"id": "D3", "east_m": 400700.0, "north_m": 3790100.0, "above_ground_m": 80.0},
+        {"id": "D4", "east_m": 399500.0, "north_m": 3793400.0, "above_ground_m": 80.0},
+    ],
+    "occluded": ["D2"],
+    "rover": {"place": {"east_m": 400100.0, "north_m": 3792900.0}, "heading_deg": 60.0, "ahead_m": 400.0},
+    "goal": {"objective": "coverage", "min_anchors": 4},
+    "flight": {"max_flight_m": 3000.0},
+}
 
 Ids = Annotated[list[AnchorId], Field(max_length=64)]
 
@@ -78,4 +93,27 @@ class RepositioningParameters(SightParameters):
             raise ValueError("Give the anchors that stand now; there is nothing to move.")
         if self.goal.objective not in ("coverage", "dop"):
             raise ValueError("A repositioning restores a share: its objective is coverage or dop.")
+        return self
+
+
+class RepositioningIn(RepositioningParameters):
+    """A DEM, anchors, which are occluded, and the way ahead."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [REQUEST]})
+
+    dem_id: DemId
+    detector_id: AnchorId | None = Field(
+        None, description="A detector session: anchors that it finds occluded for persistent_s join ``occluded``."
+    )
+    persistent_s: NotNegative = Field(
+        10.0, description="How long every range of an anchor must have been occluded, seconds."
+    )
+
+    @model_validator(mode="after")
+    def _known_ids(self) -> Self:
+        ids = {anchor.id for anchor in self.anchors}
+        for name, given in (("occluded", self.occluded), ("movable", self.movable or [])):
+            strange = next((one for one in given if one not in ids), None)
+            if strange is not None:
+                raise ValueError(f"{name}: there is no anchor {strange!r} among the anchors.")
         return self

@@ -22,7 +22,7 @@ def test_coverage_is_that_of_the_best_of_all_sets(seed: int, visible: int, count
         np.mean(counts[list(chosen)].sum(axis=0) >= visible)
         for chosen in __import__("itertools").combinations(range(14), count)
     )
-    placement = place_anchors(grid, candidates, targets, count, Goal(visible=visible), sight=EXACT)
+    placement = place_anchors(grid, candidates, targets, count, Goal(min_anchors=visible), sight=EXACT)
     assert placement.proved
     assert placement.value == pytest.approx(best, abs=1e-12)
     assert placement.gap == pytest.approx(0.0, abs=1e-12)
@@ -31,8 +31,8 @@ def test_coverage_is_that_of_the_best_of_all_sets(seed: int, visible: int, count
 
 def test_local_search_alone_finds_the_best_coverage_of_small_instances() -> None:
     grid, candidates, targets = small_question(5, 16)
-    proved = place_anchors(grid, candidates, targets, 4, Goal(visible=2))
-    searched = place_anchors(grid, candidates, targets, 4, Goal(visible=2), options=SearchOptions(exact=False))
+    proved = place_anchors(grid, candidates, targets, 4, Goal(min_anchors=2))
+    searched = place_anchors(grid, candidates, targets, 4, Goal(min_anchors=2), options=SearchOptions(exact=False))
     assert searched.value == pytest.approx(proved.value)
     assert proved.value <= searched.bound + 1e-12
 
@@ -43,7 +43,7 @@ def test_highs_and_going_through_all_sets_agree() -> None:
     from planning.placement.placing import prepare
 
     grid, candidates, targets = small_question(6, 12)
-    for goal, fixed in ((Goal(visible=1), ()), (Goal(visible=2, spare=1), ())):
+    for goal, fixed in ((Goal(min_anchors=1), ()), (Goal(min_anchors=2, spare=1), ())):
         ready = prepare(
             grid, candidates, targets, goal, PlacementRules(min_separation_m=400.0), fixed, None, None, None, None
         )
@@ -73,7 +73,7 @@ def test_dilutions_are_within_one_per_cent_of_the_best_of_all_sets(seed: int) ->
             candidates,
             targets,
             4,
-            Goal("dop", visible=3, dop_limit=6.0),
+            Goal("dop", min_anchors=3, dop_limit=6.0),
             sight=EXACT,
             options=SearchOptions(exact=exact),
         )

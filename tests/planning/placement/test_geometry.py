@@ -35,7 +35,7 @@ def pdop_by_hand(anchors, point_m):
 
 
 def test_a_row_of_anchors_is_told_with_the_objective_that_mends_it():
-    geometry = placement_geometry(FLAT, placed(ROW, Goal("coverage", visible=4)))
+    geometry = placement_geometry(FLAT, placed(ROW, Goal("coverage", min_anchors=4)))
     assert geometry.useless == geometry.no_fix == 1.0
     assert math.isinf(geometry.median)
     assert "stand in a row" in geometry.warning
@@ -43,11 +43,11 @@ def test_a_row_of_anchors_is_told_with_the_objective_that_mends_it():
 
 
 def test_anchors_that_are_well_spread_are_told_their_dilution_point_by_point():
-    found = placed(SPREAD, Goal("coverage", visible=4, dop_limit=3.0), HEIGHTS_M)
+    found = placed(SPREAD, Goal("coverage", min_anchors=4, dop_limit=3.0), HEIGHTS_M)
     geometry = placement_geometry(FLAT, found)
     by_hand = np.array([pdop_by_hand(found.anchors, point) for point in found.targets.point_m])
     assert geometry.median == pytest.approx(np.sort(by_hand)[(len(by_hand) - 1) // 2])
-    assert geometry.within_limit == pytest.approx(np.mean(by_hand <= 3.0))
+    assert geometry.within_limit == pytest.approx(np.mean(by_hand < 3.0))
     assert (geometry.no_fix, geometry.warning) == (0.0, None)
     assert geometry.useless == pytest.approx(np.mean(by_hand > 20.0), abs=1e-12)
 
@@ -55,13 +55,13 @@ def test_anchors_that_are_well_spread_are_told_their_dilution_point_by_point():
 def test_ground_counts_by_its_weight():
     weight = np.full(FLAT.shape, 1.0)
     weight[3, 4] = 1e9
-    found = placed(SPREAD, Goal("coverage", visible=4), HEIGHTS_M, weight)
+    found = placed(SPREAD, Goal("coverage", min_anchors=4), HEIGHTS_M, weight)
     assert placement_geometry(FLAT, found).median == pytest.approx(
         pdop_by_hand(found.anchors, (4 * 30.0, -3 * 30.0, 1.5)), rel=1e-6
     )
 
 
 def test_whoever_wants_no_position_is_not_warned_of_bad_ones():
-    geometry = placement_geometry(FLAT, placed(ROW, Goal("coverage", visible=2)))
+    geometry = placement_geometry(FLAT, placed(ROW, Goal("coverage", min_anchors=2)))
     assert geometry.useless == 1.0
     assert geometry.warning is None

@@ -7,24 +7,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planning.placement import Goal, SightOptions, area_targets
+from planning.placement import (
+    Goal,
+    SightOptions,
+    area_targets,
+    candidate_points,
+    join_candidates,
+    place_anchors,
+    placement_geometry,
+)
 from planning.placement.judges import CountJudge, GeometryJudge, Problem, judge_of, shown_value
 from planning.placement.placing import anchor_rows
 from planning.placement.sight import sampled_targets
 from planning.placement.working_out import sight_table
+from terrain import ElevationGrid
 from tests.planning.placement.grounds import small_question
 from tests.reference import placement as oracle
 from visibility import Anchor
 
 GOALS = [
-    Goal(visible=2),
-    Goal(visible=2, spare=1),
-    Goal("dop", visible=3, dop_limit=6.0),
-    Goal("dop", visible=4, dop_limit=8.0, spare=1),
-    Goal("dop", visible=3, dop_limit=6.0, on_surface=True),
-    Goal("dop", visible=4, dop_limit=9.0, kind="pseudorange", dilution="hdop"),
+    Goal(min_anchors=2),
+    Goal(min_anchors=2, spare=1),
+    Goal("dop", min_anchors=3, dop_limit=6.0),
+    Goal("dop", min_anchors=4, dop_limit=8.0, spare=1),
+    Goal("dop", min_anchors=3, dop_limit=6.0, on_surface=True),
+    Goal("dop", min_anchors=4, dop_limit=9.0, kind="pseudorange", measure="hdop"),
     Goal("mean_error"),
-    Goal("mean_error", spare=1, dilution="vdop"),
+    Goal("mean_error", spare=1, measure="vdop"),
     Goal("worst_error", worst_counted_m=3.0),
 ]
 SETS: list[list[int]] = [[], [0], [1, 5], [2, 4, 7], [0, 3, 6, 8], [0, 1, 2, 3, 4, 5]]
@@ -67,7 +76,7 @@ def test_information_gained_is_that_of_the_larger_set_and_shrinks_as_sets_grow()
 
 @pytest.mark.parametrize("chosen", SETS[1:])
 def test_values_are_those_of_the_oracle(chosen: list[int]) -> None:
-    problem = problem_of(Goal(visible=2), weighted=True)
+    problem = problem_of(Goal(min_anchors=2), weighted=True)
     sight = problem.sight.visible().tolist()
     share = oracle.share_covered(sight, chosen, 2, problem.targets.weight.tolist())
     assert shown_value(problem, chosen) == pytest.approx(share)
@@ -82,7 +91,7 @@ def test_values_are_those_of_the_oracle(chosen: list[int]) -> None:
 
 @pytest.mark.parametrize("objective", ["coverage", "dop"])
 def test_a_spare_counts_what_is_left_after_the_worst_loss(objective: str) -> None:
-    goal = Goal(objective, visible=3, dop_limit=7.0)
+    goal = Goal(objective, min_anchors=3, dop_limit=7.0)
     robust, plain = problem_of(replace(goal, spare=1)), problem_of(goal)
     chosen = [0, 2, 3, 5, 7, 8]
     # a target counts once every loss leaves it enough; the share after a loss of one anchor everywhere is no less
@@ -97,3 +106,20 @@ def test_a_spare_counts_what_is_left_after_the_worst_loss(objective: str) -> Non
         else:
             per_target &= GeometryJudge(plain).of_targets(rest) > 0.5
     assert shown_value(robust, chosen) == pytest.approx(per_target.mean())
+
+
+@pytest.mark.parametrize(("dop_limit", "share"), [(1.0, 0.0), (1.0 + 1e-9, 1.0)])
+def test_a_dilution_that_is_the_limit_is_not_good_enough(dop_limit: float, share: float) -> None:
+    # along the three axes from the only target: a vertical dilution of exactly 1
+    grid = ElevationGrid(np.zeros((9, 9), np.float32), 10.0, 10.0)
+    weight = np.zeros(grid.shape)
+    weight[4, 4] = 1.0
+    axes = join_candidates(
+        [
+            candidate_points(grid, [at], above_ground_m=[height_m])
+            for at, height_m in (((80.0, -40.0), 1.5), ((40.0, 0.0), 1.5), ((40.0, -40.0), 61.5))
+        ]
+    )
+    goal = Goal("dop", min_anchors=3, dop_limit=dop_limit, measure="vdop")
+    found = place_anchors(grid, axes, area_targets(grid, weight=weight), 3, goal)
+    assert found.value == placement_geometry(grid, found).within_limit == share

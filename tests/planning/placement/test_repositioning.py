@@ -26,7 +26,7 @@ from terrain import ElevationGrid, height_at
 from tests.planning.placement.grounds import exact_sight, rough_grid
 from visibility import Anchor, anchor_above_ground
 
-GOAL = Goal(visible=3)
+GOAL = Goal(min_anchors=3)
 
 
 def crew(grid: ElevationGrid, count: int = 4, seed: int = 0, height_m: float = 80.0) -> list[Anchor]:

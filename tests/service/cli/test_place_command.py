@@ -50,7 +50,7 @@ def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_p
     told = json.loads(done.stdout)
     grid = read_dem(str(dem_file))
     expected = place_anchors(
-        grid, candidate_grid(grid, 150.0, above_ground_m=[40.0]), area_targets(grid), 3, Goal(visible=2)
+        grid, candidate_grid(grid, 150.0, above_ground_m=[40.0]), area_targets(grid), 3, Goal(min_anchors=2)
     )
     assert told["value_share"] == expected.value
     assert [(p["east_m"], p["north_m"]) for p in told["placed"]] == [(a.east_m, a.north_m) for a in expected.anchors]

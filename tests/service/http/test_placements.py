@@ -35,7 +35,7 @@ def placement(server: Server, jacksboro: dict[str, Any]) -> dict[str, Any]:
         server,
         dem_id=jacksboro["id"],
         count=4,
-        goal={"objective": "coverage", "visible": 2},
+        goal={"objective": "coverage", "min_anchors": 2},
         anchors=[
             {"id": "mast", "east_m": (WEST_M + EAST_M) / 2, "north_m": (SOUTH_M + NORTH_M) / 2, "above_ground_m": 40.0}
         ],
@@ -106,7 +106,7 @@ def lattice(spacing_m: float) -> list[dict[str, Any]]:
 BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     "more anchors than candidates": ({"count": 60, "candidates": lattice(20000.0)}, "placement", "cannot be placed on"),
     "more in sight than there are": (
-        {"count": 2, "goal": {"visible": 5}},
+        {"count": 2, "goal": {"min_anchors": 5}},
         "placement",
         "5 anchors in sight are asked for, and there are only 2.",
     ),
@@ -121,7 +121,7 @@ BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     "an area outside the DEM": ({"count": 1, "targets": {"area": FAR_AWAY}}, "placement", "no post of the DEM"),
     "a bow tie": ({"count": 1, "rules": {"no_fly": [BOW_TIE]}}, "request", "is no polygon"),
     "too many candidates": ({"count": 4, "candidates": lattice(100.0)}, "limit", "SIGHTLINE_MAX_CANDIDATES"),
-    "a share that nothing reaches": ({"reach": 1.0, "goal": {"visible": 30}}, "placement", "cannot be reached"),
+    "a share that nothing reaches": ({"reach": 1.0, "goal": {"min_anchors": 30}}, "placement", "cannot be reached"),
     "a base outside the DEM": (
         {"count": 1, "rules": {"link": {"bases": [FAR_BASE]}}},
         "visibility-input",
@@ -151,7 +151,7 @@ def test_a_time_limit_answers_with_the_best_so_far(server: Server, jacksboro: di
         count=5,
         time_limit_s=0.5,
         candidates=[{"spacing_m": 1000.0, "above_ground_m": [60.0, 120.0]}],
-        goal={"objective": "dop", "visible": 3, "spare": 1},
+        goal={"objective": "dop", "min_anchors": 3, "spare": 1},
     )
     assert answer.status_code == 201, answer.text
     result = answer.json()["result"]

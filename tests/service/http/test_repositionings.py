@@ -28,7 +28,7 @@ ANCHORS = [
     {"id": "D3", "east_m": WEST_M + 780.0, "north_m": NORTH_M - 300.0, "above_ground_m": 30.0},
 ]
 ROVER = {"place": {"east_m": WEST_M + 640.0, "north_m": NORTH_M - 380.0}, "heading_deg": 20.0, "ahead_m": 120.0}
-GOAL = {"objective": "coverage", "visible": 2}
+GOAL = {"objective": "coverage", "min_anchors": 2}
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,9 @@ def test_the_advice_is_the_library_s(advice: dict[str, Any]) -> None:
     grid = small_grid()
     anchors = [resolve_anchor(grid, AnchorIn.model_validate(one)) for one in ANCHORS]
     path_m = straight_ahead(WEST_M + 640.0, NORTH_M - 380.0, math.radians(20.0), 120.0)
-    expected = reposition(grid, anchors, path_m, Goal(visible=2), occluded=["D1"], flight=Flight(max_flight_m=900.0))
+    expected = reposition(
+        grid, anchors, path_m, Goal(min_anchors=2), occluded=["D1"], flight=Flight(max_flight_m=900.0)
+    )
     result = advice["result"]
     assert expected.move is not None
     assert result["restored"] is expected.restored is True
