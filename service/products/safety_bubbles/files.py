@@ -13,7 +13,7 @@ from service.files.geojson import write_collection
 from service.files.layer import later
 from service.files.replacing import replacing
 from service.files.tables import TableWriter
-from service.products.safety_bubbles.finished import FinishedBubbles
+from service.products.safety_bubbles.calculate import FinishedBubbles
 from terrain import to_lon_lat
 
 __all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_file"]
@@ -58,19 +58,19 @@ def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
 
 
 def _write_npz(finished: FinishedBubbles, path: Path) -> None:
-    more = {} if finished.visible is None else {"visible": finished.visible}
+    more = {} if finished.bubbles.visible is None else {"visible": finished.bubbles.visible}
     with path.open("wb") as file:
         np.savez(
             file,
             allow_pickle=False,
             **finished.numbers(),
-            covariance_m2=finished.covariance_m2,
-            at_building=finished.around.at_building,
-            verdict=finished.check.verdict,
-            push=finished.check.push,
-            push_m=finished.check.push_m,
-            nearest_m=finished.around.nearest_m,
-            unknown_m=finished.around.unknown_m,
+            covariance_m2=finished.bubbles.covariance_m2,
+            at_building=finished.bubbles.around.at_building,
+            verdict=finished.bubbles.check.verdict,
+            push=finished.bubbles.check.push,
+            push_m=finished.bubbles.check.push_m,
+            nearest_m=finished.bubbles.around.nearest_m,
+            unknown_m=finished.bubbles.around.unknown_m,
             **more,
         )
 
