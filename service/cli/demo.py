@@ -12,7 +12,8 @@ import httpx
 from dem_samples import sample_path
 from service.errors import ServiceError
 from service.files.replacing import replacing
-from service.products.layers import LAYERS
+from service.products.visibility.answer import VisibilityMapSummary
+from service.products.visibility.product import VISIBILITY_MAP
 from service.warm_up import warm_up
 
 from .maps import leaving_nothing_new, output_folder
@@ -44,7 +45,7 @@ SETTINGS = {
 
 def run_demo(out: Path, as_json: bool) -> None:
     """Start the service, ask it, write its layers into ``out``, print what it found. Raises ServiceError, OSError."""
-    names = (SUMMARY, *(name for name, layer in LAYERS["visibility-map"].items() if not layer.for_screens))
+    names = (SUMMARY, *(layer.name for layer in VISIBILITY_MAP.layers if not layer.for_screens))
     folder = output_folder(out, names)
     with progress_bar("Making the kernels of maps ready, which takes a while the first time"):
         warm_up("maps")  # here and not in the service, so that it starts within its time on a slow machine too
@@ -68,8 +69,9 @@ def run_demo(out: Path, as_json: bool) -> None:
     if as_json:
         print_json({"service": address, "result": result, "files": [str(path) for path in files]})
         return
-    print_tables(anchors_table(result), count_table(result))
-    print_warnings(result["warnings"])
+    answer = VisibilityMapSummary.model_validate(result)
+    print_tables(anchors_table(answer), count_table(answer))
+    print_warnings(answer.warnings)
     print(f"Calculated over HTTP by {address}, which is stopped again. The map to look at is {folder / 'map.png'}.")
     for path in files:
         print(path)
@@ -90,7 +92,7 @@ def _ask(client: httpx.Client, progress: Any) -> tuple[dict[str, Any], list[dict
         problem = (job.get("problem") or {}).get("detail", f"its status is {job['status']}")
         raise ServiceError(f"The visibility map was not made: {problem}")
     progress(0.7)
-    files = LAYERS["visibility-map"]
+    files = VISIBILITY_MAP.layer
     return job["result"], [layer for layer in job["layers"] if not files[layer["name"]].for_screens]
 
 

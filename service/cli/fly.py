@@ -18,7 +18,8 @@ from service.products.layers import LAYERS
 from service.products.paths.answers import time_words
 
 from .anchor_texts import position_fields
-from .maps import MapFiles, anchors_of, make_map
+from .maps import anchors_of
+from .older_maps import MapFiles, make_map
 from .output import facts_table
 from .request_files import given, request_from_file
 from .volume_texts import ceiling_fields

@@ -5,50 +5,34 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
+from pydantic import BaseModel
 from rich.table import Table
 
 from service.errors import RequestError
+from service.files.layer import Layer
 from service.files.replacing import replacing
 from service.parts.anchors import AnchorIn
-from terrain import ElevationGrid, read_dem
+from service.products.product import Finished, Product, Work
+from terrain import read_dem
 
 from .anchor_files import anchors_from_file
 from .anchor_texts import anchor_from_text
 from .height_words import told_of_heights
 from .output import print_json, print_tables, print_warnings, progress_bar
 
-__all__ = ["MapFiles", "anchors_of", "leaving_nothing_new", "make_map", "output_folder"]
+__all__ = ["anchors_of", "leaving_nothing_new", "make_map", "output_folder"]
 
 # each command leaves one; they tell a folder of results from one of somebody's own files
 SUMMARIES = (
     *("visibility.json", "dop.json", "morph.json", "bubble.json", "path.json", "flight.json"),
     *("place.json", "reposition.json", "detection.json"),
 )
-
-Asked = TypeVar("Asked")
-
-
-class Finished(Protocol):
-    """What can be told in numbers once it is calculated."""
-
-    def summary(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class MapFiles:
-    """What a command writes: the name of the summary, and layers by name; write: their writer, where it is no map's."""
-
-    summary: str
-    layers: tuple[str, ...]
-    write: Callable[[Any, str, Path], None] | None = None
 
 
 def anchors_of(texts: list[str], files: list[Path], *, lonlat: bool) -> list[AnchorIn]:
@@ -59,34 +43,43 @@ def anchors_of(texts: list[str], files: list[Path], *, lonlat: bool) -> list[Anc
 
 def make_map(
     dem: str,
-    parameters: Asked,
-    calculate: Callable[[ElevationGrid, Asked, Callable[[float], None] | None], Finished],
-    files: MapFiles,
-    tables: Callable[[dict[str, Any]], tuple[Table, ...]],
+    product: Product,
+    asked: BaseModel,
+    tables: Callable[[Any], tuple[Table, ...]],
     *,
+    summary: str,
     reading: dict[str, Any],
     heights: frozenset[str],
     out: Path | None,
     as_json: bool,
+    left_out: Collection[str] = (),
     what: str = "Sight lines",
+    work: Work | None = None,
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work.
 
-    heights: the words with which the options' heights were given.
+    tables: of the answer. summary: the file of the answer. left_out: layers that are not written. heights: the words
+    with which the options' heights were given. work: what the calculation may use; its progress is shown here.
     """
     grid = read_dem(dem, **reading)
     told = told_of_heights(grid, heights)
-    folder = None if out is None else output_folder(out, (files.summary, *files.layers))
+    layers = tuple(
+        layer
+        for layer in product.layers
+        if layer.name not in left_out and not layer.for_screens and layer.is_of(dict(asked))
+    )
+    folder = None if out is None else output_folder(out, (summary, *(layer.name for layer in layers)))
     with progress_bar(what) as progress:
-        finished = calculate(grid, parameters, progress)
-    summary = finished.summary()
-    summary["warnings"] = [*summary["warnings"], *told]
-    written = [] if folder is None else _write_files(finished, summary, files, folder)
+        finished = product.calculate(grid, asked, replace(work or Work(), progress=progress))
+    answer: Any = finished.answer
+    answer = answer.model_copy(update={"warnings": [*answer.warnings, *told]})
+    document = answer.model_dump(mode="json")
+    written = [] if folder is None else _write_files(finished, document, summary, layers, folder)
     if as_json:
-        print_json({**summary, "files": [str(path) for path in written]})
+        print_json({**document, "files": [str(path) for path in written]})
         return
-    print_tables(*tables(summary))
-    print_warnings(summary["warnings"])
+    print_tables(*tables(answer))
+    print_warnings(answer.warnings)
     for path in written:
         print(path)
 
@@ -137,21 +130,19 @@ def _is_summary(path: Path) -> bool:
     return isinstance(told, dict) and isinstance(told.get("version"), str)
 
 
-def _write_files(finished: Any, summary: dict[str, Any], files: MapFiles, folder: Path) -> list[Path]:
+def _write_files(
+    finished: Finished, document: Mapping[str, Any], summary: str, layers: tuple[Layer, ...], folder: Path
+) -> list[Path]:
     """Every file whole or not at all; the summary comes last, so where it is new all is new."""
-    from service.products.layers import LAYERS, write_layer
-    from service.products.registry import product_of
-
-    layers, write = files.layers, files.write
-    if write is None:
-        write, offered = write_layer, LAYERS[product_of(finished).name]
-        layers = tuple(name for name in layers if offered[name].is_in(summary))
-    with leaving_nothing_new(folder, (files.summary, *layers)):
-        for name in set(files.layers).difference(layers):
+    written = [layer for layer in layers if layer.is_in(document)]
+    names = (summary, *(layer.name for layer in written))
+    with leaving_nothing_new(folder, names):
+        for name in {layer.name for layer in layers}.difference(names):
             # of a run before; it would be taken for this one's
             (folder / name).unlink(missing_ok=True)
-        for name in layers:
-            write(finished, name, folder / name)
-        with replacing(folder / files.summary) as unfinished:
-            unfinished.write_text(json.dumps(summary, allow_nan=False, indent=1), encoding="utf-8")
-    return [folder / name for name in (files.summary, *layers)]
+        for layer in written:
+            with replacing(folder / layer.name) as unfinished:
+                layer.write(finished, unfinished)
+        with replacing(folder / summary) as unfinished:
+            unfinished.write_text(json.dumps(document, allow_nan=False, indent=1), encoding="utf-8")
+    return [folder / name for name in names]

@@ -17,7 +17,8 @@ from service.errors import RequestError
 from service.products.placements.request import PlacementParameters
 
 from .anchor_texts import height_field, position_fields
-from .maps import MapFiles, anchors_of, make_map
+from .maps import anchors_of
+from .older_maps import MapFiles, make_map
 from .output import facts_table, share_text
 from .request_files import given, request_from_file
 from .shape_files import path_fields, place_fields, polygon_fields, stand_off_fields, weight_fields

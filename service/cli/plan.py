@@ -16,7 +16,8 @@ from service.parts.sentences import sentence_of
 from service.products.paths.answers import time_words
 from service.products.paths.request import PathParameters, WeightsIn
 
-from .maps import MapFiles, anchors_of, make_map
+from .maps import anchors_of
+from .older_maps import MapFiles, make_map
 from .output import facts_table
 from .positioning import SatelliteOptions
 from .shape_files import polygon_fields

@@ -12,7 +12,8 @@ from rich.table import Table
 from service.errors import RequestError
 from service.products.repositionings.request import RepositioningParameters
 
-from .maps import MapFiles, anchors_of, make_map
+from .maps import anchors_of
+from .older_maps import MapFiles, make_map
 from .output import facts_table, share_text
 from .request_files import given, request_from_file
 from .shape_files import path_fields, polygon_fields

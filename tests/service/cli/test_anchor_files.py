@@ -3,12 +3,12 @@
 import json
 
 import pytest
+from service.products.layers import write_layer
 
 from service.cli.anchor_files import anchors_from_file
 from service.cli.anchor_texts import anchor_from_text
 from service.parts.anchors import AnchorIn
 from service.parts.positions import resolve_anchor
-from service.products.layers import write_layer
 from tests.service.small_maps import small_map
 
 MILLIMETRE = 1e-3

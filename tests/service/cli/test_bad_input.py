@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import service.cli.maps
-import service.layers
 import service.products.visibility.calculate
+import service.products.visibility.files
 from tests.service.small_maps import NORTH_M, WEST_M
 
 GOOD = f"D1,{WEST_M + 95},{NORTH_M - 305},12agl"
@@ -187,10 +187,11 @@ def test_a_folder_that_nothing_can_be_put_into_is_refused_before_the_calculation
 
 
 def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, tmp_path, monkeypatch):
-    def fill_up(finished, name, path):
+    def fill_up(path, *_):
+        path.write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr(service.layers, "write_layer", fill_up)
+    monkeypatch.setattr(service.products.visibility.files, "write_cog", fill_up)
     ended = sightline("visibility", dem_file, "--anchor", GOOD, "--out", tmp_path)
     assert ended.code == 1
     assert "No space left on device" in ended.stderr

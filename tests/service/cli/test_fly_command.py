@@ -3,8 +3,8 @@
 import json
 
 import pytest
-
 from service.products.layers import LAYERS
+
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_flights import flight_request
 from tests.service.small_maps import NORTH_M, WEST_M

@@ -5,6 +5,7 @@ import json
 import pytest
 
 import service.cli.maps
+from service.files.layer import Layer
 from tests.service.small_maps import NORTH_M, WEST_M
 
 GOOD = f"D1,{WEST_M + 300.0},{NORTH_M - 300.0},40agl"
@@ -58,15 +59,12 @@ def test_a_first_run_that_fails_leaves_nothing_and_the_next_is_not_refused(sight
 
     monkeypatch.setattr(service.cli.maps.json, "dumps", fail)
     with pytest.raises(KeyboardInterrupt):
-        service.cli.maps._write_files(FINISHED, {}, service.cli.maps.MapFiles("a.json", ("b",), write), tmp_path)
+        service.cli.maps._write_files(FINISHED, {}, "a.json", LAYERS, tmp_path)
     assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(service.cli.maps.json, "dumps", whole)
-    service.cli.maps._write_files(FINISHED, {}, service.cli.maps.MapFiles("a.json", ("b",), write), tmp_path)
+    service.cli.maps._write_files(FINISHED, {}, "a.json", LAYERS, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"a.json", "b"}
 
 
 FINISHED = object()
-
-
-def write(finished, name, path):
-    path.write_text("layer")
+LAYERS = (Layer("b", "text/plain", "A layer.", lambda finished, path: path.write_text("layer")),)

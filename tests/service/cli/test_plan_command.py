@@ -4,8 +4,8 @@ import json
 import re
 
 import pytest
-
 from service.products.layers import LAYERS
+
 from terrain import read_dem, to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS
 from tests.service.small_maps import NORTH_M, WEST_M
