@@ -109,8 +109,8 @@ def bubbles_along(
     """How surely a vehicle on a path keeps clear of ground and buildings (De Vivo et al., III).
 
     points_m: (n, 3) east, north, altitude in the grid's frame; times_s: (n,), never backwards. epsilon: how many sigmas
-    the radius is; dem_sigma_m is added. filter: None = the usual one. covariance_m2: (n, 3, 3) of a history of poses, of
-    which nothing is predicted and which needs no anchors. buildings: hide anchors, and are to be kept clear of.
+    the radius is; dem_sigma_m is added. filter: None = the usual one. covariance_m2: (n, 3, 3) of a history of poses:
+    nothing is predicted then, and no anchors are needed. buildings: hide anchors, and are to be kept clear of.
     under_ground: whether a point below the ground or in a building is a mistake or a violated bubble.
     mode, curvature, unknown: as in ``visibility.min_visible_altitude``. progress: takes the finished share.
     Raises BubbleError, MeasurementError, TimeOrderError, AnchorError, VisibilityInputError.

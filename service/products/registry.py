@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from service.products.lines_of_sight.product import LINES_OF_SIGHT
 from service.products.product import Product
+from service.products.safety_bubbles.product import SAFETY_BUBBLES
 from service.products.visibility.product import VISIBILITY_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
@@ -22,7 +23,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
     return MappingProxyType(found)
 
 
-PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, LINES_OF_SIGHT])
+PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, LINES_OF_SIGHT, SAFETY_BUBBLES])
 
 
 @functools.cache

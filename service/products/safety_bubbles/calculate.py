@@ -7,7 +7,7 @@ import importlib.metadata
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,7 @@ from visibility import Buildings
 __all__ = ["FinishedBubbles", "calculate_bubbles"]
 
 Array = npt.NDArray[np.float64]
+Point = dict[str, Any]  # as BubbleOut has it: a hundred thousand models would take seconds
 Verdict = Literal["ok", "violated", "unknown"]
 WORDS: dict[BubbleVerdict, Verdict] = {
     BubbleVerdict.OK: "ok",
@@ -75,10 +76,10 @@ class FinishedBubbles:
         }
 
     @functools.cached_property
-    def points(self) -> list[dict[str, object]]:
+    def points(self) -> list[Point]:
         """One entry per point, as ``BubbleOut`` has it; made column by column, because there may be 100 000."""
         check = self.bubbles.check
-        columns: dict[str, list[object]] = {name: _rounded(values) for name, values in self.numbers().items()}
+        columns: dict[str, list[Any]] = {name: _rounded(values) for name, values in self.numbers().items()}
         columns["nearest"] = list(self.bubbles.around.words())
         columns["verdict"] = [WORDS[BubbleVerdict(int(verdict))] for verdict in check.verdict]
         columns["push"], columns["push_m"] = _rounded(check.push), _rounded(check.push_m)
@@ -183,6 +184,6 @@ def _in_sight(anchors: tuple[Source, ...], found: PathBubbles, point: int) -> li
     return [anchors[number].id for number in np.flatnonzero(found.visible[point])]
 
 
-def _rounded(values: Array) -> list[object]:
-    rounded: list[object] = np.round(values, DECIMALS).tolist()
+def _rounded(values: Array) -> list[Any]:
+    rounded: list[Any] = np.round(values, DECIMALS).tolist()
     return rounded
