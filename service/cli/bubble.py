@@ -11,11 +11,12 @@ from rich.table import Table
 from service.errors import RequestError
 from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
+from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation, SafetyBubblesSummary
 from service.products.safety_bubbles.request import BubbleParameters
 
 from .anchor_texts import height_field
 from .maps import anchors_of
-from .older_maps import MapFiles, make_map
+from .older_maps import make_map
 from .output import facts_table
 from .path_files import points_and_columns
 from .planned_paths import filter_of_a_plan, planned_path
@@ -52,11 +53,9 @@ def make_bubbles(
     parameters = BubbleParameters.model_validate(
         {"anchors": anchors, "satellites": sky, "buildings": buildings, **_path(path, height), **given}
     )
-    from service.products.safety_bubbles.calculate import calculate_bubbles
-    from service.products.safety_bubbles.files import BUBBLE_FILES, write_bubble_file
+    from service.products.safety_bubbles.product import SAFETY_BUBBLES
 
-    files = MapFiles("bubble.json", tuple(BUBBLE_FILES), write_bubble_file)
-    make_map(dem, parameters, calculate_bubbles, files, _tables, what="Safety bubbles", **rest)
+    make_map(dem, SAFETY_BUBBLES, parameters, _tables, summary="bubble.json", what="Safety bubbles", **rest)
 
 
 def _path(path: Path, height: str | None) -> dict[str, Any]:
@@ -104,38 +103,34 @@ def _point(name: str, fields: dict[str, float]) -> PointIn:
         raise RequestError(f"{name}: {sentence_of(error)}") from error
 
 
-def _tables(summary: dict[str, Any]) -> tuple[Table, ...]:
-    radius_m, first = summary["radius_quantiles_m"], summary["first_violation"]
+def _tables(answer: SafetyBubblesSummary) -> tuple[Table, ...]:
+    first, buildings = answer.first_violation, answer.buildings
     facts = [
-        ("points", f"{summary['points']:,}"),
-        *_building_facts(summary["buildings"]),
-        (
-            "clear of the ground" if summary["buildings"] is None else "clear of ground and buildings",
-            f"{summary['ok']:,}",
-        ),
-        ("violated", f"{summary['violated']:,}"),
-        ("near unknown ground", f"{summary['unknown']:,}"),
+        ("points", f"{answer.points:,}"),
+        *_building_facts(buildings),
+        ("clear of the ground" if buildings is None else "clear of ground and buildings", f"{answer.ok:,}"),
+        ("violated", f"{answer.violated:,}"),
+        ("near unknown ground", f"{answer.unknown:,}"),
         ("first violation", "none" if first is None else _violation(first)),
-        ("least margin", f"{summary['least_margin_m']:.1f} m"),
-        *((f"radius {name}", f"{metres:.1f} m") for name, metres in radius_m.items()),
-        ("promise of the bubbles, at least", f"{100.0 * summary['least_promise']:.1f} %"),
+        ("least margin", f"{answer.least_margin_m:.1f} m"),
+        *((f"radius {name}", f"{metres:.1f} m") for name, metres in answer.radius_quantiles_m.items()),
+        ("promise of the bubbles, at least", f"{100.0 * answer.least_promise:.1f} %"),
     ]
-    table = facts_table(f"{summary['dem']['name']}: bubble of {summary['epsilon']:g} sigma", facts)
-    return (sources_table(summary), table) if summary["curvature"] is not None else (table,)
+    table = facts_table(f"{answer.dem.name}: bubble of {answer.epsilon:g} sigma", facts)
+    return (sources_table(answer), table) if answer.curvature is not None else (table,)
 
 
-def _building_facts(buildings: dict[str, Any] | None) -> list[tuple[str, str]]:
+def _building_facts(buildings: BuildingFacts | None) -> list[tuple[str, str]]:
     if buildings is None:
         return []
     return [
-        ("buildings", f"{buildings['bodies']:,} ({buildings['triangles']:,} triangles) in {buildings['name']}"),
-        ("points nearer to one than to the ground", f"{buildings['points_nearest']:,}"),
+        ("buildings", f"{buildings.bodies:,} ({buildings.triangles:,} triangles) in {buildings.name}"),
+        ("points nearer to one than to the ground", f"{buildings.points_nearest:,}"),
     ]
 
 
-def _violation(first: dict[str, Any]) -> str:
-    sight = first["in_sight"]
-    seen = "" if sight is None else f"; in sight: {', '.join(sight) or 'none'}"
-    where = f"point {first['point']} at {first['distance_m']:.0f} m, {first['time_s']:g} s"
-    clearance = f"clearance {first['clearance_m']:.1f} m to the {first['nearest']}"
-    return f"{where}: radius {first['radius_m']:.1f} m, {clearance}{seen}"
+def _violation(first: FirstViolation) -> str:
+    seen = "" if first.in_sight is None else f"; in sight: {', '.join(first.in_sight) or 'none'}"
+    where = f"point {first.point} at {first.distance_m:.0f} m, {first.time_s:g} s"
+    clearance = f"clearance {first.clearance_m:.1f} m to the {first.nearest}"
+    return f"{where}: radius {first.radius_m:.1f} m, {clearance}{seen}"

@@ -15,6 +15,7 @@ from service.products.paths.product import PATH
 from service.products.placements.product import PLACEMENT
 from service.products.product import Product
 from service.products.repositionings.product import REPOSITIONING
+from service.products.safety_bubbles.product import SAFETY_BUBBLES
 from service.products.visibility.product import VISIBILITY_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
@@ -28,8 +29,19 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
     return MappingProxyType(found)
 
 
-PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PATH, FLIGHT, LINES_OF_SIGHT])
-PRODUCTS: Mapping[str, Product] = _by_name([VISIBILITY_MAP, PLACEMENT, REPOSITIONING, LINES_OF_SIGHT])
+PRODUCTS: Mapping[str, Product] = _by_name(
+    [
+        VISIBILITY_MAP,
+        DOP_MAP,
+        MORPHING_MAP,
+        PATH,
+        FLIGHT,
+        PLACEMENT,
+        REPOSITIONING,
+        LINES_OF_SIGHT,
+        SAFETY_BUBBLES,
+    ]
+)
 
 
 @functools.cache

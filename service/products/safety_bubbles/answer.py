@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from service.parts.job_answers import JobOut
-from service.parts.older_results import OrOlder
-from service.parts.pages import Page
+from service.parts.map_answers import Ground
+from service.parts.source_answers import PlacedAnchor, PlacedSatellite
 
-__all__ = [
-    "BubbleOut",
-    "FirstViolation",
-    "SafetyBubblesList",
-    "SafetyBubblesOut",
-    "SafetyBubblesState",
-    "SafetyBubblesSummary",
-]
+__all__ = ["BubbleOut", "BuildingFacts", "FirstViolation", "SafetyBubblesSummary"]
 
 
 class BubbleOut(BaseModel):
@@ -60,6 +52,15 @@ class FirstViolation(BaseModel):
     in_sight: list[str] | None = Field(description="Anchors surely in sight there; null in a history of poses.")
 
 
+class BuildingFacts(BaseModel):
+    """A building mesh."""
+
+    name: str = Field(description="Name of its file.")
+    bodies: int = Field(description="Number of bodies.")
+    triangles: int = Field(description="Number of triangles.")
+    points_nearest: int = Field(description="Number of points that it is nearest to.")
+
+
 class SafetyBubblesSummary(BaseModel):
     """All bubbles in numbers, and how far to trust them."""
 
@@ -74,32 +75,10 @@ class SafetyBubblesSummary(BaseModel):
     least_promise: float = Field(description="Smallest promise of all points, 0..1.")
     error_statement: str | None = Field(description="Error of the sight lines; null in a history of poses.")
     curvature: str | None = Field(description="Curvature and refraction that were used; null in a history of poses.")
-    dem: dict[str, Any] = Field(description="The ground.")
-    buildings: dict[str, Any] | None = Field(
-        None, description="The building mesh: name, bodies, triangles, how many points it is nearest to; null without."
-    )
-    anchors: list[dict[str, Any]] = Field(description="Where the anchors are.")
-    satellites: list[dict[str, Any]] = Field(description="Where the satellites stand.")
+    dem: Ground
+    buildings: BuildingFacts | None = Field(None, description="The building mesh; null without one.")
+    anchors: list[PlacedAnchor]
+    satellites: list[PlacedSatellite]
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
     timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
     version: str = Field(description="Version of Sightline that calculated it.")
-
-
-class SafetyBubblesState(JobOut):
-    """How a calculation of safety bubbles stands."""
-
-    request: dict[str, Any] = Field(description="What was asked for, but for the points and the almanac's text.")
-    result: OrOlder[SafetyBubblesSummary] = Field(description="The bubbles in numbers; null until it succeeded.")
-    files: list[str] = Field(description="Paths of the files; empty until it succeeded.")
-
-
-class SafetyBubblesOut(SafetyBubblesState):
-    """The same with every point, in their order."""
-
-    points: list[BubbleOut] | None = Field(description="One entry per point; null until it succeeded.")
-
-
-class SafetyBubblesList(Page):
-    """One page of safety bubbles, newest first, without their points."""
-
-    safety_bubbles: list[SafetyBubblesState]

@@ -1,34 +1,90 @@
-"""Safety bubbles along a path or for a history of poses: ground, sight and navigation joined."""
+"""Safety bubbles along a path or for a history of poses, as the service answers them."""
 
 from __future__ import annotations
 
+import functools
+import importlib.metadata
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-import navigation
+from navigation import BubbleVerdict, MotionNoise
+from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
 from service.parts.asked_frame import told_as_asked
-from service.parts.ranging_sources import Source, lines_to
-from service.products.safety_bubbles.finished import FinishedBubbles
-from service.products.safety_bubbles.question import bubble_sources, check_bubble_question, given_covariances
-from service.products.safety_bubbles.request import BubbleParameters
-from service.products.safety_bubbles.surroundings import buildings_of, in_sight_past, open_bodies_warning, surroundings
-from terrain import ElevationGrid
-from visibility import (
-    Anchor,
-    DistantAnchor,
-    dop_at_points,
-    pack_sets,
-    surface_normals,
-    visible_sets,
+from service.parts.map_facts import curvature_of, ground_of
+from service.parts.ranging_sources import Source
+from service.parts.source_answers import placed_anchors, placed_satellites
+from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation, SafetyBubblesSummary
+from service.products.safety_bubbles.question import (
+    bubble_sources,
+    buildings_of,
+    check_bubble_question,
+    given_covariances,
 )
+from service.products.safety_bubbles.request import BubbleParameters
+from terrain import ElevationGrid
+from visibility import Buildings
 
-__all__ = ["calculate_bubbles"]
+__all__ = ["FinishedBubbles", "calculate_bubbles"]
 
 Array = npt.NDArray[np.float64]
-SHARE_OF_SIGHT_LINES = 0.8
+Point = dict[str, Any]  # as BubbleOut has it: a hundred thousand models would take seconds
+Verdict = Literal["ok", "violated", "unknown"]
+WORDS: dict[BubbleVerdict, Verdict] = {
+    BubbleVerdict.OK: "ok",
+    BubbleVerdict.VIOLATED: "violated",
+    BubbleVerdict.UNKNOWN: "unknown",
+}
+DECIMALS = 6
+QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedBubbles:
+    """Bubbles at n points; bubbles: what was found at each of them."""
+
+    grid: ElevationGrid
+    anchors: tuple[Source, ...]
+    parameters: BubbleParameters
+    answer: SafetyBubblesSummary
+    points_m: Array
+    times_s: Array
+    bubbles: PathBubbles
+
+    @property
+    def distance_m(self) -> Array:
+        """(n,) way along the path."""
+        return way_m(self.points_m)
+
+    def numbers(self) -> dict[str, Array]:
+        """What is told of each point in one number, (n,) each."""
+        east_m, north_m, altitude_m = self.points_m.T
+        return {
+            "time_s": self.times_s,
+            "distance_m": self.distance_m,
+            "east_m": east_m,
+            "north_m": north_m,
+            "altitude_m": altitude_m,
+            "radius_m": self.bubbles.radius_m,
+            "promise": self.bubbles.promise,
+            "clearance_m": self.bubbles.around.distance_m,
+            "margin_m": self.bubbles.check.margin_m,
+        }
+
+    @functools.cached_property
+    def points(self) -> list[Point]:
+        """One entry per point, as ``BubbleOut`` has it; made column by column, because there may be 100 000."""
+        check = self.bubbles.check
+        columns: dict[str, list[Any]] = {name: _rounded(values) for name, values in self.numbers().items()}
+        columns["nearest"] = list(self.bubbles.around.words())
+        columns["verdict"] = [WORDS[BubbleVerdict(int(verdict))] for verdict in check.verdict]
+        columns["push"], columns["push_m"] = _rounded(check.push), _rounded(check.push_m)
+        columns["in_sight"] = [_in_sight(self.anchors, self.bubbles, point) for point in range(len(self.points_m))]
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 @told_as_asked
@@ -38,116 +94,96 @@ def calculate_bubbles(
     """The bubbles that are asked for; progress is called with the finished share. Raises as check_bubble_question."""
     started_s = time.perf_counter()
     _, points_m, times_s = check_bubble_question(grid, parameters)
-    asked = bubble_sources(grid, parameters)
+    sources = bubble_sources(grid, parameters)
     buildings = buildings_of(grid, parameters.buildings)
-    sources, warnings = asked.all, [*asked.warnings, *open_bodies_warning(buildings)]
-    visible, sight = None, None
-    if parameters.covariances_m2 is not None:
-        covariance_m2 = given_covariances(parameters)
-    else:
-        share = None if progress is None else lambda done: progress(SHARE_OF_SIGHT_LINES * done)
-        sight = lines_to(grid, sources, parameters, share)
-        sets = visible_sets(sight, points_m)
-        anchors_m = [_position_m(grid, source) for source in sources]
-        visible = in_sight_past(grid, buildings, points_m, anchors_m, sight.curvature, sets.visible())
-        warnings += list(sight.warnings)
-        if sets.unknown.any():
-            warnings.append(
-                f"At {int(sets.unknown.sum())} points it is not known of some anchor whether it is in sight; it counts "
-                "as hidden there."
-            )
-        covariance_m2 = _predicted(grid, parameters, sources, points_m, times_s, visible)
-    radius_m = navigation.bubble_radius_m(covariance_m2, parameters.epsilon, dem_sigma_m=parameters.dem_sigma_m)
-    around = surroundings(grid, points_m, buildings, inside_is_refused=False)
-    check = navigation.check_bubbles(
-        points_m,
-        radius_m,
-        around.distance_m,
-        around.nearest_m,
-        around.unknown_m,
-        under_ground=parameters.under_ground,
-    )
-    promise = navigation.bubble_confidence(covariance_m2, radius_m - parameters.dem_sigma_m)
-    if progress is not None:
-        progress(1.0)
-    return FinishedBubbles(
-        grid,
-        sources,
-        parameters,
-        points_m,
-        times_s,
-        covariance_m2,
-        radius_m,
-        promise,
-        buildings,
-        around,
-        check,
-        visible,
-        sight,
-        (*grid.provenance.warnings, *warnings),
-        time.perf_counter() - started_s,
-    )
-
-
-def _predicted(
-    grid: ElevationGrid,
-    parameters: BubbleParameters,
-    sources: tuple[Source, ...],
-    points_m: Array,
-    times_s: Array,
-    visible: npt.NDArray[np.bool_],
-) -> Array:
-    anchors_m = np.array([_position_m(grid, source) for source in sources])
-    variance_m2 = np.column_stack([_variance_m2(source, points_m) for source in sources])
-    clock = parameters.kind == "pseudorange"
-    dilution = None
-    if parameters.dop_scaled:
-        pdop = dop_at_points(points_m, anchors_m, pack_sets(visible), parameters.kind).pdop
-        # no fix is no reason to leave a range out: the filter still learns from it
-        dilution = np.where(np.isfinite(pdop), pdop, 1.0)
     motion = parameters.motion
-    start = navigation.initial_state(
-        0.0,
-        points_m[0],
-        position_sigma_m=parameters.initial_position_sigma_m,
-        velocity_sigma_m_per_s=parameters.initial_velocity_sigma_m_per_s,
-        clock_m=(0.0, 0.0) if clock else None,
-    )
-    slope = None
-    if parameters.on_ground:
-        normals = surface_normals(grid, points_m[:, 0], points_m[:, 1])
-        slope = -normals[:, :2] / normals[:, 2:]
-    return navigation.predict_bubble(
+    found = bubbles_along(
+        grid,
         points_m,
         times_s,
-        anchors_m,
-        visible,
-        np.sqrt(variance_m2),
-        motion=navigation.MotionNoise(
-            motion.horizontal_m2_per_s3, motion.horizontal_m2_per_s3, motion.up_m2_per_s3, motion.clock_m2_per_s3
+        sources.all,
+        epsilon=parameters.epsilon,
+        dem_sigma_m=parameters.dem_sigma_m,
+        filter=BubbleFilter(
+            kind=parameters.kind,
+            motion=MotionNoise(
+                motion.horizontal_m2_per_s3, motion.horizontal_m2_per_s3, motion.up_m2_per_s3, motion.clock_m2_per_s3
+            ),
+            position_sigma_m=parameters.initial_position_sigma_m,
+            velocity_sigma_m_per_s=parameters.initial_velocity_sigma_m_per_s,
+            interval_s=parameters.ranging_interval_s,
+            dop_scaled=parameters.dop_scaled,
+            on_ground=parameters.on_ground,
+            ground_sigma_m=parameters.ground_sigma_m,
         ),
-        interval_s=parameters.ranging_interval_s,
-        clock=clock,
-        dop=dilution,
-        initial_covariance=start.covariance,
-        ground_slope=slope,
-        ground_sigma_m=parameters.ground_sigma_m,
-    ).position_covariance_m2
+        covariance_m2=None if parameters.covariances_m2 is None else given_covariances(parameters),
+        buildings=buildings,
+        under_ground=parameters.under_ground,
+        mode=parameters.mode,
+        curvature=curvature_of(parameters),
+        unknown=parameters.unknown,
+        progress=progress,
+    )
+    check, sight = found.check, found.sight
+    answer = SafetyBubblesSummary(
+        points=len(points_m),
+        ok=check.count(BubbleVerdict.OK),
+        violated=check.count(BubbleVerdict.VIOLATED),
+        unknown=check.count(BubbleVerdict.UNKNOWN),
+        first_violation=_first_violation(points_m, times_s, sources.all, found),
+        least_margin_m=float(check.margin_m.min()),
+        radius_quantiles_m={name: float(np.quantile(found.radius_m, share)) for name, share in QUANTILES.items()},
+        epsilon=parameters.epsilon,
+        least_promise=float(found.promise.min()),
+        error_statement=None if sight is None else sight.error_statement,
+        curvature=None if sight is None else sight.curvature.sentence(),
+        dem=ground_of(grid),
+        buildings=_building_facts(buildings, found),
+        anchors=placed_anchors(grid, sources.all),
+        satellites=placed_satellites(sources.all),
+        warnings=[*grid.provenance.warnings, *sources.warnings, *found.warnings],
+        timing={"calculation_s": time.perf_counter() - started_s},
+        version=importlib.metadata.version("sightline"),
+    )
+    return FinishedBubbles(grid, sources.all, parameters, answer, points_m, times_s, found)
 
 
-def _variance_m2(source: Source, points_m: Array) -> Array:
-    """(n,) variance of ranges from each point, with what the anchor's own position adds along the line to it."""
-    variance_m2 = np.full(len(points_m), source.ranging_sigma_m**2)
-    if isinstance(source, Anchor):
-        variance_m2 += source.pose_sigma_m**2
-        if source.pose_covariance_m2 is not None:
-            lines_m = points_m - (source.east_m, source.north_m, source.altitude_m)
-            lines_m /= np.maximum(np.linalg.norm(lines_m, axis=1, keepdims=True), np.finfo(float).tiny)
-            variance_m2 += np.einsum("ni,ij,nj->n", lines_m, np.array(source.pose_covariance_m2), lines_m)
-    return variance_m2
+def _building_facts(buildings: Buildings | None, found: PathBubbles) -> BuildingFacts | None:
+    if buildings is None:
+        return None
+    return BuildingFacts(
+        name=buildings.source,
+        bodies=buildings.count,
+        triangles=len(buildings.faces),
+        points_nearest=int(np.count_nonzero(found.around.at_building)),
+    )
 
 
-def _position_m(grid: ElevationGrid, source: Source) -> tuple[float, float, float]:
-    if isinstance(source, DistantAnchor):
-        return source.position_m(grid)
-    return source.east_m, source.north_m, source.altitude_m
+def _first_violation(
+    points_m: Array, times_s: Array, anchors: tuple[Source, ...], found: PathBubbles
+) -> FirstViolation | None:
+    first = found.check.first_violation
+    if first is None:
+        return None
+    return FirstViolation(
+        point=first,
+        time_s=float(times_s[first]),
+        distance_m=float(way_m(points_m)[first]),
+        radius_m=float(found.radius_m[first]),
+        clearance_m=float(found.around.distance_m[first]),
+        margin_m=float(found.check.margin_m[first]),
+        nearest=found.around.words()[first],
+        in_sight=_in_sight(anchors, found, first),
+    )
+
+
+def _in_sight(anchors: tuple[Source, ...], found: PathBubbles, point: int) -> list[str] | None:
+    """Ids of the anchors in sight of a point."""
+    if found.visible is None:
+        return None
+    return [anchors[number].id for number in np.flatnonzero(found.visible[point])]
+
+
+def _rounded(values: Array) -> list[Any]:
+    rounded: list[Any] = np.round(values, DECIMALS).tolist()
+    return rounded

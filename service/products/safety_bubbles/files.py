@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 from service.files.geojson import write_collection
-from service.files.layer import later
-from service.files.replacing import replacing
+from service.files.layer import GEOJSON, JSON, PNG, Layer
 from service.files.tables import TableWriter
-from service.products.safety_bubbles.finished import FinishedBubbles
+from service.products.safety_bubbles.calculate import FinishedBubbles
 from terrain import to_lon_lat
 
-__all__ = ["BUBBLE_FILES", "MEDIA_TYPES", "write_bubble_file"]
-
-
-def write_bubble_file(finished: FinishedBubbles, name: str, path: Path) -> None:
-    """Write the file of that name to a path, whole or not at all."""
-    with replacing(path) as unfinished:
-        BUBBLE_FILES[name](finished, unfinished)
+__all__ = ["LAYERS"]
 
 
 def _write_json(finished: FinishedBubbles, path: Path) -> None:
@@ -35,9 +26,9 @@ def _write_csv(finished: FinishedBubbles, path: Path) -> None:
         table = TableWriter(file, end="\r\n")
         table.row([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
         for point in finished.points:
-            numbers = [point[name] for name in names]
             sight = "" if point["in_sight"] is None else " ".join(point["in_sight"])
-            table.row([*numbers, point["nearest"], point["verdict"], *point["push"], point["push_m"], sight])
+            cells = [*(point[name] for name in names), point["nearest"], point["verdict"], *point["push"]]
+            table.row([*cells, point["push_m"], sight])
 
 
 def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
@@ -58,37 +49,43 @@ def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
 
 
 def _write_npz(finished: FinishedBubbles, path: Path) -> None:
-    more = {} if finished.visible is None else {"visible": finished.visible}
+    more = {} if finished.bubbles.visible is None else {"visible": finished.bubbles.visible}
     with path.open("wb") as file:
         np.savez(
             file,
             allow_pickle=False,
             **finished.numbers(),
-            covariance_m2=finished.covariance_m2,
-            at_building=finished.around.at_building,
-            verdict=finished.check.verdict,
-            push=finished.check.push,
-            push_m=finished.check.push_m,
-            nearest_m=finished.around.nearest_m,
-            unknown_m=finished.around.unknown_m,
+            covariance_m2=finished.bubbles.covariance_m2,
+            at_building=finished.bubbles.around.at_building,
+            verdict=finished.bubbles.check.verdict,
+            push=finished.bubbles.check.push,
+            push_m=finished.bubbles.check.push_m,
+            nearest_m=finished.bubbles.around.nearest_m,
+            unknown_m=finished.bubbles.around.unknown_m,
             **more,
         )
 
 
-BUBBLE_FILES: Mapping[str, Callable[[FinishedBubbles, Path], None]] = MappingProxyType(
-    {
-        "points.json": _write_json,
-        "points.csv": _write_csv,
-        "points.geojson": _write_geojson,
-        "points.npz": _write_npz,
-        "profile.png": later("service.products.safety_bubbles.picture", "write_bubble_profile"),
-        "map.png": later("service.products.safety_bubbles.picture", "write_bubble_map"),
-    }
+# matplotlib takes a second to load, and only a process that draws needs it
+
+
+def _write_profile(finished: FinishedBubbles, path: Path) -> None:
+    from .picture import write_bubble_profile
+
+    write_bubble_profile(finished, path)
+
+
+def _write_map(finished: FinishedBubbles, path: Path) -> None:
+    from .picture import write_bubble_map
+
+    write_bubble_map(finished, path)
+
+
+LAYERS = (
+    Layer("points.json", JSON, "Every point, in the order of the path.", _write_json),
+    Layer("points.csv", "text/csv", "The same as a table.", _write_csv),
+    Layer("points.geojson", GEOJSON, "The same as points in longitude, latitude and altitude.", _write_geojson),
+    Layer("points.npz", "application/x-npz", "The same as arrays for numpy, with covariances.", _write_npz),
+    Layer("profile.png", PNG, "Radius and clearance along the way.", _write_profile),
+    Layer("map.png", PNG, "The way on the map, with its bubbles.", _write_map),
 )
-MEDIA_TYPES = {
-    ".json": "application/json",
-    ".csv": "text/csv",
-    ".geojson": "application/geo+json",
-    ".npz": "application/x-npz",
-    ".png": "image/png",
-}

@@ -16,7 +16,7 @@ from service.drawing.furniture import INK
 from service.drawing.relief import Sampling
 from service.drawing.sheet import anchor_handle, ground_figure, lit_ground, margin_legend, save_png
 from service.parts.map_facts import dem_name
-from service.products.safety_bubbles.finished import FinishedBubbles
+from service.products.safety_bubbles.calculate import FinishedBubbles
 
 __all__ = ["draw_bubble_map", "draw_bubble_profile", "write_bubble_map", "write_bubble_profile"]
 
@@ -46,26 +46,26 @@ def write_bubble_map(finished: FinishedBubbles, path: Path) -> None:
 
 def draw_bubble_profile(finished: FinishedBubbles) -> Figure:
     """Radius and clearance over the way, violated stretches shaded, and how many anchors are in sight."""
-    rows = 1 if finished.visible is None else 2
+    rows = 1 if finished.bubbles.visible is None else 2
     figure = Figure(figsize=(10.0, 3.6 + 1.6 * (rows - 1)), facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [3.0, 1.2][:rows]})[:, 0]
     way_m = finished.distance_m
-    _shade(axes[0], way_m, finished.check.verdict)
-    axes[0].plot(way_m, finished.around.distance_m, color=CLEARANCE_COLOUR, lw=1.6, label="clearance d")
-    axes[0].plot(way_m, finished.radius_m, color=RADIUS_COLOUR, lw=1.6, label="bubble radius r")
+    _shade(axes[0], way_m, finished.bubbles.check.verdict)
+    axes[0].plot(way_m, finished.bubbles.around.distance_m, color=CLEARANCE_COLOUR, lw=1.6, label="clearance d")
+    axes[0].plot(way_m, finished.bubbles.radius_m, color=RADIUS_COLOUR, lw=1.6, label="bubble radius r")
     axes[0].set_ylabel("metres")
-    if finished.radius_m.max() > TOO_TALL * max(float(finished.around.distance_m.max()), 1.0):
+    if finished.bubbles.radius_m.max() > TOO_TALL * max(float(finished.bubbles.around.distance_m.max()), 1.0):
         axes[0].set_yscale("symlog", linthresh=10.0)
         axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes[0].set_ylabel("metres, logarithmic over 10")
-    axes[0].set_ylim(bottom=min(0.0, float(finished.around.distance_m.min())))
+    axes[0].set_ylim(bottom=min(0.0, float(finished.bubbles.around.distance_m.min())))
     axes[0].legend(loc="best", frameon=True, framealpha=0.9)
     axes[0].set_title(f"Safety bubble: {dem_name(finished.grid)}\n{_subtitle(finished)}", loc="left", fontsize=11)
-    if finished.visible is not None:
-        axes[1].step(way_m, finished.visible.sum(axis=1), where="mid", color=COUNT_COLOUR, lw=1.4)
+    if finished.bubbles.visible is not None:
+        axes[1].step(way_m, finished.bubbles.visible.sum(axis=1), where="mid", color=COUNT_COLOUR, lw=1.4)
         axes[1].set_ylabel("anchors\nin sight")
-        axes[1].set_ylim(-0.3, finished.visible.shape[1] + 0.3)
+        axes[1].set_ylim(-0.3, finished.bubbles.visible.shape[1] + 0.3)
         axes[1].yaxis.get_major_locator().set_params(integer=True)
     axes[-1].set_xlabel("way, m")
     for axis in axes:
@@ -88,8 +88,8 @@ def draw_bubble_map(finished: FinishedBubbles) -> Figure:
     axes.plot(east_km, north_km, color=INK, lw=0.6, zorder=5)
     turn = np.linspace(0.0, 2.0 * np.pi, 48)
     for point in np.unique(np.linspace(0, len(east_km) - 1, MOST_CIRCLES).astype(int)):
-        colour = VERDICTS[BubbleVerdict(int(finished.check.verdict[point]))][1]
-        radius_km = finished.radius_m[point] / 1000.0
+        colour = VERDICTS[BubbleVerdict(int(finished.bubbles.check.verdict[point]))][1]
+        radius_km = finished.bubbles.radius_m[point] / 1000.0
         axes.plot(
             east_km[point] + radius_km * np.cos(turn),
             north_km[point] + radius_km * np.sin(turn),
@@ -102,7 +102,7 @@ def draw_bubble_map(finished: FinishedBubbles) -> Figure:
         )
     handles, labels = [], []
     for verdict, (label, colour) in VERDICTS.items():
-        here = finished.check.verdict == verdict
+        here = finished.bubbles.check.verdict == verdict
         if here.any():
             axes.plot(east_km[here], north_km[here], ".", ms=3.5, color=colour, zorder=7)
             handles.append(Line2D([], [], color=colour, lw=3.0))
@@ -114,11 +114,11 @@ def draw_bubble_map(finished: FinishedBubbles) -> Figure:
 
 
 def _subtitle(finished: FinishedBubbles) -> str:
-    check, parameters = finished.check, finished.parameters
+    check, parameters = finished.bubbles.check, finished.parameters
     dem = f" + {parameters.dem_sigma_m:g} m of the DEM" if parameters.dem_sigma_m else ""
     violated = check.count(BubbleVerdict.VIOLATED)
     share = "nowhere violated" if violated == 0 else f"violated at {violated:,} of {len(check.verdict):,} points"
-    return f"r = {parameters.epsilon:g}·√(trace P){dem}; {share}; radius {_span(finished.radius_m)} m"
+    return f"r = {parameters.epsilon:g}·√(trace P){dem}; {share}; radius {_span(finished.bubbles.radius_m)} m"
 
 
 def _span(values: npt.NDArray[np.float64]) -> str:

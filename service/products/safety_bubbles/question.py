@@ -7,17 +7,17 @@ import numpy.typing as npt
 
 import navigation
 from navigation import BubbleError, MeasurementError
+from planning.bubbles import surroundings, way_m
 from service.parts.asked_frame import told_as_asked
+from service.parts.buildings import BuildingsIn
 from service.parts.point_arrays import points_in_grid
 from service.parts.ranging_sources import RangingSources, ranging_sources
-from service.products.safety_bubbles.finished import way_m
 from service.products.safety_bubbles.request import BubbleParameters
-from service.products.safety_bubbles.surroundings import buildings_of, surroundings
 from terrain import ElevationGrid
-from visibility import check_anchors
+from visibility import Buildings, check_anchors, parse_buildings
 from visibility.sight.sight_points import check_points
 
-__all__ = ["bubble_sources", "check_bubble_question", "given_covariances", "points_and_times"]
+__all__ = ["bubble_sources", "buildings_of", "check_bubble_question", "given_covariances", "points_and_times"]
 
 Array = npt.NDArray[np.float64]
 
@@ -56,6 +56,21 @@ def check_bubble_question(grid: ElevationGrid, parameters: BubbleParameters) -> 
             index=first,
         )
     return len(bubble_sources(grid, parameters).all), points_m, times_s
+
+
+def buildings_of(grid: ElevationGrid, asked: BuildingsIn | None) -> Buildings | None:
+    """The buildings of a request, stood on the grid. Raises MeshError."""
+    if asked is None:
+        return None
+    return parse_buildings(
+        asked.base64,
+        asked.name,
+        grid,
+        heights=asked.heights,
+        up=asked.up,
+        origin_east_m=asked.origin_east_m,
+        origin_north_m=asked.origin_north_m,
+    )
 
 
 def bubble_sources(grid: ElevationGrid, parameters: BubbleParameters) -> RangingSources:

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.buildings import BuildingsIn
+from service.parts.map_answers import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from service.parts.positioning import RangingParameters
 
-__all__ = ["DEM_ID", "BubbleParameters", "MotionIn", "SafetyBubblesIn"]
+__all__ = ["PATH", "BubbleParameters", "MotionIn", "SafetyBubblesIn"]
 
-DEM_ID = "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11"
-ANCHORS: list[dict[str, Any]] = [
+ANCHORS: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0, "ranging_sigma_m": 0.5},
     {"id": "D2", "east_m": 398100.0, "north_m": 3791700.0, "above_ground_m": 80.0, "ranging_sigma_m": 0.5},
     {"id": "D3", "east_m": 400700.0, "north_m": 3790100.0, "above_ground_m": 80.0, "ranging_sigma_m": 0.5},
 ]
-PATH: dict[str, Any] = {
+PATH: dict[str, JsonValue] = {
     "dem_id": DEM_ID,
     "anchors": ANCHORS,
     "points_m": [[400100.0, 3792900.0, 1450.0], [400200.0, 3792950.0, 1452.0]],
     "speed_m_per_s": 5.0,
 }
-HISTORY: dict[str, Any] = {
+HISTORY: dict[str, JsonValue] = {
     "dem_id": DEM_ID,
     "points_m": [[400100.0, 3792900.0, 1450.0]],
     "times_s": [0.0],
@@ -114,4 +114,4 @@ class SafetyBubblesIn(BubbleParameters):
 
     model_config = ConfigDict(json_schema_extra={"examples": [PATH, HISTORY]})
 
-    dem_id: str = Field(min_length=1, max_length=64, description="The DEM, as POST /dems named it.")
+    dem_id: DemId

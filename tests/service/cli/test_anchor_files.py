@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from service.products.layers import write_layer
 
 from service.cli.anchor_files import anchors_from_file
 from service.cli.anchor_texts import anchor_from_text
