@@ -15,8 +15,7 @@ from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation
 from service.products.safety_bubbles.request import BubbleParameters
 
 from .anchor_texts import height_field
-from .maps import anchors_of
-from .older_maps import make_map
+from .maps import anchors_of, make_map
 from .output import facts_table
 from .path_files import points_and_columns
 from .planned_paths import filter_of_a_plan, planned_path
