@@ -48,7 +48,7 @@ BAD_SKIES = {
     "a missing field": (almanac().replace("  1.0000000000000E-04", "", 1), ["--time", TIME], "almanac"),
     "all unhealthy": (almanac(6, unhealthy=6), ["--time", TIME], "All 6 satellites of the almanac"),
     "empty": ("\n", ["--time", TIME], "is empty"),
-    "no almanac": ("# not orbits\n", ["--time", TIME], "neither a SEM nor a YUMA almanac"),
+    "no almanac": ("not orbits\n", ["--time", TIME], "neither a SEM nor a YUMA almanac"),
     "no time": (almanac(), [], "--almanac needs --time"),
     "a time without offset": (almanac(), ["--time", "2007-01-27T06:00:00"], "satellites.time"),
     "no time at all": (almanac(), ["--time", "noon"], "'noon' is no ISO 8601 time"),
