@@ -257,7 +257,7 @@ def test_a_safety_bubble_is_kept_told_and_drawn(written):
 
 def test_position_error_may_be_part_of_the_price():
     finished = small_path(weights={"position_error": 5.0})
-    assert finished.answer.cost_split.position_error > 0.0
+    assert finished.answer.cost_split["position_error"] > 0.0
     assert finished.answer.totals.mean_position_sigma_m > 0.0
 
 
@@ -313,7 +313,7 @@ def test_a_result_that_an_older_sightline_stored_still_opens(found, tmp_path):
     (folder / "path.json").write_text(json.dumps({**description, "format": 1}))
     (folder / "answer.json").unlink()
     _, again = load(PRODUCTS, folder, told)
-    assert again.parameters == found.parameters
+    assert again.parameters.model_dump() == found.parameters.model_dump()
     assert again.answer.totals == found.answer.totals
     for layer in LAYERS:
         layer.write(again, tmp_path / layer.name)
@@ -341,10 +341,3 @@ def test_a_map_gives_its_limits_under_todays_names_to_a_request_with_older_ones(
     whole = PATH.completed(PathIn.model_validate(asked), Given("dop-map", map_parameters))
     assert (whole.rover.receiver_above_ground_m, whole.limits.dop_limit, whole.limits.measure) == (3.0, 7.0, "hdop")
     assert PATH.needs(PathIn.model_validate(asked)).map_id == "M"
-
-
-def test_the_limit_itself_is_no_good_dilution(found):
-    """Eq. 15 wherever it is judged: by the map, by the validator, by the classes of the picture."""
-    worst = found.answer.totals.worst_dop
-    at_it = small_path(limits={"dop_limit": worst, "min_anchors": 1})
-    assert at_it.answer.totals is None or at_it.answer.totals.worst_dop < worst
