@@ -141,8 +141,7 @@ def _write_files(
             # of a run before; it would be taken for this one's
             (folder / name).unlink(missing_ok=True)
         for layer in written:
-            with replacing(folder / layer.name) as unfinished:
-                layer.write(finished, unfinished)
+            layer.save(finished, folder / layer.name)
         with replacing(folder / summary) as unfinished:
             unfinished.write_text(json.dumps(document, allow_nan=False, indent=1), encoding="utf-8")
     return [folder / name for name in names]

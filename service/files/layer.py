@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from service.files.missions import Mission
+from service.files.replacing import replacing
 
 __all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "later"]
 Writer = Callable[[Any, Path], None]
@@ -36,6 +37,11 @@ class Layer:
     status: str | None = None
     mission: Mission | None = None
     for_screens: bool = False
+
+    def save(self, finished: Any, path: Path) -> None:
+        """Write it so that ``path`` either holds all of it or is left as it was. Raises OSError."""
+        with replacing(path) as unfinished:
+            self.write(finished, unfinished)
 
     def is_of(self, parameters: Mapping[str, Any]) -> bool:
         """Whether a map that was asked for with these parameters has this layer."""

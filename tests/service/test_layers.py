@@ -9,13 +9,12 @@ import rasterio
 from PIL import Image
 
 from service.parts.anchors import AnchorIn
-from service.products.layers import LAYERS as LAYERS_OF
-from service.products.layers import write_layer
+from service.products.visibility.product import VISIBILITY_MAP
 from terrain import ElevationGrid, to_grid_frame
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, COLS, HOLE, NORTH_M, ROWS, WEST_M, small_map
 from visibility import HIDDEN, VISIBLE
 
-LAYERS = LAYERS_OF["visibility-map"]
+LAYERS = VISIBILITY_MAP.layer
 MILLIMETRE = 1e-3
 MARS = "+proj=eqc +lat_ts=0 +lon_0=0 +R=3396190 +units=m +no_defs"
 
@@ -30,7 +29,7 @@ def opened(finished, tmp_path):
     datasets = []
 
     def write_and_open(name, of=finished):
-        write_layer(of, name, tmp_path / name)
+        LAYERS[name].save(of, tmp_path / name)
         datasets.append(rasterio.open(tmp_path / name))
         return datasets[-1]
 
@@ -58,7 +57,7 @@ def test_a_raster_is_a_cloud_optimised_geotiff_that_says_what_it_is(opened, fini
     assert dataset.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
     tags = dataset.tags()
     assert tags["mode"] == "fast"
-    assert tags["version"] == finished.calculation.version
+    assert tags["version"] == finished.answer.version
     assert tags["dem_sha256"] == finished.grid.digest
     assert tags["receiver"] == "1.5 m above ground"
     assert tags["units"]
@@ -106,14 +105,14 @@ def test_another_planet_keeps_its_radius(opened, finished):
 
 
 def test_the_picture_is_a_png_of_reasonable_size(finished, tmp_path):
-    write_layer(finished, "map.png", tmp_path / "map.png")
+    LAYERS["map.png"].save(finished, tmp_path / "map.png")
     with Image.open(tmp_path / "map.png") as picture:
         assert picture.format == "PNG"
         assert 600 <= max(picture.size) <= 2000
 
 
 def test_arrays_can_be_read_without_pickles(finished, tmp_path):
-    write_layer(finished, "arrays.npz", tmp_path / "arrays.npz")
+    LAYERS["arrays.npz"].save(finished, tmp_path / "arrays.npz")
     with np.load(tmp_path / "arrays.npz", allow_pickle=False) as arrays:
         np.testing.assert_array_equal(arrays["heights_m"], finished.grid.heights_m)
         np.testing.assert_array_equal(arrays["visible"], finished.visible)
@@ -126,7 +125,7 @@ def test_arrays_can_be_read_without_pickles(finished, tmp_path):
 
 
 def test_anchors_are_points_on_the_globe(finished, tmp_path):
-    write_layer(finished, "anchors.geojson", tmp_path / "anchors.geojson")
+    LAYERS["anchors.geojson"].save(finished, tmp_path / "anchors.geojson")
     collection = json.loads((tmp_path / "anchors.geojson").read_text())
     assert [feature["id"] for feature in collection["features"]] == ["west", "east", "outside"]
     for feature, anchor in zip(collection["features"], finished.anchors, strict=True):
@@ -138,7 +137,7 @@ def test_anchors_are_points_on_the_globe(finished, tmp_path):
 
 
 def test_anchors_of_a_local_grid_say_that_they_are_in_metres(tmp_path):
-    write_layer(small_map(None), "anchors.geojson", tmp_path / "anchors.geojson")
+    LAYERS["anchors.geojson"].save(small_map(None), tmp_path / "anchors.geojson")
     collection = json.loads((tmp_path / "anchors.geojson").read_text())
     assert "metres" in collection["coordinates_are"]
     assert collection["features"][0]["geometry"]["coordinates"] == [WEST_M + 95.0, NORTH_M - 305.0]
@@ -153,7 +152,7 @@ def test_a_strange_id_survives_every_format(tmp_path, opened, finished):
     )
     assert opened("visible.tif", renamed).descriptions[0] == anchor_id
     for name in set(LAYERS) - {"visible.tif"}:
-        write_layer(renamed, name, tmp_path / name)
+        LAYERS[name].save(renamed, tmp_path / name)
 
 
 def test_counts_of_many_anchors_are_written_as_wide_numbers(opened, finished):
@@ -173,14 +172,9 @@ def test_a_layer_that_fails_leaves_the_old_file_and_no_rest(finished, tmp_path):
     path.write_bytes(b"old")
     broken = replace(finished, visible=np.array([object()], dtype=object))
     with pytest.raises(ValueError, match="allow_pickle"):
-        write_layer(broken, "arrays.npz", path)
+        LAYERS["arrays.npz"].save(broken, path)
     assert [p.name for p in tmp_path.iterdir()] == ["arrays.npz"]
     assert path.read_bytes() == b"old"
-
-
-def test_an_unknown_layer_is_a_key_error(finished, tmp_path):
-    with pytest.raises(KeyError):
-        write_layer(finished, "dop.tif", tmp_path / "dop.tif")
 
 
 def test_the_registry_names_files_and_says_what_they_hold():

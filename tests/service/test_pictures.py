@@ -131,7 +131,7 @@ def test_legend_has_a_class_per_count_with_shares_that_make_up_the_known_ground(
 
 def test_legend_and_the_table_of_counts_tell_the_same_shares(finished, figure):
     legend = [text.get_text().split() for text in figure.axes[0].get_legend().get_texts()]
-    table = count_table(finished.summary())
+    table = count_table(finished.answer)
     labels, shares = list(table.columns[0].cells), list(table.columns[2].cells)
     assert table.columns[2].header == "share of\nknown posts"
     assert {label: f"{share} %" for label, share, *_ in legend[:5]} == dict(zip(labels, shares, strict=True))

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.jobs.map_store import load, save
+from service.jobs.results import load, save
+from service.products.registry import PRODUCTS
 from service.products.visibility.calculate import calculate
+from service.products.visibility.product import VISIBILITY_MAP
 from service.products.visibility.request import VisibilityMapParameters
-from tests.service.small_maps import COLS, HOLE, ROWS, small_grid, small_map
+from tests.service.small_maps import COLS, HOLE, NORTH_M, ROWS, WEST_M, small_grid, small_map
 from visibility import FLAT, Curvature, min_visible_altitude
 
 
@@ -38,11 +40,11 @@ def test_many_anchors_are_counted_without_overflow():
 
 
 def test_shares_of_known_ground_add_up_to_one():
-    summary = small_map().summary()
-    for anchor in summary["anchors"]:
-        assert anchor["visible_share"] + anchor["hidden_share"] + anchor["unknown_share"] == pytest.approx(1.0)
-    assert sum(row["posts"] for row in summary["count_histogram"]) == ROWS * COLS - 9
-    assert sum(row["share"] for row in summary["count_histogram"]) == pytest.approx(1.0)
+    answer = small_map().answer
+    for anchor in answer.anchors:
+        assert anchor.visible_share + anchor.hidden_share + anchor.unknown_share == pytest.approx(1.0)
+    assert sum(row.posts for row in answer.count_histogram) == ROWS * COLS - 9
+    assert sum(row.share for row in answer.count_histogram) == pytest.approx(1.0)
 
 
 def test_the_share_of_an_anchor_counts_known_posts_only():
@@ -50,11 +52,11 @@ def test_the_share_of_an_anchor_counts_known_posts_only():
     known = np.ones((ROWS, COLS), bool)
     known[HOLE] = False
     expected = np.count_nonzero(finished.visible[0][known] == 1) / np.count_nonzero(known)
-    assert finished.summary()["anchors"][0]["visible_share"] == pytest.approx(expected, abs=1e-12)
+    assert finished.answer.anchors[0].visible_share == pytest.approx(expected, abs=1e-12)
 
 
-def test_the_summary_carries_what_every_answer_must_carry():
-    summary = small_map(mode="exact").summary()
+def test_the_answer_carries_what_every_answer_must_carry():
+    summary = small_map(mode="exact").answer.model_dump(mode="json")
     json.dumps(summary, allow_nan=False)
     assert summary["mode"] == "exact"
     assert summary["error_statement"]
@@ -68,9 +70,9 @@ def test_the_summary_carries_what_every_answer_must_carry():
 
 
 def test_an_anchor_over_nothing_has_no_height_above_ground():
-    by_id = {anchor["id"]: anchor for anchor in small_map().summary()["anchors"]}
-    assert by_id["outside"]["above_ground_m"] is None
-    assert by_id["west"]["above_ground_m"] == pytest.approx(12.0, abs=1e-3)
+    by_id = {anchor.id: anchor for anchor in small_map().answer.anchors}
+    assert by_id["outside"].above_ground_m is None
+    assert by_id["west"].above_ground_m == pytest.approx(12.0, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +85,7 @@ def test_an_anchor_over_nothing_has_no_height_above_ground():
 )
 def test_curvature_is_as_asked(asked, meant):
     finished = small_map(curvature=asked)
-    assert finished.calculation.curvature == meant.sentence()
+    assert finished.answer.curvature == meant.sentence()
     answer = min_visible_altitude(small_grid(), finished.anchors, "fast", meant)
     np.testing.assert_array_equal(finished.altitude_m, answer.altitude_m)
 
@@ -100,7 +102,7 @@ def test_a_receiver_altitude_under_the_ground_is_warned_of(altitude_m, below):
     underground = finished.grid.heights_m > altitude_m
     assert not np.any(finished.visible[:, underground] == 1)
     sentence = f"below the ground at {np.count_nonzero(underground):,} of {ROWS * COLS - 9:,} known posts"
-    assert any(sentence in warning for warning in finished.calculation.warnings) == below
+    assert any(sentence in warning for warning in finished.answer.warnings) == below
 
 
 def test_progress_grows_to_one():
@@ -115,33 +117,35 @@ def test_progress_grows_to_one():
 @pytest.mark.parametrize("crs", ["EPSG:32611", None])
 def test_a_saved_map_comes_back_the_same(tmp_path, crs):
     finished = small_map(crs, curvature="flat", receiver_altitude_m=40.0)
-    save(finished, tmp_path / "result")
-    loaded = load(tmp_path / "result")
+    save(VISIBILITY_MAP, finished, tmp_path / "result")
+    product, loaded = load(PRODUCTS, tmp_path / "result")
+    assert product is VISIBILITY_MAP
     for name in ("visible", "altitude_m", "count", "unknown_count"):
         np.testing.assert_array_equal(getattr(loaded, name), getattr(finished, name))
         assert getattr(loaded, name).dtype == getattr(finished, name).dtype
     assert loaded.grid.digest == finished.grid.digest
     assert loaded.grid.provenance == finished.grid.provenance
     assert (loaded.anchors, loaded.parameters) == (finished.anchors, finished.parameters)
-    assert loaded.summary() == finished.summary()
+    assert loaded.answer == finished.answer
 
 
 def test_an_unfinished_folder_is_not_a_map(tmp_path):
-    save(small_map(), tmp_path)
+    save(VISIBILITY_MAP, small_map(), tmp_path)
     (tmp_path / "visibility-map.json").unlink()
     with pytest.raises(FileNotFoundError):
-        load(tmp_path)
+        load(PRODUCTS, tmp_path)
 
 
 def test_a_map_of_another_format_is_refused(tmp_path):
-    save(small_map(), tmp_path)
+    save(VISIBILITY_MAP, small_map(), tmp_path)
     description = tmp_path / "visibility-map.json"
-    description.write_text(description.read_text().replace('"format": 1', '"format": 99'))
+    description.write_text(description.read_text().replace('"format": 2', '"format": 99'))
     with pytest.raises(ValueError, match="format 99"):
-        load(tmp_path)
+        load(PRODUCTS, tmp_path)
 
 
 def test_ground_that_is_all_unknown_has_no_shares():
-    finished = small_map()
-    nowhere = replace(finished, grid=replace(finished.grid, heights_m=np.full((ROWS, COLS), np.nan, np.float32)))
-    assert {anchor["visible_share"] for anchor in nowhere.summary()["anchors"]} == {None}
+    nowhere = replace(small_grid(), heights_m=np.full((ROWS, COLS), np.nan, np.float32))
+    anchors = [{"id": "A", "east_m": WEST_M, "north_m": NORTH_M, "altitude_m": 90.0}]
+    finished = calculate(nowhere, VisibilityMapParameters.model_validate({"anchors": anchors}))
+    assert {anchor.visible_share for anchor in finished.answer.anchors} == {None}

@@ -11,14 +11,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import visibility.kernels
 
 import dem_samples
-import terrain.kernels
+import terrain
+import visibility
 from service.cli.demo import DRONES, RECEIVER_ABOVE_GROUND_M
-from service.jobs.map_store import load, save
-from service.products.layers import LAYERS, write_layer
-from service.products.registry import DOP_MAP, MORPHING_MAP, VISIBILITY_MAP, Product
+from service.jobs.results import load, save
+from service.products.dop.product import DOP_MAP
+from service.products.morphing.product import MORPHING_MAP
+from service.products.product import Product, Work
+from service.products.registry import PRODUCTS
+from service.products.visibility.product import VISIBILITY_MAP
 from service.settings import Rehearsal
 from service.warm_up import warm_up
 from terrain import ElevationGrid
@@ -29,12 +32,13 @@ PLACES = ((0.2, 0.2), (0.5, 0.3), (0.8, 0.25), (0.3, 0.7))
 def compiled() -> dict[str, int]:
     """How many versions of each kernel this process has."""
     versions = {}
-    for package in (terrain.kernels, visibility.kernels):
-        for found in pkgutil.iter_modules(package.__path__):
-            module = importlib.import_module(f"{package.__name__}.{found.name}")
-            for name, value in vars(module).items():
+    for package in (terrain, visibility):
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if ".kernels." not in found.name:
+                continue
+            for name, value in vars(importlib.import_module(found.name)).items():
                 if hasattr(value, "signatures"):
-                    versions[f"{module.__name__}.{name}"] = len(value.signatures)
+                    versions[f"{found.name}.{name}"] = len(value.signatures)
     return versions
 
 
@@ -67,22 +71,23 @@ def make_everything(folder: Path) -> None:
         for number, (product, asked) in enumerate(requests(grid)):
             kept = folder / f"{sample}-{number}"
             parameters = product.parameters.model_validate(asked)
-            save(product.calculate(grid, parameters, None), kept)
-            finished = load(kept)
-            for layer in LAYERS[product.name].values():
+            save(product, product.calculate(grid, parameters, Work()), kept)
+            _, finished = load(PRODUCTS, kept)
+            for layer in product.layers:
                 # pictures and text files call no kernels that rasters do not
                 if layer.is_of(asked) and layer.name.endswith((".tif", ".npz", ".nc", "cut-1.png", "cut-2.png")):
-                    write_layer(finished, layer.name, kept / layer.name)
+                    layer.save(finished, kept / layer.name)
 
 
 def make_the_map_of_the_demo(folder: Path) -> None:
     drones = [{"id": name, "lon_deg": lon, "lat_deg": lat, "above_ground_m": 150.0} for name, lon, lat in DRONES]
     asked = {"anchors": drones, "receiver_above_ground_m": RECEIVER_ABOVE_GROUND_M}
     grid = dem_samples.load_sample("jacksboro")
-    save(VISIBILITY_MAP.calculate(grid, VISIBILITY_MAP.parameters.model_validate(asked), None), folder)
-    finished = load(folder)
-    for layer in LAYERS[VISIBILITY_MAP.name].values():
-        write_layer(finished, layer.name, folder / layer.name)
+    parameters = VISIBILITY_MAP.parameters.model_validate(asked)
+    save(VISIBILITY_MAP, VISIBILITY_MAP.calculate(grid, parameters, Work()), folder)
+    _, finished = load(PRODUCTS, folder)
+    for layer in VISIBILITY_MAP.layers:
+        layer.save(finished, folder / layer.name)
 
 
 def main(what: Rehearsal, make: Callable[[Path], None], folder: Path) -> None:
@@ -109,7 +114,7 @@ def test_the_kernels_of_maps_are_compiled_for_one_type_of_heights(tmp_path: Path
     # grids' heights, ground with unknown posts, ground under satellites: read-only and writable arrays are two types
     program = (
         "from service.warm_up import warm_up; warm_up(); "
-        "from visibility.kernels import exact, sweep, turning; "
+        "from visibility.sight.kernels import exact, sweep, turning; "
         "print([len(kernel.signatures) for kernel in (exact.sweep, sweep.sweep, turning.turn)])"
     )
     root = Path(__file__).parents[2]

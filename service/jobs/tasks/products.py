@@ -9,7 +9,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import NotFoundError, NotReadyError, NotValidError
-from service.files.replacing import replacing
 from service.jobs.folder import digest_of, make_durable
 from service.jobs.results import load, save
 from service.parts.older_names import notes_on_older_names
@@ -74,8 +73,7 @@ def draw_layer(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[st
         raise NotFoundError("result", arguments["digest"]) from error
     context.work.mkdir(parents=True)
     try:
-        with replacing(context.work / arguments["layer"]) as unfinished:
-            product.layer[arguments["layer"]].write(finished, unfinished)
+        product.layer[arguments["layer"]].save(finished, context.work / arguments["layer"])
     except AttributeError as error:
         if error.obj is not finished.answer:
             raise

@@ -3,12 +3,12 @@
 import json
 
 import pytest
-from service.products.layers import write_layer
 
 from service.cli.anchor_files import anchors_from_file
 from service.cli.anchor_texts import anchor_from_text
 from service.parts.anchors import AnchorIn
 from service.parts.positions import resolve_anchor
+from service.products.visibility.product import VISIBILITY_MAP
 from tests.service.small_maps import small_map
 
 MILLIMETRE = 1e-3
@@ -49,7 +49,7 @@ def test_geojson_points_are_in_degrees_and_other_properties_pass(tmp_path):
 @pytest.mark.parametrize("crs", ["EPSG:32611", None])
 def test_anchors_of_a_result_can_be_the_next_input(tmp_path, crs):
     finished = small_map(crs)
-    write_layer(finished, "anchors.geojson", tmp_path / "anchors.geojson")
+    VISIBILITY_MAP.layer["anchors.geojson"].save(finished, tmp_path / "anchors.geojson")
     again = [resolve_anchor(finished.grid, asked) for asked in anchors_from_file(tmp_path / "anchors.geojson")]
     for anchor, original in zip(again, finished.anchors, strict=True):
         assert (anchor.id, anchor.limits) == (original.id, original.limits)

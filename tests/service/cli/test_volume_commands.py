@@ -9,7 +9,7 @@ import rasterio
 import xarray
 from PIL import Image
 
-from service.parts.positioning import DopMapParameters
+from service.products.dop.request import DopMapParameters
 from service.products.dop.volumes import check_air
 from terrain import to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS, PLACES
