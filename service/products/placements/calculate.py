@@ -193,7 +193,7 @@ def _maps(
                 grid, anchors, parameters.mode, curvature_of(parameters), unknown=parameters.unknown
             )
             found = dop_map(
-                lines, targets.above_ground_m, goal.kind, dilution=goal.dilution, on_surface=goal.on_surface
+                lines, targets.above_ground_m, goal.kind, measure=goal.dilution, on_surface=goal.on_surface
             )
             count, dop = found.count.astype(np.uint8), found.dop
             error_statement, curvature = lines.error_statement, lines.curvature.sentence()
