@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Any
+
+from pydantic import JsonValue
 
 from planning.questions.navigation_models import NavigationModel
 from service.errors import RequestError
@@ -15,7 +16,7 @@ __all__ = ["filter_of_a_plan", "planned_path"]
 COLUMNS = {f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name for name in VERTEX_COLUMNS}
 
 
-def filter_of_a_plan() -> dict[str, Any]:
+def filter_of_a_plan() -> dict[str, JsonValue]:
     """The fields of a bubble's request with which it foresees what a plan does unless it is told otherwise."""
     model = NavigationModel()
     return {

@@ -10,6 +10,7 @@ import pytest
 
 from planning import PlaceError
 from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reason, plan_path
+from planning.paths.checks import breaks
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field
 from planning.paths.sight_maps import Positioning, Sightings, sight_maps
@@ -95,6 +96,15 @@ def test_a_dilution_beyond_the_limit_is_told_with_both_numbers() -> None:
         PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and one below 1.59 is asked"
     ):
         plan_path(level_problem(dop_limit=1.59))
+
+
+def test_a_dilution_that_reaches_the_limit_is_no_good_one() -> None:
+    """Eq. 15: no-fly is where the dilution is the limit or more."""
+    dop = np.array([1.9, 2.0, 2.1, np.inf, np.nan])
+    none = np.zeros((5, 4))
+    seen = Sightings(none.astype(np.bool_), none, dop)
+    assert breaks(PathLimits(dop_limit=2.0), seen).tolist() == [False, True, True, True, True]
+    assert not breaks(PathLimits(), seen).any()
 
 
 def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidden_but_cut_off(

@@ -92,7 +92,8 @@ def test_a_request_as_over_http_is_taken_from_a_file(sightline, dem_file, tmp_pa
 
 
 def test_a_request_under_older_names_is_taken_and_told(sightline, dem_file, tmp_path):
-    asked = path_request(rover={"antenna_height_m": 2.5}, limits={"max_dop": 900.0})
+    ends = (at(220.0, 430.0), at(300.0, 350.0))
+    asked = path_request(ends, rover={"antenna_height_m": 2.5}, limits={"max_dop": 900.0})
     (tmp_path / "request.json").write_text(json.dumps(asked))
     ended = sightline("plan", dem_file, "--request", tmp_path / "request.json", "--json")
     parameters = json.loads(ended.stdout)["parameters"]

@@ -167,7 +167,7 @@ def test_a_map_that_is_not_there_or_of_another_dem_is_refused(
 
 def test_older_names_are_taken_and_the_result_warns_of_them(server: Server, ground: dict[str, Any]) -> None:
     older = {"rover": {"antenna_height_m": 2.5}, "limits": {"max_dop": 900.0}}
-    path = asked(server, ground, **older).json()
+    path = asked(server, ground, (at(220.0, 430.0), at(300.0, 350.0)), **older).json()
     assert path["request"]["rover"]["receiver_above_ground_m"] == 2.5
     assert path["request"]["limits"]["dop_limit"] == 900.0
     told = " ".join(path["result"]["warnings"])
