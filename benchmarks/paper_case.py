@@ -105,7 +105,7 @@ def scene(whole: ElevationGrid, almanac: gnss.Almanac, when: datetime) -> Scene:
     eyes = satellites.satellite_eyes(whole, almanac, when)
     surfaces = cut_out(min_visible_altitude(whole, eyes.distant_anchors()))
     layers = altitude_layers(float(np.nanmin(surfaces.grid.heights_m)), CEILING_M, LAYER_M)
-    volume = control_volume(surfaces, layers, dilution=LIMIT.dilution, kind=LIMIT.kind)
+    volume = control_volume(surfaces, layers, measure=LIMIT.measure, kind=LIMIT.kind)
     return Scene(when, surfaces, volume, morphing_map(surfaces, LIMIT, ceiling_m=CEILING_M))
 
 

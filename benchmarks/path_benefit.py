@@ -57,7 +57,7 @@ def benefit(count: int = 200, posts: int = 120) -> Table:
 def _both(problem: PathProblem, anchors: int) -> tuple[Path, Path] | None:
     """(shortest, aware) path of a problem with some of its anchors; None where there is none."""
     some = problem.anchors[:anchors]
-    limits = replace(problem.limits, min_anchors=min(problem.limits.min_anchors, 1), max_dop=np.inf)
+    limits = replace(problem.limits, min_anchors=min(problem.limits.min_anchors, 1), dop_limit=np.inf)
     try:
         found = [
             plan_path(replace(problem, anchors=some, maps=None, limits=limits, weights=weights))
@@ -74,7 +74,7 @@ def _drive(problem: PathProblem, path: Path, random: np.random.Generator) -> tup
     total_s = path.totals.time_s
     times_s = np.linspace(0.0, total_s, int(min(max(total_s, 2.0), EPOCHS)))
     truth_m = np.column_stack([np.interp(times_s, path.time_s, axis) for axis in (path.east_m, path.north_m)])
-    up_m = np.interp(times_s, path.time_s, path.altitude_m) + problem.rover.antenna_height_m
+    up_m = np.interp(times_s, path.time_s, path.altitude_m) + problem.rover.receiver_above_ground_m
     truth_m = np.column_stack([truth_m, up_m])
     anchors = [anchor for anchor in problem.anchors[: path.visible.shape[1]] if isinstance(anchor, Anchor)]
     places_m = np.array([(a.east_m, a.north_m, a.altitude_m) for a in anchors])

@@ -101,7 +101,7 @@ def random_problems(
     while made < count:
         limits = PathLimits(
             min_anchors=int(random.choice([0, 0, 1, 2, 3])),
-            max_dop=float(random.choice([math.inf, math.inf, 4.0, 8.0])),
+            dop_limit=float(random.choice([math.inf, math.inf, 4.0, 8.0])),
         )
         rover = RoverModel(
             max_slope_rad=math.radians(float(random.uniform(*ground.slopes_deg))),

@@ -145,8 +145,8 @@ def _paths(grid: ElevationGrid) -> None:
     rover = paths.RoverModel(max_slope_rad=1.2, max_step_m=80.0)
     by_grid = paths.PlanBudget(sampling=False)
     plan = partial(paths.PathProblem, budget=by_grid)
-    for max_dop, goal in ((1e6, (60.0, -225.0)), (1e6, (210.0, -225.0)), (0.1, (60.0, -225.0))):
-        limits = paths.PathLimits(min_anchors=0, max_dop=max_dop)
+    for dop_limit, goal in ((1e6, (60.0, -225.0)), (1e6, (210.0, -225.0)), (0.1, (60.0, -225.0))):
+        limits = paths.PathLimits(min_anchors=0, dop_limit=dop_limit)
         with contextlib.suppress(PathError):
             paths.plan_path(plan(grid, (60.0, -50.0), goal, rover=rover, anchors=anchors, limits=limits))
     cliff_m = np.zeros((12, 10), np.float32)

@@ -89,8 +89,8 @@ def breaks(limits: PathLimits, seen: Sightings) -> npt.NDArray[np.bool_]:
     """(n,) whether limits on positioning are broken at the points that were looked at."""
     broken = np.zeros(len(seen.dop), np.bool_)
     broken[seen.visible.sum(axis=1) < limits.min_anchors] = True
-    if math.isfinite(limits.max_dop):
-        broken[~(seen.dop <= limits.max_dop)] = True
+    if math.isfinite(limits.dop_limit):
+        broken[~(seen.dop < limits.dop_limit)] = True
     return broken
 
 

@@ -46,7 +46,7 @@ def described(
     altitude_m = height_at(grid, east_m, north_m)
     sigma_m = np.full(len(fine), np.nan)
     if maps is not None:
-        points_m = np.column_stack([east_m, north_m, altitude_m + problem.rover.antenna_height_m])
+        points_m = np.column_stack([east_m, north_m, altitude_m + problem.rover.receiver_above_ground_m])
         sigma_m = predicted_sigma_m(problem, points_m, sums[:, 2], rise, seen.visible)
     limits = problem.limits
     asked = limits.bubble_epsilon > 0.0

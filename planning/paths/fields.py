@@ -184,10 +184,11 @@ def _mark_positioning(
     limits, against = problem.limits, np.zeros(reasons.shape, np.uint16)
     if given is not None:
         against[given.count < limits.min_anchors] |= BITS[Reason.ANCHORS]
-        # NaN, over unknown ground, is not below a limit
-        against[~(given.dop <= limits.max_dop)] |= BITS[Reason.DOP]
+        # NaN, over unknown ground, is not below a limit; without one no fix will do as well
+        good = given.dop < limits.dop_limit if math.isfinite(limits.dop_limit) else ~np.isnan(given.dop)
+        against[~good] |= BITS[Reason.DOP]
     if isinstance(problem.maps, MorphingMap):
-        antenna_m = problem.grid.heights_m + np.float32(problem.rover.antenna_height_m)
+        antenna_m = problem.grid.heights_m + np.float32(problem.rover.receiver_above_ground_m)
         good = antenna_m >= problem.maps.safe_above_m
         against[~(good[:-1, :-1] & good[1:, :-1] & good[:-1, 1:] & good[1:, 1:])] |= BITS[Reason.MORPHING_MAP]
     if (against[~unknown] != 0).all() and not unknown.all():
@@ -205,7 +206,7 @@ def _no_coverage(problem: PathProblem, against: npt.NDArray[np.uint16], given: P
     if given is not None and (against & BITS[Reason.DOP]).all():
         best = float(np.nanmin(given.dop))
         least = f"its least is {best:.2f}" if math.isfinite(best) else "there is no fix anywhere"
-        return f"Nowhere on the map is the dilution {limits.max_dop:g} or less: {least}."
+        return f"Nowhere on the map is the dilution below {limits.dop_limit:g}: {least}."
     return "Nowhere on the map do the limits on positioning hold together; relax one of them or add anchors."
 
 

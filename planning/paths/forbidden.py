@@ -114,8 +114,8 @@ def _count_words(ground: Ground, count: int) -> str:
 def _dop_words(ground: Ground, dop: float) -> str:
     limits = ground.problem.limits
     if not math.isfinite(dop):
-        return f"no fix is possible there, and a dilution of {limits.max_dop:g} or less is asked for"
-    return f"the dilution there is {dop:.2f}, and {limits.max_dop:g} or less is asked for"
+        return f"no fix is possible there, and a dilution below {limits.dop_limit:g} is asked for"
+    return f"the dilution there is {dop:.2f}, and one below {limits.dop_limit:g} is asked for"
 
 
 def _from_where_to_go(ground: Ground, name: str) -> Iterator[tuple[npt.NDArray[np.bool_], str]]:

@@ -253,7 +253,7 @@ class Judge:
     def _by_morphing_map(self, leaves: Leaves) -> Codes:
         grid, air = self.field.grid, self.problem.maps
         assert isinstance(air, MorphingMap), "nothing else marks squares so"
-        above_m = grid.heights_m + np.float32(self.problem.rover.antenna_height_m) - air.safe_above_m
+        above_m = grid.heights_m + np.float32(self.problem.rover.receiver_above_ground_m) - air.safe_above_m
         above_m = np.where(np.isfinite(above_m), above_m, np.nan).astype(np.float32)
         places = (grid.cell_east_m, grid.cell_north_m, grid.origin_east_m, grid.origin_north_m)
         surface = ElevationGrid(above_m, *places)

@@ -124,7 +124,7 @@ def _relaxed(problem: PathProblem, relaxation: Relaxation) -> PathProblem:
     if reason is Reason.ANCHORS:
         return replace(problem, limits=replace(limits, min_anchors=round(needed)))
     if reason is Reason.DOP:
-        return replace(problem, limits=replace(limits, max_dop=needed))
+        return replace(problem, limits=replace(limits, dop_limit=needed))
     if reason is Reason.BUBBLE:
         return replace(problem, limits=replace(limits, bubble_epsilon=0.0))
     if reason is Reason.NO_GO:
@@ -169,8 +169,8 @@ def _candidates(
         elif reason is Reason.DOP:
             for more in MORE_DILUTION:
                 needed = math.ceil(worst * more * 10.0 + 1e-6) / 10.0
-                sentence = f"with a dilution up to {needed:.1f} instead of {problem.limits.max_dop:.1f}"
-                yield Relaxation(reason, problem.limits.max_dop, needed, sentence)
+                sentence = f"with a dilution below {needed:.1f} instead of {problem.limits.dop_limit:.1f}"
+                yield Relaxation(reason, problem.limits.dop_limit, needed, sentence)
 
 
 def _measure(field: CostField, reason: Reason) -> Values:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels import path_fields as kernel
-from planning.questions.limits import DILUTIONS
+from planning.questions.limits import MEASURES
 from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import (
@@ -202,7 +202,7 @@ def _antennas(problem: PathProblem, places: Floats) -> Floats:
     """(n, 3) of the antenna over fractional posts."""
     east_m, north_m = metres_of(problem.grid, places)
     ground_m = height_at(problem.grid, east_m, north_m)
-    return np.column_stack([east_m, north_m, ground_m + problem.rover.antenna_height_m])
+    return np.column_stack([east_m, north_m, ground_m + problem.rover.receiver_above_ground_m])
 
 
 def _exact_lines(
@@ -234,20 +234,20 @@ def _dilution(
     normals = surface_normals(problem.grid, points_m[:, 0], points_m[:, 1]) if limits.on_surface else None
     unknown = np.isnan(points_m[:, 2])
     found = solve(points_m, column_tables(minimum).sources, pack_sets(visible), unknown, limits.kind, normals)
-    dop: Floats = getattr(found, limits.dilution)
+    dop: Floats = getattr(found, limits.measure)
     return dop
 
 
 def _of_squares(problem: PathProblem, minimum: MinimumVisibleAltitude) -> Positioning:
-    grid, limits, antenna_m = problem.grid, problem.limits, problem.rover.antenna_height_m
+    grid, limits, antenna_m = problem.grid, problem.limits, problem.rover.receiver_above_ground_m
     count = np.zeros((grid.rows - 1, grid.cols - 1), np.uint16)
     dop = np.zeros(count.shape, np.float32)
     seen = minimum.visible(above_ground_m=antenna_m)
     weights = problem.weights
-    if math.isinf(limits.max_dop) and weights.dop == 0.0 and weights.position_error == 0.0:
+    if math.isinf(limits.dop_limit) and weights.dop == 0.0 and weights.position_error == 0.0:
         kernel.fill_counts(seen, count)
         return Positioning(count, dop)
     place = (grid.origin_east_m, grid.origin_north_m, grid.cell_east_m, grid.cell_north_m, antenna_m)
-    question = (kind_code(limits.kind), DILUTIONS.index(limits.dilution), limits.on_surface)
+    question = (kind_code(limits.kind), MEASURES.index(limits.measure), limits.on_surface)
     kernel.fill_positioning(grid.heights_m, seen, place, column_tables(minimum).sources, question, count, dop)
     return Positioning(count, dop)

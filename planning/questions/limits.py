@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Literal, get_args
+from typing import get_args
 
 from planning.errors import PathProblemError
 from visibility import DopKind, least_anchors
+from visibility.dilution.dop_questions import Measure
 
-__all__ = ["DILUTIONS", "CostWeights", "PathLimits", "PlanBudget"]
+__all__ = ["MEASURES", "CostWeights", "PathLimits", "PlanBudget"]
 
-Dilution = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
-DILUTIONS = get_args(Dilution)
+MEASURES = get_args(Measure)
 
 
 @dataclass(frozen=True, slots=True)
 class PathLimits:
     """Limits on positioning that hold at every point of a path.
 
-    min_anchors: at least so many anchors in sight, 0 = no limit. max_dop: dilution at most so large, inf = no limit.
-    kind, dilution, on_surface: which dilution, as in ``visibility.dop_map``.
+    min_anchors: at least so many anchors in sight, 0 = no limit. dop_limit: dilution below it (De Vivo et al.,
+        eq. 15), inf = no limit.
+    kind, measure, on_surface: which dilution, as in ``visibility.dop_map``.
     in_sight_from: how many anchors in sight make a place count as in sight; None = as many as a fix needs. A soft
         limit: see CostWeights.out_of_sight.
     bubble_epsilon: with a number above 0, what may not be driven stays further away than r = epsilon·sqrt(trace P) +
@@ -29,9 +30,9 @@ class PathLimits:
     """
 
     min_anchors: int = 0
-    max_dop: float = math.inf
+    dop_limit: float = math.inf
     kind: DopKind = "ranging"
-    dilution: Dilution = "pdop"
+    measure: Measure = "pdop"
     on_surface: bool = False
     in_sight_from: int | None = None
     bubble_epsilon: float = 0.0
@@ -40,15 +41,15 @@ class PathLimits:
     def __post_init__(self) -> None:
         if self.kind not in get_args(DopKind):
             raise PathProblemError(f"kind must be one of {', '.join(get_args(DopKind))}, not {self.kind!r}.")
-        if self.dilution not in DILUTIONS:
-            raise PathProblemError(f"dilution must be one of {', '.join(DILUTIONS)}, not {self.dilution!r}.")
+        if self.measure not in MEASURES:
+            raise PathProblemError(f"measure must be one of {', '.join(MEASURES)}, not {self.measure!r}.")
         if self.min_anchors < 0 or (self.in_sight_from is not None and self.in_sight_from < 1):
             raise PathProblemError("min_anchors must be >= 0 and in_sight_from >= 1.")
         for name in ("bubble_epsilon", "dem_sigma_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise PathProblemError(f"{name} must be a number >= 0, not {getattr(self, name)}.")
-        if not self.max_dop > 0.0:
-            raise PathProblemError(f"max_dop must be a number > 0, not {self.max_dop}.")
+        if not self.dop_limit > 0.0:
+            raise PathProblemError(f"dop_limit must be a number > 0, not {self.dop_limit}.")
 
     @property
     def needed_in_sight(self) -> int:
@@ -60,7 +61,7 @@ class PathLimits:
     @property
     def on_positioning(self) -> bool:
         """Whether anything is asked of the anchors."""
-        return self.min_anchors > 0 or math.isfinite(self.max_dop) or self.bubble_epsilon > 0.0
+        return self.min_anchors > 0 or math.isfinite(self.dop_limit) or self.bubble_epsilon > 0.0
 
 
 @dataclass(frozen=True, slots=True)

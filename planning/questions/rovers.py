@@ -25,7 +25,7 @@ WIDEST_TURN_M = 1e6
 class RoverModel:
     """A rover on the ground.
 
-    footprint_radius_m: radius of the disc it covers. antenna_height_m: above the ground.
+    footprint_radius_m: radius of the disc it covers. receiver_above_ground_m: of its antenna, metres.
     max_slope_rad: of the ground under it; max_pitch_rad, max_roll_rad: of the ground along and across its way.
     max_step_m: how far ground under its footprint may depart from the plane that it stands on.
     min_turning_radius_m: 0 = turns on the spot. can_reverse: whether it may also drive backwards where it cannot.
@@ -35,7 +35,7 @@ class RoverModel:
     """
 
     footprint_radius_m: float = 0.5
-    antenna_height_m: float = 1.5
+    receiver_above_ground_m: float = 1.5
     max_slope_rad: float = math.radians(25.0)
     max_pitch_rad: float = math.pi / 2
     max_roll_rad: float = math.pi / 2
@@ -46,7 +46,7 @@ class RoverModel:
     speed_over_slope: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("footprint_radius_m", "antenna_height_m", "min_turning_radius_m"):
+        for name in ("footprint_radius_m", "receiver_above_ground_m", "min_turning_radius_m"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise PathProblemError(f"{name} must be a number of metres >= 0, not {value}.")

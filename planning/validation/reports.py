@@ -141,13 +141,15 @@ def check_of(
     allowed: float,
     *,
     at_least: bool = False,
+    below: bool = False,
     slack: float = 0.0,
     at: npt.NDArray[np.int64] | None = None,
     ignore_nan: bool = False,
 ) -> LimitCheck:
     """Judge values (n,) at the walk's samples, or at those numbered ``at``; an unknown value breaks the limit.
 
-    at_least: the limit is a lower one. slack: by how much rounding may overstep it.
+    at_least: the limit is a lower one. below: the limit itself is too much. slack: by how much rounding may overstep
+    it.
     """
     values = np.asarray(value, np.float64)
     places = np.arange(len(walk)) if at is None else at
@@ -161,7 +163,7 @@ def check_of(
     excess = np.where(np.isnan(values), np.inf, excess)
     # inf against inf: an unlimited value may be unlimited
     excess = np.where((values == allowed), 0.0, excess)
-    broken = excess > slack
+    broken = excess >= 0.0 if below else excess > slack
     worst = int(np.argmax(excess))
     first = int(np.argmax(broken)) if broken.any() else None
     return LimitCheck(

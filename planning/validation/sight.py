@@ -93,7 +93,7 @@ def sight_along(
 
 
 def dilution_along(
-    sight: SightAlong, kind: DopKind, dilution: str, normals: Numbers | None = None
+    sight: SightAlong, kind: DopKind, measure: str, normals: Numbers | None = None
 ) -> npt.NDArray[np.float64]:
     """(n,) dilution of what is in sight for certain; +inf = no fix, NaN over unknown ground.
 
@@ -114,7 +114,7 @@ def dilution_along(
             surface_normal=None if normals is None else normals[numbers],
             distant=sight.distant,
         )
-        found[numbers] = getattr(answer, dilution)
+        found[numbers] = getattr(answer, measure)
     return found
 
 

@@ -26,8 +26,6 @@ __all__ = ["validate_path"]
 
 Numbers = npt.NDArray[np.float64]
 
-# dilutions come out of matrices, and a limit may be one that was calculated
-DOP_SLACK = 1e-6
 ALTITUDE_SLACK_M = 1e-3
 
 
@@ -82,15 +80,15 @@ def _checked(vertices_m: npt.ArrayLike) -> Numbers:
 
 def _positioning_checks(problem: PathProblem, walk: Walk) -> list[LimitCheck]:
     limits = problem.limits
-    antenna_m = np.column_stack([walk.place_m, walk.ground_m + problem.rover.antenna_height_m])
+    antenna_m = np.column_stack([walk.place_m, walk.ground_m + problem.rover.receiver_above_ground_m])
     checks: list[LimitCheck] = []
     if problem.anchors and limits.on_positioning:
         sight = _sight(problem, walk, antenna_m)
         if limits.min_anchors > 0:
             checks.append(check_of(walk, PathLimit.ANCHORS, sight.count, limits.min_anchors, at_least=True))
-        if math.isfinite(limits.max_dop):
+        if math.isfinite(limits.dop_limit):
             worst = _worst_dilution(problem, walk, sight)
-            checks.append(check_of(walk, PathLimit.DOP, worst, limits.max_dop, slack=DOP_SLACK))
+            checks.append(check_of(walk, PathLimit.DOP, worst, limits.dop_limit, below=True))
         if limits.bubble_epsilon > 0.0:
             checks.append(bubble_check(problem, walk, sight))
     if isinstance(problem.maps, MorphingMap):
@@ -110,10 +108,10 @@ def _worst_dilution(problem: PathProblem, walk: Walk, sight: SightAlong) -> Numb
     """(n,) dilution; bound to the ground, the worst of the triangles that meet there."""
     limits = problem.limits
     if not limits.on_surface:
-        return dilution_along(sight, limits.kind, limits.dilution)
+        return dilution_along(sight, limits.kind, limits.measure)
     upward = np.ones((len(walk), 1))
     triangles = [
-        dilution_along(sight, limits.kind, limits.dilution, np.hstack([-walk.gradients[:, number], upward]))
+        dilution_along(sight, limits.kind, limits.measure, np.hstack([-walk.gradients[:, number], upward]))
         for number in range(walk.gradients.shape[1])
     ]
     worst: Numbers = np.max(triangles, axis=0)

@@ -160,7 +160,7 @@ def plan(
         {
             "rover": {
                 "footprint_radius_m": footprint,
-                "antenna_height_m": receiver_height,
+                "receiver_above_ground_m": receiver_height,
                 "max_slope_deg": max_slope,
                 "max_pitch_deg": max_pitch,
                 "max_roll_deg": max_roll,
@@ -171,7 +171,7 @@ def plan(
             },
             "limits": {
                 "min_anchors": min_anchors,
-                "max_dop": dop_limit,
+                "dop_limit": dop_limit,
                 "kind": kind,
                 "measure": measure,
                 "on_surface": surface or None,

@@ -30,12 +30,12 @@ def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> 
     found = {name: asked[name] for name in SIGHT if asked.get(name)}
     found = {**found, **{name: value for name, value in fields.items() if name != "anchors" or value}}
     if kind == "dop-map":
-        limits = {"max_dop": asked["dop_limit"], "min_anchors": asked.get("min_anchors") or 0}
+        limits = {"dop_limit": asked["dop_limit"], "min_anchors": asked.get("min_anchors") or 0}
         limits |= {name: asked[name] for name in ("kind", "measure", "on_surface") if name in asked}
         found["limits"] = {**limits, **(fields.get("limits") or {})}
     height_m = asked.get("receiver_above_ground_m")
     if height_m is not None:
-        found["rover"] = {"antenna_height_m": height_m, **(fields.get("rover") or {})}
+        found["rover"] = {"receiver_above_ground_m": height_m, **(fields.get("rover") or {})}
     return found
 
 

@@ -72,7 +72,7 @@ class Column:
     def flyable(self, altitudes_m):
         altitudes_m = np.atleast_1d(np.asarray(altitudes_m, float))
         seen = seen_at(altitudes_m, self.lowest_m, self.rows, self.distant, self.place, self.limits)
-        dop = dilution_of(altitudes_m, seen, self.rows, self.distant, self.place, self.limit.kind, self.limit.dilution)
+        dop = dilution_of(altitudes_m, seen, self.rows, self.distant, self.place, self.limit.kind, self.limit.measure)
         return (dop < self.limit.dop_limit) & (seen.sum(axis=1) >= self.limit.needed_anchors)
 
     def check(self):

@@ -56,18 +56,18 @@ def test_each_voxel_sees_what_the_minimum_visible_altitude_says(count, above_gro
 
 
 @pytest.mark.parametrize("kind", ["ranging", "pseudorange", "tdoa"])
-@pytest.mark.parametrize("dilution", ["gdop", "pdop", "hdop", "vdop"])
-def test_each_voxel_has_the_dilution_of_its_visible_set(kind, dilution):
+@pytest.mark.parametrize("measure", ["gdop", "pdop", "hdop", "vdop"])
+def test_each_voxel_has_the_dilution_of_its_visible_set(kind, measure):
     grid, anchors, ceiling_m = low_anchors(7)
     surfaces = min_visible_altitude(grid, anchors)
     layers = altitude_layers(ceiling_m - 400.0, ceiling_m, 100.0)
-    voxels = whole_volume(control_volume(surfaces, layers, dilution=dilution, kind=kind))
+    voxels = whole_volume(control_volume(surfaces, layers, measure=measure, kind=kind))
     east_m, north_m = grid.position_of(*np.mgrid[0 : grid.rows, 0 : grid.cols])
     positions_m = [(anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors]
     for number, altitude_m in enumerate(layers.altitudes_m):
         points_m = np.stack([east_m, north_m, np.full(grid.shape, altitude_m)], axis=-1).reshape(-1, 3)
         seen = bits(voxels.seen[number], len(anchors)).reshape(len(anchors), -1).T
-        expected = getattr(visibility.dilution.dop(positions_m, points_m, kind, visible=seen), dilution)
+        expected = getattr(visibility.dop(positions_m, points_m, kind, visible=seen), measure)
         np.testing.assert_allclose(voxels.dop[number].ravel(), expected, rtol=1e-6)
 
 
@@ -238,8 +238,8 @@ def ready(layers=None, **options):
         ),
         (lambda: ready(bounds_m=(1e7, 1e7, 2e7, 2e7)), "No post lies within west 1e+07, south 1e+07,"),
         (lambda: ready(bounds_m=(0.0, float("nan"), 10.0, 10.0)), "No post lies within west 0, south nan,"),
-        (lambda: ready(dilution="edop"), "dilution must be one of gdop, pdop, hdop, vdop, tdop, not 'edop'."),
-        (lambda: ready(dilution="tdop"), "tdop needs kind 'pseudorange'; 'ranging' solves for no clock."),
+        (lambda: ready(measure="edop"), "measure must be one of gdop, pdop, hdop, vdop, tdop, not 'edop'."),
+        (lambda: ready(measure="tdop"), "tdop needs kind 'pseudorange'; 'ranging' solves for no clock."),
         (
             lambda: whole_volume(ready(), max_voxels=890),
             "The volume has 891 voxels (11 layers × 9 × 9), more than the limit of 890,",

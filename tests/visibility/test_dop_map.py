@@ -61,9 +61,9 @@ def test_each_post_has_the_dop_of_the_anchors_that_it_sees(kind, on_surface):
     seen = minimum.visible(above_ground_m=ABOVE_M).reshape(len(anchors_m), -1).T == VISIBLE
     normals = post_normals(grid, 0, grid.rows) if on_surface else None
     expected = dop(anchors_m, over_posts(grid, ABOVE_M), kind, visible=seen, distant=distant, surface_normal=normals)
-    for dilution in ("gdop", "pdop", "hdop", "vdop", "tdop"):
-        found = dop_map(minimum, ABOVE_M, kind, dilution=dilution, on_surface=on_surface)
-        np.testing.assert_array_equal(found.dop.ravel(), getattr(expected, dilution).astype(np.float32))
+    for measure in ("gdop", "pdop", "hdop", "vdop", "tdop"):
+        found = dop_map(minimum, ABOVE_M, kind, measure=measure, on_surface=on_surface)
+        np.testing.assert_array_equal(found.dop.ravel(), getattr(expected, measure).astype(np.float32))
     np.testing.assert_array_equal(found.count.ravel(), seen.sum(axis=1))
     np.testing.assert_array_equal(found.reasons.ravel(), expected.reason)
     assert found.posts_of() == expected.reasons()
@@ -155,7 +155,7 @@ def test_one_dop_per_visible_set_leaves_the_unknown_out():
         ((-0.1,), {}, "Receiver above_ground_m must be >= 0 m, not -0.1"),
         ((math.nan,), {}, "Receiver above_ground_m must be >= 0 m, not nan"),
         ((1.0, "gps"), {}, "kind must be one of ranging, pseudorange, tdoa, not 'gps'"),
-        ((1.0,), {"dilution": "xdop"}, "dilution must be one of gdop, pdop, hdop, vdop, tdop, not 'xdop'"),
+        ((1.0,), {"measure": "xdop"}, "measure must be one of gdop, pdop, hdop, vdop, tdop, not 'xdop'"),
         ((1.0,), {"on_surface": True, "per_visible_set": True}, "per_visible_set has no one slope"),
     ],
 )

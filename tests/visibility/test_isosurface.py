@@ -60,7 +60,7 @@ def test_a_smooth_surface_lies_on_the_limit_within_the_voxel_size():
     sides = np.zeros((len(surface.vertices_m), 2), bool)
     for way_m in ((40.0, 0.0, 0.0), (0.0, 40.0, 0.0), (0.0, 0.0, step_m)):
         for number, vertex_m in enumerate(surface.vertices_m):
-            flyable = visibility.dilution.dop(positions_m, vertex_m + along * way_m).pdop < limit.dop_limit
+            flyable = visibility.dop(positions_m, vertex_m + along * way_m).pdop < limit.dop_limit
             sides[number] |= (flyable.any(), not flyable.all())
     assert sides.all()
 
@@ -90,7 +90,7 @@ def test_a_volume_on_one_side_of_the_limit_has_no_surface():
 
 def test_what_makes_no_surface_is_refused_in_one_sentence():
     with pytest.raises(VisibilityInputError, match="The volume holds hdop of ranging, but the limit is one on pdop"):
-        isosurface(volume_of(dilution="hdop"), FlightLimit(2.0))
+        isosurface(volume_of(measure="hdop"), FlightLimit(2.0))
     grid, anchors, ceiling_m = low_anchors(5)
     one_layer = control_volume(min_visible_altitude(grid, anchors), altitude_layers(ceiling_m, ceiling_m, 1.0))
     with pytest.raises(VisibilityInputError, match="A surface needs two or more layers, rows and columns"):

@@ -28,7 +28,7 @@ from visibility.dilution.flight_limits import FlightLimit
         (FlightLimit(3.0, "tdop", "pseudorange"), 8),
         (FlightLimit(5.0, "gdop", "tdoa"), 8),
     ],
-    ids=lambda value: f"{value.dilution} {value.kind}" if isinstance(value, FlightLimit) else f"{value} anchors",
+    ids=lambda value: f"{value.measure} {value.kind}" if isinstance(value, FlightLimit) else f"{value} anchors",
 )
 def test_every_column_agrees_with_a_scan_at_five_centimetres(limit, anchors):
     grid, anchors, ceiling_m = low_anchors(anchors)
@@ -196,7 +196,7 @@ LINE = [Anchor(f"L{n}", 10.0 + 40.0 * n, -20.0 - 30.0 * n, 900.0 + 7.0 * n) for 
         (lambda surfaces: FlightLimit(math.nan), "dop_limit must be a number > 0, not nan."),
         (
             lambda surfaces: FlightLimit(2.0, "edop"),
-            "dilution must be one of gdop, pdop, hdop, vdop, tdop, not 'edop'.",
+            "measure must be one of gdop, pdop, hdop, vdop, tdop, not 'edop'.",
         ),
         (
             lambda surfaces: FlightLimit(2.0, kind="sonar"),

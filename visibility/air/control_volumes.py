@@ -12,7 +12,7 @@ from terrain import ElevationGrid
 from visibility.air.kernels import volume as kernel
 from visibility.air.volume_layers import AltitudeLayers
 from visibility.dilution.columns_of_air import ColumnTables, column_tables
-from visibility.dilution.dop_questions import Dilution, DopKind, Sources, kind_code, set_words
+from visibility.dilution.dop_questions import DopKind, Measure, Sources, kind_code, set_words
 from visibility.dilution.flight_limits import MEASURES
 from visibility.errors import VisibilityInputError
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
@@ -47,7 +47,7 @@ class ControlVolume:
     last_row: int
     first_col: int
     last_col: int
-    dilution: Dilution
+    measure: Measure
     kind: DopKind
     one_dop_per_set: bool
     middle_m: tuple[float, float, float] | None = None
@@ -113,19 +113,19 @@ def control_volume(
     layers: AltitudeLayers,
     *,
     bounds_m: tuple[float, float, float, float] | None = None,
-    dilution: Dilution = "pdop",
+    measure: Measure = "pdop",
     kind: DopKind = "ranging",
     one_dop_per_set: bool = False,
 ) -> ControlVolume:
     """The volume over the posts within bounds_m (west, south, east, north; None = all) and the layers.
 
     Nothing is calculated yet: see volume_blocks, whole_volume and the sections. Raises VisibilityInputError for bounds
-    without posts, layers that all lie below the ground, or a kind or dilution that does not exist.
+    without posts, layers that all lie below the ground, or a kind or measure that does not exist.
     """
     kind_code(kind)
-    if dilution not in MEASURES:
-        raise VisibilityInputError(f"dilution must be one of {', '.join(MEASURES)}, not {dilution!r}.")
-    if dilution == "tdop" and kind != "pseudorange":
+    if measure not in MEASURES:
+        raise VisibilityInputError(f"measure must be one of {', '.join(MEASURES)}, not {measure!r}.")
+    if measure == "tdop" and kind != "pseudorange":
         raise VisibilityInputError(f"tdop needs kind 'pseudorange'; {kind!r} solves for no clock.")
     posts = posts_within(surfaces.grid, bounds_m)
     heights_m = surfaces.grid.window(*posts).heights_m
@@ -135,7 +135,7 @@ def control_volume(
             f"The ceiling, the highest layer at {layers.altitudes_m[-1]:g} m, is below the ground, which begins at "
             f"{known.min():.1f} m; raise it."
         )
-    return ControlVolume(surfaces, layers, *posts, dilution, kind, one_dop_per_set)
+    return ControlVolume(surfaces, layers, *posts, measure, kind, one_dop_per_set)
 
 
 def posts_within(
@@ -227,7 +227,7 @@ def _block(
         tables.place(volume.surfaces.grid, volume.first_row + first, volume.first_col),
         (volume.layers.altitudes_m, volume.layers.above_ground),
         tables.reach,
-        (sources, kind_code(volume.kind), MEASURES[volume.dilution]),
+        (sources, kind_code(volume.kind), MEASURES[volume.measure]),
         (seen, unknown, dop),
     )
     return VoxelBlock(first, seen, unknown, dop)

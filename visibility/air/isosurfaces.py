@@ -46,9 +46,9 @@ def isosurface(
     """
     if min(volume.shape) < 2:
         raise VisibilityInputError(f"A surface needs two or more layers, rows and columns, not {volume.shape}.")
-    if (volume.dilution, volume.kind) != (limit.dilution, limit.kind):
+    if (volume.measure, volume.kind) != (limit.measure, limit.kind):
         raise VisibilityInputError(
-            f"The volume holds {volume.dilution} of {volume.kind}, but the limit is one on {limit.dilution} of "
+            f"The volume holds {volume.measure} of {volume.kind}, but the limit is one on {limit.measure} of "
             f"{limit.kind}."
         )
     if volume.voxels > max_voxels:

@@ -51,7 +51,7 @@ def volume_dataset(volume: ControlVolume, *, block_voxels: int = BLOCK_VOXELS) -
     unit = {"units": "1", "grid_mapping": "spatial_ref"}
     return xarray.Dataset(
         {
-            "dop": (voxel, joined("dop", np.float32), {**unit, "long_name": f"{volume.dilution} of {volume.kind}"}),
+            "dop": (voxel, joined("dop", np.float32), {**unit, "long_name": f"{volume.measure} of {volume.kind}"}),
             "count": (voxel, joined("count", np.uint16), {**unit, "long_name": "anchors surely in sight"}),
             "unknown_count": (voxel, joined("unknown_count", np.uint16), {**unit, "long_name": "anchors unknown"}),
             "seen": ((*voxel, "word"), joined("seen", np.uint64, words), {**unit, "long_name": "bit set: in sight"}),
@@ -75,7 +75,7 @@ def volume_dataset(volume: ControlVolume, *, block_voxels: int = BLOCK_VOXELS) -
         },
         {
             "kind": volume.kind,
-            "dilution": volume.dilution,
+            "dilution": volume.measure,
             "one_dop_per_set": int(volume.one_dop_per_set),
             "mode": volume.surfaces.mode,
             "error_statement": volume.surfaces.error_statement,

@@ -15,7 +15,7 @@ from terrain.version import VERSION
 from visibility.dilution.columns_of_air import ColumnTables, column_tables
 from visibility.dilution.dop import Dop, solve
 from visibility.dilution.dop_per_set import solve_per_set
-from visibility.dilution.dop_questions import Dilution, DopKind, DopReason, kind_code
+from visibility.dilution.dop_questions import DopKind, DopReason, Measure, kind_code
 from visibility.dilution.ground_normals import post_normals
 from visibility.dilution.sets_in_sight import sets_of
 from visibility.errors import VisibilityInputError
@@ -44,7 +44,7 @@ class DopMap:
     reasons: npt.NDArray[np.uint8]
     above_ground_m: float
     kind: DopKind
-    dilution: Dilution
+    measure: Measure
     on_surface: bool
     per_visible_set: bool
     elapsed_s: float
@@ -71,13 +71,13 @@ def dop_map(
     above_ground_m: float,
     kind: DopKind = "ranging",
     *,
-    dilution: Dilution = "pdop",
+    measure: Measure = "pdop",
     on_surface: bool = False,
     per_visible_set: bool = False,
 ) -> DopMap:
     """Dilution of precision of a rover's antenna over every post of the grid.
 
-    above_ground_m: height of the antenna, metres, >= 0. dilution: which one; De Vivo's (eq. 16) is "pdop".
+    above_ground_m: height of the antenna, metres, >= 0. measure: which dilution; De Vivo's (eq. 16) is "pdop".
     on_surface: the rover is on the ground and only its motion along it is unknown, by the slope at each post.
     per_visible_set: calculate one dilution for each distinct visible set, in the middle of the posts that have it, as
         De Vivo et al. (II-C) do for volumes of about 1 km; see docs/dop.md for its error. Not together with
@@ -87,8 +87,8 @@ def dop_map(
     started_s = time.perf_counter()
     grid = minimum.grid
     check_receiver(above_ground_m)
-    if dilution not in get_args(Dilution):
-        raise VisibilityInputError(f"dilution must be one of {', '.join(get_args(Dilution))}, not {dilution!r}.")
+    if measure not in get_args(Measure):
+        raise VisibilityInputError(f"measure must be one of {', '.join(get_args(Measure))}, not {measure!r}.")
     if on_surface and per_visible_set:
         raise VisibilityInputError("per_visible_set has no one slope; ask for it without on_surface.")
     kind_code(kind)
@@ -99,7 +99,7 @@ def dop_map(
     for first in range(0, grid.rows, step):
         stop = min(first + step, grid.rows)
         found = _of_rows(minimum, tables, (first, stop), above_ground_m, kind, on_surface, per_visible_set)
-        dop[first:stop] = getattr(found, dilution).reshape(stop - first, -1)
+        dop[first:stop] = getattr(found, measure).reshape(stop - first, -1)
         count[first:stop] = found.count.reshape(stop - first, -1)
         reasons[first:stop] = found.reason.reshape(stop - first, -1)
     return DopMap(
@@ -110,7 +110,7 @@ def dop_map(
         reasons=reasons,
         above_ground_m=float(above_ground_m),
         kind=kind,
-        dilution=dilution,
+        measure=measure,
         on_surface=on_surface,
         per_visible_set=per_visible_set,
         elapsed_s=time.perf_counter() - started_s,

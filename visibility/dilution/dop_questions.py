@@ -11,10 +11,10 @@ import numpy.typing as npt
 from visibility.dilution.kernels import dop as kernel
 from visibility.errors import VisibilityInputError
 
-__all__ = ["Dilution", "DopKind", "DopReason", "kind_code", "least_anchors", "pack_sets", "set_words", "unit_normals"]
+__all__ = ["DopKind", "DopReason", "Measure", "kind_code", "least_anchors", "pack_sets", "set_words", "unit_normals"]
 
 DopKind = Literal["ranging", "pseudorange", "tdoa"]
-Dilution = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
+Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
 
 KIND_CODES = {"ranging": kernel.RANGING, "pseudorange": kernel.PSEUDORANGE, "tdoa": kernel.TDOA}
 

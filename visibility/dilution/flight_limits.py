@@ -8,7 +8,7 @@ from typing import get_args
 
 import numpy as np
 
-from visibility.dilution.dop_questions import Dilution, DopKind, Sources, kind_code, least_anchors
+from visibility.dilution.dop_questions import DopKind, Measure, Sources, kind_code, least_anchors
 from visibility.dilution.kernels import dilution as kernel
 from visibility.errors import VisibilityInputError
 
@@ -28,25 +28,23 @@ SAME_LINE = 1e-6  # of the spread along it
 class FlightLimit:
     """A place is no-flight zone where the dilution is ``dop_limit`` or more, or too few anchors are in sight (eq. 15).
 
-    dilution: which one; De Vivo's (eq. 16) is "pdop". kind: what the ranges are, as for ``dop``.
+    measure: which dilution; De Vivo's (eq. 16) is "pdop". kind: what the ranges are, as for ``dop``.
     anchors: how many must be in sight; None = as few as give a fix.
     Raises VisibilityInputError.
     """
 
     dop_limit: float
-    dilution: Dilution = "pdop"
+    measure: Measure = "pdop"
     kind: DopKind = "ranging"
     anchors: int | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.dop_limit) and self.dop_limit > 0.0):
             raise VisibilityInputError(f"dop_limit must be a number > 0, not {self.dop_limit}.")
-        if self.dilution not in get_args(Dilution):
-            raise VisibilityInputError(
-                f"dilution must be one of {', '.join(get_args(Dilution))}, not {self.dilution!r}."
-            )
+        if self.measure not in get_args(Measure):
+            raise VisibilityInputError(f"measure must be one of {', '.join(get_args(Measure))}, not {self.measure!r}.")
         kind_code(self.kind)
-        if self.dilution == "tdop" and self.kind != "pseudorange":
+        if self.measure == "tdop" and self.kind != "pseudorange":
             raise VisibilityInputError(f"A limit on tdop needs kind 'pseudorange'; {self.kind!r} solves for no clock.")
         if self.anchors is not None and self.anchors < 1:
             raise VisibilityInputError(f"anchors must be >= 1, or None for as few as give a fix, not {self.anchors}.")
@@ -58,9 +56,9 @@ class FlightLimit:
 
     @property
     def codes(self) -> tuple[int, int]:
-        """(kind, dilution) as the kernels number them; where no clock is solved for, GDOP is PDOP."""
-        no_clock = self.kind != "pseudorange" and self.dilution == "gdop"
-        return kind_code(self.kind), kernel.PDOP if no_clock else MEASURES[self.dilution]
+        """(kind, measure) as the kernels number them; where no clock is solved for, GDOP is PDOP."""
+        no_clock = self.kind != "pseudorange" and self.measure == "gdop"
+        return kind_code(self.kind), kernel.PDOP if no_clock else MEASURES[self.measure]
 
 
 def check_geometry(limit: FlightLimit, sources: Sources) -> None:
@@ -78,7 +76,7 @@ def geometry_fault(limit: FlightLimit, sources: Sources) -> str | None:
     anchors, distant, _ = sources
     if len(anchors) < limit.needed_anchors:
         have = f"{len(anchors)} {'is' if len(anchors) == 1 else 'are'} given"
-        return f"A map of {limit.dilution} from {limit.kind} needs at least {limit.needed_anchors} anchors; {have}."
+        return f"A map of {limit.measure} from {limit.kind} needs at least {limit.needed_anchors} anchors; {have}."
     if not distant.any():
         spread = np.linalg.svd(anchors - anchors.mean(axis=0), compute_uv=False)
         if spread[1] <= SAME_LINE * spread[0]:

@@ -117,7 +117,7 @@ def calculate_dop_map(
     kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
     found = dop_map(
         *(lines, above_m, kind),
-        dilution=parameters.measure,
+        measure=parameters.measure,
         on_surface=on_surface,
         per_visible_set=parameters.one_dop_per_set,
     )

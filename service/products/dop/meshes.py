@@ -38,7 +38,7 @@ def surface_of(finished: FinishedMorphingMap) -> Isosurface:
     grid, parameters = finished.grid, finished.parameters
     lines = lines_to(grid, finished.anchors, parameters)
     layers = air_layers(grid, *parameters.ceiling(), layer_m=parameters.surface_layer_m)
-    volume = control_volume(lines, layers, dilution=parameters.measure, kind=parameters.kind)
+    volume = control_volume(lines, layers, measure=parameters.measure, kind=parameters.kind)
     surface = isosurface(volume, limit_of(parameters))
     if not len(surface.faces):
         raise RequestError(

@@ -91,7 +91,7 @@ def volume_of(surfaces: MinimumVisibleAltitude, parameters: DopMapParameters) ->
         surfaces,
         _layers_and_posts(surfaces.grid, parameters)[0],
         bounds_m=_bounds_m(parameters),
-        dilution=parameters.measure,
+        measure=parameters.measure,
         kind=parameters.kind,
         one_dop_per_set=parameters.one_dop_per_set,
     )

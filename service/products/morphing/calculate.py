@@ -121,7 +121,7 @@ def calculate_morphing_map(
         found = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
         # the map's warnings are the sight lines' and its own
         own, elapsed_s = found.warnings[len(lines.warnings) :], found.elapsed_s
-    rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, dilution=parameters.measure)
+    rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, measure=parameters.measure)
     if progress is not None:
         progress(1.0)
     return FinishedMorphingMap(

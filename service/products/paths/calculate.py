@@ -130,8 +130,8 @@ def calculate_path(
     if lines is not None:
         limits = problem.limits
         found = dop_map(
-            *(lines, problem.rover.antenna_height_m, limits.kind),
-            dilution=limits.dilution,
+            *(lines, problem.rover.receiver_above_ground_m, limits.kind),
+            measure=limits.measure,
             on_surface=limits.on_surface,
         )
         dop, count = found.dop, found.count

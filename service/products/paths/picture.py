@@ -83,7 +83,7 @@ def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uin
         numbers = barred.astype(np.uint8)
         title = "Ground"
     else:
-        limit = asked.limits.max_dop or USUAL_LIMIT
+        limit = asked.limits.dop_limit or USUAL_LIMIT
         edges = [limit * bound for bound in BOUNDS]
         labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
         labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]

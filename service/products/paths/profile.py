@@ -124,9 +124,9 @@ def _dilution(axes: Axes, finished: FinishedPath) -> None:
     axes.plot(x, np.minimum(dop, HIGHEST_DOP), color=WAY_COLOUR, lw=1.2)
     none = ~np.isfinite(dop)
     axes.fill_between(x, 0, HIGHEST_DOP, where=none, color=DARK_COLOUR, alpha=0.16, lw=0)
-    top = HIGHEST_DOP if (dop > HIGHEST_DOP).any() else max(float(dop.max()), limits.max_dop or 0.0) * 1.15
-    if limits.max_dop is not None:
-        axes.axhline(limits.max_dop, **LIMIT)
+    top = HIGHEST_DOP if (dop > HIGHEST_DOP).any() else max(float(dop.max()), limits.dop_limit or 0.0) * 1.15
+    if limits.dop_limit is not None:
+        axes.axhline(limits.dop_limit, **LIMIT)
     axes.set_ylim(0.0, max(top, 1.0))
     cut = f", up to {HIGHEST_DOP:g}" if (dop > HIGHEST_DOP).any() else ""
     axes.set_ylabel(limits.measure.upper() + cut)

@@ -70,7 +70,7 @@ def rover_of(asked: RoverIn) -> RoverModel:
     """The rover. Raises PathProblemError."""
     return RoverModel(
         footprint_radius_m=asked.footprint_radius_m,
-        antenna_height_m=asked.antenna_height_m,
+        receiver_above_ground_m=asked.receiver_above_ground_m,
         max_slope_rad=math.radians(asked.max_slope_deg),
         max_pitch_rad=math.radians(asked.max_pitch_deg),
         max_roll_rad=math.radians(asked.max_roll_deg),
@@ -86,9 +86,9 @@ def limits_of(asked: PathLimitsIn) -> PathLimits:
     """The limits on positioning. Raises PathProblemError."""
     return PathLimits(
         min_anchors=asked.min_anchors,
-        max_dop=_unlimited(asked.max_dop),
+        dop_limit=_unlimited(asked.dop_limit),
         kind=asked.kind,
-        dilution=asked.measure,
+        measure=asked.measure,
         on_surface=asked.on_surface,
         in_sight_from=asked.in_sight_from,
         bubble_epsilon=asked.bubble_epsilon,

@@ -42,7 +42,7 @@ class RoverIn(StrictModel):
     """What the rover can do."""
 
     footprint_radius_m: NotNegativeMetres = Field(0.5, description="Radius of the disc that it covers, metres.")
-    antenna_height_m: NotNegativeMetres = Field(1.5, description="Height of its antenna above the ground, metres.")
+    receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of its antenna above the ground, metres.")
     max_slope_deg: SteepestDeg = Field(25.0, description="Steepest ground that it stands on, degrees.")
     max_pitch_deg: SteepestDeg = Field(90.0, description="Steepest ground along its way, degrees; 90 = no limit.")
     max_roll_deg: SteepestDeg = Field(90.0, description="Steepest ground across its way, degrees; 90 = no limit.")
@@ -67,7 +67,7 @@ class PathLimitsIn(StrictModel):
     min_anchors: Annotated[int, Field(strict=True, ge=0, le=1024)] = Field(
         0, description="At least so many anchors in sight; 0 = no limit."
     )
-    max_dop: Positive | None = Field(None, description="Largest dilution of precision, no unit; none = no limit.")
+    dop_limit: Positive | None = Field(None, description="Largest dilution of precision, no unit; none = no limit.")
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
         "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
     )
@@ -188,7 +188,7 @@ class PathParameters(PathQuestion):
 def check_limits_have_anchors(asked: PathQuestion) -> None:
     """Raises ValueError for limits on anchors without any, and for anchors beside a morphing map."""
     ranged, limits = bool(asked.anchors or asked.tracks) or asked.satellites is not None, asked.limits
-    if (limits.min_anchors > 0 or limits.max_dop is not None or limits.bubble_epsilon > 0.0) and not ranged:
+    if (limits.min_anchors > 0 or limits.dop_limit is not None or limits.bubble_epsilon > 0.0) and not ranged:
         raise ValueError("Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map of them.")
     if asked.tracks and (asked.unknown, asked.curvature) != ("unknown", "auto"):
         raise ValueError("With anchors on tracks, unknown and curvature keep their defaults.")

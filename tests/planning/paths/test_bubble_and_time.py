@@ -136,7 +136,7 @@ def test_the_path_meets_the_map_of_the_time_at_which_it_gets_there() -> None:
     eyes_m = np.array(
         [(a.east_m, a.north_m, a.altitude_m) for a in (track.at(s) for s in np.round(path.time_s).tolist())]
     )
-    antenna_m = np.column_stack([path.east_m, path.north_m, path.altitude_m + rover.antenna_height_m])
+    antenna_m = np.column_stack([path.east_m, path.north_m, path.altitude_m + rover.receiver_above_ground_m])
     assert (lines_of_sight(grid, eyes_m, antenna_m).verdict == 1).all()
     from_start = lines_of_sight(grid, np.broadcast_to(eyes_m[0], eyes_m.shape), antenna_m)
     standing = plan_path(PathProblem(grid, (32.0, -88.0), (271.0, -127.0), anchors=(still,), **common))

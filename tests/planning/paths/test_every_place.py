@@ -78,7 +78,7 @@ def test_the_totals_of_a_path_hold_between_its_vertices(on_surface):
         GRID,
         (45.0, -410.0),
         ((640.0, -40.0),),
-        rover=RoverModel(footprint_radius_m=0.0, max_slope_rad=math.radians(60.0), antenna_height_m=1.5),
+        rover=RoverModel(footprint_radius_m=0.0, max_slope_rad=math.radians(60.0), receiver_above_ground_m=1.5),
         weights=CostWeights(length=1.0),
         maps=minimum,
         limits=PathLimits(on_surface=on_surface),

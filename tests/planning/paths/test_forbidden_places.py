@@ -58,7 +58,7 @@ def level_problem(**limits: float) -> PathProblem:
         (2, {"min_anchors": 3}, "only 2 of the 3 anchors asked for are in sight there", Reason.ANCHORS),
         (0, {"min_anchors": 2}, "none of the 2 anchors asked for is in sight there", Reason.ANCHORS),
         (0, {"min_anchors": 1}, "no anchor is in sight there", Reason.ANCHORS),
-        (2, {"max_dop": 50.0}, "no fix is possible there, and a dilution of 50 or less is asked for", Reason.DOP),
+        (2, {"dop_limit": 50.0}, "no fix is possible there, and a dilution below 50 is asked for", Reason.DOP),
     ],
 )
 @pytest.mark.parametrize("place", ["start", "goal"])
@@ -92,9 +92,9 @@ def test_a_veil_over_everything_leaves_no_place_to_name() -> None:
 
 def test_a_dilution_beyond_the_limit_is_told_with_both_numbers() -> None:
     with pytest.raises(
-        PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and 1.59 or less is asked"
+        PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and one below 1.59 is asked"
     ):
-        plan_path(level_problem(max_dop=1.59))
+        plan_path(level_problem(dop_limit=1.59))
 
 
 def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidden_but_cut_off(

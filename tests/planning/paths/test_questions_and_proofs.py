@@ -70,7 +70,7 @@ def test_a_ridge_across_is_named_with_the_slope_that_would_do() -> None:
 def test_too_many_anchors_asked_for_are_named_with_the_number_that_would_do(limits: PathLimits, reason: Reason) -> None:
     heights_m = level()
     heights_m[:, 27] = 1.0
-    rover = RoverModel(max_slope_rad=1.4, antenna_height_m=0.5)
+    rover = RoverModel(max_slope_rad=1.4, receiver_above_ground_m=0.5)
     low = Anchor("low", -300.0, -100.0, 6.0)
     outcome = plan_path(asked(grid_of(heights_m), rover=rover, anchors=(*overhead(3), low), limits=limits))
     assert outcome.status is PathStatus.UNREACHABLE
@@ -125,12 +125,12 @@ def test_way_points_are_passed_and_any_of_several_goals_will_do() -> None:
 def test_dilution_limits_hold_along_the_whole_path() -> None:
     grid = grid_of(level())
     maps = dop_map(min_visible_altitude(grid, overhead(4), "exact"), 1.5)
-    outcome = plan_path(asked(grid, maps=maps, limits=PathLimits(max_dop=3.0)))
+    outcome = plan_path(asked(grid, maps=maps, limits=PathLimits(dop_limit=3.0)))
     if outcome.path is None:
         assert outcome.unreachable is not None
         assert outcome.unreachable.reason is Reason.DOP
     else:
-        assert outcome.path.dop.max() <= 3.0
+        assert outcome.path.dop.max() < 3.0
 
 
 def test_places_that_cannot_be_stood_on_are_refused_with_the_reason_and_the_nearest_place() -> None:
@@ -221,7 +221,7 @@ def test_a_gap_that_the_rover_fits_through_is_found_however_the_squares_lie(gate
         ({"start": (math.nan, 0.0)}, PathProblemError, "finite"),
         ({"limits": PathLimits(min_anchors=1)}, PathProblemError, "need anchors"),
         ({"limits": PathLimits(min_anchors=3), "anchors": overhead(2)}, PathProblemError, "only 2"),
-        ({"limits": PathLimits(min_anchors=2, max_dop=0.01), "anchors": overhead(4)}, NoCoverageError, "Nowhere"),
+        ({"limits": PathLimits(min_anchors=2, dop_limit=0.01), "anchors": overhead(4)}, NoCoverageError, "Nowhere"),
         ({"no_go": (shapely.Polygon([(0, 0), (9, 9), (9, 0), (0, 9)]),)}, AreaError, "no proper polygon"),
         ({"no_go": (shapely.Polygon(),)}, AreaError, "empty"),
         ({"no_go": (shapely.Point(1.0, 1.0),)}, AreaError, "must be a polygon"),
@@ -241,7 +241,7 @@ def test_a_question_that_makes_no_sense_is_refused(changes: dict, error: type[Ex
     [
         (lambda: PlanBudget(iterations=0), "at least one iteration"),
         (lambda: PlanBudget(seconds=0.0), "more than 0 s"),
-        (lambda: PathLimits(max_dop=0.0), "max_dop"),
+        (lambda: PathLimits(dop_limit=0.0), "dop_limit"),
         (lambda: PathLimits(bubble_epsilon=-1.0), "bubble_epsilon"),
         (lambda: CostWeights(climb=-1.0), "climb"),
         (lambda: CostWeights(length=0.0), "cost something"),

@@ -67,25 +67,28 @@ def test_a_sight_line_over_unknown_ground_does_not_count_unless_it_was_said_to()
 
 
 def test_the_dilution_along_a_path_is_that_of_the_geometry_there():
-    limits = PathLimits(max_dop=50.0)
+    limits = PathLimits(dop_limit=50.0)
     check = judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS, limits=limits)
     assert check.kept
     assert 1.0 < check.worst < 50.0
-    tight = PathLimits(max_dop=check.worst * 0.999)
+    tight = PathLimits(dop_limit=check.worst * 0.999)
     broken = judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS, limits=tight)
     assert not broken.kept
     assert broken.where_m == check.where_m
-    assert judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS, limits=PathLimits(max_dop=check.worst)).kept
+    # a dilution that reaches the limit is no good one (eq. 15)
+    at_it, above_it = (PathLimits(dop_limit=limit) for limit in (check.worst, math.nextafter(check.worst, math.inf)))
+    assert judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS, limits=at_it).broken == 1
+    assert judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS, limits=above_it).kept
 
 
 def test_without_a_fix_the_dilution_is_infinite_and_no_limit_is_kept():
-    check = judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS[:2], limits=PathLimits(max_dop=1e6))
+    check = judged(walled(), BESIDE, PathLimit.DOP, anchors=MASTS[:2], limits=PathLimits(dop_limit=1e6))
     assert check.worst == math.inf
     assert check.broken == check.samples
 
 
 def test_bound_to_the_ground_two_anchors_fix_a_position():
-    limits = PathLimits(max_dop=50.0, on_surface=True)
+    limits = PathLimits(dop_limit=50.0, on_surface=True)
     assert judged(level(), BESIDE, PathLimit.DOP, anchors=MASTS[:2], limits=limits).worst < 50.0
 
 
@@ -185,7 +188,7 @@ def judged_loosely(grid, vertices_m, limit, question):
 
 
 def test_the_whole_report_passes_only_when_every_check_does():
-    limits = PathLimits(min_anchors=3, max_dop=50.0)
+    limits = PathLimits(min_anchors=3, dop_limit=50.0)
     good = validate_path(problem_of(walled(), BESIDE, anchors=MASTS, limits=limits), BESIDE)
     assert good.passed
     assert good.failures == ()

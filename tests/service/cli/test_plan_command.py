@@ -59,7 +59,7 @@ def test_every_option_of_the_rover_reaches_the_plan(sightline, dem_file):
         "--max-roll": (29.0, "max_roll_deg"),
         "--max-step": (5.0, "max_step_m"),
         "--footprint": (0.7, "footprint_radius_m"),
-        "--receiver-height": (2.5, "antenna_height_m"),
+        "--receiver-height": (2.5, "receiver_above_ground_m"),
         "--speed": (0.4, "speed_m_per_s"),
     }
     options = [word for option, (value, _) in words.items() for word in (option, value)]
@@ -107,7 +107,7 @@ def test_a_path_is_planned_on_a_map_that_another_command_wrote(sightline, dem_fi
     anchors = asked["morphing_map"]["anchors"] if command == "morph" else asked["anchors"]
     assert [anchor["id"] for anchor in anchors] == ["D1", "D2", "D3", "D4"]
     if command == "dop":
-        assert asked["limits"]["max_dop"] == 500.0
+        assert asked["limits"]["dop_limit"] == 500.0
 
 
 def bad(tmp_path, name, text):

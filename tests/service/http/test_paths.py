@@ -145,9 +145,9 @@ def test_a_path_is_planned_on_a_finished_map(
         assert request["morphing_map"]["dop_limit"] == 600.0
     else:
         assert [anchor["id"] for anchor in request["anchors"]] == ["W", "N", "S", "E"]
-        assert request["rover"]["antenna_height_m"] == 2.5
+        assert request["rover"]["receiver_above_ground_m"] == 2.5
     if resource == "/dop-maps":
-        assert request["limits"]["max_dop"] == 600.0
+        assert request["limits"]["dop_limit"] == 600.0
 
 
 def test_a_map_that_is_not_there_or_of_another_dem_is_refused(
@@ -183,7 +183,7 @@ METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 
         ({"start": at(225.0, 250.0)}, "place", "The start cannot be stood on: no-go area"),
         ({"goals": [WEST_OF_WALL[0]]}, "path-problem", "the same place, so there is no path to plan"),
         ({"limits": {"min_anchors": 5}}, "path-problem", "5 anchors in sight are asked for, and there are only 4."),
-        ({"limits": {"max_dop": 0.01}}, "no-coverage", "Nowhere on the map is the dilution 0.01 or less"),
+        ({"limits": {"dop_limit": 0.01}}, "no-coverage", "Nowhere on the map is the dilution below 0.01"),
         ({"weights": {"length": 0.0}}, "path-problem", "A path must cost something for each metre"),
         ({"no_go": [CROSSED]}, "request", "no_go[0] is no polygon: Self-intersection"),
         ({"keep_in": METRES}, "validation", "which are no longitude and latitude"),
