@@ -34,7 +34,7 @@ __all__ = ["after_a_loss", "cost_of_sight", "lattice_of", "placing_speed", "smal
 
 GOALS = {
     "coverage, 4 in sight": Goal("coverage", min_anchors=4),
-    "PDOP ≤ 5, 4 in sight": Goal("dop", min_anchors=4, dop_limit=5.0),
+    "PDOP < 5, 4 in sight": Goal("dop", min_anchors=4, dop_limit=5.0),
 }
 SPEED_NOTE = """\
 One placement from a grid and a lattice of candidates to anchors, bound and what each adds, kernels warm; sight is all
@@ -109,7 +109,7 @@ def small_instances(instances: int = 6, candidates: int = 14) -> Table:
         ("coverage, 1 in sight", Goal(min_anchors=1), 0.0),
         ("coverage, 2 in sight", Goal(min_anchors=2), 0.0),
         ("coverage, 2 in sight whichever is lost", Goal(min_anchors=2, spare=1), 0.0),
-        ("PDOP ≤ 6, 3 in sight", Goal("dop", min_anchors=3, dop_limit=6.0), 1.0),
+        ("PDOP < 6, 3 in sight", Goal("dop", min_anchors=3, dop_limit=6.0), 1.0),
         ("mean error", Goal("mean_error"), 1.0),
         ("worst error", Goal("worst_error"), 1.0),
     ):
@@ -140,7 +140,7 @@ def after_a_loss(instances: int = 6) -> Table:
     rows = []
     for words, goal in (
         ("coverage, 3 in sight", Goal(min_anchors=3, spare=1)),
-        ("PDOP ≤ 8, 3 in sight", Goal("dop", min_anchors=3, dop_limit=8.0, spare=1)),
+        ("PDOP < 8, 3 in sight", Goal("dop", min_anchors=3, dop_limit=8.0, spare=1)),
     ):
         held, stated, left = 0, [], []
         for seed in range(instances):

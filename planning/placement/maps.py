@@ -50,7 +50,7 @@ def placement_maps(
         if anchors:
             lines = min_visible_altitude(grid, anchors, sight.mode, curvature, unknown=unknown or sight.unknown)
             height_m = placement.targets.above_ground_m
-            found = dop_map(lines, height_m, goal.kind, dilution=goal.measure, on_surface=goal.on_surface)
+            found = dop_map(lines, height_m, goal.kind, measure=goal.measure, on_surface=goal.on_surface)
             count, dop, told = found.count.astype(np.uint8), found.dop, lines.error_statement
         maps.append((count, dop))
     (count_before, dop_before), (count_after, dop_after) = maps

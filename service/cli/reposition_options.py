@@ -135,7 +135,7 @@ def reposition(
     from .shape_files import path_fields
 
     if request is not None:
-        asked = request_from_file(request, RepositioningParameters)
+        asked = request_from_file(request, RepositioningParameters, instead=("detector_id", "persistent_s"))
     else:
         standing = anchors_of(anchor or [], anchors or [], lonlat=lonlat)
         lasting = [] if verdicts is None else lasting_occlusions(verdicts, persistent)

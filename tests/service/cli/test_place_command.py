@@ -228,8 +228,13 @@ def test_a_wrong_file_is_told_in_one_sentence(sightline, dem_file, tmp_path, wha
 
 def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path):
     path = tmp_path / "request.json"
-    path.write_text(json.dumps({"count": 4, "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}]}))
-    assert sightline("place", dem_file, "--request", path).code == 0
+    body = {"count": 4, "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}]}
+    path.write_text(json.dumps({"dem_id": "d1", **body, "goal": {"visible": 3}}))
+    done = sightline("place", dem_file, "--request", path, "--json")
+    assert done.code == 0, done.stderr
+    assert json.loads(done.stdout)["parameters"]["goal"]["min_anchors"] == 3
+    assert "dem_id of a service; it is passed over" in done.stderr
+    assert "visible is called min_anchors now" in done.stderr
     path.write_text('{"count": "many"}')
     ended = sightline("place", dem_file, "--request", path)
     assert (ended.code, "The request request.json:" in ended.stderr) == (2, True)

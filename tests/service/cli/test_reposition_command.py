@@ -60,6 +60,25 @@ def test_a_crew_follows_a_path(sightline, dem_file, tmp_path):
     assert [float(row["start_s"]) for row in rows] == sorted(move["start_s"] for move in told["moves"])
 
 
+def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path):
+    anchors = [
+        {"id": name, "east_m": WEST_M + east_m, "north_m": NORTH_M - south_m, "above_ground_m": 30.0}
+        for name, east_m, south_m in (("D1", 700.0, 60.0), ("D2", 100.0, 200.0), ("D3", 780.0, 300.0))
+    ]
+    place = {"east_m": WEST_M + 640.0, "north_m": NORTH_M - 380.0}
+    asked = {
+        "dem_id": "d1", "detector_id": "s1", "persistent_s": 5.0, "anchors": anchors, "occluded": ["D1"],
+        "rover": {"place": place, "heading_deg": 20.0, "ahead_m": 120.0}, "goal": {"min_anchors": 2},
+        "heights_above_ground_m": [60.0],
+    }  # fmt: skip
+    (tmp_path / "request.json").write_text(json.dumps(asked))
+    by_file = sightline("reposition", dem_file, "--request", tmp_path / "request.json", "--json")
+    assert by_file.code == 0, by_file.stderr
+    assert all(f"names a {name} of a service" in by_file.stderr for name in ("dem_id", "detector_id"))
+    by_options = sightline("reposition", dem_file, *QUESTION, "--occluded", "D1", "--json")
+    assert json.loads(by_file.stdout)["moves"] == json.loads(by_options.stdout)["moves"]
+
+
 BAD = {
     "no way ahead": (CREW, "exactly one of path and rover"),
     "a rover without heading": ((*CREW, "--rover", "1,2"), "--rover needs --heading"),

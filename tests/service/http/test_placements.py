@@ -144,6 +144,30 @@ def test_no_candidate_left_tells_programs_what_each_rule_removed(server: Server,
     assert problem["removed"]["above the ceiling"] > 0
 
 
+def test_the_older_name_of_min_anchors_is_taken_and_told(server: Server, jacksboro: dict[str, Any]) -> None:
+    new, old = (
+        asked(server, dem_id=jacksboro["id"], count=3, goal={"objective": "dop", name: 3})
+        for name in ("min_anchors", "visible")
+    )
+    assert (new.status_code, old.status_code) == (201, 201), old.text
+    results = [answer.json()["result"] for answer in (new, old)]
+    note = "visible is called min_anchors now; the older name will not be taken for ever."
+    assert [note in result["warnings"] for result in results] == [False, True]
+    assert results[0]["placed"] == results[1]["placed"]
+    assert old.json()["request"]["goal"]["min_anchors"] == results[1]["parameters"]["goal"]["min_anchors"] == 3
+    both = asked(server, dem_id=jacksboro["id"], count=3, goal={"min_anchors": 3, "visible": 3})
+    assert_problem(both, 422, "validation", "visible is the older name of min_anchors")
+    schema = server.client.get("/openapi.json").json()["components"]["schemas"]["GoalIn"]["properties"]
+    assert schema["visible"]["deprecated"]
+
+
+def test_a_cluster_that_is_not_set_up_is_refused_when_it_is_asked_for(
+    server: Server, jacksboro: dict[str, Any]
+) -> None:
+    answer = asked(server, dem_id=jacksboro["id"], count=3, run_on="cluster")
+    assert_problem(answer, 422, "request", "SIGHTLINE_DASK_SCHEDULER")
+
+
 def test_a_time_limit_answers_with_the_best_so_far(server: Server, jacksboro: dict[str, Any]) -> None:
     answer = asked(
         server,
