@@ -13,6 +13,7 @@ from fastapi import Depends, Request
 
 from service.detectors import Detectors
 from service.errors import DataFolderError
+from service.jobs.checks import Checks
 from service.jobs.drawings import Drawings
 from service.jobs.folder import DataFolder
 from service.jobs.pool import WorkerPool
@@ -37,6 +38,7 @@ class Service:
     pool: WorkerPool
     supervisor: Supervisor
     drawings: Drawings
+    checks: Checks
     detectors: Detectors
     uploads: asyncio.Semaphore
     started_at_s: float
@@ -51,9 +53,9 @@ class Service:
         pool = WorkerPool(settings, folder)
         supervisor = Supervisor(settings, folder, store, pool)
         uploads = asyncio.Semaphore(settings.max_uploads)
-        drawings = Drawings(folder, supervisor)
+        drawings, checks = Drawings(folder, supervisor), Checks(settings, supervisor)
         detectors = Detectors(settings)
-        return cls(settings, folder, store, pool, supervisor, drawings, detectors, uploads, time.monotonic())
+        return cls(settings, folder, store, pool, supervisor, drawings, checks, detectors, uploads, time.monotonic())
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk."""

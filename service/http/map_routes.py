@@ -66,10 +66,10 @@ async def ask_for_map(
     find: what the service knows besides, by the fields of the body that tell of it.
     """
     check = {"product": resource.kind, "body": await json_body(request)}
-    asked = await service.supervisor.check("check-map", check)
+    asked = await service.checks.ask("check-map", check)
     if find is not None and "needed" in asked:
         found = await find(asked["needed"], service)
-        asked = await service.supervisor.check("check-map", {**check, "found": found})
+        asked = await service.checks.ask("check-map", {**check, "found": found})
     job = await service.supervisor.submit(resource.kind, asked["dem_id"], {"parameters": asked["parameters"]})
     return _answer(resource, service, await after_waiting(request, response, service, job, wait_s))
 

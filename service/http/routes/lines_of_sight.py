@@ -50,7 +50,7 @@ async def ask_for_lines_of_sight(
     """Clearance, verdict and blocking point of many straight lines at once; exact on the triangulated surface."""
     token = uuid.uuid4().hex
     async with long_body(request, service) as (body, big):
-        asked = await service.supervisor.check("check-lines-of-sight", body, token, big=big)
+        asked = await service.checks.ask("check-lines-of-sight", body, token, big=big)
     job = await service.supervisor.submit(
         KIND,
         asked["dem_id"],

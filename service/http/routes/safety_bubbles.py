@@ -48,7 +48,7 @@ async def ask_for_safety_bubbles(
     """Per point of a path, or of a history of poses: radius of the bubble, clearance to the ground, and the verdict."""
     token = uuid.uuid4().hex
     async with long_body(request, service) as (body, big):
-        asked = await service.supervisor.check("check-safety-bubbles", body, token, big=big)
+        asked = await service.checks.ask("check-safety-bubbles", body, token, big=big)
     job = await service.supervisor.submit(
         KIND,
         asked["dem_id"],
