@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import navigation
+from planning.paths.sight_maps import exact_lines
 from terrain import ElevationGrid
 from visibility import (
     Anchor,
@@ -50,7 +51,9 @@ def calculate_bubbles(
         sight = lines_to(grid, sources, parameters, share)
         sets = visible_sets(sight, points_m)
         anchors_m = [_position_m(grid, source) for source in sources]
-        visible = in_sight_past(grid, buildings, points_m, anchors_m, sight.curvature, sets.visible())
+        # between posts a map is not exact, and the lines that plans are judged by are
+        seen = exact_lines(sight, points_m)[0] if parameters.mode == "exact" else sets.visible()
+        visible = in_sight_past(grid, buildings, points_m, anchors_m, sight.curvature, seen)
         warnings += list(sight.warnings)
         if sets.unknown.any():
             warnings.append(
