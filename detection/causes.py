@@ -17,6 +17,8 @@ __all__ = ["ENOUGH", "HARDLY", "Cause", "Suspicion", "shared_cause"]
 
 HARDLY = 0.2  # share of epochs with a position, or of ranges that are clear, under which something is said in any case
 HALF = 0.5
+LIKE = 0.25  # share by which what a part of a log says may differ from what the whole does
+SPACE: Literal[3] = 3
 ENOUGH = 10  # epochs, and blocks of ranges, before all this means anything
 # A cause is named that leaves so little of what ranges are off without it, and so little of them off at all.
 EXPLAINS = 0.5
@@ -76,14 +78,18 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
         causes.append((offset.sigma_m, _offset(offset)))
     if scale is not None and abs(scale.scale - 1.0) > max(0.3 * tolerance_m / typical_m, 3.0 * scale.scale_sigma):
         causes.append((scale.sigma_m, _scale(scale)))
-    in_space = shared_fit([b for b in blocks if len(b.ranges_m) > 3], 3, sigma_m, speed, "nothing") if d == 2 else None
+    in_space = (
+        shared_fit([b for b in blocks if len(b.ranges_m) > SPACE], SPACE, sigma_m, speed, "nothing") if d == 2 else None
+    )
     left_m, best = min(causes, key=lambda cause: cause[0], default=(math.inf, _ALTITUDES))
     if in_space is not None and in_space.sigma_m < EXPLAINS * plain.sigma_m:
         # an offset does about what a height does; anchors that were given heights were given them for a reason
         given = any(block.anchors_m[:, 2].any() for block in blocks)
         meets = in_space.sigma_m < SURELY * sigma_m
-        if meets if given or sense > HALF else in_space.sigma_m < EXPLAINS * left_m:
-            return [Suspicion(Cause.DIMENSION, _IN_SPACE)]
+        better = meets if given or sense > HALF else in_space.sigma_m < EXPLAINS * left_m
+        needed = Suspicion(Cause.DIMENSION, _IN_SPACE)
+        if better and _lasts(needed, [block for block in blocks if len(block.ranges_m) > SPACE], settings, speed):
+            return [needed]
         best = replace(best, sentence=best.sentence + _OR_IN_SPACE)
     at_once = not any(block.late_s.any() for block in blocks)
     near_m = (NEARLY if at_once else NEARLY_MOVING) * sigma_m
@@ -99,17 +105,24 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
 
 
 def _lasts(found: Suspicion, blocks: Sequence[Block], settings: DetectorSettings, speed_m_per_s: float) -> bool:
-    """Whether both halves of the log say the same by themselves: occlusion comes and goes, a fault stays."""
-    half = len(blocks) // 2
-    what: Literal["offset", "scale"] = "offset" if found.cause is Cause.OFFSET else "scale"
-    said = []
-    for part in (blocks[:half], blocks[half:]):
-        fit = shared_fit(part, settings.dimension, settings.range_sigma_m, speed_m_per_s, what)
+    """Whether every quarter of the log says the same by itself: occlusion comes and goes, a fault stays."""
+    d, sigma_m = settings.dimension, settings.range_sigma_m
+    for quarter in np.array_split(np.arange(len(blocks)), 4):
+        part = [blocks[number] for number in quarter]
+        if found.cause is Cause.DIMENSION:
+            plain, in_space = (shared_fit(part, space, sigma_m, speed_m_per_s, "nothing") for space in (d, SPACE))
+            if plain is None or in_space is None or not in_space.sigma_m < EXPLAINS * plain.sigma_m:
+                return False
+            continue
+        what: Literal["offset", "scale"] = "offset" if found.cause is Cause.OFFSET else "scale"
+        fit = shared_fit(part, d, sigma_m, speed_m_per_s, what)
         if fit is None:
             return False
-        said.append(fit.offset_m if what == "offset" else fit.scale - 1.0)
-    whole = found.value if what == "offset" else found.value - 1.0
-    return all(abs(part - whole) < 0.25 * abs(whole) for part in said)
+        whole = found.value if what == "offset" else found.value - 1.0
+        apart = fit.offset_m - found.value if what == "offset" else fit.scale - found.value
+        if abs(apart) > max(LIKE * abs(whole), 3.0 * max(fit.offset_sigma_m, fit.scale_sigma)):
+            return False
+    return True
 
 
 _ALTITUDES = Suspicion(
