@@ -2,7 +2,7 @@
 
 Fast mode errs beside the edges of shadows, so the share of posts that it calls wrongly goes with how many there are;
 altitudes over hidden posts are off with how rough the ground is and how far shadows reach. The factors below are from
-windows and whole tiles of thirteen real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
+windows and whole tiles of twelve real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
 them, on the border and up to 12 posts beyond it (docs/benchmarks.md, "Fast mode by situation").
 """
 
