@@ -2,7 +2,7 @@
 
 Fast mode errs beside the edges of shadows, so the share of posts that it calls wrongly goes with how many there are;
 altitudes over hidden posts are off with how rough the ground is and how far shadows reach. The factors below are from
-windows and whole tiles of thirteen real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
+windows and whole tiles of twelve real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
 them, on the border and up to 12 posts beyond it (docs/benchmarks.md, "Fast mode by situation").
 """
 
@@ -18,10 +18,10 @@ __all__ = ["FastErrors", "fast_errors"]
 
 Heights = npt.NDArray[np.float32]
 
-RECEIVERS_M = (0.0, 1.5, 10.0, 50.0)
+RECEIVERS_M = (0.0, 1.5, 10.0)
 LINES = 64  # of a large grid so many lines of posts stand for all
 MEAN_OF_EDGES = 0.03  # misclassified posts per edge between neighbours that differ: in the mean …
-MOST_OF_EDGES = 0.12  # … and more than with any anchor
+MOST_OF_EDGES = 0.2  # … and more than with any anchor
 MEAN_BY_UNKNOWN, MOST_BY_UNKNOWN = 0.05, 0.5  # the same per edge between known and unknown answers
 MOST_OF_UNKNOWN = 8.0  # posts called unknown for nothing, per edge between known and unknown answers
 MOST_POSTS = 8.0  # on grids with few edges so many posts may be wrong besides
@@ -70,7 +70,7 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     edges = max((_shadow_edges(heights_m, one_m, tops) for one_m in altitude_m), default=0.0)
     # few and far between: no sample of lines tells how many there are
     unknown = 0.0 if known.all() else max((_edges(np.isnan(one_m), known) for one_m in altitude_m), default=0.0)
-    few = MOST_POSTS / max(np.count_nonzero(known), MOST_POSTS)
+    few = MOST_POSTS / max(int(np.count_nonzero(known)), MOST_POSTS)
     return FastErrors(
         misclassified=MEAN_OF_EDGES * edges + MEAN_BY_UNKNOWN * unknown,
         misclassified_most=min(MOST_OF_EDGES * edges + MOST_BY_UNKNOWN * unknown + few, 1.0),
@@ -89,16 +89,16 @@ def _shadow_edges(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.
     most = 0
     for above_m in RECEIVERS_M:
         seen = clear_m <= ground_m + np.float32(above_m)
-        count = np.count_nonzero((seen[:, 0, 1:] != seen[:, 0, :-1]) & along)
-        most = max(most, count + np.count_nonzero((seen[:, 0] != seen[:, 1]) & across))
-    return most / max(np.count_nonzero(known[:, 0]), 1)
+        count = int(np.count_nonzero((seen[:, 0, 1:] != seen[:, 0, :-1]) & along))
+        most = max(most, count + int(np.count_nonzero((seen[:, 0] != seen[:, 1]) & across)))
+    return most / max(int(np.count_nonzero(known[:, 0])), 1)
 
 
 def _edges(marked: npt.NDArray[np.bool_], known: npt.NDArray[np.bool_]) -> float:
     """Neighbours of which one is marked, both on known ground, per known post."""
-    along = np.count_nonzero((marked[:, 1:] != marked[:, :-1]) & known[:, 1:] & known[:, :-1])
-    across = np.count_nonzero((marked[1:] != marked[:-1]) & known[1:] & known[:-1])
-    return (along + across) / max(np.count_nonzero(known), 1)
+    along = int(np.count_nonzero((marked[:, 1:] != marked[:, :-1]) & known[:, 1:] & known[:, :-1]))
+    across = int(np.count_nonzero((marked[1:] != marked[:-1]) & known[1:] & known[:-1]))
+    return (along + across) / max(int(np.count_nonzero(known)), 1)
 
 
 def _bend_m(heights_m: Heights, tops: npt.NDArray[np.intp]) -> float:
