@@ -67,7 +67,7 @@ def entering_fans(across_0: float, beyond: float, reach: tuple[float, float, flo
     usual = _usual_dt(near, far)
     sign = 1.0 if across_0 < 0.0 else -1.0
     steepest = max(abs(t_low), abs(t_high))
-    # from the bearing that grazes most: (its size, the largest step, how many of these a ray near the eye may stand for)
+    # from the bearing that grazes most: its size, the largest step, how many of these a ray near the eye may stand for
     pieces: list[tuple[float, float, int]] = []
     size = beyond / far
     while not pieces or size < steepest:

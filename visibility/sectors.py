@@ -110,8 +110,8 @@ def _blocks(
                 empty = fan.lines_before(beyond, near) if entering else 0
                 for first_ray, count, is_first, is_last in _cut(fan, block_rays, ends):
                     task = (
-                        number, axis, direction, first + direction * empty, steps - empty, first_ray, count, is_first, is_last, is_inside,
-                        fan.coarsest,
+                        number, axis, direction, first + direction * empty, steps - empty, first_ray, count,
+                        is_first, is_last, is_inside, fan.coarsest,
                     )  # fmt: skip
                     yield task, (along_0, across_0, eye[2], fan.t_0, fan.dt, drop_along, drop_across, tilt)
 
