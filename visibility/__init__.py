@@ -16,7 +16,7 @@ from .dop_questions import DopKind, DopReason, least_anchors, pack_sets
 from .errors import AlmanacError, AlmanacFileError, AnchorError, MeshError, VisibilityError, VisibilityInputError
 from .flight_limits import FlightLimit
 from .fresnel import fresnel_radius_m, knife_edge_loss_db
-from .ground_normals import surface_normals
+from .ground_normals import rover_normals, surface_normals
 from .ground_profile import GroundProfile, profile
 from .isosurfaces import Isosurface, isosurface
 from .minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
@@ -126,6 +126,7 @@ __all__ = [
     "profile",
     "read_buildings",
     "reflections",
+    "rover_normals",
     "surface_normals",
     "vertical_section",
     "visible_sets",

@@ -15,7 +15,7 @@ from .distant import DistantAnchor
 from .dop_maps import antenna_points, check_receiver
 from .dop_questions import DopKind, Sources, kind_code
 from .errors import VisibilityInputError
-from .ground_normals import post_normals, surface_normals
+from .ground_normals import post_normals, rover_normals
 from .kernels import dop as kernel
 from .minimum_altitude import MinimumVisibleAltitude
 from .position_errors import PositionError, variances_of
@@ -85,7 +85,7 @@ def position_error_along(
     tables = column_tables(minimum)
     sources = _weighted(tables.sources, minimum.anchors)
     sets = sets_of(minimum, tables, points)
-    normals = surface_normals(minimum.grid, points[:, 0], points[:, 1]) if on_surface else np.empty((0, 3))
+    normals = rover_normals(minimum.grid, points[:, 0], points[:, 1]) if on_surface else np.empty((0, 3))
     found, reason = np.empty((len(points), 7)), np.empty(len(points), np.uint8)
     kernel.covariances_at_points(points, sources, sets.mask, sets.unknown, kind_code(kind), normals, found, reason)
     covariance_m2 = found[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .columns_of_air import ColumnTables, column_tables
 from .dop import Dop, solve
 from .dop_questions import DopKind, set_words
-from .ground_normals import surface_normals
+from .ground_normals import rover_normals
 from .kernels.visible_sets import sets_at_points
 from .minimum_altitude import MinimumVisibleAltitude
 from .sight_points import check_points, in_posts
@@ -65,10 +65,10 @@ def dop_along(
     """Dilution of precision at each point (n, 3) of a trajectory, from the anchors in sight there.
 
     on_surface: the points move along the ground, so only that motion is unknown; the slope is that of the triangle
-        they are over. Raises VisibilityInputError.
+        they are over, and on a post that to its neighbours, as in ``dop_map``. Raises VisibilityInputError.
     """
     points = check_points(minimum.grid, "points_m", points_m)
     tables = column_tables(minimum)
     sets = sets_of(minimum, tables, points)
-    normals = surface_normals(minimum.grid, points[:, 0], points[:, 1]) if on_surface else None
+    normals = rover_normals(minimum.grid, points[:, 0], points[:, 1]) if on_surface else None
     return solve(points, tables.sources, sets.mask, sets.unknown, kind, normals)

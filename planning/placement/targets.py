@@ -11,7 +11,7 @@ import shapely
 
 from planning.errors import PlacementError
 from terrain import ElevationGrid, height_at
-from visibility import surface_normals
+from visibility import rover_normals
 
 __all__ = ["Targets", "area_targets", "corridor_targets", "path_targets"]
 
@@ -154,7 +154,7 @@ def _targets(
 
 def _normals(grid: ElevationGrid, point_m: Floats) -> Floats:
     """Upward normals; where a neighbour is unknown the ground is taken as level."""
-    normal = surface_normals(grid, point_m[:, 0], point_m[:, 1])
+    normal = rover_normals(grid, point_m[:, 0], point_m[:, 1])
     normal[np.isnan(normal).any(axis=1)] = (0.0, 0.0, 1.0)
     return normal
 

@@ -18,6 +18,7 @@ from visibility import (
     DopReason,
     VisibilityInputError,
     dop,
+    dop_along,
     dop_map,
     dop_per_visible_set,
     min_visible_altitude,
@@ -169,3 +170,11 @@ def test_a_limit_that_is_no_limit_is_refused(limit):
     grid = hills()
     with pytest.raises(VisibilityInputError, match="dop_limit must be a number > 0"):
         dop_map(min_visible_altitude(grid, eyes(grid, 2)), ABOVE_M).no_go(limit)
+
+
+def test_along_a_trajectory_over_posts_the_dop_on_the_ground_is_that_of_the_map():
+    grid = hills()
+    minimum = far_and_near(grid)
+    along = dop_along(minimum, over_posts(grid, ABOVE_M), on_surface=True)
+    found = dop_map(minimum, ABOVE_M, on_surface=True)
+    np.testing.assert_array_equal(along.pdop.astype(np.float32).reshape(grid.shape), found.dop)

@@ -8,7 +8,7 @@ import pytest
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import plane
 from tests.visibility.grounds import hills
-from visibility.ground_normals import post_normals, surface_normals
+from visibility.ground_normals import post_normals, rover_normals, surface_normals
 
 SLOPE_EAST, SLOPE_NORTH = 0.3, -0.12
 PLANE_NORMAL = np.array([-SLOPE_EAST, -SLOPE_NORTH, 1.0]) / math.sqrt(1.0 + SLOPE_EAST**2 + SLOPE_NORTH**2)
@@ -84,3 +84,16 @@ def test_the_synthetic_plane_faces_against_its_slopes():
     normal = surface_normals(plane(9, slope_east=0.2, slope_north=0.1), 31.0, 31.0)[0]
     assert normal[0] / normal[2] == pytest.approx(-0.2, abs=1e-5)
     assert normal[1] / normal[2] == pytest.approx(-0.1, abs=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(33, 33), (1, 33), (33, 1)])
+def test_a_rover_on_a_post_has_the_normal_of_the_post_and_elsewhere_that_of_its_triangle(shape):
+    heights_m = hills().heights_m[: shape[0], : shape[1]].copy()
+    heights_m[0, 5 % shape[1]] = np.nan
+    grid = ElevationGrid(heights_m, 20.0, 35.0, 500_000.3, 4_000_000.7)
+    row, col = (index.ravel() for index in np.indices(shape))
+    np.testing.assert_array_equal(rover_normals(grid, *grid.position_of(row, col)), post_normals(grid, 0, grid.rows))
+    rng = np.random.default_rng(4)
+    between = grid.position_of(*(rng.uniform(0.0, size - 1.0, 60) + 1e-3 * (size > 1) for size in shape))
+    if 1 not in shape:
+        np.testing.assert_array_equal(rover_normals(grid, *between), surface_normals(grid, *between))
