@@ -17,6 +17,7 @@ from .outcomes import Path, PathTotals
 from .places import metres_of, sampled
 from .problems import PathProblem
 from .sight_maps import Sightings, SightMaps
+from .triangles import middles, steepest_rad
 
 __all__ = ["described"]
 
@@ -67,8 +68,16 @@ def described(problem: PathProblem, field: CostField, maps: SightMaps | None, pl
         corners=corners,
         cost=float(sums[-1, 1]),
         cost_split=_split(problem, field, fine, sums),
-        totals=_totals(problem, sums, seen, sigma_m, slope_rad, altitude_m),
+        totals=_totals(problem, sums, seen, _between(maps, fine, sums), sigma_m, steepest_rad(grid, fine), altitude_m),
     )
+
+
+def _between(maps: SightMaps | None, places: Floats, sums: Floats) -> Sightings:
+    """What the anchors give between the vertices: in the middle of what the path crosses of each triangle."""
+    middle, at = middles(places)
+    if maps is None:
+        return _nothing_seen(len(middle))
+    return maps.sightings(middle, np.interp(at, np.arange(len(sums)), sums[:, 2]))
 
 
 def _nothing_seen(points: int) -> Sightings:
@@ -107,7 +116,13 @@ def _split(problem: PathProblem, field: CostField, places: Floats, sums: Floats)
 
 
 def _totals(
-    problem: PathProblem, sums: Floats, seen: Sightings, sigma_m: Floats, slope_rad: Floats, altitude_m: Floats
+    problem: PathProblem,
+    sums: Floats,
+    seen: Sightings,
+    between: Sightings,
+    sigma_m: Floats,
+    steepest_rad: float,
+    altitude_m: Floats,
 ) -> PathTotals:
     count = seen.visible.sum(axis=1)
     with_anchors = seen.visible.shape[1] > 0
@@ -123,10 +138,10 @@ def _totals(
         time_s=float(sums[-1, 2]),
         out_of_sight_s=float(dark_s.sum()),
         longest_out_of_sight_s=_longest_run(dark_s),
-        worst_dop=float(seen.dop.max()) if with_anchors else math.nan,
-        fewest_anchors=int(count.min()),
+        worst_dop=float(np.concatenate([seen.dop, between.dop]).max()) if with_anchors else math.nan,
+        fewest_anchors=int(min(count.min(), between.visible.sum(axis=1).min())),
         mean_position_sigma_m=float((0.5 * (sigma_m[:-1] + sigma_m[1:]) * piece_s).sum() / piece_s.sum()),
-        steepest_rad=float(slope_rad.max()),
+        steepest_rad=steepest_rad,
     )
 
 

@@ -66,6 +66,7 @@ _IN_WORDS = {
 class PathTotals:
     """What a whole path amounts to; worst_dop is NaN without anchors, +inf where there is no fix somewhere.
 
+    worst_dop, fewest_anchors: at the vertices and in each triangle between them; steepest_rad: of every triangle.
     mean_position_sigma_m: over the time of the path; NaN without anchors.
     """
 

@@ -1,0 +1,100 @@
+"""What a whole path amounts to is judged at every place of it, not at its vertices."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, RoverModel, plan_path
+from planning.paths.triangles import middles, steepest_rad
+from terrain import ElevationGrid, height_at
+from terrain.synthetic import fractal
+from visibility import VISIBLE, anchor_above_ground, dop, lines_of_sight, min_visible_altitude, surface_normals
+
+ROUGH = fractal(24, 5, relief_m=150.0, cell_m=30.0)
+GRID = ElevationGrid(ROUGH.heights_m, 30.0, 20.0)
+PLACES = st.lists(st.tuples(st.floats(0.0, 23.0), st.floats(0.0, 23.0)), min_size=2, max_size=4)
+
+
+def steps_of(corners):
+    """A way over corners with a vertex every cell or less."""
+    out = [np.array(corners[:1], np.float64)]
+    for begin, end in itertools.pairwise(corners):
+        count = max(math.ceil(math.dist(begin, end)), 1)
+        out.append(np.linspace(begin, end, count + 1)[1:])
+    return np.concatenate(out)
+
+
+def dense(places, each=400):
+    """Many places on every piece of a way, its ends left out."""
+    share = (np.arange(each) + 0.5)[None, :, None] / each
+    return (places[:-1, None] + share * np.diff(places, axis=0)[:, None]).reshape(-1, 2)
+
+
+def slope_rad(places):
+    return np.arccos(surface_normals(GRID, *GRID.position_of(places[:, 0], places[:, 1]))[:, 2])
+
+
+@settings(max_examples=60, deadline=None)
+@given(PLACES)
+def test_the_steepest_slope_is_that_of_the_steepest_triangle_on_the_way(corners):
+    places = steps_of(corners)
+    if np.hypot(*np.diff(places, axis=0).T).min() < 0.05:
+        return
+    found, sampled = steepest_rad(GRID, places), slope_rad(dense(places)).max()
+    assert found >= sampled - 1e-9
+    # what lies between two samples is a corner of a triangle that the way cuts
+    assert found <= slope_rad(np.vstack([dense(places, 4000), middles(places)[0]])).max() + 1e-9
+
+
+def test_a_way_along_an_edge_is_as_steep_as_the_steeper_side():
+    for begin, end, sides in (
+        ((5.0, 3.0), (5.0, 4.0), ((4.9, 3.7), (5.1, 3.3))),
+        ((5.0, 3.0), (6.0, 3.0), ((5.7, 2.9), (5.3, 3.1))),
+        ((5.0, 3.0), (6.0, 4.0), ((5.4, 3.6), (5.6, 3.4))),
+    ):
+        expected = slope_rad(np.array(sides)).max()
+        assert steepest_rad(GRID, np.array([begin, end])) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_middles_lie_one_in_each_triangle():
+    middle, at = middles(np.array([[2.1, 3.2], [2.7, 3.9]]))
+    # from the square's north-eastern half, never over its diagonal
+    np.testing.assert_allclose(middle, [[2.4, 3.55]])
+    np.testing.assert_allclose(at, [0.5])
+    middle, _ = middles(np.array([[2.1, 3.9], [2.9, 3.1]]))
+    np.testing.assert_allclose(middle, [[2.3, 3.7], [2.7, 3.3]])
+
+
+@pytest.mark.parametrize("on_surface", [False, True])
+def test_the_totals_of_a_path_hold_between_its_vertices(on_surface):
+    spread = ((100.0, -60.0), (600.0, -80.0), (300.0, -400.0), (40.0, -430.0), (640.0, -420.0))
+    anchors = [anchor_above_ground(GRID, f"A{n}", *place, 600.0) for n, place in enumerate(spread)]
+    minimum = min_visible_altitude(GRID, anchors, "exact")
+    problem = PathProblem(
+        GRID,
+        (45.0, -410.0),
+        ((640.0, -40.0),),
+        rover=RoverModel(footprint_radius_m=0.0, max_slope_rad=math.radians(60.0), antenna_height_m=1.5),
+        weights=CostWeights(length=1.0),
+        maps=minimum,
+        limits=PathLimits(on_surface=on_surface),
+    )
+    outcome = plan_path(problem)
+    assert outcome.status == PathStatus.FOUND
+    path = outcome.path
+    row, col = GRID.post_at(path.east_m, path.north_m)
+    places = np.column_stack([row, col])
+    assert path.totals.steepest_rad >= slope_rad(dense(places, 50)).max() - 1e-9
+    assert path.totals.steepest_rad >= path.slope_rad.max() - 1e-9
+    middle, _ = middles(places)
+    east_m, north_m = GRID.position_of(middle[:, 0], middle[:, 1])
+    points_m = np.column_stack([east_m, north_m, height_at(GRID, east_m, north_m) + 1.5])
+    eyes_m = np.array([(anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors])
+    verdicts = [lines_of_sight(GRID, np.tile(eye_m, (len(points_m), 1)), points_m).verdict for eye_m in eyes_m]
+    normals = surface_normals(GRID, east_m, north_m) if on_surface else None
+    between = dop(eyes_m, points_m, visible=np.array(verdicts).T == VISIBLE, surface_normal=normals)
+    assert path.totals.worst_dop == pytest.approx(max(between.pdop.max(), path.dop.max()), rel=1e-9)
