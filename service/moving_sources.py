@@ -47,8 +47,8 @@ def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frame
     asked, times_s = parameters.satellites, frames.times_s()
     eyes = eyes_of(grid, asked, [time_of(asked.time, time_s) for time_s in times_s])
     sky = satellite_tracks(eyes, times_s, ranging_sigma_m=asked.ranging_sigma_m)
-    everyone, moving = (*standing, *tracks, *sky), len(tracks) + len(sky)
-    return MovingSources(everyone, eyes.view.unhealthy_ids, moving, eyes.view.warnings)
+    moving = len(tracks) + len(sky)
+    return MovingSources((*standing, *tracks, *sky), eyes.view.unhealthy_ids, moving, eyes.view.warnings)
 
 
 def check_moving_sources(

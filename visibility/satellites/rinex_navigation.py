@@ -70,9 +70,7 @@ def parse_rinex_navigation(text: str, source: str = "navigation file") -> Epheme
         if record.whose != "GPS":
             passed.foreign[record.whose] += 1
         elif len(record.lines) < RECORD_LINES and record is records[-1]:
-            raise AlmanacFileError(
-                f"{where} has {len(record.lines)} of {RECORD_LINES} lines: the file is truncated."
-            )
+            raise AlmanacFileError(f"{where} has {len(record.lines)} of {RECORD_LINES} lines: the file is truncated.")
         elif len(record.lines) <= len(ORBIT_FIELDS):
             passed.useless.append(f"{where} has {len(record.lines)} of {RECORD_LINES} lines. It was passed over.")
         else:
