@@ -26,12 +26,14 @@ class Deviation:
     at_obstacle_m: the largest error carried back along its sight line to the obstacle that decides it.
     wild: posts whose error at the obstacle exceeds the relief of the ground there, so that no choice of ray through the
         neighbouring posts explains it.
+    unknown: share of posts called unknown that exact knows, per anchor; they are not among the misclassified.
     """
 
     misclassified: dict[float, tuple[float, ...]]
     error_m: npt.NDArray[np.float32]
     at_obstacle_m: float
     wild: int
+    unknown: tuple[float, ...] = ()
 
     def percentile_m(self, percent: float) -> float:
         return float(np.percentile(self.error_m, percent)) if self.error_m.size else 0.0
@@ -67,7 +69,8 @@ def deviation(
     for receiver_m in receivers_m:
         receiver_altitude_m = grid.heights_m + np.float32(receiver_m)
         differs = (receiver_altitude_m >= answer_m) != (receiver_altitude_m >= exact_m)
-        differs |= np.isnan(answer_m) != np.isnan(exact_m)
+        differs |= np.isnan(exact_m)
+        differs &= ~np.isnan(answer_m)
         misclassified[receiver_m] = (float(np.count_nonzero(differs & counted) / np.count_nonzero(counted)),)
     both = counted & np.isfinite(answer_m) & np.isfinite(exact_m)
     error_m = np.where(both, np.abs(answer_m - exact_m), 0.0).astype(np.float32)
@@ -77,6 +80,7 @@ def deviation(
         error_m[both & (exact_m > grid.heights_m)],
         float(at_obstacle_m.max(initial=0.0)),
         int(np.count_nonzero(at_obstacle_m > relief_m)),
+        (float(np.count_nonzero(np.isnan(answer_m) & ~np.isnan(exact_m) & counted) / np.count_nonzero(counted)),),
     )
 
 
@@ -88,6 +92,7 @@ def pooled(parts: list[Deviation]) -> Deviation:
         np.concatenate([part.error_m for part in parts]),
         max(part.at_obstacle_m for part in parts),
         sum(part.wild for part in parts),
+        tuple(share for part in parts for share in part.unknown),
     )
 
 

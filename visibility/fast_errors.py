@@ -2,7 +2,7 @@
 
 Fast mode errs beside the edges of shadows, so the share of posts that it calls wrongly goes with how many there are;
 altitudes over hidden posts are off with how rough the ground is and how far shadows reach. The factors below are from
-windows and whole tiles of thirteen real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
+windows and whole tiles of twelve real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
 them, on the border and up to 12 posts beyond it (docs/benchmarks.md, "Fast mode by situation").
 """
 
@@ -18,10 +18,12 @@ __all__ = ["FastErrors", "fast_errors"]
 
 Heights = npt.NDArray[np.float32]
 
-RECEIVERS_M = (0.0, 1.5, 10.0, 50.0)
+RECEIVERS_M = (0.0, 1.5, 10.0)
 LINES = 64  # of a large grid so many lines of posts stand for all
 MEAN_OF_EDGES = 0.03  # misclassified posts per edge between neighbours that differ: in the mean …
-MOST_OF_EDGES = 0.12  # … and more than with any anchor
+MOST_OF_EDGES = 0.2  # … and more than with any anchor
+MEAN_BY_UNKNOWN, MOST_BY_UNKNOWN = 0.05, 0.5  # the same per edge between known and unknown answers
+MOST_OF_UNKNOWN = 8.0  # posts called unknown for nothing, per edge between known and unknown answers
 MOST_POSTS = 8.0  # on grids with few edges so many posts may be wrong besides
 LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's longer side in posts
 
@@ -30,26 +32,31 @@ LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's lo
 class FastErrors:
     """Of the worst anchor: shares of the known posts, and metres.
 
-    edge_share: edges of shadows per post, for that one of RECEIVERS_M which has most. misclassified: share of posts
-    that fast mode and exact mode call differently, about; misclassified_most: at most. large_error_m: what the
-    altitudes of all but one in a thousand hidden posts are within; NaN where no three neighbours are known.
+    misclassified: share of posts that fast mode and exact mode call differently, about; misclassified_most: at most.
+    unknown_most: share that fast mode calls unknown though exact mode knows, at most. large_error_m: what the altitudes
+    of all but one in a thousand hidden posts are within; NaN where no three neighbours are known.
     """
 
-    edge_share: float
     misclassified: float
     misclassified_most: float
+    unknown_most: float
     large_error_m: float
 
     def sentence(self) -> str:
         """The statement that an answer carries."""
-        altitudes = "" if math.isnan(self.large_error_m) else (
-            f"; of the altitudes over hidden posts all but one in a thousand are within {_digits(self.large_error_m)} m"
-        )  # fmt: skip
-        return (
-            f"rays in float32, which err beside the edges of shadows: on this ground, by what was measured on others, "
-            f"about {_digits(100.0 * self.misclassified)} % and at most {_digits(100.0 * self.misclassified_most)} % of "
-            f"an anchor's posts differ from exact for receivers up to 50 m above ground{altitudes}"
-        )
+        told = [
+            f"rays in float32, which err beside the edges of shadows: by what was measured on other grounds, about "
+            f"{_digits(100.0 * self.misclassified)} % and at most {_digits(100.0 * self.misclassified_most)} % of an "
+            f"anchor's posts on this one differ from exact for receivers up to {RECEIVERS_M[-1]:g} m above ground"
+        ]
+        if not math.isnan(self.large_error_m):
+            told.append(
+                "altitudes over all but one in a thousand of its hidden posts are within "
+                f"{_digits(self.large_error_m)} m"
+            )
+        if self.unknown_most > 0.0:
+            told.append(f"at most {_digits(100.0 * self.unknown_most)} % more posts than in exact are called unknown")
+        return "; ".join(told)
 
 
 def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
@@ -59,34 +66,39 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     """
     rows, cols = heights_m.shape
     tops = np.unique(np.linspace(0, max(rows - 2, 0), min(max(rows - 1, 1), LINES)).astype(np.intp))
-    shares = [_edge_share(heights_m, one_m, tops) for one_m in altitude_m]
-    edges = max((edges for edges, _ in shares), default=0.0)
-    known_posts = heights_m.size * min((known for _, known in shares), default=1.0)
+    known = ~np.isnan(heights_m)
+    edges = max((_shadow_edges(heights_m, one_m, tops) for one_m in altitude_m), default=0.0)
+    # few and far between: no sample of lines tells how many there are
+    unknown = 0.0 if known.all() else max((_edges(np.isnan(one_m), known) for one_m in altitude_m), default=0.0)
+    few = MOST_POSTS / max(int(np.count_nonzero(known)), MOST_POSTS)
     return FastErrors(
-        edge_share=edges,
-        misclassified=MEAN_OF_EDGES * edges,
-        misclassified_most=min(MOST_OF_EDGES * edges + MOST_POSTS / max(known_posts, MOST_POSTS), 1.0),
+        misclassified=MEAN_OF_EDGES * edges + MEAN_BY_UNKNOWN * unknown,
+        misclassified_most=min(MOST_OF_EDGES * edges + MOST_BY_UNKNOWN * unknown + few, 1.0),
+        unknown_most=min(MOST_OF_UNKNOWN * unknown + few, 1.0) if unknown > 0.0 else 0.0,
         large_error_m=LARGE_ERRORS * math.sqrt(max(rows, cols)) * _bend_m(heights_m, tops),
     )
 
 
-def _edge_share(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> tuple[float, float]:
-    """Edges of shadows per known post, on some lines of posts and between them and the next; share of known posts."""
-    below = np.minimum(tops + 1, len(heights_m) - 1)
-    ground_m, next_m = heights_m[tops], heights_m[below]
-    clear_m, next_clear_m = altitude_m[tops], altitude_m[below]
-    known, next_known = ~np.isnan(ground_m), ~np.isnan(next_m)
-    unknown, next_unknown = np.isnan(clear_m), np.isnan(next_clear_m)
+def _shadow_edges(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> float:
+    """Edges of shadows per known post, for the receiver that has most; on some lines of posts, and to the next ones."""
+    lines = np.stack([tops, np.minimum(tops + 1, len(heights_m) - 1)], axis=1)
+    ground_m, clear_m = heights_m[lines], altitude_m[lines]
+    known = ~np.isnan(ground_m)
+    # along the first line of each pair, and across
+    along, across = known[:, 0, 1:] & known[:, 0, :-1], known[:, 0] & known[:, 1]
     most = 0
-    for receiver_m in RECEIVERS_M:
-        seen = clear_m <= ground_m + np.float32(receiver_m)
-        next_seen = next_clear_m <= next_m + np.float32(receiver_m)
-        along = (seen[:, 1:] != seen[:, :-1]) | (unknown[:, 1:] != unknown[:, :-1])
-        across = (seen != next_seen) | (unknown != next_unknown)
-        edges = np.count_nonzero(along & known[:, 1:] & known[:, :-1]) + np.count_nonzero(across & known & next_known)
-        most = max(most, edges)
-    known_posts = np.count_nonzero(known)
-    return most / max(known_posts, 1), known_posts / known.size
+    for above_m in RECEIVERS_M:
+        seen = clear_m <= ground_m + np.float32(above_m)
+        count = int(np.count_nonzero((seen[:, 0, 1:] != seen[:, 0, :-1]) & along))
+        most = max(most, count + int(np.count_nonzero((seen[:, 0] != seen[:, 1]) & across)))
+    return most / max(int(np.count_nonzero(known[:, 0])), 1)
+
+
+def _edges(marked: npt.NDArray[np.bool_], known: npt.NDArray[np.bool_]) -> float:
+    """Neighbours of which one is marked, both on known ground, per known post."""
+    along = int(np.count_nonzero((marked[:, 1:] != marked[:, :-1]) & known[:, 1:] & known[:, :-1]))
+    across = int(np.count_nonzero((marked[1:] != marked[:-1]) & known[1:] & known[:-1]))
+    return (along + across) / max(int(np.count_nonzero(known)), 1)
 
 
 def _bend_m(heights_m: Heights, tops: npt.NDArray[np.intp]) -> float:
