@@ -90,7 +90,10 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
 # the same tables on small grounds: to see that everything runs, not to be believed
 QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
-    "accuracy": (partial(accuracy.accuracy, fractal_posts=128),),
+    "accuracy": (
+        partial(accuracy.accuracy, fractal_posts=128),
+        partial(situations.fast_mode_by_situation, count=1, dems=("gvi_vancouver_DEM.tif",)),
+    ),
     "speed": (
         partial(speed.against_peers, sizes=(128,)),
         partial(speed.many_anchors, posts=128, count=4),

@@ -70,7 +70,7 @@ def draw_frames() -> Figure:
     ):
         axes.annotate("", (tip[0], tip[1]), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
         across = "left" if at[0] > 0.5 else "center"
-        axes.text(*at, words, color=colour, fontsize=10, ha=across, va="center")
+        axes.text(at[0], at[1], words, color=colour, fontsize=10, ha=across, va="center")
     turn = np.linspace(0.0, heading_rad, 40)
     axes.plot(0.9 * np.sin(turn), 0.9 * np.cos(turn), color=COLOURS[1], lw=1.4)
     arrow = {"arrowstyle": "-|>", "color": COLOURS[1], "lw": 1.4}

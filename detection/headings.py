@@ -15,14 +15,14 @@ from .tracks import Track
 
 __all__ = ["Heading"]
 
-HARMFUL_LOG_ODDS = math.log(1000.0)  # by so much less likely the heading has to make the ranges
+HARMFUL_LOG_ODDS = math.log(1e6)  # by so much less likely the heading has to make the ranges
 REMEMBERED_S = 60.0  # over which that is summed, fading
 # A track's velocity errs alike for about so long: the courses it gives in between are not independent.
 ALIKE_S = 2.0
 DRIFT_ALIKE_S = 300.0  # how long a drift stays much as it was
 SURE_RAD = 0.35  # a heading that was dropped comes back when its offset is known so well
 DROPS = 3  # after so many it does not
-OFF_SIGMAS = 2.0  # nearer to none, a heading is taken as it is told
+OFF_SIGMAS = 3.0  # nearer to none, a heading is taken as it is told
 NOTABLE_RAD = math.radians(10.0)  # off by so much it is told
 
 
@@ -128,7 +128,7 @@ class Heading:
         """What to know of the heading, in a sentence; "" where it is well."""
         if self.contradicted:
             return "The heading of the odometry contradicts the ranges: it is not used."
-        if abs(self.offset_rad) > max(NOTABLE_RAD, 2.0 * self.sigma_rad):
+        if abs(self.offset_rad) > max(NOTABLE_RAD, OFF_SIGMAS * self.sigma_rad):
             again = "again " if self._drops else ""
             return (
                 "The ranges say that the heading of the odometry has to be turned by "

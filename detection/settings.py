@@ -73,9 +73,9 @@ class DetectorSettings:
     wheel_sigma_m: float = 0.02
     accelerometer_sigma_m: float = 0.0
     time_sigma_s: float = 0.0
-    heading_sigma_rad: float = 0.02
-    heading_offset_sigma_rad: float = 0.1
-    heading_drift_rad_per_s: float = 0.001
+    heading_sigma_rad: float = math.radians(1.0)
+    heading_offset_sigma_rad: float = math.radians(6.0)
+    heading_drift_rad_per_s: float = math.radians(0.06)
     k_geometric: float = 3.0
     k_odometry: float = 3.0
     geometric_tolerance_m: float | None = None

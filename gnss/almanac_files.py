@@ -31,9 +31,10 @@ def read_almanac(path: str | os.PathLike[str], reference: date | None = None) ->
 
 def parse_almanac(text: str, source: str = "almanac", reference: date | None = None) -> Almanac:
     """The almanac in a SEM or YUMA file's text; otherwise as ``read_almanac``."""
-    first = next((line.strip() for line in text.splitlines() if line.strip() and not is_comment(line)), "")
-    if not first:
+    filled = [line.strip() for line in text.splitlines() if line.strip()]
+    if not filled:
         raise AlmanacFileError(f"{source} is empty.")
+    first = next((line for line in filled if not is_comment(line)), filled[0])
     if HEADING.match(first):
         return parse_yuma(text, source, reference)
     if first.split()[0].isdecimal():

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 import navigation
 from navigation import BubbleError, MotionNoise
+from planning.paths.sight_maps import exact_lines
 from terrain import ElevationGrid, nearest_surface, told_place
 from visibility import (
     Anchor,
@@ -124,7 +125,8 @@ def bubbles_along(
         sight = min_visible_altitude(grid, tuple(anchors), mode, curvature, unknown=unknown, progress=share)
         sets = visible_sets(sight, points_m)
         anchors_m = np.array([_position_m(grid, anchor) for anchor in anchors])
-        visible = sets.visible()
+        # between posts a map is not exact, and the lines that plans are judged by are
+        visible = exact_lines(sight, points_m)[0] if mode == "exact" else sets.visible()
         if buildings is not None:
             visible = clear_of_buildings(grid, buildings, points_m, anchors_m, sight.curvature, asked=visible)
         warnings += sight.warnings

@@ -34,7 +34,7 @@ from visibility.dilution.dop_questions import kind_code
 
 from .places import metres_of
 
-__all__ = ["Positioning", "SightMaps", "Sightings", "anchor_places", "sight_maps"]
+__all__ = ["Positioning", "SightMaps", "Sightings", "anchor_places", "exact_lines", "sight_maps"]
 
 Floats = npt.NDArray[np.float64]
 Standing = Anchor | DistantAnchor
@@ -124,7 +124,7 @@ class _Standing:
     def sightings(self, places: Floats, times_s: Floats) -> Sightings:
         del times_s
         points_m = _antennas(self.problem, places)
-        visible, margin_m = _exact_lines(self.problem, self.minimum, points_m)
+        visible, margin_m = exact_lines(self.minimum, points_m)
         return Sightings(visible, margin_m, _dilution(self.problem, self.minimum, points_m, visible))
 
 
@@ -182,7 +182,7 @@ class _Moving:
             if len(which) == 0:
                 continue
             minimum = _lines_only(problem, tuple(anchor for anchor in here if anchor is not None), self._cache)
-            seen, clear_m = _exact_lines(problem, minimum, points_m[at])
+            seen, clear_m = exact_lines(minimum, points_m[at])
             visible[np.ix_(at, which)], margin_m[np.ix_(at, which)] = seen, clear_m
             dop[at] = _dilution(problem, minimum, points_m[at], seen)
         return Sightings(visible, margin_m, dop)
@@ -205,10 +205,8 @@ def _antennas(problem: PathProblem, places: Floats) -> Floats:
     return np.column_stack([east_m, north_m, ground_m + problem.rover.receiver_above_ground_m])
 
 
-def _exact_lines(
-    problem: PathProblem, minimum: MinimumVisibleAltitude, points_m: Floats
-) -> tuple[npt.NDArray[np.bool_], Floats]:
-    """(visible, clearance) of each point and anchor, (n, k) each."""
+def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats) -> tuple[npt.NDArray[np.bool_], Floats]:
+    """(visible, clearance) of each point (n, 3) and anchor, (n, k) each, by exact sight lines on the maps' grid."""
     k = len(minimum.anchors)
     visible, margin_m = np.zeros((len(points_m), k), np.bool_), np.full((len(points_m), k), np.nan)
     within = visible_sets(minimum, points_m).visible() if len(minimum.altitude_m) else None
@@ -218,7 +216,7 @@ def _exact_lines(
             visible[:, number] = within[:, number]
             continue
         eye_m = np.broadcast_to([anchor.east_m, anchor.north_m, anchor.altitude_m], points_m.shape)
-        sight = lines_of_sight(problem.grid, eye_m, points_m, curvature=minimum.curvature, unknown=minimum.unknown)
+        sight = lines_of_sight(minimum.grid, eye_m, points_m, curvature=minimum.curvature, unknown=minimum.unknown)
         visible[:, number] = sight.verdict == VISIBLE
         if anchor.limits != ALL_ROUND:
             assert within is not None, "limited anchors have surfaces"

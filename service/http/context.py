@@ -13,6 +13,7 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from service.errors import DataFolderError
+from service.jobs.checks import Checks
 from service.jobs.drawings import Drawings
 from service.jobs.folder import DataFolder
 from service.jobs.pool import WorkerPool
@@ -40,6 +41,7 @@ class Service:
     pool: WorkerPool
     supervisor: Supervisor
     drawings: Drawings
+    checks: Checks
     detectors: Detectors
     products: Mapping[str, Product]
     uploads: asyncio.Semaphore
@@ -55,10 +57,11 @@ class Service:
         pool = WorkerPool(settings, folder)
         supervisor = Supervisor(settings, folder, store, pool)
         uploads = asyncio.Semaphore(settings.max_uploads)
-        drawings = Drawings(folder, supervisor)
+        drawings, checks = Drawings(folder, supervisor), Checks(settings, supervisor)
         detectors = Detectors(settings)
         products = all_products(settings.more_products)
-        return cls(settings, folder, store, pool, supervisor, drawings, detectors, products, uploads, time.monotonic())
+        parts = (settings, folder, store, pool, supervisor, drawings, checks, detectors, products, uploads)
+        return cls(*parts, time.monotonic())
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk."""

@@ -82,10 +82,10 @@ async def _checked(
 ) -> dict[str, Any]:
     """What a worker makes of a body: parameters that can be calculated. Raises what is wrong with it."""
     asked = {"product": product.name, **body}
-    checked = await service.supervisor.check("check-request", asked, token, big=big)
+    checked = await service.checks.ask("check-request", asked, token, big=big)
     if "needs" in checked:
         given = await _found(service, Needs(**checked["needs"]), checked["dem_id"])
-        checked = await service.supervisor.check("check-request", {**asked, "given": given}, token, big=big)
+        checked = await service.checks.ask("check-request", {**asked, "given": given}, token, big=big)
     return checked
 
 

@@ -9,7 +9,6 @@ import time
 import uuid
 from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -54,7 +53,6 @@ class Supervisor:
         self._running: dict[str, asyncio.Task[None]] = {}
         self._progress: dict[str, float] = {}
         self._admitting = 0
-        self._big_ones = asyncio.Semaphore(max(1, settings.file_workers - 1))
         self._stopping = False
 
     async def start(self) -> None:
@@ -90,13 +88,6 @@ class Supervisor:
         """Do something with store or files, after all that was asked for before; it is done even if cancelled."""
         loop = asyncio.get_running_loop()
         return await asyncio.shield(loop.run_in_executor(self._store_thread, lambda: work(*args, **kwargs)))
-
-    async def check(
-        self, task: str, arguments: Mapping[str, Any], token: str | None = None, *, big: bool = False
-    ) -> dict[str, Any]:
-        """Have a request read and checked; big ones never hold every process that others need. Raises as ``ask``."""
-        async with self._big_ones if big else nullcontext():
-            return await self.ask(task, arguments, token, Lane.CHECKS)
 
     async def ask(
         self, task: str, arguments: Mapping[str, Any], token: str | None = None, lane: Lane = Lane.FILES

@@ -19,6 +19,11 @@ Count = Annotated[int, Field(strict=True)]
 Sigma = "One-sigma error of "
 
 
+def _degrees(angle_rad: float) -> float:
+    """Without the rounding of the way there and back."""
+    return round(math.degrees(angle_rad), 9)
+
+
 class DetectorSettingsIn(StrictModel):
     """What a detector is told before it runs; whatever is left out has its default."""
 
@@ -38,14 +43,14 @@ class DetectorSettingsIn(StrictModel):
     )
     time_sigma_s: Number = Field(DEFAULTS.time_sigma_s, description=f"{Sigma}one clock against the other, seconds.")
     heading_sigma_deg: Number = Field(
-        math.degrees(DEFAULTS.heading_sigma_rad), description=f"{Sigma}the heading of one motion, degrees."
+        _degrees(DEFAULTS.heading_sigma_rad), description=f"{Sigma}the heading of one motion, degrees."
     )
     heading_offset_sigma_deg: Number = Field(
-        math.degrees(DEFAULTS.heading_offset_sigma_rad),
+        _degrees(DEFAULTS.heading_offset_sigma_rad),
         description=f"{Sigma}what all headings are off by at the start, degrees; 180 = they know no north.",
     )
     heading_drift_deg_per_s: Number = Field(
-        math.degrees(DEFAULTS.heading_drift_rad_per_s),
+        _degrees(DEFAULTS.heading_drift_rad_per_s),
         description=f"{Sigma}how fast headings drift, degrees per second.",
     )
     k_geometric: Number = Field(DEFAULTS.k_geometric, description="Geometric tolerance as a number of sigmas.")

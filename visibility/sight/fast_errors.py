@@ -2,7 +2,7 @@
 
 Fast mode errs beside the edges of shadows, so the share of posts that it calls wrongly goes with how many there are;
 altitudes over hidden posts are off with how rough the ground is and how far shadows reach. The factors below are from
-windows and whole tiles of thirteen real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
+windows and whole tiles of twelve real DEMs and a rough fractal, anchors 2 to 300 m above ground on posts, between
 them, on the border and up to 12 posts beyond it (docs/benchmarks.md, "Fast mode by situation").
 """
 
@@ -18,12 +18,12 @@ __all__ = ["FastErrors", "fast_errors"]
 
 Heights = npt.NDArray[np.float32]
 
-RECEIVERS_M = (0.0, 1.5, 10.0, 50.0)
+RECEIVERS_M = (0.0, 1.5, 10.0)
 LINES = 64  # of a large grid so many lines of posts stand for all
 MEAN_OF_EDGES = 0.03  # misclassified posts per edge between neighbours that differ: in the mean …
-MOST_OF_EDGES = 0.12  # … and more than with any anchor
-MEAN_BY_UNKNOWN, MOST_BY_UNKNOWN = 0.05, 0.3  # the same per edge between known and unknown answers
-MOST_OF_UNKNOWN = 4.0  # posts called unknown for nothing, per edge between known and unknown answers
+MOST_OF_EDGES = 0.2  # … and more than with any anchor
+MEAN_BY_UNKNOWN, MOST_BY_UNKNOWN = 0.05, 0.5  # the same per edge between known and unknown answers
+MOST_OF_UNKNOWN = 8.0  # posts called unknown for nothing, per edge between known and unknown answers
 MOST_POSTS = 8.0  # on grids with few edges so many posts may be wrong besides
 LARGE_ERRORS = 1.5  # of the bend of the ground, times the root of the grid's longer side in posts
 
@@ -66,11 +66,11 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     """
     rows, cols = heights_m.shape
     tops = np.unique(np.linspace(0, max(rows - 2, 0), min(max(rows - 1, 1), LINES)).astype(np.intp))
-    shares = [_edge_share(heights_m, one_m, tops) for one_m in altitude_m]
-    edges = max((edges for edges, *_ in shares), default=0.0)
-    unknown = max((unknown for _, unknown, _ in shares), default=0.0)
-    known_posts = heights_m.size * min((known for *_, known in shares), default=1.0)
-    few = MOST_POSTS / max(known_posts, MOST_POSTS)
+    known = ~np.isnan(heights_m)
+    edges = max((_shadow_edges(heights_m, one_m, tops) for one_m in altitude_m), default=0.0)
+    # few and far between: no sample of lines tells how many there are
+    unknown = 0.0 if known.all() else max((_edges(np.isnan(one_m), known) for one_m in altitude_m), default=0.0)
+    few = MOST_POSTS / max(int(np.count_nonzero(known)), MOST_POSTS)
     return FastErrors(
         misclassified=MEAN_OF_EDGES * edges + MEAN_BY_UNKNOWN * unknown,
         misclassified_most=min(MOST_OF_EDGES * edges + MOST_BY_UNKNOWN * unknown + few, 1.0),
@@ -79,28 +79,26 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     )
 
 
-def _edge_share(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> tuple[float, float, float]:
-    """Edges of shadows, and of unknown answers, per known post; share of known posts.
+def _shadow_edges(heights_m: Heights, altitude_m: Heights, tops: npt.NDArray[np.intp]) -> float:
+    """Edges of shadows per known post, for the receiver that has most; on some lines of posts, and to the next ones."""
+    lines = np.stack([tops, np.minimum(tops + 1, len(heights_m) - 1)], axis=1)
+    ground_m, clear_m = heights_m[lines], altitude_m[lines]
+    known = ~np.isnan(ground_m)
+    # along the first line of each pair, and across
+    along, across = known[:, 0, 1:] & known[:, 0, :-1], known[:, 0] & known[:, 1]
+    most = 0
+    for above_m in RECEIVERS_M:
+        seen = clear_m <= ground_m + np.float32(above_m)
+        count = int(np.count_nonzero((seen[:, 0, 1:] != seen[:, 0, :-1]) & along))
+        most = max(most, count + int(np.count_nonzero((seen[:, 0] != seen[:, 1]) & across)))
+    return most / max(int(np.count_nonzero(known[:, 0])), 1)
 
-    On some lines of posts, and between them and the next.
-    """
-    below = np.minimum(tops + 1, len(heights_m) - 1)
-    ground_m, next_m = heights_m[tops], heights_m[below]
-    clear_m, next_clear_m = altitude_m[tops], altitude_m[below]
-    known, next_known = ~np.isnan(ground_m), ~np.isnan(next_m)
-    both = known[:, 1:] & known[:, :-1], known & next_known
-    unknown, next_unknown = np.isnan(clear_m), np.isnan(next_clear_m)
 
-    def edges(here: npt.NDArray[np.bool_], there: npt.NDArray[np.bool_]) -> int:
-        along, across = here[:, 1:] != here[:, :-1], here != there
-        return int(np.count_nonzero(along & both[0]) + np.count_nonzero(across & both[1]))
-
-    most = max(
-        edges(clear_m <= ground_m + np.float32(above_m), next_clear_m <= next_m + np.float32(above_m))
-        for above_m in RECEIVERS_M
-    )
-    known_posts = max(int(np.count_nonzero(known)), 1)
-    return most / known_posts, edges(unknown, next_unknown) / known_posts, known_posts / known.size
+def _edges(marked: npt.NDArray[np.bool_], known: npt.NDArray[np.bool_]) -> float:
+    """Neighbours of which one is marked, both on known ground, per known post."""
+    along = int(np.count_nonzero((marked[:, 1:] != marked[:, :-1]) & known[:, 1:] & known[:, :-1]))
+    across = int(np.count_nonzero((marked[1:] != marked[:-1]) & known[1:] & known[:-1]))
+    return (along + across) / max(int(np.count_nonzero(known)), 1)
 
 
 def _bend_m(heights_m: Heights, tops: npt.NDArray[np.intp]) -> float:

@@ -103,7 +103,7 @@ async def _epochs_in(body: str, service: Service) -> list[EpochIn]:
     if len(body) <= service.settings.max_stream_message_bytes:
         return model_of(EpochsIn, body, limits.refuse_long_epochs).epochs
     # what is wrong with a long one takes long to tell; what is right is read here, epoch by epoch
-    await service.supervisor.check("check-epochs", {"body": body})
+    await service.checks.ask("check-epochs", {"body": body})
     epochs = []
     for fields in from_json(body)["epochs"]:
         epochs.append(validated(EpochIn, fields))

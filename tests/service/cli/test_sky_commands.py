@@ -36,6 +36,16 @@ def test_satellites_of_an_almanac_serve_as_anchors(sightline, dem_file, tmp_path
         assert min(picture.size) > 400
 
 
+def test_satellites_of_other_systems_in_an_almanac_are_passed_over_and_told(sightline, dem_file, almanac_file):
+    text = almanac()
+    sky = almanac_file(text.replace("\n\n24\n", "\n\n193\n"))
+    assert "\n193\n" in sky.read_text()
+    words = ("dop", dem_file, "--almanac", sky, "--time", TIME, "--reference-date", REFERENCE_DATE, "--json")
+    ended = sightline(*words, "--kind", "pseudorange")
+    assert ended.code == 0, ended.stderr
+    assert "1 records of QZSS were passed over; only GPS is read." in json.loads(ended.stdout)["warnings"]
+
+
 def test_a_narrower_cone_takes_fewer_satellites(sightline, dem_file, almanac_file):
     words = ("dop", dem_file, "--almanac", almanac_file(almanac()), "--time", TIME, "--json", *ANCHORS)
     wide, narrow = (json.loads(sightline(*words, "--cone-deg", cone).stdout)["satellites"] for cone in (85, 40))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import signal
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -130,7 +131,8 @@ def test_short_tasks_do_not_wait_for_long_calculations(tmp_path: Path) -> None:
         async with pool_of(tmp_path) as (pool, _):
             long = asyncio.create_task(pool.run(Lane.CALCULATIONS, "visibility-map", a_map(200, "exact")))
             waiting = asyncio.create_task(pool.run(Lane.CALCULATIONS, "visibility-map", a_map(1)))
-            await pool.run(Lane.FILES, "check-map", {"product": "visibility-map", **a_map(1)})
+            body = json.dumps({"dem_id": a_map(1)["dem_id"], **a_map(1)["parameters"]})
+            await pool.run(Lane.CHECKS, "check-map", {"product": "visibility-map", "body": body})
             assert not long.done()
             assert pool.waiting(Lane.CALCULATIONS) == 1
             for task in (long, waiting):

@@ -12,47 +12,8 @@ from hypothesis import strategies as st
 from gnss import GpsTime, almanac_positions_ecef_m, instants, parse_almanac, read_almanac
 from gnss.almanac import REFERENCE_INCLINATION_RAD
 from gnss.errors import AlmanacError, AlmanacFileError
+from tests.visibility.satellites.almanac_texts import JANUARY_2007, SEM, YUMA
 from tests.visibility.satellites.constellation import shared_file
-
-JANUARY_2007 = date(2007, 1, 22)
-
-SEM = """2 CURRENT.ALM
- 387 589824
-
-1
-32
-0
- 6.7005157470703E-03  1.4945983886719E-02 -2.4774635676295E-09
- 5.1536845703125E+03 -5.7885289192200E-01 -5.5991351604462E-01
--5.1991939544678E-01  1.0395050048828E-04  3.6379788070917E-12
-0
-9
-
-4
-34
-15
- 7.8029632568359E-03  1.3942718505859E-03 -2.5102053768933E-09
- 5.1536923828125E+03  7.4491012096405E-01  7.8417301177979E-02
- 6.8036389350891E-01  3.5762786865234E-04  3.6379788070917E-12
-63
-9
-"""
-
-YUMA = """******** Week  377 almanac for PRN-01 ********
-ID:                         01
-Health:                     000
-Eccentricity:               0.6597995758E-002
-Time of Applicability(s):  319488.0000
-Orbital Inclination(rad):   0.9893061549
-Rate of Right Ascen(r/s):  -0.7508884204E-008
-SQRT(A)  (m 1/2):           5153.683594
-Right Ascen at Week(rad):  -0.5644326501E+000
-Argument of Perigee(rad):  -1.781409342
-Mean Anom(rad):             0.4668447322E+000
-Af0(s):                     0.8964538574E-004
-Af1(s/s):                   0.3637978807E-011
-week:                        377
-"""
 
 
 def gpstk_blocks(name):
@@ -155,98 +116,6 @@ def test_a_sem_file_without_one_of_its_last_lines_is_refused(line):
     lines = SEM.splitlines()
     with pytest.raises(AlmanacFileError):
         parse_almanac("\n".join(lines[:line] + lines[line + 1 :]), reference=JANUARY_2007)
-
-
-@pytest.mark.parametrize("line", range(3, 11))
-def test_a_short_sem_record_between_others_ends_where_the_next_begins_and_is_told(line):
-    lines = SEM.splitlines()
-    almanac = parse_almanac("\n".join(lines[:line] + lines[line + 1 :]), "x.al3", reference=JANUARY_2007)
-    assert [entry.id for entry in almanac.entries] == ["G04"]
-    [told] = almanac.warnings
-    # without the line of its number, the next stands in its place
-    assert told == f"x.al3: record 1 (PRN {32 if line == 3 else 1}) has 7 lines in place of 8. It was passed over."
-
-
-def test_a_short_yuma_record_between_others_is_passed_over_and_told():
-    lines = YUMA.splitlines()
-    short = "\n".join(lines[:5] + lines[6:])
-    almanac = parse_almanac(f"{short}\n\n{YUMA.replace('01', '02')}", "x.alm", JANUARY_2007)
-    assert [entry.id for entry in almanac.entries] == ["G02"]
-    assert almanac.warnings == (
-        "x.alm: the record of PRN 1 lacks Orbital Inclination; a field is missing. It was passed over.",
-    )
-
-
-@pytest.mark.parametrize(
-    ("number", "name"),
-    [("193", "QZSS"), ("201", "QZSS"), ("133", "SBAS"), ("J01", "QZSS"), ("E11", "Galileo"), ("99", None), ("0", None)],
-)
-def test_yuma_records_of_other_systems_are_passed_over_and_counted(number, name):
-    foreign = "\n".join([YUMA.splitlines()[0].replace("01", number), f"ID: {number}", "IODA: what it likes", ""])
-    almanac = parse_almanac(f"{foreign}\n{YUMA}\n{foreign}", "mixed.alm", JANUARY_2007)
-    assert [entry.id for entry in almanac.entries] == ["G01"]
-    name = f"satellites with number {number}" if name is None else name
-    assert almanac.warnings == (f"2 records of {name} were passed over; only GPS is read.",)
-    with pytest.raises(AlmanacFileError, match=rf"no GPS satellite in it\. 1 records of {name} were passed over"):
-        parse_almanac(foreign, "foreign.alm", JANUARY_2007)
-
-
-@pytest.mark.parametrize(("number", "name"), [(193, "QZSS"), (138, "SBAS"), (99, "satellites with number 99")])
-def test_sem_records_of_other_systems_are_passed_over_and_counted(number, name):
-    almanac = parse_almanac(SEM.replace("\n1\n32", f"\n{number}\n32"), "mixed.al3", JANUARY_2007)
-    assert [entry.id for entry in almanac.entries] == ["G04"]
-    assert almanac.warnings == (f"1 records of {name} were passed over; only GPS is read.",)
-
-
-def zeroed(text, health):
-    """The same record with health and nothing but zeros besides."""
-    if text is YUMA:
-        lines = [re.sub(r":.*", ": 0.0", line) for line in text.splitlines()]
-        lines[1], lines[2] = "ID: 1", f"Health: {health}"
-        return "\n".join([text.splitlines()[0], *lines[1:], ""])
-    lines = text.splitlines()
-    return "\n".join([*lines[:6], "0.0 0.0 0.0", "0.0 0.0 0.0", "0.0 0.0 0.0", str(health), *lines[10:], ""])
-
-
-@pytest.mark.parametrize("text", [SEM, YUMA], ids=["SEM", "YUMA"])
-def test_an_unhealthy_record_of_zeros_is_unhealthy_and_no_damage(text):
-    whole = "" if text is SEM else f"\n{YUMA.replace('01', '02')}"
-    almanac = parse_almanac(zeroed(text, 63) + whole, "x", JANUARY_2007)
-    assert "G01" in almanac.unhealthy_ids
-    assert almanac.warnings == ()
-
-
-@pytest.mark.parametrize("text", [SEM, YUMA], ids=["SEM", "YUMA"])
-def test_a_healthy_record_of_zeros_is_passed_over_and_told(text):
-    whole = "" if text is SEM else f"\n{YUMA.replace('01', '02')}"
-    almanac = parse_almanac(zeroed(text, 0) + whole, "x", JANUARY_2007)
-    assert "G01" not in [entry.id for entry in almanac.entries]
-    [told] = almanac.warnings
-    assert re.search(r"PRN 1\)? is marked healthy but has no orbit, only zeros\. It was passed over\.", told)
-
-
-@pytest.mark.parametrize("text", [SEM, YUMA], ids=["SEM", "YUMA"])
-def test_remarks_between_lines_of_an_almanac_change_nothing(text):
-    remarked = "# fetched today\n" + "".join(f"{line}\n; seen\n" for line in text.splitlines())
-    assert parse_almanac(remarked, "x", JANUARY_2007) == parse_almanac(text, "x", JANUARY_2007)
-
-
-def test_a_real_almanac_with_foreign_and_broken_records_gives_its_gps_satellites():
-    text = shared_file("mmazat_yuma431.txt").read_text()
-    alone = read_almanac(shared_file("mmazat_yuma431.txt"), date(2007, 12, 1))
-    lines = YUMA.splitlines()
-    foreign = "\n".join(lines).replace("01", "193")
-    mixed = parse_almanac(f"{foreign}\n\n{lines[0]}\n{lines[1]}\n\n{text}", alone.source, date(2007, 12, 1))
-    assert mixed.entries == alone.entries
-    assert len(mixed.warnings) == 2
-
-
-@pytest.mark.parametrize(("file", "satellites"), [("qzss_gps.alm", 8), ("rollover2019.alm", 8)])
-def test_the_case_of_yuma_files_of_other_systems_is_read(file, satellites):
-    almanac = read_almanac(shared_file(f"../../cases/yuma-other-systems/{file}"), date(2019, 5, 8))
-    assert len(almanac.entries) == satellites
-    assert {entry.applicable.week for entry in almanac.entries} == {2052}
-    assert len(almanac.warnings) == (file == "qzss_gps.alm")
 
 
 @pytest.mark.parametrize("line", range(1, len(YUMA.splitlines())))

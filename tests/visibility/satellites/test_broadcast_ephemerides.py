@@ -14,10 +14,11 @@ from gnss import (
     instants,
     parse_rinex_navigation,
     read_rinex_navigation,
+    satellite_positions_ecef_m,
 )
 from gnss.errors import AlmanacError, AlmanacFileError
 from tests.visibility.satellites.constellation import satellite, shared_file
-from visibility.satellites import satellite_positions_ecef_m
+from tests.visibility.satellites.navigation_texts import as_rinex_3, head
 
 BROADCAST_MEDIAN_M = 2.0
 BROADCAST_WORST_M = 10.0
@@ -46,31 +47,6 @@ def precise():
             km = [float(line[4 + 14 * axis : 18 + 14 * axis]) for axis in range(3)]
             positions_m.setdefault(line[1:4], []).append(1000.0 * np.array(km))
     return times, {name: np.array(rows) for name, rows in positions_m.items()}
-
-
-def head(text, records):
-    """The header and the first records of a RINEX 2 navigation file."""
-    lines = text.splitlines()
-    end = next(number for number, line in enumerate(lines) if "END OF HEADER" in line) + 1
-    return "\n".join(lines[: end + 8 * records])
-
-
-def as_rinex_3(text):
-    """The same records in the layout of RINEX 3, with one of GLONASS between them."""
-    _, _, body = text.partition("END OF HEADER")
-    lines = body.splitlines()[1:]
-    new = [
-        "     3.03           N: GNSS NAV DATA    M: MIXED            RINEX VERSION / TYPE",
-        " " * 60 + "END OF HEADER",
-    ]
-    for first in range(0, len(lines), 8):
-        year, month, day, hour, minute, second = lines[first][2:22].split()
-        epoch = f"20{year} {int(month):02d} {int(day):02d} {int(hour):02d} {int(minute):02d} {float(second):02.0f}"
-        new.append(f"G{int(lines[first][:2]):02d} {epoch}{lines[first][22:]}".replace("E", "D"))
-        new += [" " + line for line in lines[first + 1 : first + 8]]
-        if first == 0:
-            new += ["R04 2009 04 01 00 15 00" + " 0.000000000000D+00" * 3, *[" " * 4 + " 0.000000000000D+00" * 4] * 3]
-    return "\n".join(new)
 
 
 def test_broadcast_orbits_agree_with_precise_ones_of_the_same_day(ephemerides, precise):
@@ -217,98 +193,3 @@ def test_a_file_without_gps_is_refused(navigation_text):
 def test_a_week_modulo_1024_is_the_one_of_the_records_epoch(navigation_text):
     text = head(navigation_text, 1).replace("0.152500000000E+04", "0.501000000000E+03")
     assert parse_rinex_navigation(text).sets[0].toe.week == 1525
-
-
-def as_rinex_4(text):
-    """The records of RINEX 3 as version 4 has them, a line that tells the kind before each."""
-    new = []
-    for line in text.splitlines():
-        if line[:1] in "GR" and line[1:3].isdecimal():
-            new.append(f"> EPH {line[:3]} {'LNAV' if line[0] == 'G' else 'FDMA'}")
-        new.append(line.replace("     3.03 ", "     4.00 ", 1) if not new else line)
-    other = ["> EPH G03 CNV2", "G03 2009 04 01 00 00 00 0.0 0.0 0.0", *["     0.0"] * 9]
-    return "\n".join([*new, *other, "> ION G03 LNAV", "    2009 04 01 00 00 00 1.0 2.0 3.0", "     1.0"])
-
-
-def test_version_4_says_the_same_and_tells_the_messages_that_it_passed_over(navigation_text):
-    old = parse_rinex_navigation(head(navigation_text, 5))
-    new = parse_rinex_navigation(as_rinex_4(as_rinex_3(head(navigation_text, 5))))
-    assert new.sets == old.sets
-    assert new.warnings == tuple(
-        f"1 records of {whose} were passed over; only GPS is read." for whose in ("system R", "GPS CNV2", "kind ION")
-    )
-
-
-def changed(navigation_text, change):
-    """GPS sets and warnings of a file of RINEX 3 whose lines went through a change; line 10 is the one of GLONASS."""
-    lines = as_rinex_3(head(navigation_text, 4)).splitlines()
-    found = parse_rinex_navigation("\n".join(change(lines)), "x.rnx")
-    return [one.id for one in found.sets], found.warnings
-
-
-def with_line(number, line):
-    return lambda lines: [*lines[:number], line, *lines[number:]]
-
-
-GLONASS_TOLD = "1 records of system R were passed over; only GPS is read."
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        pytest.param(with_line(14, " " * 23 + " 5.587935447693e-09" * 3), id="a fifth line of GLONASS"),
-        pytest.param(lambda lines: lines[:12] + lines[13:], id="one line of GLONASS short"),
-        pytest.param(with_line(14, "merged by X".ljust(60) + "COMMENT"), id="a comment between records"),
-        pytest.param(with_line(5, "merged by X".ljust(60) + "COMMENT"), id="a comment within a record"),
-        pytest.param(with_line(10, "    0.000000000000D+00"), id="a ninth line of GPS"),
-        pytest.param(lambda lines: [*lines[:14], *lines[:2], *lines[14:]], id="two files joined, headers and all"),
-        pytest.param(with_line(14, ""), id="a blank line"),
-    ],
-)
-def test_a_record_ends_where_the_next_begins(navigation_text, change):
-    whole = changed(navigation_text, lambda lines: lines)
-    assert len(whole[0]) == 4
-    assert changed(navigation_text, change) == whole == (whole[0], (GLONASS_TOLD,))
-
-
-def test_a_short_gps_record_between_others_is_passed_over_and_told(navigation_text):
-    whole, _ = changed(navigation_text, lambda lines: lines)
-    ids, warnings = changed(navigation_text, lambda lines: lines[:16] + lines[18:])
-    assert ids == [whole[0], *whole[2:]]
-    assert warnings == (GLONASS_TOLD, "x.rnx: the record at line 15 has 6 of 8 lines. It was passed over.")
-
-
-def test_a_gps_record_without_its_last_line_lacks_nothing_that_is_needed(navigation_text):
-    whole, _ = changed(navigation_text, lambda lines: lines)
-    assert changed(navigation_text, lambda lines: lines[:9] + lines[10:]) == (whole, (GLONASS_TOLD,))
-
-
-def zeroed(lines, first, health):
-    """A GPS record's numbers replaced by zeros, week, time of ephemeris and all."""
-    zero, blank = " 0.000000000000D+00", " " * 4
-    record = [lines[first][:23] + zero * 3, *[blank + zero * 4] * 5, f"{blank}{zero}{health:19d}{zero}{zero}", blank]
-    return [*lines[:first], *record, *lines[first + 8 :]]
-
-
-def test_an_unhealthy_record_of_zeros_is_unhealthy_from_its_epoch_on(navigation_text):
-    lines = as_rinex_3(head(navigation_text, 4)).splitlines()
-    found = parse_rinex_navigation("\n".join(zeroed(lines, 14, 63)), "x.rnx")
-    whole = parse_rinex_navigation("\n".join(lines))
-    assert set(found.unhealthy_ids) == {whole.sets[1].id, *whole.unhealthy_ids}
-    assert found.sets[1].toe == whole.sets[1].toe
-    assert found.warnings == (GLONASS_TOLD,)
-
-
-def test_a_healthy_record_of_zeros_is_passed_over_and_told(navigation_text):
-    whole, _ = changed(navigation_text, lambda lines: lines)
-    ids, warnings = changed(navigation_text, lambda lines: zeroed(lines, 14, 0))
-    assert ids == [whole[0], *whole[2:]]
-    told = "x.rnx: the record at line 15 is marked healthy but has no orbit, only zeros. It was passed over."
-    assert warnings == (GLONASS_TOLD, told)
-
-
-@pytest.mark.parametrize("name", ["comment_between_records", "glonass_304", "glonass_305"])
-def test_the_case_of_line_counts_gives_its_six_gps_satellites(name):
-    found = read_rinex_navigation(shared_file(f"../../cases/rinex-line-counts/{name}.rnx"))
-    assert [one.id for one in found.sets] == ["G19", "G06", "G09", "G17", "G04", "G11"]
-    assert found.warnings == (() if name == "comment_between_records" else (GLONASS_TOLD,))

@@ -16,6 +16,7 @@ from numba import float32, int64, prange
 from compiled.options import parallel_kernel, scalar_kernel
 from compiled.vectors import BLOCK
 from visibility.sight.kernels.owned_posts import owned_posts
+from visibility.sight.kernels.sweep_edges import cross_strip, enter, first_strip, rays_on_map
 from visibility.sight.kernels.sweep_loops import NO_GROUND, NOT_BLOCKED, STRIDE, advance, answer
 from visibility.sight.kernels.turning import TILE, turn_in, turn_out
 
@@ -62,7 +63,7 @@ def _first_stride(task, real):
 def _refine(along, task, real, stride, state, width):
     """Double the rays until they are close enough together at this distance; returns the new stride."""
     steepest, fan = state[0], state[1]
-    left_end, right_end = _rays_on_map(real[1], width)
+    left_end, right_end = rays_on_map(real[1], width)
     while stride > 1 and along * real[4] * stride > WIDEST_GAP:
         count = (task[6] - 1) // stride + 1
         for q in range(count - 1, 0, -1):
@@ -80,67 +81,6 @@ def _refine(along, task, real, stride, state, width):
         stride //= 2
         _load_rays(task, real, stride, fan)
     return stride
-
-
-@scalar_kernel
-def _rays_on_map(across_0, width):
-    """Between which places on a line rays run: those that leave the map for a post more, others from the border."""
-    return (-1.0 if across_0 >= 0.0 else -1e-4), (width if across_0 <= width - 1 else width - 1 + 1e-4)
-
-
-@scalar_kernel
-def _enter(task, real, along, stride, lines, rays, steepest):
-    """Start each ray that has come onto the map since the last line with the edge of the border that it crossed.
-
-    rays: (first, one past the last) of those on the map.
-    """
-    ground, before, ground_start, width = lines
-    step = 1 if real[1] < 0.0 else -1
-    border = 0 if step > 0 else width - 1
-    beyond = abs(border - real[1])
-    q = rays[0] if step > 0 else rays[1] - 1
-    here, behind = ground[border - ground_start], before[border - ground_start]
-    while rays[0] <= q < rays[1]:
-        t = abs(real[3] + (task[5] + q * stride) * real[4])
-        # back from this line
-        back = along - beyond / t
-        if back >= 1.0:
-            break
-        crossed = along - back
-        height = here + (behind - here) * back
-        slope = (height - real[2]) / crossed + real[7] - (real[5] + real[6] * t * t) * crossed
-        if slope > steepest[q]:
-            steepest[q] = np.float32(slope)
-        q += step
-
-
-@scalar_kernel
-def _cross_strip(task, real, along, stride, lines, rays, steepest):
-    """Raise each ray by every edge that it crosses between the last line and this one.
-
-    rays: (first, one past the last) of those on the map.
-    """
-    ground, before, ground_start, width = lines
-    lean = task[2]
-    for q in range(rays[0], rays[1]):
-        t = real[3] + (task[5] + q * stride) * real[4]
-        here = real[1] + t * along
-        there = here - t
-        bend = real[5] + real[6] * t * t
-        first = max(math.floor(min(here, there)), 0, ground_start)
-        last = min(math.ceil(max(here, there)), width - 1)
-        for post in range(first, last + 1):
-            for end in (post, post + lean):
-                if 0 <= end < width:
-                    # lines back from this one
-                    rate = t - (end - post)
-                    back = (here - end) / rate if rate != 0.0 else -1.0
-                    if 0.0 < back < 1.0:
-                        height = ground[end - ground_start]
-                        height += (before[post - ground_start] - height) * back
-                        slope = (height - real[2]) / (along - back) + real[7] - bend * (along - back)
-                        if slope > steepest[q]:
-                            steepest[q] = np.float32(slope)
 
 
 @scalar_kernel
@@ -204,7 +144,7 @@ def _line(task, real, index, stride, lines, out, state):
 
     across = real[1] + t_first * along
     q_from, q_to = 0, count
-    left, right = _rays_on_map(real[1], width)
+    left, right = rays_on_map(real[1], width)
     if across < left:
         q_from = math.ceil((left - across) / spacing)
     if across + (count - 1) * spacing > right:
@@ -224,41 +164,11 @@ def _line(task, real, index, stride, lines, out, state):
         )
         advance(steepest, fan, ground, before, places, picked, where, eye)
         if along <= NEAR_LINES and abs(task[3] - real[0]) < along - 0.5:
-            _cross_strip(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
+            cross_strip(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
         if real[1] < 0.0 or real[1] > width - 1:
-            _enter(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
+            enter(task, real, along, stride, (ground, before, ground_start, width), (q_from, q_to), steepest)
         steepest[count] = steepest[count - 1]
     return owned
-
-
-@scalar_kernel
-def _first_strip(lines, task, real, stride, steepest):
-    """Start each ray with the edges that it crosses between the eye and the sector's first line of posts.
-
-    The nearer line of that strip lies at or behind the eye; lines[index, post] are heights.
-    """
-    along_0, across_0, altitude = real[0], real[1], real[2]
-    first, direction = task[3], task[2]
-    before = first - direction
-    count = (task[6] - 1) // stride + 1
-    near, far = (before - along_0) * direction, abs(first - along_0)
-    if not 0 <= before < lines.shape[0] or near > 0.0:
-        return
-    middle = math.floor(across_0)
-    for q in range(count):
-        t = real[3] + (task[5] + q * stride) * real[4]
-        for post in range(max(middle - 1, 0), min(middle + 3, lines.shape[1])):
-            for lean in (0, direction):
-                end = post + lean
-                if 0 <= end < lines.shape[1] and t != lean:
-                    along = (post - across_0 - lean * near) / (t - lean)
-                    if 0.0 < along <= far:
-                        share = (along - near) / (far - near)
-                        height = lines[before, post] + (lines[first, end] - lines[before, post]) * share
-                        slope = (height - altitude) / along + real[7] - (real[5] + real[6] * t * t) * along
-                        if slope > steepest[q]:
-                            steepest[q] = np.float32(slope)
-    steepest[count] = steepest[count - 1]
 
 
 @scalar_kernel
@@ -364,8 +274,8 @@ def sweep(heights, turned, blank, out, tasks, reals, bins, shift):
                 stride = _first_stride(task, real)
                 _load_rays(task, real, stride, state[1])
                 if task[1] == 0:
-                    _first_strip(heights, task, real, stride, steepest)
+                    first_strip(heights, task, real, stride, steepest)
                     _sweep_rows(heights, blank, out[task[0]], task, real, stride, state)
                 else:
-                    _first_strip(heights.T, task, real, stride, steepest)
+                    first_strip(heights.T, task, real, stride, steepest)
                     _sweep_columns(heights, turned, blank, out[task[0]], task, real, stride, state, tile, shift)
