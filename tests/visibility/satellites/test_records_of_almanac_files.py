@@ -5,10 +5,10 @@ from datetime import date
 
 import pytest
 
+from gnss import parse_almanac, read_almanac
+from gnss.errors import AlmanacFileError
 from tests.visibility.satellites.almanac_texts import JANUARY_2007, SEM, YUMA
 from tests.visibility.satellites.constellation import shared_file
-from visibility import AlmanacFileError
-from visibility.satellites import parse_almanac, read_almanac
 
 
 @pytest.mark.parametrize("line", range(3, 11))

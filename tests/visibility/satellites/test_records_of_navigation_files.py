@@ -2,9 +2,9 @@
 
 import pytest
 
+from gnss import parse_rinex_navigation, read_rinex_navigation
 from tests.visibility.satellites.constellation import shared_file
 from tests.visibility.satellites.navigation_texts import as_rinex_3, head
-from visibility.satellites import parse_rinex_navigation, read_rinex_navigation
 
 
 @pytest.fixture(scope="module")
