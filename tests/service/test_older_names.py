@@ -20,7 +20,7 @@ class Limits(WithOlderNames):
 
 class Asked(StrictModel):
     limits: Limits
-    more: list[Limits] = []
+    more: tuple[Limits, ...] = ()
 
 
 def test_an_older_name_gives_the_field_its_value_and_is_told() -> None:
