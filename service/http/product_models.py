@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
+from types import GenericAlias
 from typing import Any
 
 from pydantic import Field, create_model
 
 from service.parts.map_answers import MapOut, running_example
-from service.parts.older_results import OrOlder
+from service.parts.older_results import or_older
 from service.parts.pages import Page
 from service.products.product import Product
 
@@ -18,9 +19,8 @@ __all__ = ["list_model", "out_model", "state_model"]
 @cache
 def state_model(product: Product) -> type[MapOut]:
     """How a calculation stands, and its result; what is long is left out."""
-    fields: dict[str, Any] = {
-        "result": (OrOlder[product.answer], Field(description="What came out; null until it succeeded."))  # type: ignore[name-defined] # a model made at run time
-    }
+    result = or_older(product.answer)
+    fields: dict[str, Any] = {"result": (result, Field(description="What came out; null until it succeeded."))}
     if product.inline is not None:
         fields["files"] = (list[str], Field(description="The same as layers, under their older paths."))
     model = create_model(
@@ -43,7 +43,7 @@ def out_model(product: Product) -> type[MapOut]:
     if product.inline is None:
         return state_model(product)
     inline = product.inline
-    fields: dict[str, Any] = {inline.name: (list[inline.model] | None, Field(description=inline.description))}
+    fields: dict[str, Any] = {inline.name: (_list_of(inline.model) | None, Field(description=inline.description))}
     return create_model(
         f"{product.model}Out",
         __doc__=f"How {product.title} stand, with every one of the {inline.name}.",
@@ -55,10 +55,15 @@ def out_model(product: Product) -> type[MapOut]:
 @cache
 def list_model(product: Product) -> type[Page]:
     """One page of them, newest first."""
-    fields: dict[str, Any] = {product.plural: (list[state_model(product)], ...)}  # type: ignore[misc] # the same
+    fields: dict[str, Any] = {product.plural: (_list_of(state_model(product)), ...)}
     return create_model(
         f"{product.model}List",
         __doc__=f"One page of {product.plural.replace('_', ' ')}, newest first.",
         __base__=Page,
         **fields,
     )
+
+
+def _list_of(model: Any) -> Any:
+    """The type of lists of a model that is made at run time."""
+    return GenericAlias(list, (model,))

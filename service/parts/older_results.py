@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar, cast
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["OlderResult", "OrOlder"]
+__all__ = ["OlderResult", "OrOlder", "or_older"]
 
 Summary = TypeVar("Summary", bound=BaseModel)
 
@@ -21,3 +21,8 @@ class OlderResult(BaseModel):
 
 # left to right, because any result would do as an older one
 OrOlder = Annotated[Summary | OlderResult | None, Field(union_mode="left_to_right")]
+
+
+def or_older(answer: Any) -> Any:
+    """The type of a field for an answer whose model is known at run time only."""
+    return cast(Any, OrOlder)[answer]
