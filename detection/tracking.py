@@ -276,8 +276,9 @@ class Tracker:
         off_m = min((place_m - self.track.place_m[:d] for place_m in places_m), key=lambda off_m: float(off_m @ off_m))
         spread_m2 = geometry.covariance_m2 + self.track.covariance[:d, :d]
         off2 = squared_sigmas(off_m, spread_m2) / self._settings.k_geometric**2
-        told_m2 = geometry.covariance_m2 + TOLD**2 * self.track.covariance[:d, :d]
-        self._off = squared_sigmas(off_m, told_m2) > self._settings.k_geometric**2
+        if off2 > 1.0:
+            told_m2 = geometry.covariance_m2 + TOLD**2 * self.track.covariance[:d, :d]
+            self._off = squared_sigmas(off_m, told_m2) > self._settings.k_geometric**2
         if off2 <= (1.0 if out else LOST_TOLERANCES**2):
             self._elsewhere = 0
             if off2 <= 1.0 and supporting > d + 1:
