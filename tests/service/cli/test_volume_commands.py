@@ -137,7 +137,7 @@ BAD_AIR = [
     (["--volume", "--ceiling", "300msl", "--bounds", "0,0,1,1"], "No post lies within west 0"),
     (["--cut", "here"], "--cut 'here' is neither a line"),
     (["--cut", "1,2,3"], "--cut '1,2,3' is neither a line"),
-    (["--cut", "1,2,3,4"], "cuts[0] leaves the volume at 1 m east, 2 m north"),
+    (["--cut", "1,2,3,4"], "cuts[0] leaves the volume at (1 m east, 2 m north)"),
     (["--cut", f"{WEST_M + 60},{NORTH_M - 60},{WEST_M + 60},{NORTH_M - 60}"], "cuts[0] is a single place"),
     (["--cut", "-5agl"], "cuts[0].above_ground_m"),
     (["--cut", "100msl"] * 9, "cuts: List should have at most 8 items"),
