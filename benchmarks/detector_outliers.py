@@ -24,6 +24,7 @@ LEAST_M, MOST_M = 3.0, 1e6
 WRAPS_M = (655.35, 65535.0)  # 0xFFFF of centimetres, of metres
 SPEED_M_PER_S = 1.5
 EPOCHS_A_DRIVE = 250
+SEED = 2026  # seeds 5 to 8, 98 and 99 chose what detection/tracking.py and tracks.py hold; this one chose nothing
 MAY_LEAVE, CONFIRMED = 0.005, (PlanningStatus.CHECKED, PlanningStatus.DEGRADED)
 
 # (ranges (n, k), how many of a row may be off, generator): changes them in place
@@ -151,7 +152,7 @@ def _spoilt(drive: SimulatedDrive, spoil: Spoil, most: int, generator: np.random
 
 def outliers(epochs: int = 100_000) -> Table:
     """A session against its own epochs, kind by kind."""
-    generator, rows = np.random.default_rng(5), []
+    generator, rows = np.random.default_rng(SEED), []
     drives = max(2, round(epochs / EPOCHS_A_DRIVE / (2 * len(KINDS))))
     for every_s in (1.0, 0.1):
         for kind, spoil in KINDS.items():

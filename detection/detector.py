@@ -43,6 +43,7 @@ class Detector:
         self._last: EpochResult | None = None
         self._places_m = places_of(anchors)
         self._notes: deque[EpochNote] = deque(maxlen=NOTED)
+        self._suspected: tuple[Suspicion, ...] | None = None  # of these notes, once somebody asked
 
     @property
     def state(self) -> DetectorState:
@@ -60,7 +61,9 @@ class Detector:
 
     def suspicions(self) -> tuple[Suspicion, ...]:
         """What the latest epochs as a whole suffer from: units, order, faults that all ranges share; often nothing."""
-        return suspicions_of(tuple(self._notes), self.settings)
+        if self._suspected is None:
+            self._suspected = suspicions_of(tuple(self._notes), self.settings)
+        return self._suspected
 
     def process(self, epoch: RangeEpoch) -> EpochResult:
         """The answer to one epoch; one that is late, out of order or a duplicate is rejected, counted and told.
@@ -76,7 +79,7 @@ class Detector:
         if rejection is not None:
             self._rejections[rejection] += 1
             result = rejected_epoch(epoch, base_time_s, rejection)
-            self._notes.append(note_of(epoch, result, self._places_m))
+            self._note(epoch, result)
             return result
         intake = take_in(epoch, self._seen, self.settings)
         self._rejections.update(rejected.reason for rejected in intake.rejected)
@@ -85,12 +88,16 @@ class Detector:
         self._remember(epoch, result)
         return result
 
+    def _note(self, epoch: RangeEpoch, result: EpochResult) -> None:
+        self._notes.append(note_of(epoch, result, self._places_m))
+        self._suspected = None
+
     def _remember(self, epoch: RangeEpoch, result: EpochResult) -> None:
         self._epochs += 1
         self._last = result
         if epoch.moved:
             self._places_m = self._places_m | places_of(one for one in epoch.moved if one.id in self._places_m)
-        self._notes.append(note_of(epoch, result, self._places_m))
+        self._note(epoch, result)
         for verdict in result.verdicts:
             self._seen[verdict.anchor_id].note(verdict, epoch.time_s)
 

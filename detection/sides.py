@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 
@@ -24,13 +25,12 @@ def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int
     d = dimension
     if len(places_m) <= d:
         return None
-    middle_m = places_m[:, :d].mean(axis=0)
-    _, sizes_m, axes = np.linalg.svd(places_m[:, :d] - middle_m, full_matrices=False)
-    normal = axes[-1]
-    off_m = float((track.place_m[:d] - middle_m) @ normal)
-    apart_m = float(np.linalg.norm(track.place_m[:d] - places_m[:, :d], axis=1).mean())
+    middle_m, normal, thick_m, wide2_m2 = _plane(places_m.tobytes(), d)
+    from_middle_m = track.place_m[:d] - middle_m
+    off_m = float(from_middle_m @ normal)
+    apart_m = math.sqrt(float(from_middle_m @ from_middle_m) + wide2_m2)  # of the anchors, in the root mean square
     blind_m = math.sqrt(2.0 * apart_m * sigma_m)
-    if abs(off_m) > blind_m or 4.0 * sizes_m[-1] * blind_m > sigma_m * apart_m:
+    if abs(off_m) > blind_m or 4.0 * thick_m * blind_m > sigma_m * apart_m:
         return None
     flip = np.eye(d) - 2.0 * np.outer(normal, normal)
     whole = np.eye(len(track.state))
@@ -38,3 +38,12 @@ def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int
     state = whole @ track.state
     state[:d] = track.place_m[:d] - 2.0 * off_m * normal
     return replace(track, state=state, covariance=whole @ track.covariance @ whole.T)
+
+
+@functools.lru_cache(maxsize=64)
+def _plane(places: bytes, d: int) -> tuple[Floats, Floats, float, float]:
+    """(middle (d,), normal (d,), how far off it anchors (m, 3) stand, root of the sum, mean square from the middle)."""
+    places_m = np.frombuffer(places).reshape(-1, 3)[:, :d]
+    middle_m = places_m.mean(axis=0)
+    _, sizes_m, axes = np.linalg.svd(places_m - middle_m, full_matrices=False)
+    return middle_m, axes[-1], float(sizes_m[-1]), float(sizes_m @ sizes_m) / len(places_m)

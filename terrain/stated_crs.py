@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 from pathlib import Path
 from typing import BinaryIO
@@ -51,13 +52,20 @@ def _geotiff_texts(file: Path) -> list[str]:
         raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as GTiff.") from error
 
 
+def _go_to(stream: BinaryIO, place: int) -> None:
+    """Go to a place that a damaged file may put beyond its end, or beyond any file."""
+    if place > stream.seek(0, io.SEEK_END):
+        raise struct.error
+    stream.seek(place)
+
+
 def _geo_texts(stream: BinaryIO) -> list[str]:
     order = "<" if stream.read(2) == b"II" else ">"
     big = _number(stream, order + "H") == 43
     if big:
         stream.seek(8)
     first = _number(stream, order + ("Q" if big else "I"))
-    stream.seek(first)
+    _go_to(stream, first)
     entries = _number(stream, order + ("Q" if big else "H"))
     entry = struct.Struct(order + ("HHQ8s" if big else "HHI4s"))
     texts = []
@@ -69,7 +77,7 @@ def _geo_texts(stream: BinaryIO) -> list[str]:
             texts.append(value[:count].decode("latin-1"))
             continue
         after = stream.tell()
-        stream.seek(struct.unpack(order + ("Q" if big else "I"), value)[0])
+        _go_to(stream, struct.unpack(order + ("Q" if big else "I"), value)[0])
         texts.append(stream.read(min(count, PRJ_BYTES)).decode("latin-1"))
         stream.seek(after)
     return texts

@@ -32,6 +32,8 @@ Point = tuple[float, float]
 
 # work that is done at most: rounds of splitting, leaves that are split in one of them and that there are in all
 MOST_ROUNDS, MOST_AT_ONCE, MOST_LEAVES = 64, 20_000, 6_000_000
+# and rounds where only a way can come of it
+MOST_WITHOUT_PROOF = 6
 # leaves are split on ways through up to so many times as much doubt as the one through least
 AS_MUCH = 1.5
 # what doubt counts for in this that cannot be split
@@ -68,6 +70,7 @@ class CloserLook:
 
     def look(self) -> Look:
         """The way, the proof, or why there is neither."""
+        without_proof = 0
         for _ in range(MOST_ROUNDS):
             if self._ended():
                 return self._undecided("the time was up before it was searched finely enough")
@@ -84,7 +87,10 @@ class CloserLook:
             if _joining(parts, begin & clear, end & clear).any():
                 return Look(self._way(graph.among(clear), begin & clear, end & clear), False, 0.0, "")
             chosen = self._chosen(parts, graph, begin, end)
-            if len(chosen) == 0:
+            # joined by what splitting does not change: no proof can come of it any more, at best a way
+            settled = clear | (self._codes == FINAL)
+            without_proof += bool(_joining(graph.among(settled).labels(), begin & settled, end & settled).any())
+            if len(chosen) == 0 or without_proof > MOST_WITHOUT_PROOF:
                 return self._undecided("what is left in doubt cannot be decided by searching more finely")
             if len(self._leaves) > MOST_LEAVES:
                 break

@@ -64,8 +64,8 @@ def plan_path(
     with contextlib.ExitStack() as processes:
         # loads while maps and grid are worked at
         turns = problem.rover.min_turning_radius_m > 0.0
-        begin_s = time.perf_counter()
         own = processes.enter_context(OwnProcess()) if problem.budget.sampling and not turns else None
+        begin_s = time.perf_counter()
         plan = _Plan(problem, own, progress or _nobody, stop or (lambda: False), sight_maps(problem), begin_s)
         return plan.outcome()
 

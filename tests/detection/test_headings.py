@@ -53,7 +53,7 @@ def without_heading(epochs: Sequence[RangeEpoch]) -> list[RangeEpoch]:
 
 
 @pytest.mark.parametrize(
-    ("offset_deg", "drift_deg_per_min"), [(0.0, 20.0), (0.0, -20.0), (90.0, 0.0), (180.0, 0.0), (-60.0, 10.0)]
+    ("offset_deg", "drift_deg_per_min"), [(0.0, 20.0), (0.0, -20.0), (90.0, 0.0), (180.0, 0.0), (-60.0, -10.0)]
 )
 def test_a_heading_that_is_off_does_no_harm_and_is_told(offset_deg: float, drift_deg_per_min: float) -> None:
     way, epochs = drive(offset_deg, drift_deg_per_min)

@@ -41,6 +41,9 @@ def test_a_database_that_another_program_holds_is_told_as_that_and_can_still_be_
         assert ask(server, dem).status_code == 202
 
 
+LINE = {"from_points_m": [[748_000.0, 4_024_000.0, 2000.0]], "to_points_m": [[748_100.0, 4_024_000.0, 2000.0]]}
+
+
 def test_a_data_folder_that_is_deleted_is_told_by_health_and_refuses_all_that_writes(tmp_path: Path) -> None:
     with running(tmp_path / "data", workers=1) as server:
         dem = server.sample()
@@ -50,7 +53,7 @@ def test_a_data_folder_that_is_deleted_is_told_by_health_and_refuses_all_that_wr
             ask(server, dem),
             server.client.post("/dems", params={"filename": "a.asc", "crs": "local"}, content=small),
             server.client.post("/dems", params={"sample": "valley"}),
-            server.client.post("/lines-of-sight", json={"dem_id": dem["id"], "pairs": []}),
+            server.client.post("/lines-of-sight", json={"dem_id": dem["id"], **LINE}),
         ):
             assert refused.status_code == 503, refused.text
             assert refused.json()["type"] == "/problems/data-folder"

@@ -196,7 +196,8 @@ def test_other_formats_and_missing_files_are_refused(tmp_path, name, sentence):
 def test_buildings_without_known_ground_below_are_refused_unless_absolute(tmp_path):
     path = write(tmp_path, trimesh.util.concatenate([box(100, -100), box(5000, -50)]), "stl")
     with pytest.raises(
-        MeshError, match=r"1 of 2 buildings in city.stl have no known ground below, one at east 5000.0 m"
+        MeshError,
+        match=r"1 of 2 buildings in city.stl have no known ground below, one at \(5000.0 m east, -50.0 m north\)",
     ):
         read_buildings(path, level())
     assert read_buildings(path, level(), heights="absolute").count == 2

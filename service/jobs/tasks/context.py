@@ -36,13 +36,14 @@ class TaskContext:
     stop: Callable[[], bool]
 
     def grid(self, dem_id: str) -> ElevationGrid:
-        """The DEM of that id; raises NotFoundError."""
+        """The DEM of that id; raises NotFoundError, DataFolderError."""
         # the id may come straight from a request: it must not lead out of the folder
         if not DEM_ID.fullmatch(dem_id):
             raise NotFoundError("DEM", dem_id)
         try:
             return _grid(self.folder.dem(dem_id))
         except FileNotFoundError as error:
+            self.folder.check_usable()  # where the whole folder is gone, that is what to tell
             raise NotFoundError("DEM", dem_id) from error
 
 

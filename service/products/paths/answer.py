@@ -50,7 +50,8 @@ class RelaxationOut(BaseModel):
     asked: float | None = Field(description="What was asked for, in the unit that is given; angles in degrees.")
     needed: float | None = Field(description="What would do, in the unit that is given; angles in degrees.")
     least: float | None = Field(
-        None, description="With less there is surely no path, in the unit that is given; null: not known."
+        None,
+        description="With less there is surely no path, in the unit that is given, angles in degrees; null: not known.",
     )
     unit: str = Field(description="deg, m, or empty: a number without a unit.")
     sentence: str = Field(description="The same in words.")

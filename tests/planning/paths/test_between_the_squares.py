@@ -11,6 +11,7 @@ import shapely
 from benchmarks.unreachables import close_problems, finer, refuted
 from dem_samples import load_sample
 from planning.paths import PathOutcome, PathProblem, PathStatus, PlanBudget, Reason, RoverModel, plan_path
+from planning.paths.closer_look import MOST_WITHOUT_PROOF, CloserLook
 from planning.paths.leaves import Graph, Leaves
 from planning.validation import validate_path
 from terrain import ElevationGrid, height_at
@@ -161,3 +162,17 @@ def test_no_proof_is_refuted_by_squares_four_times_as_fine() -> None:
             proved += 1
             assert not refuted(problem)
     assert proved > 2
+
+
+def test_where_only_headings_are_in_doubt_the_search_ends_undecided_and_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    # a plane too steep to roll on and too steep to climb, but not for some heading between
+    plane_m = np.tile(np.arange(61, dtype=np.float32) * 3.0, (61, 1))
+    grid = ElevationGrid(plane_m, 10.0, 10.0)
+    rover = RoverModel(max_slope_rad=0.5, max_pitch_rad=math.atan(0.2155), max_roll_rad=math.atan(0.2155))
+    begun: list[int] = []
+    split = CloserLook._split
+    monkeypatch.setattr(CloserLook, "_split", lambda look, chosen: (begun.append(len(chosen)), split(look, chosen))[1])
+    outcome = plan_path(PathProblem(grid, (53.0, -303.0), (553.0, -297.0), rover=rover, budget=GRID_ALONE))
+    assert outcome.status is PathStatus.UNDECIDED
+    assert "cannot be decided by searching more finely" in outcome.sentence
+    assert len(begun) <= MOST_WITHOUT_PROOF

@@ -57,10 +57,8 @@ def epoch(time_s: float, ranges: Any = RANGES, **more: Any) -> EpochIn:
 
 def test_requests_have_every_setting_of_the_detector_with_its_default() -> None:
     assert DetectorSettingsIn.model_validate({}).settings() == DetectorSettings()
-    names = [
-        field.name.replace("_rad", "_deg") for field in dataclasses.fields(DetectorSettings)
-    ]  # degrees in requests
-    assert list(DetectorSettingsIn.model_fields) == names
+    in_degrees = [field.name.replace("_rad", "_deg") for field in dataclasses.fields(DetectorSettings)]
+    assert list(DetectorSettingsIn.model_fields) == in_degrees
 
 
 def test_a_request_becomes_what_the_detector_takes() -> None:

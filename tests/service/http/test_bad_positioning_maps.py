@@ -126,7 +126,7 @@ BAD: dict[str, tuple[str, dict[str, Any], str, str]] = {
     ),
     "an almanac with a missing field": (
         "/dop-maps",
-        {"satellites": {**SKY, "almanac": almanac().replace("30\n0\n", "30\n", 1)}},
+        {"satellites": {**SKY, "almanac": almanac().replace("30\n0\n", "30\n")}},
         "almanac-file",
         "almanac",
     ),
