@@ -114,10 +114,9 @@ def test_fans_of_entering_rays_follow_one_another_without_a_gap(row, col):
     grid = hills(65)
     work = share_out([(row, col, 900.0)], grid.heights_m, (0.0, 0.0), 64, 1, follow_borders=True)
     for axis, direction in ((0, 1), (0, -1), (1, 1), (1, -1)):
-        own = (work.tasks[:, 1] == axis) & (work.tasks[:, 2] == direction)
-        tasks, reals = work.tasks[own], work.reals[own]
-        starts = reals[:, 3] + tasks[:, 5] * reals[:, 4]
-        ends = reals[:, 3] + (tasks[:, 5] + tasks[:, 6] - 1) * reals[:, 4]
+        own = work.blocks[(work.blocks["axis"] == axis) & (work.blocks["direction"] == direction)]
+        starts = own["t_0"] + own["first_ray"] * own["dt"]
+        ends = own["t_0"] + (own["first_ray"] + own["rays"] - 1) * own["dt"]
         np.testing.assert_array_equal(starts[1:], ends[:-1])
         assert (ends > starts).all()
 

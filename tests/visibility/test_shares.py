@@ -22,7 +22,7 @@ def _heights_m() -> npt.NDArray[np.float32]:
 def _answered(work: Work, eyes: int) -> npt.NDArray[np.float32]:
     out_m = np.full((eyes, *SHAPE), np.nan, np.float32)
     blank_m, turned_m = read_only(np.full(max(SHAPE), np.nan, np.float32)), read_only(np.empty((0, 0), np.float32))
-    kernel.sweep(_heights_m(), turned_m, blank_m, out_m, work.tasks, work.reals, work.bins, 0)
+    kernel.sweep(_heights_m(), turned_m, blank_m, out_m, work.blocks, work.bins, 0)
     return out_m
 
 
@@ -40,8 +40,8 @@ def test_any_number_of_workers_gives_the_answers_of_one(workers: int) -> None:
 def test_every_post_is_answered_by_one_block_alone(eye: Eye) -> None:
     work = share_out([eye], _heights_m(), NO_DROP, 64, 1)
     answers = np.zeros(SHAPE, np.int64)
-    for number in range(len(work.tasks)):
-        answers += ~np.isnan(_answered(Work(work.tasks, work.reals, np.array([[number]])), 1)[0])
+    for number in range(len(work.blocks)):
+        answers += ~np.isnan(_answered(Work(work.blocks, np.array([[number]])), 1)[0])
     own = [list(eye[:2])] if eye[0].is_integer() and eye[1].is_integer() and eye[0] >= 0 else []
     assert np.argwhere(answers != 1).tolist() == own
 
@@ -49,10 +49,10 @@ def test_every_post_is_answered_by_one_block_alone(eye: Eye) -> None:
 @pytest.mark.parametrize("workers", [1, 2, 5, 70])
 def test_every_block_is_dealt_once_and_rays_come_in_whole_steps(workers: int) -> None:
     work = share_out(EYES, _heights_m(), NO_DROP, 64, workers)
-    assert sorted(work.bins[work.bins >= 0].tolist()) == list(range(len(work.tasks)))
+    assert sorted(work.bins[work.bins >= 0].tolist()) == list(range(len(work.blocks)))
     assert len(work.bins) == workers
-    assert ((work.tasks[:, 6] - 1) % kernel.COARSEST == 0).all()
-    assert (work.tasks[:, 6] > 1).all()
+    assert ((work.blocks["rays"] - 1) % kernel.COARSEST == 0).all()
+    assert (work.blocks["rays"] > 1).all()
 
 
 @pytest.mark.parametrize("size", [32, 100_000])
@@ -73,5 +73,5 @@ def test_two_workers_have_alike_to_do_wherever_the_eye_is(eye: Eye) -> None:
 
 
 def _posts_answered(work: Work, hand: npt.NDArray[np.int64]) -> int:
-    answered_m = _answered(Work(work.tasks, work.reals, hand[np.newaxis]), 1)
+    answered_m = _answered(Work(work.blocks, hand[np.newaxis]), 1)
     return int((~np.isnan(answered_m)).sum())

@@ -32,5 +32,5 @@ def sweep(
     work = share_out(eyes, heights_m, drop_per_step2_m, kernel.BLOCK_POSTS)
     turned_m = np.empty(heights_m.shape[::-1], np.float32)
     turn(heights_m, turned_m)
-    kernel.sweep(heights_m, read_only(turned_m), out_m, work.tasks, work.reals, work.bins)
+    kernel.sweep(heights_m, read_only(turned_m), out_m, work.blocks, work.bins)
     write_own_posts(heights_m, eyes, out_m)

@@ -48,8 +48,7 @@ def sweep(
         else:
             work = share_out(some, heights_m, drop_per_step2_m, kernel.BLOCK_RAYS, follow_borders=True)
             shift = part_m.ctypes.data // part_m.itemsize % CACHE_LINE
-            tables = work.tasks, work.reals, work.bins
-            kernel.sweep(heights_m, read_only(turned_m), blank_m, part_m, *tables, shift)
+            kernel.sweep(heights_m, read_only(turned_m), blank_m, part_m, work.blocks, work.bins, shift)
     write_own_posts(heights_m, eyes, out_m)
 
 

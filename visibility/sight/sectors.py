@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from visibility.sight.fans import Fan, entering_fans, plain_fan
+from visibility.sight.kernels.blocks import BLOCK_FIELDS, Block
 from visibility.sight.kernels.sweep import COARSEST
 from visibility.sight.shares import Work, dealt, evened
 
@@ -53,16 +54,12 @@ def share_out(
     """
     rows, cols = heights_m.shape
     ground_m = _some_ground_m(heights_m)
-    tasks, reals = [], []
+    of_eyes = []
     for number, eye in enumerate(eyes):
         blocks = list(_blocks(number, eye, (rows, cols), ground_m, drop_per_step2_m, block_rays, follow_borders))
-        eye_tasks = np.array([task for task, _ in blocks], np.int64)
-        eye_reals = np.array([real for _, real in blocks], np.float64)
-        eye_tasks, eye_reals = evened(eye_tasks, eye_reals, (rows, cols))
-        tasks.append(eye_tasks)
-        reals.append(eye_reals)
+        of_eyes.append(evened(np.array([tuple(block) for block in blocks], BLOCK_FIELDS), (rows, cols)))
     workers = numba.get_num_threads() if workers is None else workers
-    return dealt(np.vstack(tasks), np.vstack(reals), (rows, cols), workers)
+    return dealt(np.concatenate(of_eyes), (rows, cols), workers)
 
 
 def _some_ground_m(heights_m: npt.NDArray[np.float32]) -> float:
@@ -80,13 +77,13 @@ def _blocks(
     drop_per_step2_m: tuple[float, float],
     block_rays: int,
     follow_borders: bool,
-) -> Iterator[tuple[tuple[int, ...], tuple[float, ...]]]:
-    """The blocks of one eye: rows of TASK_COLUMNS and REAL_COLUMNS (kernels.sweep)."""
+) -> Iterator[Block]:
+    """The blocks of one eye."""
     is_inside = 0.0 <= eye[0] <= shape[0] - 1 and 0.0 <= eye[1] <= shape[1] - 1
     for axis in (0, 1):
         along_0, across_0 = eye[axis], eye[1 - axis]
         length, width = shape[axis], shape[1 - axis]
-        drop_along, drop_across = drop_per_step2_m[axis], drop_per_step2_m[1 - axis]
+        drop_along_m, drop_across_m = drop_per_step2_m[axis], drop_per_step2_m[1 - axis]
         for direction in (1, -1):
             first = max(0, math.floor(along_0) + 1) if direction > 0 else min(length - 1, math.ceil(along_0) - 1)
             steps = length - first if direction > 0 else first + 1
@@ -98,7 +95,7 @@ def _blocks(
             if t_low > t_high:
                 continue
             # an eye beyond the map looks over it along a plane that falls to the ground in its middle
-            tilt = 2.0 * (eye[2] - ground_m) / (near + far) if near > 1.0 else 0.0
+            tilt_m = 2.0 * (eye[2] - ground_m) / (near + far) if near > 1.0 else 0.0
             # an eye beyond a border that runs along the sector: its lines come onto the map across it
             beyond = max(-across_0, across_0 - (width - 1))
             reach = (t_low, t_high, near, far)
@@ -109,11 +106,27 @@ def _blocks(
                 # lines that none of its rays has reached the map on are left out
                 empty = fan.lines_before(beyond, near) if entering else 0
                 for first_ray, count, is_first, is_last in _cut(fan, block_rays, ends):
-                    task = (
-                        number, axis, direction, first + direction * empty, steps - empty, first_ray, count,
-                        is_first, is_last, is_inside, fan.coarsest,
-                    )  # fmt: skip
-                    yield task, (along_0, across_0, eye[2], fan.t_0, fan.dt, drop_along, drop_across, tilt)
+                    yield Block(
+                        along_0=along_0,
+                        across_0=across_0,
+                        altitude_m=eye[2],
+                        t_0=fan.t_0,
+                        dt=fan.dt,
+                        drop_along_m=drop_along_m,
+                        drop_across_m=drop_across_m,
+                        tilt_m=tilt_m,
+                        eye=number,
+                        axis=axis,
+                        direction=direction,
+                        first_line=first + direction * empty,
+                        lines=steps - empty,
+                        first_ray=first_ray,
+                        rays=count,
+                        coarsest=fan.coarsest,
+                        is_first=is_first,
+                        is_last=is_last,
+                        is_eye_inside=is_inside,
+                    )
 
 
 def _cut(fan: Fan, block_rays: int, ends: tuple[bool, bool]) -> Iterator[tuple[int, int, bool, bool]]:

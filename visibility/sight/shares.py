@@ -21,51 +21,47 @@ RAY_COST = 1.2  # of a ray on a line, in answers to a post
 COLUMN_COST = 1.3  # of sectors that run over columns, in such as run over rows
 UNEVEN = 0.02  # of a fair load: too little to cut a block for
 
-Tasks = npt.NDArray[np.int64]
-Reals = npt.NDArray[np.float64]
+Blocks = npt.NDArray[np.void]  # records of kernels.blocks.BLOCK_FIELDS
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """The tables that the sweep kernels take: tasks and reals with one row per block, bins with one row per worker."""
+    """What the sweep kernels take: blocks (n,) of BLOCK_FIELDS, and bins with one row of numbers of them per worker."""
 
-    tasks: npt.NDArray[np.int64]
-    reals: npt.NDArray[np.float64]
+    blocks: Blocks
     bins: npt.NDArray[np.int64]
 
 
-def evened(tasks: Tasks, reals: Reals, shape: tuple[int, int]) -> tuple[Tasks, Reals]:
-    """One eye's blocks over a grid of some shape, one of them cut so that two workers have alike to do.
-
-    tasks, reals: one row per block, see kernels.sweep.
-    """
-    cost = _cost(tasks, reals, shape)
+def evened(blocks: Blocks, shape: tuple[int, int]) -> Blocks:
+    """One eye's blocks over a grid of some shape, one of them cut so that two workers have alike to do."""
+    cost = _cost(blocks, shape)
     hands = _hands(cost, 2)
     loads = [cost[hand].sum() for hand in hands]
     surplus = abs(loads[0] - loads[1]) / 2
     if surplus <= UNEVEN * cost.sum() / 2:
-        return tasks, reals
+        return blocks
     full = hands[int(loads[1] > loads[0])]
     dearest = full[int(cost[full].argmax())]
-    rays = tasks[dearest, 6] - 1
+    rays = int(blocks["rays"][dearest]) - 1
     moved = round(rays * surplus / cost[dearest] / COARSEST) * COARSEST
     if not 0 < moved < rays:
-        return tasks, reals
+        return blocks
     # both run the ray on which they are cut
-    first, second = tasks[dearest].copy(), tasks[dearest].copy()
-    first[6], first[8] = moved + 1, 0
-    second[5], second[6], second[7] = first[5] + moved, rays - moved + 1, 0
-    cut = np.vstack([tasks[:dearest], first, second, tasks[dearest + 1 :]])
-    return cut, np.insert(reals, dearest, reals[dearest], axis=0)
+    cut = np.insert(blocks, dearest, blocks[dearest])
+    first, second = cut[dearest], cut[dearest + 1]
+    first["rays"], first["is_last"] = moved + 1, False
+    second["first_ray"] += moved
+    second["rays"], second["is_first"] = rays - moved + 1, False
+    return cut
 
 
-def dealt(tasks: Tasks, reals: Reals, shape: tuple[int, int], workers: int) -> Work:
+def dealt(blocks: Blocks, shape: tuple[int, int], workers: int) -> Work:
     """The blocks of any number of eyes, dealt to workers."""
-    hands = _hands(_cost(tasks, reals, shape), workers)
+    hands = _hands(_cost(blocks, shape), workers)
     bins = np.full((workers, max(len(hand) for hand in hands)), -1, np.int64)
     for worker, hand in enumerate(hands):
         bins[worker, : len(hand)] = sorted(hand)
-    return Work(tasks, reals, bins)
+    return Work(blocks, bins)
 
 
 def _hands(cost: npt.NDArray[np.float64], workers: int) -> list[list[int]]:
@@ -79,15 +75,16 @@ def _hands(cost: npt.NDArray[np.float64], workers: int) -> list[list[int]]:
     return hands
 
 
-def _cost(tasks: Tasks, reals: Reals, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
+def _cost(blocks: Blocks, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
     """What each block costs, about: posts answered and rays run on its lines, a sample of which is looked at."""
-    axis, direction, first, steps, first_ray, rays = tasks[:, 1:7].T[:, :, np.newaxis]
-    along_0, across_0, t_0, dt = reals[:, [0, 1, 3, 4]].T[:, :, np.newaxis]
-    along = np.abs(first + direction * steps * (np.arange(SAMPLED_LINES) + 0.5) / SAMPLED_LINES - along_0)
-    width = np.asarray(shape)[1 - axis]
-    left = np.clip(across_0 + (t_0 + first_ray * dt) * along, 0, width)
-    right = np.clip(across_0 + (t_0 + (first_ray + rays - 1) * dt) * along, 0, width)
-    gap = dt * along
-    gap *= 2.0 ** np.clip(np.floor(np.log2(WIDEST_GAP / gap)), 0, np.log2(tasks[:, 10, np.newaxis]))
-    cost: npt.NDArray[np.float64] = ((right - left) * (1.0 + RAY_COST / gap)).mean(axis=1) * steps[:, 0]
-    return cost * np.where(axis[:, 0] == 1, COLUMN_COST, 1.0)
+    one = blocks[:, np.newaxis]
+    on_lines = one["lines"] * (np.arange(SAMPLED_LINES) + 0.5) / SAMPLED_LINES
+    along = np.abs(one["first_line"] + one["direction"] * on_lines - one["along_0"])
+    width = np.asarray(shape)[1 - one["axis"]]
+    last_ray = one["first_ray"] + one["rays"] - 1
+    left = np.clip(one["across_0"] + (one["t_0"] + one["first_ray"] * one["dt"]) * along, 0, width)
+    right = np.clip(one["across_0"] + (one["t_0"] + last_ray * one["dt"]) * along, 0, width)
+    gap = one["dt"] * along
+    gap *= 2.0 ** np.clip(np.floor(np.log2(WIDEST_GAP / gap)), 0, np.log2(one["coarsest"]))
+    cost: npt.NDArray[np.float64] = ((right - left) * (1.0 + RAY_COST / gap)).mean(axis=1) * blocks["lines"]
+    return cost * np.where(blocks["axis"] == 1, COLUMN_COST, 1.0)

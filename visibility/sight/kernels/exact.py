@@ -12,8 +12,8 @@ import numpy as np
 from numba import prange
 
 from compiled.options import parallel_kernel, scalar_kernel
-from visibility.sight.kernels.horizon import height_over, merge
-from visibility.sight.kernels.owned_posts import owned_posts
+from visibility.sight.kernels.blocks import block_of, owned_posts
+from visibility.sight.kernels.horizon import Pieces, height_over, merge, new_horizon, start_over
 
 __all__ = ["BLOCK_POSTS", "sweep"]
 
@@ -24,45 +24,48 @@ RADIAL = 1e-12  # of the distance: an edge that runs towards the eye shows as a 
 
 
 @scalar_kernel
-def _lowered(ground, post, along, real):
+def _lowered(ground, post, along, block):
     """Height of a post, lowered by curvature, over the plane through the eye that slopes are counted from."""
-    across = post - real[1]
-    return float(ground[post]) - real[5] * along * along - real[6] * across * across - (real[2] - real[7] * along)
+    across = post - block.across_0
+    lowered = float(ground[post]) - block.drop_along_m * along * along - block.drop_across_m * across * across
+    return lowered - (block.altitude_m - block.tilt_m * along)
 
 
 @scalar_kernel
-def _add(pieces, count, bearing_a, bearing_b, line, limits):
-    """Append the piece between two bearings, in either order, cut to the block's limits."""
-    low = max(min(bearing_a, bearing_b), limits[0])
-    high = min(max(bearing_a, bearing_b), limits[1])
-    if low < high and not math.isnan(line[0] + line[1]):
-        pieces[0][count] = low
-        pieces[1][count] = high
-        pieces[2][count] = line[0]
-        pieces[3][count] = line[1]
+def _add(pieces, count, bearing_a, bearing_b, p, q, limits):
+    """Append the piece p + q·t between two bearings, in either order, cut to the block's limits (lowest, highest)."""
+    lowest, highest = limits
+    low = max(min(bearing_a, bearing_b), lowest)
+    high = min(max(bearing_a, bearing_b), highest)
+    if low < high and not math.isnan(p + q):
+        pieces.start[count] = low
+        pieces.stop[count] = high
+        pieces.p[count] = p
+        pieces.q[count] = q
         return count + 1
     return count
 
 
 @scalar_kernel
-def _line_pieces(ground, along, posts, real, limits, pieces):
-    """Edges of one line of posts, between neighbouring posts."""
+def _line_pieces(ground, along, posts, block, limits, pieces):
+    """Edges of one line of posts, between neighbouring posts of (first, last)."""
+    first, last = posts
     count = 0
-    if posts[1] <= posts[0]:
+    if last <= first:
         return 0
-    height = _lowered(ground, posts[0], along, real)
-    for post in range(posts[0], posts[1]):
-        across = post - real[1]
-        following = _lowered(ground, post + 1, along, real)
+    height = _lowered(ground, first, along, block)
+    for post in range(first, last):
+        across = post - block.across_0
+        following = _lowered(ground, post + 1, along, block)
         rise = following - height
-        line = ((height - rise * across) / along, rise)
-        count = _add(pieces, count, across / along, (across + 1.0) / along, line, limits)
+        p = (height - rise * across) / along
+        count = _add(pieces, count, across / along, (across + 1.0) / along, p, rise, limits)
         height = following
     return count
 
 
 @scalar_kernel
-def _strip_pieces(near, far, along, lean, posts, real, limits, pieces):
+def _strip_pieces(near, far, along, lean, posts, block, limits, pieces):
     """Edges from a line of posts to the next, farther one, from post to post + lean.
 
     along: of the two lines; the nearer may lie at or behind the eye. posts: (first, last, stride) on the nearer line.
@@ -70,57 +73,56 @@ def _strip_pieces(near, far, along, lean, posts, real, limits, pieces):
     count = 0
     near_along, far_along = along
     width = near.shape[0]
-    for post in range(posts[0], posts[1] + 1, posts[2]):
+    first, last, stride = posts
+    for post in range(first, last + 1, stride):
         if not 0 <= post + lean < width:
             continue
-        across = post - real[1]
+        across = post - block.across_0
         # the edge is across = offset + lean * w; its bearing offset / w + lean
         offset = across - lean * near_along
         if abs(offset) < RADIAL * (1.0 + far_along):
             continue
-        height = _lowered(near, post, near_along, real)
-        rise = _lowered(far, post + lean, far_along, real) - height  # over one line, whatever far - near rounds to
+        height = _lowered(near, post, near_along, block)
+        rise = _lowered(far, post + lean, far_along, block) - height  # over one line, whatever far - near rounds to
         steep = (height - rise * near_along) / offset
         near_bearing = across / near_along if near_along > 0.0 else math.copysign(math.inf, offset)
         far_bearing = (across + lean) / far_along
-        count = _add(pieces, count, near_bearing, far_bearing, (rise - steep * lean, steep), limits)
+        count = _add(pieces, count, near_bearing, far_bearing, rise - steep * lean, steep, limits)
     return count
 
 
 @scalar_kernel
-def _grown(arrays, size):
-    """Three arrays with room for at least size, content kept."""
-    if arrays[0].shape[0] >= size:
-        return arrays
-    room = 2 * size
-    start, p, q = np.zeros(room), np.zeros(room), np.zeros(room)
-    n = arrays[0].shape[0]
-    start[:n], p[:n], q[:n] = arrays[0], arrays[1], arrays[2]
-    return start, p, q
+def _grown(horizon, size):
+    """A horizon with room for at least size, content kept."""
+    n = horizon.start.shape[0]
+    if n >= size:
+        return horizon
+    larger = new_horizon(2 * size)
+    larger.start[:n], larger.p[:n], larger.q[:n] = horizon.start, horizon.p, horizon.q
+    return larger
 
 
 @scalar_kernel
 def _span(across_0, limits, near_along, far_along, width):
     """Posts [first, last] whose edges between two lines can lie within the block's bearings, one to spare."""
-    first = math.floor(across_0 + min(limits[0] * near_along, limits[0] * far_along)) - 1
-    last = math.ceil(across_0 + max(limits[1] * near_along, limits[1] * far_along)) + 1
+    lowest, highest = limits
+    first = math.floor(across_0 + min(lowest * near_along, lowest * far_along)) - 1
+    last = math.ceil(across_0 + max(highest * near_along, highest * far_along)) + 1
     return max(int(first), 0), min(int(last), width - 1)
 
 
 @scalar_kernel
-def _block(lines, out, task, real, horizon, spare, pieces):
+def _carry(lines, out, block, horizon, spare, pieces):
     """Carry one block's horizon over all lines of its sector; out is the answer, turned like lines."""
-    along_0, across_0, altitude, t_0, dt, drop_along, drop_across, tilt = real
+    along_0, across_0, t_0, dt = block.along_0, block.across_0, block.t_0, block.dt
     width = lines.shape[1]
-    direction = task[2]
-    limits = (
-        max(t_0 + task[5] * dt, -1.0) - MARGIN,
-        min(t_0 + (task[5] + task[6] - 1) * dt, 1.0) + MARGIN,
-    )
-    horizon[0][0], horizon[1][0], horizon[2][0], horizon[0][1] = limits[0], -math.inf, 0.0, limits[1]
-    n = 1
-    for i in range(task[4]):
-        index = task[3] + direction * i
+    direction = block.direction
+    lowest = max(t_0 + block.first_ray * dt, -1.0) - MARGIN
+    highest = min(t_0 + (block.first_ray + block.rays - 1) * dt, 1.0) + MARGIN
+    limits = (lowest, highest)
+    n = start_over(horizon, lowest, highest)
+    for i in range(block.lines):
+        index = block.first_line + direction * i
         far = lines[index]
         along = abs(index - along_0)
         before = index - direction
@@ -132,22 +134,22 @@ def _block(lines, out, task, real, horizon, spare, pieces):
             # diagonals that lean away from the axis overlap their neighbour's bearings, hence every other one
             for lean, offset, stride in ((0, 0, 1), (direction, 0, 2), (direction, 1, 2)):
                 posts = (first + offset, last, stride)
-                count = _strip_pieces(near, far, (near_along, along), lean, posts, real, limits, pieces)
+                count = _strip_pieces(near, far, (near_along, along), lean, posts, block, limits, pieces)
                 if count > 0:
                     spare = _grown(spare, 2 * n + 4 * count + 8)
                     n = merge(horizon, n, pieces, count, spare)
                     horizon, spare = spare, horizon
-        start, stop = owned_posts(task, real, along, width)
+        start, stop = owned_posts(block, along, width)
         k = 0
         for post in range(start, stop):
             across = post - across_0
             slope, rounding, k = height_over(horizon, n, k, across / along)
             own = float(far[post])
-            drop = drop_along * along * along + drop_across * across * across
-            clear = (altitude - tilt * along) + slope * along + drop
+            drop = block.drop_along_m * along * along + block.drop_across_m * across * across
+            clear = (block.altitude_m - block.tilt_m * along) + slope * along + drop
             out[index, post] = own if clear <= own + GRAZING_TOLERANCE_M + rounding * along else clear
         first, last = _span(across_0, limits, along, along, width)
-        count = _line_pieces(far, along, (first, last), real, limits, pieces)
+        count = _line_pieces(far, along, (first, last), block, limits, pieces)
         if count > 0:
             spare = _grown(spare, 2 * n + 4 * count + 8)
             n = merge(horizon, n, pieces, count, spare)
@@ -155,24 +157,21 @@ def _block(lines, out, task, real, horizon, spare, pieces):
 
 
 @parallel_kernel
-def sweep(heights, turned, out, tasks, reals, bins):
+def sweep(heights, turned, out, blocks, bins):
     """Fill out (n_anchors, rows, cols) with the altitude that clears every edge on the way to each anchor.
 
     heights: (rows, cols) float32, at least 2 x 2; turned: its contiguous transpose; NaN posts have no edges.
-    tasks, reals, bins: as for the fast sweep (kernels.sweep), with blocks of bearings in place of blocks of rays.
+    blocks, bins: as for the fast sweep (kernels.sweep), with blocks of bearings in place of blocks of rays.
     """
     for worker in prange(bins.shape[0]):
         room = 8 * BLOCK_POSTS
-        horizon = (np.zeros(room), np.zeros(room), np.zeros(room))
-        spare = (np.zeros(room), np.zeros(room), np.zeros(room))
-        pieces = (np.zeros(room), np.zeros(room), np.zeros(room), np.zeros(room))
+        horizon, spare = new_horizon(room), new_horizon(room)
+        pieces = Pieces(np.zeros(room), np.zeros(room), np.zeros(room), np.zeros(room))
         for slot in range(bins.shape[1]):
             number = bins[worker, slot]
             if number >= 0:
-                task = tasks[number]
-                row = reals[number]
-                real = (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
-                if task[1] == 0:
-                    _block(heights, out[task[0]], task, real, horizon, spare, pieces)
+                block = block_of(blocks, number)
+                if block.axis == 0:
+                    _carry(heights, out[block.eye], block, horizon, spare, pieces)
                 else:
-                    _block(turned, out[task[0]].T, task, real, horizon, spare, pieces)
+                    _carry(turned, out[block.eye].T, block, horizon, spare, pieces)

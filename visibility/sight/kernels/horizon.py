@@ -7,11 +7,47 @@ of edges is the upper envelope of their pieces. A horizon of n pieces is three a
 one closes it), p and q (n); p = -inf where nothing has been met.
 """
 
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
 from compiled.options import scalar_kernel
 
-__all__ = ["height_over", "merge"]
+__all__ = ["Horizon", "Pieces", "height_over", "merge", "new_horizon", "start_over"]
 
 SAME_BEARING = 1e-15  # a few roundings of a bearing, which is at most 1
+
+
+class Horizon(NamedTuple):
+    """Where each piece starts, and the last one ends: (n + 1,) bearings; p and q (n,) of the pieces."""
+
+    start: Any
+    p: Any
+    q: Any
+
+
+class Pieces(NamedTuple):
+    """Pieces to be merged into a horizon: from bearing to bearing, p and q, (n,) each."""
+
+    start: Any
+    stop: Any
+    p: Any
+    q: Any
+
+
+@scalar_kernel
+def new_horizon(room):
+    """A horizon with room for so many pieces, none of which is there yet."""
+    return Horizon(np.zeros(room), np.zeros(room), np.zeros(room))
+
+
+@scalar_kernel
+def start_over(horizon, lowest, highest):
+    """Make a horizon one piece between two bearings at which nothing has been met; returns its size."""
+    horizon.p[0], horizon.q[0] = -math.inf, 0.0
+    horizon.start[:2] = lowest, highest
+    return 1
 
 
 @scalar_kernel
@@ -31,8 +67,7 @@ def _emit(start, p, q, n, bearing, new_p, new_q):
 def merge(horizon, n, pieces, count, out):
     """Upper envelope of a horizon and of pieces sorted by bearing that do not overlap; returns its size.
 
-    horizon, out: (start, p, q) arrays, out with room for 2 n + 4 count + 8.
-    pieces: (from, to, p, q) arrays of which the first count rows are used.
+    horizon, out: Horizons, out with room for 2 n + 4 count + 8. pieces: Pieces of which the first count are used.
     """
     start, hp, hq = horizon
     piece_from, piece_to, piece_p, piece_q = pieces

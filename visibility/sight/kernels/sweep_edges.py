@@ -16,18 +16,19 @@ def rays_on_map(across_0, width):
 
 
 @scalar_kernel
-def enter(task, real, along, stride, lines, rays, steepest):
+def enter(block, along, stride, line, rays, steepest):
     """Start each ray that has come onto the map since the last line with the edge of the border that it crossed.
 
-    rays: (first, one past the last) of those on the map.
+    line: a ``sweep_lines.Line``; rays: (first, one past the last) of those on the map.
     """
-    ground, before, ground_start, width = lines
-    step = 1 if real[1] < 0.0 else -1
+    ground, before, ground_start, width = line.ground, line.before, line.first_post, line.width
+    first_ray, past_ray = rays
+    step = 1 if block.across_0 < 0.0 else -1
     border = 0 if step > 0 else width - 1
-    beyond = abs(border - real[1])
-    q = rays[0] if step > 0 else rays[1] - 1
-    while rays[0] <= q < rays[1]:
-        t = abs(real[3] + (task[5] + q * stride) * real[4])
+    beyond = abs(border - block.across_0)
+    q = first_ray if step > 0 else past_ray - 1
+    while first_ray <= q < past_ray:
+        t = abs(block.t_0 + (block.first_ray + q * stride) * block.dt)
         # back from this line
         back = along - beyond / t
         if back >= 1.0:
@@ -36,25 +37,30 @@ def enter(task, real, along, stride, lines, rays, steepest):
         crossed = along - back
         here = ground[border - ground_start]
         height = here + (before[border - ground_start] - here) * back
-        slope = (height - real[2]) / crossed + real[7] - (real[5] + real[6] * t * t) * crossed
+        slope = (
+            (height - block.altitude_m) / crossed
+            + block.tilt_m
+            - (block.drop_along_m + block.drop_across_m * t * t) * crossed
+        )
         if slope > steepest[q]:
             steepest[q] = np.float32(slope)
         q += step
 
 
 @scalar_kernel
-def cross_strip(task, real, along, stride, lines, rays, steepest):
+def cross_strip(block, along, stride, line, rays, steepest):
     """Raise each ray by every edge that it crosses between the last line and this one.
 
-    rays: (first, one past the last) of those on the map.
+    line: a ``sweep_lines.Line``; rays: (first, one past the last) of those on the map.
     """
-    ground, before, ground_start, width = lines
-    lean = task[2]
-    for q in range(rays[0], rays[1]):
-        t = real[3] + (task[5] + q * stride) * real[4]
-        here = real[1] + t * along
+    ground, before, ground_start, width = line.ground, line.before, line.first_post, line.width
+    first_ray, past_ray = rays
+    lean = block.direction
+    for q in range(first_ray, past_ray):
+        t = block.t_0 + (block.first_ray + q * stride) * block.dt
+        here = block.across_0 + t * along
         there = here - t
-        bend = real[5] + real[6] * t * t
+        bend = block.drop_along_m + block.drop_across_m * t * t
         first = max(math.floor(min(here, there)), ground_start)
         last = min(math.ceil(max(here, there)), width - 1)
         for post in range(first, last + 1):
@@ -66,27 +72,28 @@ def cross_strip(task, real, along, stride, lines, rays, steepest):
                     if 0.0 < back < 1.0:
                         height = ground[end - ground_start]
                         height += (before[post - ground_start] - height) * back
-                        slope = (height - real[2]) / (along - back) + real[7] - bend * (along - back)
+                        slope = (height - block.altitude_m) / (along - back) + block.tilt_m - bend * (along - back)
                         if slope > steepest[q]:
                             steepest[q] = np.float32(slope)
 
 
 @scalar_kernel
-def first_strip(lines, task, real, stride, steepest):
+def first_strip(lines, block, stride, steepest):
     """Start each ray with the edges that it crosses between the eye and the sector's first line of posts.
 
     The nearer line of that strip lies at or behind the eye; lines[index, post] are heights.
     """
-    along_0, across_0, altitude = real[0], real[1], real[2]
-    first, direction = task[3], task[2]
+    along_0, across_0, altitude = block.along_0, block.across_0, block.altitude_m
+    first, direction = block.first_line, block.direction
     before = first - direction
-    count = (task[6] - 1) // stride + 1
+    count = (block.rays - 1) // stride + 1
     near, far = (before - along_0) * direction, abs(first - along_0)
     if not 0 <= before < lines.shape[0] or near > 0.0:
         return
     middle = math.floor(across_0)
     for q in range(count):
-        t = real[3] + (task[5] + q * stride) * real[4]
+        t = block.t_0 + (block.first_ray + q * stride) * block.dt
+        bend = block.drop_along_m + block.drop_across_m * t * t
         for post in range(max(middle - 1, 0), min(middle + 3, lines.shape[1])):
             for lean in (0, direction):
                 end = post + lean
@@ -95,7 +102,11 @@ def first_strip(lines, task, real, stride, steepest):
                     if 0.0 < along <= far:
                         share = (along - near) / (far - near)
                         height = lines[before, post] + (lines[first, end] - lines[before, post]) * share
-                        slope = (height - altitude) / along + real[7] - (real[5] + real[6] * t * t) * along
+                        slope = (
+                            (height - altitude) / along
+                            + block.tilt_m
+                            - (block.drop_along_m + block.drop_across_m * t * t) * along
+                        )
                         if slope > steepest[q]:
                             steepest[q] = np.float32(slope)
     steepest[count] = steepest[count - 1]

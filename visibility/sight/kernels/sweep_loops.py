@@ -4,6 +4,8 @@ Rays and posts are taken a stride at a time, so that what is picked for them sta
 have no odd ends. Their counters become float32 by way of int32: without AVX-512 no vector of 64-bit ones does.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numba import float32, int32, uint64
 
@@ -11,7 +13,20 @@ from compiled.options import inner_loop
 from compiled.vectors import LANES, pick, pick_pair, pick_pair_wide, prefetch
 from visibility.sight.kernels.turning import CACHE_LINE
 
-__all__ = ["NOT_BLOCKED", "NO_GROUND", "STRIDE", "advance", "answer"]
+__all__ = [
+    "BEND",
+    "NOT_BLOCKED",
+    "NO_GROUND",
+    "PER_ACROSS",
+    "PER_LEAN",
+    "STRIDE",
+    "Ahead",
+    "Eye",
+    "PostRun",
+    "RayRun",
+    "advance",
+    "answer",
+]
 
 NOT_BLOCKED = np.float32(-1e28)  # the slope of a ray that has met no edge yet
 NO_GROUND = np.float32(-1e30)  # and of one that has not even come onto the map
@@ -25,20 +40,78 @@ HALF = np.float32(0.5)
 
 GRAZING_TOLERANCE_M = np.float32(1e-3)  # float32 slopes over kilometres are good to about this
 
+# rows of a fan of rays: curvature drop per square step along, and how far back a ray meets a diagonal or a straight
+# edge, per post across
+BEND, PER_LEAN, PER_ACROSS = 0, 1, 2
+# rows of what is picked for a ray: heights on its left and right on this line, and of the post of the line before at
+# which both edges end that it can cross behind this line; for a post: what the rays on its left and right have met
+LEFT, RIGHT, BEHIND = 0, 1, 2
+
+
+class Eye(NamedTuple):
+    """How a line lies to the eye: the plane's altitude there, how far along it is, 1 / along, fall of the plane, m."""
+
+    level: Any
+    along: Any
+    per_along: Any
+    tilt: Any
+
+
+class RayRun(NamedTuple):
+    """Rays that follow each other: the first, how many, whether others follow them.
+
+    Posts are counted from base on, up to last; across: of the first ray, from there; spacing: from ray to ray; lean:
+    which way diagonals go, 1 or -1.
+    """
+
+    first: int
+    count: int
+    others_follow: bool
+    base: int
+    last: int
+    across: Any
+    spacing: Any
+    lean: int
+
+
+class PostRun(NamedTuple):
+    """Posts that follow each other: the first, how many, the offset of the neighbour aside, 0 = there is none.
+
+    last_place: of a ray. q: ray number of the first post; dq: rays per post; across: of the first post from the eye;
+    col: its column in the grids of ``Ahead``.
+    """
+
+    first: int
+    count: int
+    aside: int
+    last_place: int
+    q: Any
+    dq: Any
+    across: Any
+    col: int
+
+
+class Ahead(NamedTuple):
+    """Parts of lines to come, heights and answers, which lie somewhere else in memory; row -1 = nothing to ask for.
+
+    The processor does not foresee where. They are asked for bit by bit, or all other reading would wait.
+    """
+
+    grid: Any
+    grid_row: int
+    answers: Any
+    answers_row: int
+
 
 @inner_loop
-def advance(steepest, fan, ground, before, places, picked, where, eye):
+def advance(rays, line, run, eye):
     """Raise each ray's steepest slope by the edge of this line that it crosses and by the last edge before it.
 
-    fan: (3, n), per ray: bend, per_lean and per_across, see _load_rays in sweep.py. ground, before: heights of this
-    line and of the one on the eye's side. places: (STRIDE,) int32, picked: (3, STRIDE) float32, room to work in: the
-    post on the left of each ray; the heights there, on its right, and of the post at which both edges end that it can
-    cross behind this line. Writes up to a stride beyond the last ray.
-    where: (first ray, number of rays, whether others follow it, post from which on rays are counted, the last place
-    counted from there, across of the first ray counted from there, spacing, lean).
-    eye: (level on this line, along, 1 / along, tilt), see _line in sweep.py.
+    rays, line: see ``sweep_lines``; run: a RayRun. Writes up to a stride beyond the last ray.
     """
-    first_ray, count, others_follow, base, last, across, spacing, lean = where
+    steepest, fan, places, picked = rays
+    ground, before = line.ground, line.before
+    first_ray, count, others_follow, base, last, across, spacing, lean = run
     level, along, per_along, tilt = eye
     one = float32(1.0)
     zero = float32(0.0)
@@ -51,30 +124,30 @@ def advance(steepest, fan, ground, before, places, picked, where, eye):
             for i in range(STRIDE):
                 places[i] = int32(begin + spacing * float32(int32(i)))
             for i in range(0, STRIDE, LANES):
-                pick(ground, base, places, i, picked, 0)
-                pick(ground, base + 1, places, i, picked, 1)
-                pick(before, behind_base, places, i, picked, 2)
+                pick(ground, base, places, i, picked, LEFT)
+                pick(ground, base + 1, places, i, picked, RIGHT)
+                pick(before, behind_base, places, i, picked, BEHIND)
         else:
             for i in range(STRIDE):
                 places[i] = min(max(int32(begin + spacing * float32(int32(i))), int32(0)), int32(last))
-                picked[0, i] = ground[base + places[i]]
-                picked[1, i] = ground[base + places[i] + 1]
-                picked[2, i] = before[behind_base + places[i]]
+                picked[LEFT, i] = ground[base + places[i]]
+                picked[RIGHT, i] = ground[base + places[i] + 1]
+                picked[BEHIND, i] = before[behind_base + places[i]]
         for i in range(min(count - start, STRIDE) if others_follow else STRIDE):
             q = uint64(i + start + first_ray)
             # a ray less than a post beyond the border sees the ground go on as it ends, so that border posts have a
             # ray on either side
             part = begin + spacing * float32(int32(i)) - float32(places[i])
-            left = picked[uint64(0), uint64(i)]
-            right = picked[uint64(1), uint64(i)]
-            behind = picked[uint64(2), uint64(i)]
-            bend = fan[uint64(0), q]
+            left = picked[uint64(LEFT), uint64(i)]
+            right = picked[uint64(RIGHT), uint64(i)]
+            behind = picked[uint64(BEHIND), uint64(i)]
+            bend = fan[uint64(BEND), q]
             slope = (left + (right - left) * part - level) * per_along - bend * along
             # going back towards the eye the ray next crosses the diagonal or, leaning more than it, the straight edge;
             # both end at the same post of the line before
             part = one - part if lean > 0 else part
-            to_diagonal = part * fan[uint64(1), q]
-            to_straight = (one - part) * fan[uint64(2), q]
+            to_diagonal = part * fan[uint64(PER_LEAN), q]
+            to_straight = (one - part) * fan[uint64(PER_ACROSS), q]
             first = right if lean > 0 else left
             second = left if lean > 0 else right
             diagonal = to_diagonal <= one
@@ -87,23 +160,20 @@ def advance(steepest, fan, ground, before, places, picked, where, eye):
 
 
 @inner_loop
-def answer(out, ground, before, ahead, steepest, places, picked, where, eye):
+def answer(out, line, rays, run, eye, drops, lean, is_eye_inside):
     """Altitude over each post of one line that clears what its two neighbouring rays have met, and its last diagonal.
 
-    out, ground, before: this line's answers and heights, and heights of the line on the eye's side. A post's neighbour
-    aside on this line and the same post on the line before together hold the one edge that a sight line to the post
-    can still cross after the line before.
-    ahead: (heights, row, answers, row): parts of lines to come, which lie somewhere else in memory: the processor does
-        not foresee where. They are asked for bit by bit, or all other reading would wait; row -1 = nothing to ask for.
-    places, picked: as for advance: the ray on the left of each post; what it and the one on the right have met.
-    where: (first post, number of posts, offset of the neighbour aside, 0 = there is none, last place, ray number of
-    the first post, rays per post, across of the first post, the first post's column in the grids of ``ahead``).
-    eye: (level on this line, along, 1 / along, tilt, drop along, drop per square across, lean, is the eye over the
-        map), see _line in sweep.py.
+    A post's neighbour aside on this line and the same post on the line before together hold the one edge that a sight
+    line to the post can still cross after the line before.
+    out: the line's answers; line, rays: see ``sweep_lines``; run: a PostRun. drops: curvature drop along, and per
+    square across. lean: 1 or -1, float32. is_eye_inside: whether the eye is over the map.
     """
-    first, count, aside, last_place, q_0, dq, across_0, first_col = where
-    grid, grid_row, answers, answers_row = ahead
-    level, along, per_along, tilt, drop_0, drop_across, lean, is_eye_inside = eye
+    steepest, _, places, picked = rays
+    ground, before = line.ground, line.before
+    grid, grid_row, answers, answers_row = line.ahead
+    first, count, aside, last_place, q_0, dq, across_0, first_col = run
+    level, along, per_along, tilt = eye
+    drop_0, drop_across = drops
     one = float32(1.0)
     hidden_by_aside = float32(0.0) if aside != 0 else float32(-2.0)
     for start in range(0, count, STRIDE):
@@ -115,14 +185,14 @@ def answer(out, ground, before, ahead, steepest, places, picked, where, eye):
         # near the eye, where rays are close together, a vector of posts spans more of them
         if dq <= NEAR_STEP:
             for i in range(0, STRIDE, LANES):
-                pick_pair(steepest, 0, places, i, picked, 0)
+                pick_pair(steepest, 0, places, i, picked, LEFT)
         elif dq <= WIDE_STEP:
             for i in range(0, STRIDE, LANES):
-                pick_pair_wide(steepest, 0, places, i, picked, 0)
+                pick_pair_wide(steepest, 0, places, i, picked, LEFT)
         else:
             for i in range(STRIDE):
-                picked[0, i] = steepest[places[i]]
-                picked[1, i] = steepest[places[i] + 1]
+                picked[LEFT, i] = steepest[places[i]]
+                picked[RIGHT, i] = steepest[places[i] + 1]
         for col in range(first_col + begin, first_col + begin + STRIDE, CACHE_LINE):
             if grid_row >= 0:
                 prefetch(grid, grid_row, col)
@@ -131,8 +201,8 @@ def answer(out, ground, before, ahead, steepest, places, picked, where, eye):
         for i in range(min(count, STRIDE)):
             post = uint64(i + begin + first)
             part = q_begin + float32(int32(i)) * dq - float32(places[i])
-            left = picked[uint64(0), uint64(i)]
-            right = picked[uint64(1), uint64(i)]
+            left = picked[uint64(LEFT), uint64(i)]
+            right = picked[uint64(RIGHT), uint64(i)]
             # beside the border of the map one of the two may not have come onto it: the nearer one decides
             if not is_eye_inside:
                 nearer = left if part < HALF else right

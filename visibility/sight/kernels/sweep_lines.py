@@ -1,0 +1,123 @@
+"""One line of posts in the fast sweep: the posts that a block owns are answered, then its edges raise the rays."""
+
+import math
+from typing import Any, NamedTuple
+
+from numba import float32
+
+from compiled.options import scalar_kernel
+from visibility.sight.kernels.blocks import owned_posts
+from visibility.sight.kernels.sweep_edges import cross_strip, enter, rays_on_map
+from visibility.sight.kernels.sweep_loops import Eye, PostRun, RayRun, advance, answer
+
+__all__ = ["Line", "Rays", "sweep_line"]
+
+NEAR_LINES = 16  # so far rays take in every edge: what one of them misses there, all posts behind it miss
+
+
+class Rays(NamedTuple):
+    """A block's rays, and room for the inner loops to work in.
+
+    steepest: (n,) float32, the steepest slope that each has met, in metres per step along. fan: (3, n) float32, see
+    ``sweep_loops``. places: (STRIDE,) int32. picked: (3, STRIDE) float32.
+    """
+
+    steepest: Any
+    fan: Any
+    places: Any
+    picked: Any
+
+
+class Line(NamedTuple):
+    """One line of posts: heights of it and of the one on the eye's side, float32, both from first_post on.
+
+    width: posts on a whole line. ahead: see ``sweep_loops.Ahead``.
+    """
+
+    ground: Any
+    before: Any
+    first_post: int
+    width: int
+    ahead: Any
+
+
+@scalar_kernel
+def _answer_line(owned, block, spread, eye, line, out, rays):
+    """Answer the owned posts of a line; the outermost post of the map has no neighbour aside on one side.
+
+    spread: (ray number of a place straight ahead of the eye, rays per post, number of rays).
+    """
+    q_first, dq, count = spread
+    lean, width, ground_start = block.direction, line.width, line.first_post
+    start, stop = owned
+    if stop <= start:
+        return
+    inner_start = max(start, 1) if lean < 0 else start
+    inner_stop = min(stop, width - 1) if lean > 0 else stop
+    drop_along_m = float32(block.drop_along_m * float(eye.along) * float(eye.along))
+    drops = (drop_along_m, float32(block.drop_across_m))
+    for piece in range(3):
+        first, last, aside = inner_start, inner_stop, lean
+        if piece == 1:
+            first, last, aside = start, inner_start, 0
+        elif piece == 2:
+            first, last, aside = inner_stop, stop, 0
+        if last > first:
+            q = float32(max((first - block.across_0) * dq - q_first, 0.0))
+            across = float32(first - block.across_0)
+            run = PostRun(first - ground_start, last - first, aside, count - 1, q, float32(dq), across, first)
+            answer(out, line, rays, run, eye, drops, float32(lean), block.is_eye_inside)
+    # from beyond a border that runs along the sector, a line reaches the posts on it from outside: nothing is between
+    if start == 0 and block.across_0 < 0.0:
+        out[-ground_start] = line.ground[-ground_start]
+    if stop == width and block.across_0 > width - 1:
+        out[width - 1 - ground_start] = line.ground[width - 1 - ground_start]
+
+
+@scalar_kernel
+def sweep_line(block, index, stride, line, out, rays):
+    """Answer the owned posts of one line, then let its edges raise the rays; returns (start, stop) of the owned.
+
+    index: of the line; line: a ``Line``; out starts like it. Slopes are counted from a plane through the eye that falls
+    by the block's tilt per line, so that float32 serves for eyes as far as satellites; its altitude on this line is
+    ``Eye.level``.
+    """
+    width, steepest = line.width, rays.steepest
+    along = abs(index - block.along_0)
+    lean = block.direction
+    count = (block.rays - 1) // stride + 1
+    t_first = block.t_0 + block.first_ray * block.dt
+    spacing = block.dt * stride * along
+    level = float32(block.altitude_m - block.tilt_m * along)
+    eye = Eye(level, float32(along), float32(1.0 / along), float32(block.tilt_m))
+    owned = owned_posts(block, along, width)
+    spread = (t_first / (block.dt * stride), 1.0 / spacing, count)
+    _answer_line(owned, block, spread, eye, line, out, rays)
+
+    across = block.across_0 + t_first * along
+    q_from, q_to = 0, count
+    left, right = rays_on_map(block.across_0, width)
+    if across < left:
+        q_from = math.ceil((left - across) / spacing)
+    if across + (count - 1) * spacing > right:
+        q_to = math.floor((right - across) / spacing) + 1
+    if q_to > q_from:
+        across += q_from * spacing
+        base = min(max(math.floor(across), 0), width - 2)
+        run = RayRun(
+            q_from,
+            q_to - q_from,
+            q_to < count,
+            base - line.first_post,
+            width - 2 - base,
+            float32(across - base),
+            float32(spacing),
+            lean,
+        )
+        advance(rays, line, run, eye)
+        if along <= NEAR_LINES and abs(block.first_line - block.along_0) < along - 0.5:
+            cross_strip(block, along, stride, line, (q_from, q_to), steepest)
+        if block.across_0 < 0.0 or block.across_0 > width - 1:
+            enter(block, along, stride, line, (q_from, q_to), steepest)
+        steepest[count] = steepest[count - 1]
+    return owned
