@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +11,8 @@ import numpy.typing as npt
 from .kernels import candidates as near
 from .kernels import fits, misfits
 from .kernels import subsets as kernel
+from .kernels.fits import Ranges
+from .kernels.subsets import Limits, Rules
 
 __all__ = ["ConsistentSet", "Ranges", "Rules", "Search", "most_steps", "search"]
 
@@ -22,32 +23,6 @@ SLACK = 4.0
 # A fit looks at every pair of ranges once, and at all ranges in so many rounds of its descents and tests.
 USUAL_ROUNDS = 20
 ENDLESS = 2**62
-
-
-class Ranges(NamedTuple):
-    """What the kernels take: anchors (n, 3) with zero altitudes in 2D, then (n,) each, metres.
-
-    penalties: −2·log of the odds that a range is occluded rather than clear, before it is measured.
-    """
-
-    anchors_m: Floats
-    ranges_m: Floats
-    sigmas_m: Floats
-    tolerances_m: Floats
-    penalties: Floats
-
-
-class Rules(NamedTuple):
-    """How a set is tested. flat: 2D. refine: Gauss-Newton after the linear system. studentised: see ``statistics``.
-
-    hint_m: a point on the rover's side of the anchors, NaN along axes where that is not known.
-    """
-
-    flat: bool
-    refine: bool
-    studentised: bool
-    least_kept: int
-    hint_m: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,21 +76,21 @@ def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     bound = n - rules.least_kept
     few = _sets(n, bound) - 1 <= limit  # then the number of fits bounds the work
     most = ENDLESS if few else most_steps(n, limit)
-    limits, levels = (limit, most), (0, bound if few else 0)
+    limits, levels = Limits(limit, most), (0, bound if few else 0)
     count, tried, steps, complete, out = kernel.largest(ranges, rules, np.arange(n), levels, limits, table, sets)
     if count or few:
         # where all ranges are needed, their one set counts as tried though the triangle inequality rules it out
         found = _sorted(table, sets, count)
         return Search(found, tried if bound else 1, complete, _sets(n, min(out, bound)), out, True, steps)
-    notes = np.zeros_like(table), np.zeros_like(sets), np.zeros_like(sets), np.zeros(4, np.int64)
+    notes = near.Notes(np.zeros_like(table), np.zeros_like(sets), np.zeros_like(sets), np.zeros(4, np.int64))
     seen_all = near.candidates(ranges, rules, SLACK if rules.refine else 1.0, most - steps, notes)
-    by_points = _sorted(notes[0], notes[1], int(notes[3][near.COUNT]))
-    steps += int(notes[3][near.STEPS])
+    by_points = _sorted(notes.table, notes.sets, int(notes.tally[near.COUNT]))
+    steps += int(notes.tally[near.STEPS])
     order = np.arange(n)
     if by_points:
         bound = n - by_points[0].kept.bit_count()
-        order = _by_error(ranges, int(notes[1][0]), rules.flat, _place(notes[0][0]))
-    limits = (limit - tried, most - steps)
+        order = _by_error(ranges, int(notes.sets[0]), rules.flat, _place(notes.table[0]))
+    limits = Limits(limit - tried, most - steps)
     count, more, more_steps, complete, out = kernel.largest(ranges, rules, order, (1, bound), limits, table, sets)
     found, tried, steps = _sorted(table, sets, count), tried + more, steps + more_steps
     trusted = complete or (seen_all and (not found or out == bound))

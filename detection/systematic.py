@@ -159,11 +159,12 @@ def _start(block: Block, dimension: int, scale: float) -> Floats:
     """Where all ranges of a block about meet, from its linear system; under their anchors where that has no answer."""
     n = len(block.ranges_m)
     sigmas_m, no_limits_m = np.ones(n), np.full(n, NO_LIMIT_M)
-    ranges = (block.anchors_m, block.ranges_m / scale, sigmas_m, no_limits_m, np.zeros(n))
-    _, place, _, _, other, other_cost, _ = fits.fit(ranges, (1 << n) - 1, dimension == 2, True)
-    if dimension == 3 and math.isfinite(other_cost) and other[2] < place[2]:
-        place = other
-    start = np.array(place[:dimension])
+    ranges = fits.Ranges(block.anchors_m, block.ranges_m / scale, sigmas_m, no_limits_m, np.zeros(n))
+    found = fits.fit(ranges, (1 << n) - 1, dimension == 2, True)
+    place_m = found.place
+    if dimension == 3 and math.isfinite(found.other_cost) and found.other[2] < place_m[2]:
+        place_m = found.other
+    start = np.array(place_m[:dimension])
     if np.isfinite(start).all() and start.any():
         return start
     middle_m: Floats = block.anchors_m[:, :dimension].mean(axis=0)

@@ -118,25 +118,27 @@ def follow(
     by_others: (m, 2) excess of each range over where the others of its epoch meet, its variance; inf = not told.
     """
     sigma_m = settings.range_sigma_m
-    measured = heard.anchors_m, heard.index, heard.ranges_m, heard.sigmas_m, heard.times_s, heard.p_sight, by_others
+    measured = kernel.Measured(
+        heard.anchors_m, heard.index, heard.ranges_m, heard.sigmas_m, heard.times_s, heard.p_sight, by_others
+    )
     order = np.argsort(heard.times_s, kind="stable")
     state, covariance, heard_s, log_likelihood, excess_m, sigmas_m = kernel.follow(
-        (track.state, track.covariance, track.time_s, track.heard_s),
+        kernel.Belief(track.state, track.covariance, track.time_s, track.heard_s),
         measured,
         order,
         end_s,
-        (settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2, CLIMB_FORGOTTEN_PER_S),
-        (CREEP * sigma_m, CREEP_OF_ITSELF, BACK_PER_S, MEAN * sigma_m),
-        (
-            ANEW_PER_S,
-            settings.excess_m,
-            NEW_SIGMA * settings.excess_m,
-            NOISE,
-            CLEARED,
-            FAR_SHARE,
-            FAR_SIGMA * settings.excess_m,
-            OUTLIERS,
-            NEW_THOUGH_MEETING,
+        kernel.Push(settings.acceleration_m_per_s2, settings.vertical_acceleration_m_per_s2, CLIMB_FORGOTTEN_PER_S),
+        kernel.Creep(CREEP * sigma_m, CREEP_OF_ITSELF, BACK_PER_S, MEAN * sigma_m),
+        kernel.Odds(
+            anew_per_s=ANEW_PER_S,
+            new_m=settings.excess_m,
+            new_sigma_m=NEW_SIGMA * settings.excess_m,
+            noise=NOISE,
+            cleared=CLEARED,
+            far_share=FAR_SHARE,
+            far_sigma_m=FAR_SIGMA * settings.excess_m,
+            outliers=OUTLIERS,
+            meeting=NEW_THOUGH_MEETING,
         ),
         settings.dimension == 2,
     )

@@ -1,10 +1,10 @@
 """A large set of ranges that meets in one point, found near the points where two circles, or three spheres, meet.
 
-Ranges, sets and steps as in ``subsets``. A note: (table, sets, seen, tally) of all largest sets found so far; tally:
-(size of them, how many, how many points' sets were seen, steps).
+Ranges, sets and steps as in ``subsets``.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,11 +12,22 @@ from compiled.options import scalar_kernel
 
 from .fits import FREE, NO_FIT, ONE, descend
 from .misfits import meets
-from .subsets import FOUND, bits, clashes, write_row
+from .small_systems import apart, from_anchor
+from .subsets import COST, EAST, FOUND, NORTH, OTHER_COST, PLACES, UP, bits, clashes, write_row
 
-__all__ = ["COUNT", "SIZE", "STEPS", "candidates"]
+__all__ = ["COUNT", "SIZE", "STEPS", "Notes", "candidates"]
 
+# of the tally: size of the largest sets, how many, how many points' sets were seen, steps
 SIZE, COUNT, SEEN, STEPS = 0, 1, 2, 3
+
+
+class Notes(NamedTuple):
+    """All largest sets found so far: their rows (MOST, FOUND), their bits (MOST,); bits seen (MOST,), tally (4,)."""
+
+    table: Any
+    sets: Any
+    seen: Any
+    tally: Any
 
 
 @scalar_kernel
@@ -25,8 +36,8 @@ def _consensus(ranges, place, slack):
     anchors, measured, _, tolerances, _ = ranges
     near = np.int64(0)
     for i in range(measured.shape[0]):
-        east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
-        if abs(math.sqrt(east * east + north * north + up * up) - measured[i]) <= slack * tolerances[i]:
+        _, _, _, distance = from_anchor(place, anchors, i)
+        if abs(distance - measured[i]) <= slack * tolerances[i]:
             near |= np.int64(1) << i
     return near
 
@@ -38,19 +49,20 @@ def _settled(ranges, near, least, place, rules, work):
     (set, place, cost, steps).
     """
     flat, refine, studentised, _, _ = rules
-    n = ranges[1].shape[0]
+    _, statistic = work
+    n = statistic.shape[0]
     cost, steps = 0.0, 0
     while bits(near) >= least:
         if refine:
-            place, cost, _, rounds = descend(ranges, near, flat, place, FREE)
+            place, cost, rounds = descend(ranges, near, flat, place, FREE)
             steps += n * rounds
         steps += 3 * n
         if meets(ranges, near, flat, place, studentised, work):
             return near, place, cost, steps
         worst, most = -1, 0.0
         for i in range(n):
-            if (near >> i) & 1 and work[1, i] > most:
-                worst, most = i, work[1, i]
+            if (near >> i) & 1 and statistic[i] > most:
+                worst, most = i, statistic[i]
         if worst < 0:
             break
         near &= ~(np.int64(1) << worst)
@@ -69,27 +81,27 @@ def _is_among(one, sets, count):
 def _look_near(ranges, place, slack, rules, work, notes):
     """Note what settles from the ranges near a point, where that is as large as the largest set so far, and new."""
     table, sets, seen, tally = notes
-    n = ranges[1].shape[0]
+    n = ranges.ranges_m.shape[0]
     tally[STEPS] += n
     near = _consensus(ranges, place, slack)
-    if bits(near) < max(tally[SIZE], rules[3]) or _is_among(near, seen, min(tally[SEEN], seen.shape[0])):
+    if bits(near) < max(tally[SIZE], rules.least_kept) or _is_among(near, seen, min(tally[SEEN], seen.shape[0])):
         return
     seen[tally[SEEN] % seen.shape[0]] = near
     tally[SEEN] += 1
-    kept, settled, cost, steps = _settled(ranges, near, max(tally[SIZE], rules[3]), place, rules, work)
+    kept, settled, cost, steps = _settled(ranges, near, max(tally[SIZE], rules.least_kept), place, rules, work)
     tally[STEPS] += steps
     size = bits(kept)
     if kept == 0 or (size == tally[SIZE] and (_is_among(kept, sets, tally[COUNT]) or tally[COUNT] == sets.shape[0])):
         return
     row = np.zeros(FOUND)
-    if rules[1]:
+    if rules.refine:
         places, steps = write_row(ranges, kept, rules, work, row)
         tally[STEPS] += steps
         if places == NO_FIT:
             return
     else:
-        row[0], row[1], row[2], row[3] = cost, settled[0], settled[1], settled[2]
-        row[4], row[8] = math.inf, ONE
+        row[COST], row[OTHER_COST], row[PLACES] = cost, math.inf, ONE
+        row[EAST], row[NORTH], row[UP] = settled
     if size > tally[SIZE]:
         tally[SIZE], tally[COUNT] = size, 0
     table[tally[COUNT]] = row
@@ -100,8 +112,7 @@ def _look_near(ranges, place, slack, rules, work, notes):
 @scalar_kernel
 def _first(notes):
     """The first of the largest sets found so far; none yet: the empty one."""
-    _, sets, _, tally = notes
-    return sets[0] if tally[COUNT] else np.int64(0)
+    return notes.sets[0] if notes.tally[COUNT] else np.int64(0)
 
 
 @scalar_kernel
@@ -114,29 +125,24 @@ def candidates(ranges, rules, slack, limit, notes):
     largest sets are passed over: a rival as large holds a range that it does not, and has points of its own.
     """
     anchors, measured, _, _, _ = ranges
-    flat = rules[0]
+    flat = rules.flat
     n = measured.shape[0]
-    tally = notes[3]
+    tally = notes.tally
     clash = clashes(ranges)
     tally[STEPS] += n * n
-    work = np.zeros((2, n))
+    work = (np.zeros(n), np.zeros(n))
     for i in range(n):
         for j in range(i + 1, n):
-            east, north, up = (
-                anchors[j, 0] - anchors[i, 0],
-                anchors[j, 1] - anchors[i, 1],
-                anchors[j, 2] - anchors[i, 2],
-            )
-            apart = math.sqrt(east * east + north * north + up * up)
-            if apart == 0.0 or (clash[i] >> j) & 1:
+            east, north, up, length = apart(anchors, i, j)
+            if length == 0.0 or (clash[i] >> j) & 1:
                 continue
-            east, north, up = east / apart, north / apart, up / apart
-            along = (measured[i] * measured[i] - measured[j] * measured[j] + apart * apart) / (2.0 * apart)
+            east, north, up = east / length, north / length, up / length
+            along = (measured[i] * measured[i] - measured[j] * measured[j] + length * length) / (2.0 * length)
             radius = math.sqrt(max(measured[i] * measured[i] - along * along, 0.0))
             at_e, at_n, at_u = anchors[i, 0] + along * east, anchors[i, 1] + along * north, anchors[i, 2] + along * up
             two = (np.int64(1) << i) | (np.int64(1) << j)
             if flat:
-                if rules[1] and two & ~_first(notes) == 0:
+                if rules.refine and two & ~_first(notes) == 0:
                     continue
                 if tally[STEPS] > limit:
                     return False
@@ -148,7 +154,7 @@ def candidates(ranges, rules, slack, limit, notes):
                 tally[STEPS] += 1
                 if ((clash[i] | clash[j]) >> k) & 1:
                     continue
-                if rules[1] and (two | (np.int64(1) << k)) & ~_first(notes) == 0:
+                if rules.refine and (two | (np.int64(1) << k)) & ~_first(notes) == 0:
                     continue
                 if tally[STEPS] > limit:
                     return False
@@ -156,7 +162,7 @@ def candidates(ranges, rules, slack, limit, notes):
                 off = to_e * east + to_n * north + to_u * up
                 in_e, in_n, in_u = to_e - off * east, to_n - off * north, to_u - off * up
                 distance = math.sqrt(in_e * in_e + in_n * in_n + in_u * in_u)
-                if distance < 1e-9 * apart:
+                if distance < 1e-9 * length:
                     continue
                 in_e, in_n, in_u = in_e / distance, in_n / distance, in_u / distance
                 # within the plane of the circle, sphere k is a circle too

@@ -1,14 +1,14 @@
 """A position for a set of ranges: the linear system of sphere intersections, then Gauss-Newton.
 
-Ranges travel as one tuple (anchors_m, ranges_m, sigmas_m, tolerances_m, penalties): (n, 3) with zero altitudes in two
-dimensions, then (n,) each. A set of them is the bits of an int64. flat: two dimensions, the altitude stays zero.
+A set of ranges is the bits of an int64. flat: two dimensions, the altitude stays zero.
 """
 
 import math
+from typing import Any, NamedTuple
 
 from compiled.options import scalar_kernel
 
-from .small_systems import inverse, solved, weakest_axis, without_axis
+from .small_systems import NOTHING, Symmetric, apart, from_anchor, inverse, solved, trace, weakest_axis, without_axis
 
 __all__ = [
     "COLLINEAR",
@@ -16,6 +16,8 @@ __all__ = [
     "MIRRORED",
     "NO_FIT",
     "ONE",
+    "Fit",
+    "Ranges",
     "descend",
     "fit",
     "linear_start",
@@ -38,6 +40,38 @@ ON_A_LINE = 1e-6
 KNOWN_APART = 0.1
 ITERATIONS = 12
 CONVERGED_M = 1e-7
+
+
+class Ranges(NamedTuple):
+    """Anchors (n, 3) with zero altitudes in 2D, then (n,) each: ranges, sigmas and tolerances, metres.
+
+    penalties: −2·log of the odds that a range is occluded rather than clear, before it is measured.
+    """
+
+    anchors_m: Any
+    ranges_m: Any
+    sigmas_m: Any
+    tolerances_m: Any
+    penalties: Any
+
+
+class Descent(NamedTuple):
+    """The place of the least squares, its squared residuals in sigmas, how often every range was looked at."""
+
+    place: tuple[float, float, float]
+    cost: float
+    rounds: int
+
+
+class Fit(NamedTuple):
+    """How many places fit a set of ranges, one with its cost (as in Descent), and the other with its own."""
+
+    places: int
+    place: tuple[float, float, float]
+    cost: float
+    other: tuple[float, float, float]
+    other_cost: float
+    rounds: int
 
 
 @scalar_kernel
@@ -69,16 +103,12 @@ def linear_start(ranges, kept, flat):
         for j in range(i + 1, n):
             if not (kept >> j) & 1:
                 continue
-            east, north, up = (
-                anchors[j, 0] - anchors[i, 0],
-                anchors[j, 1] - anchors[i, 1],
-                anchors[j, 2] - anchors[i, 2],
-            )
-            apart = math.sqrt(east * east + north * north + up * up)
-            if apart == 0.0 or not range_pair_meets(apart, measured[i], measured[j], max(tolerances[i], tolerances[j])):
+            east, north, up, length = apart(anchors, i, j)
+            tolerance = max(tolerances[i], tolerances[j])
+            if length == 0.0 or not range_pair_meets(length, measured[i], measured[j], tolerance):
                 continue
-            east, north, up = east / apart, north / apart, up / apart
-            along = (measured[i] * measured[i] - measured[j] * measured[j] + apart * apart) / (2.0 * apart)
+            east, north, up = east / length, north / length, up / length
+            along = (measured[i] * measured[i] - measured[j] * measured[j] + length * length) / (2.0 * length)
             offset = along + (
                 east * (anchors[i, 0] - middle_e) + north * (anchors[i, 1] - middle_n) + up * (anchors[i, 2] - middle_u)
             )
@@ -87,22 +117,21 @@ def linear_start(ranges, kept, flat):
             right_e, right_n, right_u = right_e + east * offset, right_n + north * offset, right_u + up * offset
     if flat:
         uu += 0.5 * (ee + nn)
-    return (ee, en, eu, nn, nu, uu), (right_e, right_n, right_u), (middle_e, middle_n, middle_u)
+    return Symmetric(ee, en, eu, nn, nu, uu), (right_e, right_n, right_u), (middle_e, middle_n, middle_u)
 
 
 @scalar_kernel
 def descend(ranges, kept, flat, start, held):
-    """(place, squared residuals in sigmas, normal matrix, rounds) of the least squares, by damped Gauss-Newton.
+    """The Descent to the least squares, by damped Gauss-Newton.
 
-    rounds: how often it looked at every range. held: a unit vector along which the place stays where it is, or
-    ``FREE``.
+    held: a unit vector along which the place stays where it is, or ``FREE``.
     """
     anchors, measured, sigmas, _, _ = ranges
+    held_e, held_n, held_u = held
     at_e, at_n, at_u = start
     damping, cost = 0.0, math.inf
     best_e, best_n, best_u = start
-    best_matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    matrix, gradient = best_matrix, (0.0, 0.0, 0.0)
+    matrix, gradient = NOTHING, FREE
     rounds = 0
     for _ in range(ITERATIONS):
         rounds += 1
@@ -111,8 +140,8 @@ def descend(ranges, kept, flat, start, held):
         for i in range(measured.shape[0]):
             if not (kept >> i) & 1:
                 continue
-            east, north, up = at_e - anchors[i, 0], at_n - anchors[i, 1], at_u - anchors[i, 2]
-            distance = max(math.sqrt(east * east + north * north + up * up), 1e-9)
+            east, north, up, distance = from_anchor((at_e, at_n, at_u), anchors, i)
+            distance = max(distance, 1e-9)
             east, north, up = east / distance, north / distance, up / distance
             weight = 1.0 / (sigmas[i] * sigmas[i])
             residual = measured[i] - distance
@@ -124,13 +153,12 @@ def descend(ranges, kept, flat, start, held):
         if flat:
             eu, nu, down_u = 0.0, 0.0, 0.0
             uu = 0.5 * (ee + nn)
-        along = down_e * held[0] + down_n * held[1] + down_u * held[2]
-        down_e, down_n, down_u = down_e - along * held[0], down_n - along * held[1], down_u - along * held[2]
+        along = down_e * held_e + down_n * held_n + down_u * held_u
+        down_e, down_n, down_u = down_e - along * held_e, down_n - along * held_n, down_u - along * held_u
         if here <= cost:
             gained, cost = cost - here, here
             best_e, best_n, best_u = at_e, at_n, at_u
-            matrix, gradient = (ee, en, eu, nn, nu, uu), (down_e, down_n, down_u)
-            best_matrix = matrix
+            matrix, gradient = Symmetric(ee, en, eu, nn, nu, uu), (down_e, down_n, down_u)
             damping *= 0.1
             if gained <= 1e-7 * (1.0 + here):
                 break
@@ -138,18 +166,19 @@ def descend(ranges, kept, flat, start, held):
             damping = max(10.0 * damping, 1e-3)
         ee, en, eu, nn, nu, uu = without_axis(matrix, held)
         more = damping * (ee + nn + uu)
-        inverted, exists = inverse((ee + more, en, eu, nn + more, nu, uu + more))
+        inverted, exists = inverse(Symmetric(ee + more, en, eu, nn + more, nu, uu + more))
         if not exists:
             damping = max(10.0 * damping, 1e-6)
             more = damping * (ee + nn + uu)
-            inverted, exists = inverse((ee + more, en, eu, nn + more, nu, uu + more))
+            inverted, exists = inverse(Symmetric(ee + more, en, eu, nn + more, nu, uu + more))
             if not exists:
                 break
-        step_e, step_n, step_u = solved(inverted, gradient[0], gradient[1], gradient[2])
+        down_e, down_n, down_u = gradient
+        step_e, step_n, step_u = solved(inverted, down_e, down_n, down_u)
         at_e, at_n, at_u = best_e + step_e, best_n + step_n, best_u + step_u
         if step_e * step_e + step_n * step_n + step_u * step_u < CONVERGED_M * CONVERGED_M:
             break
-    return (best_e, best_n, best_u), cost, best_matrix, rounds
+    return Descent((best_e, best_n, best_u), cost, rounds)
 
 
 @scalar_kernel
@@ -159,7 +188,7 @@ def spread_of(ranges, kept, place):
     total, count = 0.0, 0
     for i in range(measured.shape[0]):
         if (kept >> i) & 1:
-            east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
+            east, north, up, _ = from_anchor(place, anchors, i)
             total += measured[i] * measured[i] - (east * east + north * north + up * up)
             count += 1
     return total / count
@@ -168,7 +197,18 @@ def spread_of(ranges, kept, place):
 @scalar_kernel
 def _out_of_plane_m(place, middle, axis):
     """How far a place lies out of the anchors' plane, along its normal."""
-    return (place[0] - middle[0]) * axis[0] + (place[1] - middle[1]) * axis[1] + (place[2] - middle[2]) * axis[2]
+    out_m = 0.0
+    for i in range(3):
+        out_m += (place[i] - middle[i]) * axis[i]
+    return out_m
+
+
+@scalar_kernel
+def _moved(place, by_m, axis):
+    """A place moved along a unit vector."""
+    east, north, up = place
+    axis_e, axis_n, axis_u = axis
+    return east + by_m * axis_e, north + by_m * axis_n, up + by_m * axis_u
 
 
 @scalar_kernel
@@ -182,19 +222,18 @@ def _from_both_sides(ranges, kept, flat, descended, across, plane):
     Then the best place on its side lies in the plane.
     """
     middle, axis = plane
-    place, cost, normal, rounds = descended
-    other, other_cost, other_normal, more = descend(ranges, kept, flat, across, FREE)
+    place, cost, rounds = descended
+    other, other_cost, more = descend(ranges, kept, flat, across, FREE)
     rounds += more
     out_m, other_out_m = _out_of_plane_m(place, middle, axis), _out_of_plane_m(other, middle, axis)
     if out_m * other_out_m > 0.0:
         if other_cost < cost:
-            place, cost, normal, out_m = other, other_cost, other_normal, other_out_m
-        within = (place[0] - out_m * axis[0], place[1] - out_m * axis[1], place[2] - out_m * axis[2])
-        within, within_cost, _, more = descend(ranges, kept, flat, within, axis)
-        return CROSSED, place, cost, normal, within, within_cost, rounds + more
+            place, cost, out_m = other, other_cost, other_out_m
+        within, within_cost, more = descend(ranges, kept, flat, _moved(place, -out_m, axis), axis)
+        return Fit(CROSSED, place, cost, within, within_cost, rounds + more)
     if other_cost < cost:
-        return MIRRORED, other, other_cost, other_normal, place, cost, rounds
-    return MIRRORED, place, cost, normal, other, other_cost, rounds
+        return Fit(MIRRORED, other, other_cost, place, cost, rounds)
+    return Fit(MIRRORED, place, cost, other, other_cost, rounds)
 
 
 @scalar_kernel
@@ -219,40 +258,39 @@ def side_of(place, other, hint):
 
 @scalar_kernel
 def fit(ranges, kept, flat, refine):
-    """(how many places, place, cost, normal matrix, the other place, its cost, rounds) for the kept ranges.
+    """The Fit of the kept ranges.
 
     Where the anchors lie nearly in one plane (on one line in two dimensions), the linear system says where in the
     plane; how far out of it, to either side, follows from the ranges. Unless they stand all around, both sides are
     tried: ranges with errors meet on the wrong side of a shallow layer of anchors too.
     """
     matrix, right, middle = linear_start(ranges, kept, flat)
-    nothing = (0.0, 0.0, 0.0)
-    empty = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    right_e, right_n, right_u = right
+    middle_e, middle_n, middle_u = middle
     axis_e, axis_n, axis_u, least, second = weakest_axis(matrix)
     axis = (axis_e, axis_n, axis_u)
-    if not matrix[0] + matrix[3] + matrix[5] > 0.0:
-        return NO_FIT, nothing, math.inf, empty, nothing, math.inf, 0
+    if not trace(matrix) > 0.0:
+        return Fit(NO_FIT, FREE, math.inf, FREE, math.inf, 0)
     if second < ON_A_LINE:
-        return COLLINEAR, nothing, math.inf, empty, nothing, math.inf, 0
+        return Fit(COLLINEAR, FREE, math.inf, FREE, math.inf, 0)
     if least > NEARLY_FLAT or (not refine and least > 1e-9):
         inverted, exists = inverse(matrix)
         if not exists:
-            return NO_FIT, nothing, math.inf, empty, nothing, math.inf, 0
-        east, north, up = solved(inverted, right[0], right[1], right[2])
-        start = (east + middle[0], north + middle[1], 0.0 if flat else up + middle[2])
+            return Fit(NO_FIT, FREE, math.inf, FREE, math.inf, 0)
+        east, north, up = solved(inverted, right_e, right_n, right_u)
+        start = (east + middle_e, north + middle_n, 0.0 if flat else up + middle_u)
         if not refine:
-            return ONE, start, 0.0, empty, nothing, math.inf, 0
+            return Fit(ONE, start, 0.0, FREE, math.inf, 0)
         descended = descend(ranges, kept, flat, start, FREE)
-        place, cost, normal, rounds = descended
         if least > ONE_SIDED:
-            return ONE, place, cost, normal, nothing, math.inf, rounds
-        out_m = _out_of_plane_m(place, middle, axis)
-        across = (place[0] - 2.0 * out_m * axis_e, place[1] - 2.0 * out_m * axis_n, place[2] - 2.0 * out_m * axis_u)
+            return Fit(ONE, descended.place, descended.cost, FREE, math.inf, descended.rounds)
+        out_m = _out_of_plane_m(descended.place, middle, axis)
+        across = _moved(descended.place, -2.0 * out_m, axis)
         return _from_both_sides(ranges, kept, flat, descended, across, (middle, axis))
-    more = matrix[0] + matrix[3] + matrix[5]
+    more = trace(matrix)
     ee, en, eu, nn, nu, uu = matrix
     inverted, exists = inverse(
-        (
+        Symmetric(
             ee + more * axis_e * axis_e,
             en + more * axis_e * axis_n,
             eu + more * axis_e * axis_u,
@@ -262,14 +300,13 @@ def fit(ranges, kept, flat, refine):
         )
     )
     if not exists:
-        return NO_FIT, nothing, math.inf, empty, nothing, math.inf, 0
+        return Fit(NO_FIT, FREE, math.inf, FREE, math.inf, 0)
     # the weakest axis is taken out of the right side: what little it says is mostly noise
-    along = right[0] * axis_e + right[1] * axis_n + right[2] * axis_u
-    east, north, up = solved(inverted, right[0] - along * axis_e, right[1] - along * axis_n, right[2] - along * axis_u)
-    in_plane = (east + middle[0], north + middle[1], 0.0 if flat else up + middle[2])
+    along = right_e * axis_e + right_n * axis_n + right_u * axis_u
+    east, north, up = solved(inverted, right_e - along * axis_e, right_n - along * axis_n, right_u - along * axis_u)
+    in_plane = (east + middle_e, north + middle_n, 0.0 if flat else up + middle_u)
     out_m = math.sqrt(max(spread_of(ranges, kept, in_plane), 0.0))
-    above = (in_plane[0] + out_m * axis_e, in_plane[1] + out_m * axis_n, in_plane[2] + out_m * axis_u)
-    below = (in_plane[0] - out_m * axis_e, in_plane[1] - out_m * axis_n, in_plane[2] - out_m * axis_u)
+    above, below = _moved(in_plane, out_m, axis), _moved(in_plane, -out_m, axis)
     if not refine:
-        return MIRRORED, above, 0.0, empty, below, 0.0, 0
+        return Fit(MIRRORED, above, 0.0, below, 0.0, 0)
     return _from_both_sides(ranges, kept, flat, descend(ranges, kept, flat, above, FREE), below, (middle, axis))

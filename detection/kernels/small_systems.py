@@ -1,10 +1,56 @@
-"""Symmetric 3 × 3 systems, six numbers (ee, en, eu, nn, nu, uu) each: solved, inverted, and their weakest axis."""
+"""Vectors from anchors, and symmetric 3 × 3 systems over them: solved, inverted, and their weakest axis."""
 
 import math
+from typing import NamedTuple
 
 from compiled.options import scalar_kernel
 
-__all__ = ["inverse", "quadratic_form", "solved", "weakest_axis", "without_axis"]
+__all__ = [
+    "NOTHING",
+    "Symmetric",
+    "apart",
+    "from_anchor",
+    "inverse",
+    "quadratic_form",
+    "solved",
+    "trace",
+    "weakest_axis",
+    "without_axis",
+]
+
+
+class Symmetric(NamedTuple):
+    """A symmetric 3 × 3 matrix over east, north, up."""
+
+    ee: float
+    en: float
+    eu: float
+    nn: float
+    nu: float
+    uu: float
+
+
+NOTHING = Symmetric(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@scalar_kernel
+def apart(anchors, i, j):
+    """(east, north, up, length) from anchor i to anchor j of anchors (n, 3)."""
+    east, north, up = anchors[j, 0] - anchors[i, 0], anchors[j, 1] - anchors[i, 1], anchors[j, 2] - anchors[i, 2]
+    return east, north, up, math.sqrt(east * east + north * north + up * up)
+
+
+@scalar_kernel
+def from_anchor(place, anchors, i):
+    """(east, north, up, length) from anchor i of anchors (n, 3) to a place."""
+    east, north, up = place[0] - anchors[i, 0], place[1] - anchors[i, 1], place[2] - anchors[i, 2]
+    return east, north, up, math.sqrt(east * east + north * north + up * up)
+
+
+@scalar_kernel
+def trace(matrix):
+    """The sum of a matrix' diagonal."""
+    return matrix.ee + matrix.nn + matrix.uu
 
 
 @scalar_kernel
@@ -15,9 +61,9 @@ def inverse(matrix):
     determinant = ee * cofactor_ee + en * cofactor_en + eu * cofactor_eu
     scale = (ee + nn + uu) / 3.0
     if not determinant > 1e-13 * scale * scale * scale:
-        return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), False
+        return NOTHING, False
     over = 1.0 / determinant
-    return (
+    return Symmetric(
         cofactor_ee * over,
         cofactor_en * over,
         cofactor_eu * over,
@@ -84,13 +130,14 @@ def weakest_axis(matrix):
 def without_axis(matrix, axis):
     """The matrix cut down to the plane across a unit vector, and as stiff along it as it ever is; zeros cut nothing."""
     ee, en, eu, nn, nu, uu = matrix
-    across_e, across_n, across_u = solved(matrix, axis[0], axis[1], axis[2])
-    along = across_e * axis[0] + across_n * axis[1] + across_u * axis[2] + ee + nn + uu
-    return (
-        ee - 2.0 * across_e * axis[0] + along * axis[0] * axis[0],
-        en - across_e * axis[1] - across_n * axis[0] + along * axis[0] * axis[1],
-        eu - across_e * axis[2] - across_u * axis[0] + along * axis[0] * axis[2],
-        nn - 2.0 * across_n * axis[1] + along * axis[1] * axis[1],
-        nu - across_n * axis[2] - across_u * axis[1] + along * axis[1] * axis[2],
-        uu - 2.0 * across_u * axis[2] + along * axis[2] * axis[2],
+    axis_e, axis_n, axis_u = axis
+    across_e, across_n, across_u = solved(matrix, axis_e, axis_n, axis_u)
+    along = across_e * axis_e + across_n * axis_n + across_u * axis_u + ee + nn + uu
+    return Symmetric(
+        ee - 2.0 * across_e * axis_e + along * axis_e * axis_e,
+        en - across_e * axis_n - across_n * axis_e + along * axis_e * axis_n,
+        eu - across_e * axis_u - across_u * axis_e + along * axis_e * axis_u,
+        nn - 2.0 * across_n * axis_n + along * axis_n * axis_n,
+        nu - across_n * axis_u - across_u * axis_n + along * axis_n * axis_u,
+        uu - 2.0 * across_u * axis_u + along * axis_u * axis_u,
     )

@@ -1,10 +1,10 @@
 """Which largest set of ranges meets in one point: all sets there are, by exclusion, within so much work.
 
-Work is counted in steps: a step looks at one range once. Ranges and sets as in ``fits``. How a set is tested (rules):
-(flat, refine, studentised, least kept, hint); hint: (3,) the rover's side of the anchors, NaN where it is not known.
+Work is counted in steps: a step looks at one range once. Ranges and sets as in ``fits``.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,10 +12,13 @@ from compiled.options import scalar_kernel
 
 from .fits import COLLINEAR, CROSSED, MIRRORED, NO_FIT, ONE, fit, range_pair_meets, side_of
 from .misfits import meets
+from .small_systems import apart
 
 __all__ = [
     "FOUND",
     "MOST",
+    "Limits",
+    "Rules",
     "bits",
     "clashes",
     "exhaustive",
@@ -25,10 +28,31 @@ __all__ = [
 ]
 
 # columns of the table of consistent sets
-FOUND = 10  # cost, place (3), other cost, other place (3), places, penalty
+COST, EAST, NORTH, UP, OTHER_COST, OTHER_EAST, OTHER_NORTH, OTHER_UP, PLACES, PENALTY = range(10)
+FOUND = 10
 MOST = 64  # sets kept of one size
 # Squared residuals that a place on the hinted side may cost more: three sigma of the one number that it gives up.
 SURE_OF_SIDE = 9.0
+
+
+class Rules(NamedTuple):
+    """How a set is tested. flat: 2D. refine: Gauss-Newton after the linear system. studentised: see ``statistics``.
+
+    hint_m: a point on the rover's side of the anchors, NaN along axes where that is not known.
+    """
+
+    flat: bool
+    refine: bool
+    studentised: bool
+    least_kept: int
+    hint_m: tuple[float, float, float]
+
+
+class Limits(NamedTuple):
+    """How many sets may be tried, in how many steps."""
+
+    sets: int
+    steps: int
 
 
 @scalar_kernel
@@ -45,8 +69,8 @@ def bits(kept):
 def place_of(ranges, kept, rules, work):
     """(in how many places the kept ranges meet on the rover's side, one, its cost, the other, its cost, steps)."""
     flat, refine, studentised, _, hint = rules
-    places, place, cost, _, other, other_cost, rounds = fit(ranges, kept, flat, refine)
-    n = ranges[1].shape[0]
+    places, place, cost, other, other_cost, rounds = fit(ranges, kept, flat, refine)
+    n = ranges.ranges_m.shape[0]
     steps = n * (n // 2 + rounds + 4)  # pairs in the linear system, descents, and whether all meet at both places
     if places in (NO_FIT, COLLINEAR):
         return NO_FIT, place, cost, other, other_cost, steps
@@ -75,13 +99,8 @@ def clashes(ranges):
     clash = np.zeros(n, np.int64)
     for i in range(n):
         for j in range(i + 1, n):
-            east, north, up = (
-                anchors[j, 0] - anchors[i, 0],
-                anchors[j, 1] - anchors[i, 1],
-                anchors[j, 2] - anchors[i, 2],
-            )
-            apart = math.sqrt(east * east + north * north + up * up)
-            if not range_pair_meets(apart, measured[i], measured[j], tolerances[i] + tolerances[j]):
+            _, _, _, length = apart(anchors, i, j)
+            if not range_pair_meets(length, measured[i], measured[j], tolerances[i] + tolerances[j]):
                 clash[i] |= np.int64(1) << j
                 clash[j] |= np.int64(1) << i
     return clash
@@ -93,13 +112,13 @@ def write_row(ranges, kept, rules, work, found):
     places, place, cost, other, other_cost, steps = place_of(ranges, kept, rules, work)
     if places != NO_FIT:
         penalty = 0.0
-        for i in range(ranges[1].shape[0]):
+        for i in range(ranges.ranges_m.shape[0]):
             if not (kept >> i) & 1:
-                penalty += ranges[4][i]
-        found[0], found[1], found[2], found[3] = cost, place[0], place[1], place[2]
-        found[4] = other_cost
-        found[5], found[6], found[7] = other
-        found[8], found[9] = places, penalty
+                penalty += ranges.penalties[i]
+        found[COST], found[OTHER_COST] = cost, other_cost
+        found[EAST], found[NORTH], found[UP] = place
+        found[OTHER_EAST], found[OTHER_NORTH], found[OTHER_UP] = other
+        found[PLACES], found[PENALTY] = places, penalty
     return places, steps
 
 
@@ -120,14 +139,14 @@ def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
     """Test all sets that leave out so many and of which no two clash; (sets written, sets tried, steps, whether all).
 
     order: (n,) ranges by error, largest first, so that the likeliest exclusions come first (seed 000, 3D step 8).
-    limits: sets tried, steps. found: (MOST, FOUND) table and sets: (MOST,) the kept bits, written in the order found.
+    limits: Limits. found: (MOST, FOUND) table and sets: (MOST,) the kept bits, written in the order found.
 
     From the last position to the first each range is kept, then left out; whatever clashes with one that is kept has to
     be left out, so that a branch ends where more would have to be than may.
     """
-    n = ranges[1].shape[0]
+    n = ranges.ranges_m.shape[0]
     clash = _clashes_by_position(clashes(ranges), order)
-    work, row = np.zeros((2, n)), np.zeros(FOUND)
+    work, row = (np.zeros(n), np.zeros(n)), np.zeros(FOUND)
     count, tried, steps = 0, 0, n * n
     # before the position p is decided, at index p + 1: how many are still to be left out, and which of all have to be
     branch, outs, banned = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
@@ -137,7 +156,7 @@ def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
     p = n
     while p <= n:
         if p == 0:
-            if tried >= limits[0]:
+            if tried >= limits.sets:
                 return count, tried, steps, False
             tried += 1
             places, more = write_row(ranges, everyone & ~out, rules, work, row)
@@ -149,7 +168,7 @@ def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
             p = 1
             continue
         steps += 1
-        if steps > limits[1]:
+        if steps > limits.steps:
             return count, tried, steps, False
         i, below = p - 1, (np.int64(1) << (p - 1)) - 1
         bit = np.int64(1) << order[i]
@@ -174,7 +193,7 @@ def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
 
 
 @scalar_kernel
-def _apart(clash):
+def _pairs_apart(clash):
     """How many pairs clash that share no range: of each at least one has to be left out."""
     pairs, taken = 0, np.int64(0)
     for i in range(clash.shape[0]):
@@ -195,12 +214,13 @@ def largest(ranges, rules, order, leave_out, limits, found, sets):
     (sets written, sets tried, steps, whether all were tested, how many they leave out: none that leaves out fewer
     meets).
     """
+    first_out, last_out = leave_out
     tried, steps = 0, 0
-    for out in range(max(leave_out[0], _apart(clashes(ranges))), leave_out[1] + 1):
-        left = (limits[0] - tried, limits[1] - steps)
+    for out in range(max(first_out, _pairs_apart(clashes(ranges))), last_out + 1):
+        left = Limits(limits.sets - tried, limits.steps - steps)
         count, more, more_steps, complete = exhaustive(ranges, rules, order, out, left, found, sets)
         tried += more
         steps += more_steps
         if count > 0 or not complete:
             return count, tried, steps, complete, out
-    return 0, tried, steps, True, leave_out[1] + 1
+    return 0, tried, steps, True, last_out + 1

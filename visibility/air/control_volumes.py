@@ -224,11 +224,13 @@ def _block(
     sources = _seen_from(volume.middle_position_m, tables.sources) if volume.one_dop_per_set else tables.sources
     kernel.volume_layers(
         tables.surfaces,
-        tables.place(volume.surfaces.grid, volume.first_row + first, volume.first_col),
-        (volume.layers.altitudes_m, volume.layers.above_ground),
-        tables.reach,
-        (sources, kind_code(volume.kind), MEASURES[volume.measure]),
-        (seen, unknown, dop),
+        tables.window(volume.surfaces.grid, volume.first_row + first, volume.first_col),
+        kernel.Layers(volume.layers.altitudes_m, volume.layers.above_ground),
+        tables.antennas,
+        sources,
+        kind_code(volume.kind),
+        MEASURES[volume.measure],
+        kernel.Voxels(seen, unknown, dop),
     )
     return VoxelBlock(first, seen, unknown, dop)
 
@@ -237,4 +239,4 @@ def _seen_from(position_m: tuple[float, float, float], sources: Sources) -> Sour
     """Every anchor as a direction seen from a position."""
     anchors, distant, variances = sources
     away_m = np.where(distant[:, None], anchors, anchors - position_m)
-    return away_m / np.linalg.norm(away_m, axis=1, keepdims=True), np.ones_like(distant), variances
+    return Sources(away_m / np.linalg.norm(away_m, axis=1, keepdims=True), np.ones_like(distant), variances)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.air.kernels import morphing as kernel
+from visibility.air.kernels.columns import Question
 from visibility.dilution.columns_of_air import column_tables
 from visibility.dilution.flight_limits import FlightLimit, check_geometry
 from visibility.errors import VisibilityInputError
@@ -95,16 +96,16 @@ def morphing_map(
     check_ceiling(grid, ceiling_m, ceiling_above_ground)
     tables = column_tables(surfaces)
     check_geometry(limit, tables.sources)
-    question = (tables.sources, *limit.codes, float(limit.dop_limit), limit.needed_anchors, RESOLUTION_M)
+    question = Question(tables.sources, *limit.codes, float(limit.dop_limit), limit.needed_anchors, RESOLUTION_M)
     altitude_m, safe_above_m = np.empty(grid.shape, np.float32), np.empty(grid.shape, np.float32)
     state, intervals = np.empty(grid.shape, np.uint8), np.empty(grid.shape, np.uint8)
     kernel.morphing_columns(
         tables.surfaces,
-        tables.place(grid, 0, 0),
-        (float(ceiling_m), ceiling_above_ground),
-        tables.reach,
+        tables.window(grid, 0, 0),
+        kernel.Ceiling(float(ceiling_m), ceiling_above_ground),
+        tables.antennas,
         question,
-        (altitude_m, safe_above_m, state, intervals),
+        kernel.Columns(altitude_m, safe_above_m, state, intervals),
     )
     return MorphingMap(
         grid=grid,

@@ -8,13 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from visibility.cover.buildings import Buildings
-from visibility.cover.kernels.nearest_building import LEAF, bodies_around, nearest_on_mesh
+from visibility.cover.kernels.nearest_building import LEAF, Tree, bodies_around, nearest_on_mesh
 from visibility.errors import VisibilityInputError
 
 __all__ = ["NearestBuilding", "nearest_building", "solid_bodies"]
 
 Array = npt.NDArray[np.float64]
-Tree = tuple[Array, Array, npt.NDArray[np.int64]]
 
 # edges and faces no higher than this over a body's lowest place are its foot
 FOOT_M = 0.01
@@ -121,4 +120,4 @@ def _tree(corners_m: Array) -> tuple[Array, Tree]:
         lows.append(np.minimum.reduceat(lows[-1], pairs))
     counts = np.array([len(level) for level in lows], np.int64)
     levels = np.stack([np.cumsum(counts) - counts, counts], axis=1)
-    return ordered_m, (np.concatenate(lows), np.concatenate(highs), levels)
+    return ordered_m, Tree(np.concatenate(lows), np.concatenate(highs), levels)

@@ -40,7 +40,7 @@ def visible_with_buildings(
     buildings, so a building in the way hides, whatever ground lies below. A post inside a building is hidden.
     Raises AnchorError, VisibilityInputError.
     """
-    curvature = Curvature.of(grid) if curvature is None else curvature
+    curvature = Curvature.over(grid, curvature)
     anchors = tuple(anchors)
     answer = min_visible_altitude(grid, anchors, mode, curvature, unknown=unknown)
     visible = answer.visible(above_ground_m=receiver_above_ground_m)
@@ -82,7 +82,7 @@ def clear_of_buildings(
     for name, given in (("points_m", points), ("anchors_m", anchors)):
         if given.ndim != 2 or given.shape[1] != 3 or not np.isfinite(given).all():
             raise VisibilityInputError(f"{name} must be finite numbers (n, 3), not shape {given.shape}.")
-    curvature = Curvature.of(grid) if curvature is None else curvature
+    curvature = Curvature.over(grid, curvature)
     clear = np.array(np.broadcast_to(asked, (len(points), len(anchors))), np.bool_)
     low_m, high_m = buildings.vertices_m.min(axis=0), buildings.vertices_m.max(axis=0)
     for number, anchor_m in enumerate(anchors):

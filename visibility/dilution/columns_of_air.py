@@ -6,32 +6,30 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.dilution.dop_questions import Sources, sources_of
+from visibility.dilution.kernels.visible_sets import Antennas, Surfaces, Window
 from visibility.sight.anchors import ALL_ROUND, Anchor
 from visibility.sight.distant import DistantAnchor
+from visibility.sight.kernels.reach import LIMIT_FIELDS
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
-from visibility.sight.reach import limit_numbers
+from visibility.sight.reach import limits_of
 
 __all__ = ["ColumnTables", "column_tables", "sources_of_anchors"]
-
-Surfaces = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.float32]]
-Reach = tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.float64], npt.NDArray[np.bool_], float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ColumnTables:
-    """Arguments that the column kernels share; see kernels.columns.fill_column."""
+    """Arguments that the column kernels share; see kernels.visible_sets."""
 
     surfaces: Surfaces
-    reach: Reach
+    antennas: Antennas
     sources: Sources
 
-    def place(self, grid: ElevationGrid, first_row: int, first_col: int) -> tuple[float, float, float, float, int, int]:
-        """Where a window of posts begins: (origin east, origin north, cell east, cell north, row, col)."""
-        return (
+    def window(self, grid: ElevationGrid, first_row: int, first_col: int) -> Window:
+        """Where a window of posts begins."""
+        return Window(
             grid.origin_east_m,
             grid.origin_north_m,
             grid.cell_east_m,
@@ -45,18 +43,19 @@ def column_tables(surfaces: MinimumVisibleAltitude) -> ColumnTables:
     """The tables of a set of surfaces."""
     anchors = surfaces.anchors
     sources = sources_of_anchors(anchors)
-    limits = np.tile([0.0, math.inf, 0.0, 2.0 * math.pi, -math.inf, math.inf], (len(anchors), 1))
+    limits = np.full(len(anchors), np.array(limits_of(ALL_ROUND), LIMIT_FIELDS))
     limited = np.zeros(len(anchors), np.bool_)
     for number, anchor in enumerate(anchors):
         if isinstance(anchor, Anchor) and anchor.limits != ALL_ROUND:
             limited[number] = True
-            limits[number] = limit_numbers(anchor.limits)
-    arrays = (
+            limits[number] = limits_of(anchor.limits)
+    columns = Surfaces(
         np.ascontiguousarray(surfaces.altitude_m),
         np.ascontiguousarray(surfaces.hidden_below_m),
         surfaces.grid.heights_m,
     )
-    return ColumnTables(arrays, (sources[0], sources[1], limits, limited, surfaces.curvature.drop_per_m2), sources)
+    antennas = Antennas(sources.anchors, sources.distant, limits, limited, surfaces.curvature.drop_per_m2)
+    return ColumnTables(columns, antennas, sources)
 
 
 def sources_of_anchors(anchors: tuple[Anchor | DistantAnchor, ...]) -> Sources:

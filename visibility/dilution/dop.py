@@ -74,7 +74,7 @@ def dop(
     """
     points_m = positions("receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude")))
     sources = sources_of(anchor_positions_m, distant)
-    mask = visible_sets_of(visible, len(points_m), len(sources[0]))
+    mask = visible_sets_of(visible, len(points_m), len(sources.anchors))
     found = solve(points_m, sources, mask, None, kind, surface_normal)
     return found if np.ndim(receiver_m) == 2 else _only(found)
 
@@ -145,7 +145,7 @@ def solve(
 ) -> Dop:
     """Dilutions at checked points; raises VisibilityInputError where sets or normals do not fit them."""
     points = len(points_m)
-    mask, flags, count = checked_sets(mask, unknown, points, len(sources[0]))
+    mask, flags, count = checked_sets(mask, unknown, points, len(sources.anchors))
     normals = unit_normals(surface_normal, points)
     dilutions, reason = np.empty((points, 5)), np.empty(points, np.uint8)
     kernel.dop_at_points(points_m, sources, mask, flags, kind_code(kind), normals, dilutions, reason)

@@ -18,7 +18,7 @@ Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
 
 KIND_CODES = {"ranging": kernel.RANGING, "pseudorange": kernel.PSEUDORANGE, "tdoa": kernel.TDOA}
 
-Sources = tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.float64]]
+Sources = kernel.Sources
 
 
 class DopReason(enum.IntEnum):
@@ -106,7 +106,7 @@ def sources_of(
         first = int(np.flatnonzero(far)[np.argmax(length == 0.0)])
         raise VisibilityInputError(f"anchor_positions_m[{first}] is distant, so it must be a direction of some length.")
     anchors[far] /= length
-    return anchors, far, np.empty((0, 7)) if variances_m2 is None else variances_m2
+    return Sources(anchors, far, np.empty((0, 7)) if variances_m2 is None else variances_m2)
 
 
 def unit_normals(surface_normal: npt.ArrayLike | None, points: int) -> npt.NDArray[np.float64]:

@@ -67,7 +67,7 @@ def position_error_map(
         found = np.empty((len(points), 7))
         reason = reasons[slice(*rows)].reshape(-1)
         kernel.covariances_at_points(points, sources, sets.mask, sets.unknown, kind_code(kind), normals, found, reason)
-        horizontal_m2, vertical_m2 = found[:, 0] + found[:, 3], found[:, 5]
+        horizontal_m2, vertical_m2 = found[:, kernel.EE] + found[:, kernel.NN], found[:, kernel.UU]
         for number, variance_m2 in enumerate((horizontal_m2, vertical_m2, horizontal_m2 + vertical_m2)):
             sigmas_m[number, slice(*rows)] = np.sqrt(np.maximum(variance_m2, 0.0)).reshape(-1, grid.cols)
     horizontal_m, vertical_m, position_m = sigmas_m
@@ -89,7 +89,7 @@ def position_error_along(
     found, reason = np.empty((len(points), 7)), np.empty(len(points), np.uint8)
     kernel.covariances_at_points(points, sources, sets.mask, sets.unknown, kind_code(kind), normals, found, reason)
     covariance_m2 = found[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
-    return PositionError(covariance_m2, np.sqrt(found[:, 6]), reason, sets.count, kind)
+    return PositionError(covariance_m2, np.sqrt(found[:, kernel.CLOCK]), reason, sets.count, kind)
 
 
 def check_weights(anchors: Sequence[Anchor | DistantAnchor]) -> None:
@@ -109,7 +109,7 @@ def _weighted(sources: Sources, anchors: Sequence[Anchor | DistantAnchor]) -> So
     check_weights(anchors)
     ranging_sigma_m = [anchor.ranging_sigma_m for anchor in anchors]
     poses_m2 = np.array([_pose_covariance_m2(anchor) for anchor in anchors])
-    return sources[0], sources[1], variances_of(len(anchors), ranging_sigma_m, 0.0, poses_m2)
+    return sources._replace(variances=variances_of(len(anchors), ranging_sigma_m, 0.0, poses_m2))
 
 
 def _pose_covariance_m2(anchor: Anchor | DistantAnchor) -> npt.NDArray[np.float64]:

@@ -55,7 +55,7 @@ def sets_of(minimum: MinimumVisibleAltitude, tables: ColumnTables, points: npt.N
     mask = np.zeros((len(points), set_words(anchors)), np.uint64)
     unknown = np.zeros(len(points), np.bool_)
     posts = np.ascontiguousarray(in_posts(minimum.grid, points)[:, :2])
-    sets_at_points(points, posts, tables.surfaces[:2], tables.reach, mask, unknown)
+    sets_at_points(points, posts, tables.surfaces, tables.antennas, mask, unknown)
     return VisibleSets(mask, unknown, np.bitwise_count(mask).sum(axis=1, dtype=np.int64), anchors)
 
 

@@ -61,5 +61,20 @@ class Curvature:
         body = body_of(grid.crs)
         return cls(body.radius_m, RADIO_REFRACTION_K if body.name == "Earth" else 1.0)
 
+    @classmethod
+    def given(cls, curvature: Curvature) -> Curvature:
+        """The curvature that a caller gave; raises VisibilityInputError where it is none, True or False for example."""
+        if not isinstance(curvature, cls):
+            raise VisibilityInputError(
+                "curvature must be a visibility.Curvature, visibility.FLAT (no curvature), or None (what the grid's CRS "
+                f"implies), not {curvature!r}."
+            )
+        return curvature
+
+    @classmethod
+    def over(cls, grid: ElevationGrid, curvature: Curvature | None) -> Curvature:
+        """The curvature that a caller gave, or None: what the grid's CRS implies. Raises VisibilityInputError."""
+        return cls.of(grid) if curvature is None else cls.given(curvature)
+
 
 FLAT = Curvature(math.inf)

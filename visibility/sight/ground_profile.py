@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.sight.curvature import Curvature
-from visibility.sight.kernels.profiles import ground_profile
+from visibility.sight.kernels.crossings import GridPoint
+from visibility.sight.kernels.profiles import ground_profile, profile_room
 from visibility.sight.sight_points import check_point, in_posts
 
 __all__ = ["GroundProfile", "profile"]
@@ -41,13 +42,12 @@ def profile(
     curvature: None takes what the grid's CRS implies (Curvature.of); FLAT switches it off. Raises VisibilityInputError.
     """
     start_m, end_m = check_point(grid, "from_point", from_point), check_point(grid, "to_point", to_point)
-    curvature = Curvature.of(grid) if curvature is None else curvature
-    ends = tuple(tuple(in_posts(grid, point[None])[0].tolist()) for point in (start_m, end_m))
-    places = np.empty((2 * (grid.rows + grid.cols) + 4, 3))
+    curvature = Curvature.over(grid, curvature)
+    start, end = (GridPoint(*in_posts(grid, point[None])[0].tolist()) for point in (start_m, end_m))
+    places = np.empty((profile_room(grid.rows, grid.cols), 3))
     cells_m = (grid.cell_east_m, grid.cell_north_m)
-    share, ground_m, clearance_m = places[
-        : ground_profile(grid.heights_m, cells_m, curvature.drop_per_m2, ends, places)
-    ].T
+    count = ground_profile(grid.heights_m, cells_m, curvature.drop_per_m2, start, end, places)
+    share, ground_m, clearance_m = places[:count].T
     # a post is met by a row, a column and a diagonal at once
     new = np.diff(share, prepend=-1.0) > SAME_SHARE
     share, ground_m, clearance_m = share[new], ground_m[new], clearance_m[new]

@@ -133,7 +133,7 @@ def min_visible_altitude(
         raise VisibilityInputError(f"unknown must be one of {', '.join(get_args(UnknownGround))}, not {unknown!r}.")
     anchors = tuple(anchors)
     warnings = check_anchors(grid, anchors)
-    curvature = Curvature.of(grid) if curvature is None else curvature
+    curvature = Curvature.over(grid, curvature)
 
     hidden_below_m, altitude_m = clear_altitudes(grid, anchors, ENGINES[mode], curvature, unknown, progress)
     for number, anchor in enumerate(anchors):

@@ -63,7 +63,7 @@ def occluded_points(
         raise VisibilityInputError(f"spacing_m must be a positive number of metres, not {spacing_m}.")
     if not (math.isfinite(receiver_above_ground_m) and receiver_above_ground_m >= 0.0):
         raise VisibilityInputError(f"receiver_above_ground_m must be >= 0 m, not {receiver_above_ground_m}.")
-    curvature = Curvature.of(grid) if curvature is None else curvature
+    curvature = Curvature.over(grid, curvature)
     azimuth_rad = _column_azimuths(camera)
     foot_east_m, foot_north_m, _ = camera.position_m
     nearest_m, furthest_m = _reach_m(grid, foot_east_m, foot_north_m)

@@ -11,8 +11,9 @@ from terrain import ElevationGrid
 from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits
 from visibility.sight.curvature import Curvature
 from visibility.sight.kernels import reach as kernel
+from visibility.sight.kernels.crossings import GridPoint
 
-__all__ = ["limit_numbers", "raise_to_reach", "within_reach"]
+__all__ = ["limits_of", "raise_to_reach", "within_reach"]
 
 
 def raise_to_reach(
@@ -20,9 +21,9 @@ def raise_to_reach(
 ) -> None:
     """Raise minimum altitudes (rows, cols) in place to the lowest that the anchor's antenna reaches; +inf = none."""
     if anchor.limits != ALL_ROUND:
-        eye = (*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
-        cells_m = (grid.cell_north_m, grid.cell_east_m)
-        kernel.raise_to_reach(altitude_m, eye, cells_m, limit_numbers(anchor.limits), curvature.drop_per_m2)
+        eye = GridPoint(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
+        cells_m = (grid.cell_east_m, grid.cell_north_m)
+        kernel.raise_to_reach(altitude_m, eye, cells_m, limits_of(anchor.limits), curvature.drop_per_m2)
 
 
 def within_reach(
@@ -31,13 +32,13 @@ def within_reach(
     """(rows, cols) bool: whether receivers at altitude receiver_m are within the antenna's limits, terrain apart."""
     within = np.ones(receiver_m.shape, np.bool_)
     if anchor.limits != ALL_ROUND:
-        eye = (*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
-        cells_m = (grid.cell_north_m, grid.cell_east_m)
-        kernel.within_reach(receiver_m, eye, cells_m, limit_numbers(anchor.limits), curvature.drop_per_m2, within)
+        eye = GridPoint(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
+        cells_m = (grid.cell_east_m, grid.cell_north_m)
+        kernel.within_reach(receiver_m, eye, cells_m, limits_of(anchor.limits), curvature.drop_per_m2, within)
     return within
 
 
-def limit_numbers(limits: AntennaLimits) -> tuple[float, ...]:
+def limits_of(limits: AntennaLimits) -> kernel.Limits:
     """Limits as the kernels take them; an unlimited angle becomes an infinite tangent."""
     azimuth_from_rad, azimuth_width_rad = 0.0, 2.0 * math.pi
     if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
@@ -47,4 +48,11 @@ def limit_numbers(limits: AntennaLimits) -> tuple[float, ...]:
             azimuth_width_rad %= 2.0 * math.pi
     lowest = -math.inf if limits.min_elevation_rad <= -math.pi / 2 else math.tan(limits.min_elevation_rad)
     highest = math.inf if limits.max_elevation_rad >= math.pi / 2 else math.tan(limits.max_elevation_rad)
-    return limits.min_range_m, limits.max_range_m, azimuth_from_rad, azimuth_width_rad, lowest, highest
+    return kernel.Limits(
+        min_range_m=limits.min_range_m,
+        max_range_m=limits.max_range_m,
+        azimuth_from_rad=azimuth_from_rad,
+        azimuth_width_rad=azimuth_width_rad,
+        tan_min_elevation=lowest,
+        tan_max_elevation=highest,
+    )

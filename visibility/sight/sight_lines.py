@@ -109,7 +109,7 @@ def lines_of_sight(
     for name, value in (("wavelength_m", wavelength_m), ("dem_sigma_m", dem_sigma_m)):
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise VisibilityInputError(f"{name} must be a positive number of metres, not {value}.")
-    curvature = Curvature.of(grid) if curvature is None else curvature
+    curvature = Curvature.over(grid, curvature)
 
     sight = _scan(grid, start_m, end_m, curvature, unknown)
     if wavelength_m is not None or excess_path:

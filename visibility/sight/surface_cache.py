@@ -35,7 +35,7 @@ class SurfaceCache:
     ) -> None:
         self.grid = grid
         self.mode: Mode = mode
-        self.curvature = Curvature.of(grid) if curvature is None else curvature
+        self.curvature = Curvature.over(grid, curvature)
         self.unknown: UnknownGround = unknown
         self.computed = 0
         self.reused = 0

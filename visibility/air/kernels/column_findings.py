@@ -1,6 +1,7 @@
 """What the air of a column turned out to be, taken down stretch by stretch from the ceiling to the ground."""
 
 import math
+from typing import NamedTuple
 
 from compiled.options import scalar_kernel
 
@@ -15,6 +16,8 @@ __all__ = [
     "OUTSIDE",
     "UNDECIDED",
     "UNKNOWN",
+    "Column",
+    "Findings",
     "conclude",
     "note",
 ]
@@ -25,36 +28,63 @@ NOT_FLYABLE, FLYABLE, UNKNOWN, UNDECIDED = 0, 1, 255, 2
 # what a column is like; UNKNOWN too
 NOWHERE, EVERYWHERE, ABOVE, CLOSED_AT_CEILING, OUTSIDE = 0, 1, 2, 3, 4
 
-NOTHING_FOUND = (False, False, -math.inf, FLYABLE, 0, 0)
+# of the stretch before: flyable, unknown, not flyable
+RUN_FLYABLE, RUN_UNKNOWN, RUN_CLOSED = 0, 1, 2
+
+
+class Findings(NamedTuple):
+    """What was found of a column so far: whether any stretch is flyable, and whether any is unknown.
+
+    safe_above_m: upper end of the first stretch that is not flyable for certain; first_code: its code. intervals:
+    separate no-flight intervals; run: what the stretch before was like.
+    """
+
+    flyable: bool
+    unknown: bool
+    safe_above_m: float
+    first_code: int
+    intervals: int
+    run: int
+
+
+class Column(NamedTuple):
+    """A column's answer: altitude, altitude above which all is flyable for certain, state, no-flight intervals."""
+
+    altitude_m: float
+    safe_above_m: float
+    state: int
+    intervals: int
+
+
+NOTHING_FOUND = Findings(False, False, -math.inf, FLYABLE, 0, RUN_FLYABLE)
 
 
 @scalar_kernel
 def note(found, high, code):
     """Take down the next stretch of a column, going down from the ceiling; high is its upper end.
 
-    found: (whether any stretch is flyable, any unknown, upper end of the first that is not flyable for certain, its
-    code, separate no-flight intervals, state of the current run); NOTHING_FOUND to begin with.
+    found: Findings, NOTHING_FOUND to begin with.
     """
     flyable, unknown, safe, first_code, intervals, run = found
     if code == FLYABLE:
-        return True, unknown, safe, first_code, intervals, 0
+        return Findings(True, unknown, safe, first_code, intervals, RUN_FLYABLE)
     if first_code == FLYABLE:
         safe, first_code = high, code
     if code == UNKNOWN:
-        return flyable, True, safe, first_code, intervals, max(run, 1)
-    return flyable, unknown, safe, first_code, intervals + (1 if run < 2 else 0), 2
+        return Findings(flyable, True, safe, first_code, intervals, max(run, RUN_UNKNOWN))
+    return Findings(flyable, unknown, safe, first_code, intervals + (1 if run < RUN_CLOSED else 0), RUN_CLOSED)
 
 
 @scalar_kernel
 def conclude(found, ground, ceiling):
-    """(altitude, altitude above which all is flyable for certain, state, no-flight intervals) of one column."""
+    """The Column whose stretches were all taken down."""
     flyable, unknown, safe, first_code, intervals, _ = found
     if first_code == FLYABLE:
-        return ground, ground, EVERYWHERE, intervals
+        return Column(ground, ground, EVERYWHERE, intervals)
     if safe >= ceiling:
         if first_code == UNKNOWN:
-            return math.nan, math.inf, UNKNOWN, intervals
-        return math.nan, math.inf, CLOSED_AT_CEILING if flyable or unknown else NOWHERE, intervals
+            return Column(math.nan, math.inf, UNKNOWN, intervals)
+        return Column(math.nan, math.inf, CLOSED_AT_CEILING if flyable or unknown else NOWHERE, intervals)
     if first_code == UNKNOWN:
-        return math.nan, safe, UNKNOWN, intervals
-    return safe, safe, ABOVE, intervals
+        return Column(math.nan, safe, UNKNOWN, intervals)
+    return Column(safe, safe, ABOVE, intervals)

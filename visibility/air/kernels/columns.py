@@ -8,28 +8,42 @@ anchor a.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from compiled.options import scalar_kernel
 from visibility.sight.kernels.reach import upper_bounds
 
-__all__ = ["COLUMN_ROWS", "count_of", "fill_column", "next_split", "same_set", "set_between", "steepness"]
+__all__ = ["COLUMN_ROWS", "Question", "count_of", "fill_column", "next_split", "same_set", "set_between", "steepness"]
 
 # one row of the table each; the set in sight changes at the altitudes in those before AWAY
 SURE, MAYBE, GAP_FROM, GAP_TO, TOP, AWAY, LEVEL, EAST, NORTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
 COLUMN_ROWS = 9
 
 
+class Question(NamedTuple):
+    """Where a dilution (measure) of ranges of a kind from sources is below limit, with so many anchors needed.
+
+    resolution_m: how thin a stretch of air is asked about.
+    """
+
+    sources: Any
+    kind: int
+    measure: int
+    limit: float
+    needed: int
+    resolution_m: float
+
+
 @scalar_kernel
-def fill_column(table, surfaces, row, col, position, reach):
+def fill_column(table, surfaces, row, col, position, antennas):
     """Fill the table of the column over post (row, col) at position (east, north); returns whether all is known.
 
-    surfaces: (altitude_m, hidden_below_m, ground_m), the first two (anchors, rows, cols).
-    reach: (anchors (k, 3) or directions, distant (k,), limits (k, 6), limited (k,), drop_per_m2).
+    surfaces, antennas: Surfaces and Antennas (dilution.kernels.visible_sets).
     """
     altitude_m, hidden_below_m, _ = surfaces
-    anchors, distant, limits, limited, drop_per_m2 = reach
+    anchors, distant, limits, limited, drop_per_m2 = antennas
     known = True
     for a in range(anchors.shape[0]):
         sure = float(altitude_m[a, row, col])

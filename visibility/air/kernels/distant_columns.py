@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from compiled.options import scalar_kernel
-from visibility.air.kernels.column_findings import ABOVE, EVERYWHERE, NOWHERE, UNKNOWN
+from visibility.air.kernels.column_findings import ABOVE, EVERYWHERE, NOWHERE, UNKNOWN, Column
 from visibility.air.kernels.columns import MAYBE, SURE
 from visibility.dilution.kernels.dilution import dilutions
 
@@ -38,9 +38,9 @@ def _ascending(lowest, ceiling, order):
 @scalar_kernel
 def _flyable_from(lowest, ceiling, order, words, question):
     """Altitude from which the air is flyable; +inf where it is not at the ceiling."""
-    sources, kind, measure, limit, needed, _ = question
+    sources, kind, measure = question.sources, question.kind, question.measure
     seen = _ascending(lowest, ceiling, order)
-    few, most = needed - 1, seen + 1  # anchors that do not suffice; that do, or one more than there are
+    few, most = question.needed - 1, seen + 1  # anchors that do not suffice; that do, or one more than there are
     while most - few > 1:
         count = (few + most) // 2
         for word in range(words.shape[0]):
@@ -48,7 +48,8 @@ def _flyable_from(lowest, ceiling, order, words, question):
         for rank in range(count):
             a = order[rank]
             words[a >> 6] |= np.uint64(1) << np.uint64(a & 63)
-        if dilutions(ANYWHERE, sources, words, kind, measure)[0] < limit:
+        value, _ = dilutions(ANYWHERE, sources, words, kind, measure)
+        if value < question.limit:
             most = count
         else:
             few = count
@@ -57,19 +58,19 @@ def _flyable_from(lowest, ceiling, order, words, question):
 
 @scalar_kernel
 def solve_distant(table, scratch, air, question, known):
-    """(altitude, altitude above which all is flyable for certain, state, no-flight intervals) of one column.
+    """The Column over one post.
 
-    air: (ground, ceiling); scratch: (order (anchors,) int64, words (w,) uint64); question: see morphing_columns.
+    air: (ground, ceiling); scratch: (order (anchors,) int64, words (w,) uint64); question: a Question (columns).
     """
     order, words = scratch
     ground, ceiling = air
     sure = _flyable_from(table[SURE], ceiling, order, words, question)
     if sure <= ground:
-        return ground, ground, EVERYWHERE, 0
+        return Column(ground, ground, EVERYWHERE, 0)
     maybe = sure if known else _flyable_from(table[MAYBE], ceiling, order, words, question)
     intervals = 1 if maybe > ground else 0
     if maybe < sure:
-        return math.nan, sure, UNKNOWN, intervals
+        return Column(math.nan, sure, UNKNOWN, intervals)
     if math.isinf(sure):
-        return math.nan, math.inf, NOWHERE, intervals
-    return sure, sure, ABOVE, intervals
+        return Column(math.nan, math.inf, NOWHERE, intervals)
+    return Column(sure, sure, ABOVE, intervals)

@@ -12,9 +12,10 @@ Two kinds of columns have faster solvers: PDOP of ranges from anchors (pdop_colu
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
+from numba import float64, prange
 
 from compiled.options import parallel_kernel, scalar_kernel
 from visibility.air.kernels.column_findings import (
@@ -35,6 +36,7 @@ from visibility.air.kernels.columns import (
     COLUMN_ROWS,
     MAYBE,
     SURE,
+    Question,
     count_of,
     fill_column,
     next_split,
@@ -45,7 +47,7 @@ from visibility.air.kernels.columns import (
 from visibility.air.kernels.distant_columns import solve_distant
 from visibility.air.kernels.pdop_columns import solve_pdop
 from visibility.dilution.kernels.dilution import PDOP, dilutions, never_a_fix
-from visibility.dilution.kernels.dop import RANGING
+from visibility.dilution.kernels.dop import RANGING, Sources
 
 __all__ = [
     "ABOVE",
@@ -56,18 +58,41 @@ __all__ = [
     "NOWHERE",
     "OUTSIDE",
     "UNKNOWN",
+    "Ceiling",
+    "Columns",
     "morphing_columns",
 ]
+
+# rows of the sets of a stretch: in sight for certain throughout, somewhere; and perhaps throughout, somewhere
+SURE_THROUGHOUT, SURE_SOMEWHERE, MAYBE_THROUGHOUT, MAYBE_SOMEWHERE = 0, 1, 2, 3
+SETS = 4
+LOW, HIGH = 0, 1  # columns of the stack of stretches
 
 ROOT_TOLERANCE_M = 1e-4
 GREATEST_LIMIT = 1e4  # on PDOP, up to which the digits of a determinant suffice
 MOST_STEPS = 100  # far more than the halving of weights ever needs
 
 
+class Ceiling(NamedTuple):
+    """The top of the air, metres, and whether it counts from the ground of each post."""
+
+    ceiling_m: float
+    above_ground: bool
+
+
+class Columns(NamedTuple):
+    """Answers over the posts of a window, (rows, cols) each: float32 twice, uint8 twice; see ``Column``."""
+
+    altitude_m: Any
+    safe_above_m: Any
+    state: Any
+    intervals: Any
+
+
 @scalar_kernel
 def _bounds(table, words, low, high, point, question):
     """(least, greatest) value of the dilution of a set from low to high; point carries the column's position."""
-    sources, kind, measure, _, _, _ = question
+    sources, kind, measure = question.sources, question.kind, question.measure
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     value, position = dilutions((point[0], point[1], middle), sources, words, kind, measure)
     first, _ = steepness(table, words, low, high)
@@ -87,50 +112,60 @@ def _bounds(table, words, low, high, point, question):
 
 @scalar_kernel
 def _suffices(words, greatest, question):
-    return greatest < question[3] and count_of(words) >= question[4]
+    return greatest < question.limit and count_of(words) >= question.needed
 
 
 @scalar_kernel
 def _judge(table, sets, low, high, point, question, known):
-    """FLYABLE, NOT_FLYABLE, UNKNOWN or UNDECIDED, of all air from low to high; fills sets (4, words)."""
-    limit, needed = question[3], question[4]
-    set_between(table, low, high, SURE, True, sets[0])
-    set_between(table, low, high, SURE, False, sets[1])
+    """FLYABLE, NOT_FLYABLE, UNKNOWN or UNDECIDED, of all air from low to high; fills sets (SETS, words)."""
+    limit, needed = question.limit, question.needed
+    sure, most = sets[SURE_THROUGHOUT], sets[MAYBE_SOMEWHERE]
+    set_between(table, low, high, SURE, True, sure)
+    set_between(table, low, high, SURE, False, sets[SURE_SOMEWHERE])
     if known:
-        sets[2, :], sets[3, :] = sets[0], sets[1]
+        sets[MAYBE_THROUGHOUT, :], sets[MAYBE_SOMEWHERE, :] = sure, sets[SURE_SOMEWHERE]
     else:
-        set_between(table, low, high, MAYBE, True, sets[2])
-        set_between(table, low, high, MAYBE, False, sets[3])
-    if count_of(sets[3]) < needed:
+        set_between(table, low, high, MAYBE, True, sets[MAYBE_THROUGHOUT])
+        set_between(table, low, high, MAYBE, False, most)
+    if count_of(most) < needed:
         return NOT_FLYABLE
     least, greatest = 0.0, math.inf
-    if count_of(sets[0]) >= needed:
-        least, greatest = _bounds(table, sets[0], low, high, point, question)
+    if count_of(sure) >= needed:
+        least, greatest = _bounds(table, sure, low, high, point, question)
         if greatest < limit:
             return FLYABLE
-    if not same_set(sets[0], sets[3]):
-        least, _ = _bounds(table, sets[3], low, high, point, question)
+    if not same_set(sure, most):
+        least, _ = _bounds(table, most, low, high, point, question)
     if least >= limit:
         return NOT_FLYABLE
-    if known or not _suffices(sets[2], _bounds(table, sets[2], low, high, point, question)[1], question):
+    if known:
         return UNDECIDED
-    if count_of(sets[1]) < needed or _bounds(table, sets[1], low, high, point, question)[0] >= limit:
+    _, greatest = _bounds(table, sets[MAYBE_THROUGHOUT], low, high, point, question)
+    if not _suffices(sets[MAYBE_THROUGHOUT], greatest, question):
+        return UNDECIDED
+    if count_of(sets[SURE_SOMEWHERE]) < needed:
         return UNKNOWN
-    return UNDECIDED
+    least, _ = _bounds(table, sets[SURE_SOMEWHERE], low, high, point, question)
+    return UNKNOWN if least >= limit else UNDECIDED
 
 
 @scalar_kernel
-def _judge_at(table, sets, altitude, point, question):
-    """FLYABLE, NOT_FLYABLE or UNKNOWN at one altitude."""
-    sources, kind, measure, _, _, _ = question
+def _judge_at(table, words, altitude, point, question):
+    """FLYABLE, NOT_FLYABLE or UNKNOWN at one altitude; words: room for a set."""
     at = (point[0], point[1], altitude)
-    set_between(table, altitude, altitude, SURE, True, sets[0])
-    if _suffices(sets[0], dilutions(at, sources, sets[0], kind, measure)[0], question):
-        return FLYABLE
-    set_between(table, altitude, altitude, MAYBE, True, sets[0])
-    if _suffices(sets[0], dilutions(at, sources, sets[0], kind, measure)[0], question):
-        return UNKNOWN
+    for start in (SURE, MAYBE):
+        set_between(table, altitude, altitude, start, True, words)
+        value, _ = dilutions(at, question.sources, words, question.kind, question.measure)
+        if _suffices(words, value, question):
+            return FLYABLE if start == SURE else UNKNOWN
     return NOT_FLYABLE
+
+
+@scalar_kernel
+def _over_limit(point, altitude, words, question):
+    """1 / PDOP − 1 / limit of a set at an altitude over a point: above zero where the dilution is below the limit."""
+    _, position = dilutions((point[0], point[1], altitude), question.sources, words, question.kind, PDOP)
+    return 1.0 / position - 1.0 / question.limit
 
 
 @scalar_kernel
@@ -140,18 +175,17 @@ def _only_crossing(table, words, low, high, point, question):
     With y = 1/P: |y''| ≤ 5·b²·P + c. By the mean value theorem some altitude has the slope of the chord, so none has
     slope 0 where the chord's is steeper than that bound times the stretch.
     """
-    sources, kind, _, limit, _, _ = question
     first, second = steepness(table, words, low, high)
     width = high - low
-    _, position = dilutions((point[0], point[1], 0.5 * (low + high)), sources, words, kind, PDOP)
+    _, position = dilutions((point[0], point[1], 0.5 * (low + high)), question.sources, words, question.kind, PDOP)
     share = 0.5 * first * width * position
     if not share < 0.5:
         return math.nan
     bend = 5.0 * first * first * position / (1.0 - share) + second
     if bend * width > 0.5 * first:
         return math.nan
-    at_low = 1.0 / dilutions((point[0], point[1], low), sources, words, kind, PDOP)[1] - 1.0 / limit
-    at_high = 1.0 / dilutions((point[0], point[1], high), sources, words, kind, PDOP)[1] - 1.0 / limit
+    at_low = _over_limit(point, low, words, question)
+    at_high = _over_limit(point, high, words, question)
     if not (at_low * at_high < 0.0 and abs(at_high - at_low) > bend * width * width):
         return math.nan
     side = 0
@@ -160,7 +194,7 @@ def _only_crossing(table, words, low, high, point, question):
             break
         # regula falsi that halves the weight of an end that stays (Illinois), safe at the rounding of a flat end
         cut = min(max((low * at_high - high * at_low) / (at_high - at_low), low), high)
-        value = 1.0 / dilutions((point[0], point[1], cut), sources, words, kind, PDOP)[1] - 1.0 / limit
+        value = _over_limit(point, cut, words, question)
         if value == 0.0 or cut <= low or cut >= high:
             return cut
         if (value > 0.0) == (at_high > 0.0):
@@ -176,33 +210,32 @@ def _only_crossing(table, words, low, high, point, question):
 
 @scalar_kernel
 def _solve(table, sets, stack, air, point, question, known):
-    """(altitude, altitude above which all is flyable for certain, state, no-flight intervals) of one column.
+    """The Column over one post.
 
     air: (ground, ceiling); stack: (n, 2) scratch.
     """
     ground, ceiling = air
-    measure, resolution = question[2], question[5]
     found = NOTHING_FOUND
-    stack[0, 0], stack[0, 1] = ground, ceiling
+    stack[0, LOW], stack[0, HIGH] = ground, ceiling
     size = 1
     while size > 0:
         size -= 1
-        low, high = stack[size, 0], stack[size, 1]
+        low, high = stack[size, LOW], stack[size, HIGH]
         code = _judge(table, sets, low, high, point, question, known)
         if code == UNDECIDED:
-            if high - low <= resolution or size + 2 > stack.shape[0]:
-                code = _judge_at(table, sets, 0.5 * (low + high), point, question)
-            elif measure == PDOP and same_set(sets[0], sets[3]):
-                root = _only_crossing(table, sets[0], low, high, point, question)
+            if high - low <= question.resolution_m or size + 2 > stack.shape[0]:
+                code = _judge_at(table, sets[SURE_THROUGHOUT], 0.5 * (low + high), point, question)
+            elif question.measure == PDOP and same_set(sets[SURE_THROUGHOUT], sets[MAYBE_SOMEWHERE]):
+                root = _only_crossing(table, sets[SURE_THROUGHOUT], low, high, point, question)
                 if not math.isnan(root):
-                    above = _judge_at(table, sets, 0.5 * (root + high), point, question)
+                    above = _judge_at(table, sets[SURE_THROUGHOUT], 0.5 * (root + high), point, question)
                     found = note(found, high, above)
                     low, high = low, root
                     code = NOT_FLYABLE if above == FLYABLE else FLYABLE
         if code == UNDECIDED:
             cut = next_split(table, low, high)
-            stack[size, 0], stack[size, 1] = low, cut
-            stack[size + 1, 0], stack[size + 1, 1] = cut, high
+            stack[size, LOW], stack[size, HIGH] = low, cut
+            stack[size + 1, LOW], stack[size + 1, HIGH] = cut, high
             size += 2
         else:
             found = note(found, high, code)
@@ -210,29 +243,31 @@ def _solve(table, sets, stack, air, point, question, known):
 
 
 @parallel_kernel
-def morphing_columns(surfaces, place, ceiling, reach, question, out):
-    """Fill out (altitude_m, safe_above_m, state, intervals), each (rows, cols) of the window.
+def morphing_columns(surfaces, window, ceiling, antennas, question, out):
+    """Fill Columns over the posts of a Window.
 
-    place: (origin_east, origin_north, cell_east, cell_north, first row, first col); ceiling: (metres, whether above
-    ground). reach: see fill_column. question: (sources, kind, measure, limit, anchors needed, resolution in metres).
+    surfaces, antennas: see fill_column; question: a Question.
     """
+    ground_m = surfaces.ground_m
     out_altitude, out_safe, out_state, out_intervals = out
-    ground_m = surfaces[2]
-    anchors = surfaces[0].shape[0]
+    anchors = antennas.places.shape[0]
     # numba takes no tuple of tuples of arrays into a parallel loop
-    sources, kind, measure, limit, needed, resolution = question
-    all_distant = sources[1].all()
-    quadratic = kind == RANGING and measure == PDOP and not sources[1].any() and limit <= GREATEST_LIMIT
+    sources, kind, measure, limit, needed, resolution_m = question
+    places, distant, variances = sources
+    all_distant, any_distant = distant.all(), distant.any()
+    quadratic = kind == RANGING and measure == PDOP and not any_distant and limit <= GREATEST_LIMIT
     for row in prange(out_state.shape[0]):
         table = np.empty((COLUMN_ROWS, anchors))
-        sets = np.empty((4, (anchors + 63) // 64), np.uint64)
+        sets = np.empty((SETS, (anchors + 63) // 64), np.uint64)
         stack = np.empty((20 * anchors + 256, 3))
         marks, order = np.empty(10), np.empty(anchors, np.int64)
-        asked = (sources, kind, measure, limit, needed, resolution)
-        north = place[1] - (place[4] + row) * place[3]
+        asked = Question(Sources(places, distant, variances), kind, measure, limit, needed, resolution_m)
+        grid_row = window.first_row + row
+        north = window.origin_north_m - grid_row * window.cell_north_m
         for col in range(out_state.shape[1]):
-            ground = float(ground_m[place[4] + row, place[5] + col])
-            top = ground + ceiling[0] if ceiling[1] else ceiling[0]
+            grid_col = window.first_col + col
+            ground = float64(ground_m[grid_row, grid_col])
+            top = ground + ceiling.ceiling_m if ceiling.above_ground else ceiling.ceiling_m
             out_altitude[row, col], out_safe[row, col] = np.nan, np.inf
             out_intervals[row, col] = 0
             if math.isnan(ground):
@@ -241,16 +276,15 @@ def morphing_columns(surfaces, place, ceiling, reach, question, out):
             if ground >= top:
                 out_state[row, col] = OUTSIDE
                 continue
-            point = (place[0] + (place[5] + col) * place[2], north)
-            known = fill_column(table, surfaces, place[4] + row, place[5] + col, point, reach)
+            point = (window.origin_east_m + grid_col * window.cell_east_m, north)
+            known = fill_column(table, surfaces, grid_row, grid_col, point, antennas)
             air = (ground, top)
             if all_distant:
-                altitude, safe, state, intervals = solve_distant(table, (order, sets[0]), air, asked, known)
+                found = solve_distant(table, (order, sets[SURE_THROUGHOUT]), air, asked, known)
             elif quadratic:
-                wanted = (limit, needed, resolution)
-                altitude, safe, state, intervals = solve_pdop(table, (marks, stack), air, wanted, known)
+                found = solve_pdop(table, (marks, stack), air, asked, known)
             else:
-                altitude, safe, state, intervals = _solve(table, sets, stack, air, point, asked, known)
-            out_altitude[row, col], out_safe[row, col] = altitude, safe
-            out_state[row, col] = state
-            out_intervals[row, col] = min(intervals, 255)
+                found = _solve(table, sets, stack, air, point, asked, known)
+            out_altitude[row, col], out_safe[row, col] = found.altitude_m, found.safe_above_m
+            out_state[row, col] = found.state
+            out_intervals[row, col] = min(found.intervals, 255)

@@ -8,6 +8,8 @@ between and beyond its roots is decided at once. An anchor straight above or bel
 altitude, so its d·dᵀ·w is held as it is.
 """
 
+from typing import NamedTuple
+
 from compiled.options import scalar_kernel, summing_loop
 from visibility.air.kernels.columns import AWAY, EAST, GAP_FROM, GAP_TO, LEVEL, NORTH, TOP
 
@@ -16,9 +18,25 @@ __all__ = ["margin_at_best", "margin_at_worst"]
 NEVER = (0.0, 0.0, -1.0)  # a margin that is negative throughout
 
 
+class Sums(NamedTuple):
+    """How many anchors, and sums of their weights, of those times their directions and products of these."""
+
+    count: float
+    weight: float
+    east: float
+    north: float
+    up: float
+    ee: float
+    en: float
+    nn: float
+    eu: float
+    nu: float
+    uu: float
+
+
 @summing_loop
 def _sums_throughout(table, low, high, start):
-    """(count, Σw, Σwe, Σwn, Σwu, Σwee, Σwen, Σwnn, Σweu, Σwnu, Σwuu), least weights, anchors seen from low to high."""
+    """Sums of least weights over the anchors that are seen all the way from low to high."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     count, s, s_e, s_n, s_u = 0.0, 0.0, 0.0, 0.0, 0.0
     ee, en, nn, eu, nu, uu = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -35,7 +53,7 @@ def _sums_throughout(table, low, high, start):
         s, s_e, s_n, s_u = s + w, s_e + w_e, s_n + w_n, s_u + w_u
         ee, en, nn = ee + w_e * east, en + w_e * north, nn + w_n * north
         eu, nu, uu = eu + w_e * up, nu + w_n * up, uu + (here if over else w_u * up)
-    return count, s, s_e, s_n, s_u, ee, en, nn, eu, nu, uu
+    return Sums(count, s, s_e, s_n, s_u, ee, en, nn, eu, nu, uu)
 
 
 @summing_loop
@@ -58,7 +76,7 @@ def _sums_somewhere(table, low, high, start):
         s, s_e, s_n, s_u = s + w, s_e + w_e, s_n + w_n, s_u + w_u
         ee, en, nn = ee + w_e * east, en + w_e * north, nn + w_n * north
         eu, nu, uu = eu + w_e * up, nu + w_n * up, uu + (here if over else w_u * up)
-    return count, s, s_e, s_n, s_u, ee, en, nn, eu, nu, uu
+    return Sums(count, s, s_e, s_n, s_u, ee, en, nn, eu, nu, uu)
 
 
 @scalar_kernel
@@ -79,11 +97,11 @@ def _margin(sums, square):
 def margin_at_worst(table, low, high, start, square, needed):
     """(a, b, c) of a margin that is > 0 only where air from low to high is flyable; start: as for set_between."""
     sums = _sums_throughout(table, low, high, start)
-    return _margin(sums, square) if sums[0] >= needed else NEVER
+    return _margin(sums, square) if sums.count >= needed else NEVER
 
 
 @scalar_kernel
 def margin_at_best(table, low, high, start, square, needed):
     """(a, b, c) of a margin that is <= 0 only where air from low to high is not flyable."""
     sums = _sums_somewhere(table, low, high, start)
-    return _margin(sums, square) if sums[0] >= needed else NEVER
+    return _margin(sums, square) if sums.count >= needed else NEVER

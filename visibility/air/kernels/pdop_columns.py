@@ -5,6 +5,7 @@ become, with the anchors and weights of that narrower stretch; where it has hard
 """
 
 import math
+from typing import NamedTuple
 
 from compiled.options import scalar_kernel
 from visibility.air.kernels.column_findings import (
@@ -21,7 +22,8 @@ from visibility.air.kernels.pdop_bounds import margin_at_best, margin_at_worst
 
 __all__ = ["solve_pdop"]
 
-
+# columns of the stack of pieces
+LOW, HIGH, CODE = 0, 1, 2
 LEAST_GAIN = 0.5  # a stretch that is left wider than this share of itself is cut
 
 
@@ -44,9 +46,18 @@ def _add_roots(margin, half, marks, count):
     return count
 
 
+class Wanted(NamedTuple):
+    """limit², how many anchors are needed, whether the visibility of all is known."""
+
+    square: float
+    needed: int
+    known: bool
+
+
 @scalar_kernel
 def _at(margin, t):
-    return (margin[0] * t + margin[1]) * t + margin[2]
+    a, b, c = margin
+    return (a * t + b) * t + c
 
 
 @scalar_kernel
@@ -63,12 +74,9 @@ def _code(margins, t):
 
 
 @scalar_kernel
-def _divide(table, low, high, asked, marks, stack, size):
-    """Put the pieces of the stretch from low to high on the stack, the highest on top; returns the stack's size.
-
-    asked: (limit², anchors needed, whether all is known).
-    """
-    square, needed, known = asked
+def _divide(table, low, high, wanted, marks, stack, size):
+    """Put the pieces of the stretch from low to high on the stack, the highest on top; returns the stack's size."""
+    square, needed, known = wanted
     sure_worst = margin_at_worst(table, low, high, SURE, square, needed)
     sure_best = margin_at_best(table, low, high, SURE, square, needed)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -85,11 +93,11 @@ def _divide(table, low, high, asked, marks, stack, size):
     for piece in range(count):
         code = _code(margins, 0.5 * (marks[piece] + marks[piece + 1]))
         upper = high if piece == count - 1 else middle + marks[piece + 1]
-        if size > first and stack[size - 1, 2] == code:
-            stack[size - 1, 1] = upper
+        if size > first and stack[size - 1, CODE] == code:
+            stack[size - 1, HIGH] = upper
             continue
         lower = low if piece == 0 else middle + marks[piece]
-        stack[size, 0], stack[size, 1], stack[size, 2] = lower, upper, code
+        stack[size, LOW], stack[size, HIGH], stack[size, CODE] = lower, upper, code
         size += 1
     return size
 
@@ -99,47 +107,47 @@ def _cut(table, stack, at, size):
     """Cut piece number ``at`` of the stack in two; returns the stack's new size."""
     for other in range(size, at + 1, -1):
         stack[other] = stack[other - 1]
-    cut = next_split(table, stack[at, 0], stack[at, 1])
-    stack[at + 1, 0], stack[at + 1, 1], stack[at + 1, 2] = cut, stack[at, 1], UNDECIDED
-    stack[at, 1] = cut
+    cut = next_split(table, stack[at, LOW], stack[at, HIGH])
+    stack[at + 1, LOW], stack[at + 1, HIGH], stack[at + 1, CODE] = cut, stack[at, HIGH], UNDECIDED
+    stack[at, HIGH] = cut
     return size + 1
 
 
 @scalar_kernel
-def _code_at(table, altitude, asked):
+def _code_at(table, altitude, wanted):
     """FLYABLE, NOT_FLYABLE or UNKNOWN at one altitude."""
-    square, needed, known = asked
-    if margin_at_worst(table, altitude, altitude, SURE, square, needed)[2] > 0.0:
+    square, needed, known = wanted
+    if _at(margin_at_worst(table, altitude, altitude, SURE, square, needed), 0.0) > 0.0:
         return FLYABLE
-    if not known and margin_at_worst(table, altitude, altitude, MAYBE, square, needed)[2] > 0.0:
+    if not known and _at(margin_at_worst(table, altitude, altitude, MAYBE, square, needed), 0.0) > 0.0:
         return UNKNOWN
     return NOT_FLYABLE
 
 
 @scalar_kernel
-def solve_pdop(table, scratch, air, wanted, known):
-    """(altitude, altitude above which all is flyable for certain, state, no-flight intervals) of one column.
+def solve_pdop(table, scratch, air, question, known):
+    """The Column over one post.
 
-    air: (ground, ceiling); scratch: (marks (10,), stack (n, 3)); wanted: (limit, anchors needed, resolution in metres).
+    air: (ground, ceiling); scratch: (marks (10,), stack (n, 3)); question: a Question (columns).
     """
-    limit, needed, resolution = wanted
+    ground, ceiling = air
     marks, stack = scratch
-    asked = (limit * limit, needed, known)
+    wanted = Wanted(question.limit * question.limit, question.needed, known)
     found = NOTHING_FOUND
-    stack[0, 0], stack[0, 1], stack[0, 2] = air[0], air[1], UNDECIDED
+    stack[0, LOW], stack[0, HIGH], stack[0, CODE] = ground, ceiling, UNDECIDED
     size = 1
     while size > 0:
         size -= 1
-        low, high, code = stack[size, 0], stack[size, 1], int(stack[size, 2])
-        if code == UNDECIDED and (high - low <= resolution or size + 12 > stack.shape[0]):
-            code = _code_at(table, 0.5 * (low + high), asked)
+        low, high, code = stack[size, LOW], stack[size, HIGH], int(stack[size, CODE])
+        if code == UNDECIDED and (high - low <= question.resolution_m or size + 12 > stack.shape[0]):
+            code = _code_at(table, 0.5 * (low + high), wanted)
         if code != UNDECIDED:
             found = note(found, high, code)
             continue
         before = size
-        size = _divide(table, low, high, asked, marks, stack, size)
+        size = _divide(table, low, high, wanted, marks, stack, size)
         for piece in range(size - 1, before - 1, -1):
-            wide = stack[piece, 1] - stack[piece, 0] > LEAST_GAIN * (high - low)
-            if wide and stack[piece, 2] == UNDECIDED:
+            wide = stack[piece, HIGH] - stack[piece, LOW] > LEAST_GAIN * (high - low)
+            if wide and stack[piece, CODE] == UNDECIDED:
                 size = _cut(table, stack, piece, size)
-    return conclude(found, air[0], air[1])
+    return conclude(found, ground, ceiling)

@@ -1,6 +1,7 @@
 """The control volume's kernel: who is in sight in each voxel, and the dilution of precision there."""
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
@@ -9,7 +10,22 @@ from compiled.options import parallel_kernel, scalar_kernel
 from visibility.air.kernels.columns import COLUMN_ROWS, MAYBE, SURE, count_of, fill_column, same_set, set_between
 from visibility.dilution.kernels.dilution import dilutions
 
-__all__ = ["volume_layers"]
+__all__ = ["Layers", "Voxels", "volume_layers"]
+
+
+class Layers(NamedTuple):
+    """altitudes_m: (layers,) float64; above_ground: whether they count from the ground of each post."""
+
+    altitudes_m: Any
+    above_ground: bool
+
+
+class Voxels(NamedTuple):
+    """seen, unknown: (layers, rows, cols, words) uint64; dilution: (layers, rows, cols) float32, empty = not asked."""
+
+    seen: Any
+    unknown: Any
+    dilution: Any
 
 
 @scalar_kernel
@@ -22,25 +38,26 @@ def _all_distant(words, distant):
 
 
 @parallel_kernel
-def volume_layers(surfaces, place, layers, reach, question, out):
-    """Fill out (seen, unknown, dilution): (layers, rows, cols, words) uint64 twice and (layers, rows, cols) float32.
+def volume_layers(surfaces, window, layers, antennas, sources, kind, measure, out):
+    """Fill Voxels over the posts of a Window.
 
     Bits of ``unknown`` are anchors that are neither in sight nor hidden for certain; the dilution is NaN where there
-    are any. surfaces, place, reach: as for morphing_columns; layers: (altitudes, whether they count from the ground);
-    question: (sources, kind, measure); an empty dilution asks for the sets alone.
+    are any. surfaces, antennas: see fill_column; sources: those of the dilution.
     """
     seen, unknown, dilution = out
-    sources, kind, measure = question
     altitudes_m, above_ground = layers
-    anchors, words = surfaces[0].shape[0], seen.shape[3]
+    ground_m, distant = surfaces.ground_m, sources.distant
+    anchors, words = antennas.places.shape[0], seen.shape[3]
     for row in prange(seen.shape[1]):
         table = np.empty((COLUMN_ROWS, anchors))
         sure, maybe, last = np.empty(words, np.uint64), np.empty(words, np.uint64), np.empty(words, np.uint64)
-        north = place[1] - (place[4] + row) * place[3]
+        grid_row = window.first_row + row
+        north = window.origin_north_m - grid_row * window.cell_north_m
         for col in range(seen.shape[2]):
-            point = (place[0] + (place[5] + col) * place[2], north)
-            known = fill_column(table, surfaces, place[4] + row, place[5] + col, point, reach)
-            ground = surfaces[2][place[4] + row, place[5] + col] if above_ground else np.float32(0.0)
+            grid_col = window.first_col + col
+            east = window.origin_east_m + grid_col * window.cell_east_m
+            known = fill_column(table, surfaces, grid_row, grid_col, (east, north), antennas)
+            ground = ground_m[grid_row, grid_col] if above_ground else np.float32(0.0)
             value = math.nan
             reusable = False
             for layer in range(altitudes_m.shape[0]):
@@ -66,7 +83,7 @@ def volume_layers(surfaces, place, layers, reach, question, out):
                 if not (reusable and same_set(sure, last)):
                     value = math.inf
                     if count_of(sure) > 0:
-                        value, _ = dilutions((point[0], point[1], altitude), sources, sure, kind, measure)
+                        value, _ = dilutions((east, north, altitude), sources, sure, kind, measure)
                     last[:] = sure
-                    reusable = _all_distant(sure, sources[1])
+                    reusable = _all_distant(sure, distant)
                 dilution[layer, row, col] = value

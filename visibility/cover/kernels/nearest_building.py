@@ -1,11 +1,10 @@
 """The nearest place of a triangle mesh, through boxes around ever more triangles, and which bodies hold a point.
 
-A tree is (low, high, levels): corners of the box around each node, (nodes, 3), finest level first. levels: (number of
-levels, 2) first node, how many. A node of level 0 is LEAF triangles that follow each other; one above is two of those
-below.
+A node of level 0 of the tree is LEAF triangles that follow each other; one above is two of those below.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
@@ -13,11 +12,23 @@ from numba import prange
 from compiled.options import parallel_kernel, scalar_kernel
 from terrain.kernels.triangle import nearest_on_triangle
 
-__all__ = ["LEAF", "bodies_around", "nearest_on_mesh"]
+__all__ = ["LEAF", "Tree", "bodies_around", "nearest_on_mesh"]
 
 LEAF = 4
 # two children of every level but the last, of at most 32 levels
 STACK = 64
+
+FIRST, COUNT = 0, 1  # columns of levels
+FACES, FLOOR, STOP = 0, 1, 2  # columns of bodies: its first triangle, the first that is floor, the first of the next
+LOW, HIGH = 0, 1  # corners of a box
+
+
+class Tree(NamedTuple):
+    """Corners of the box around each node, (nodes, 3), finest level first; levels: (n, 2) first node, how many."""
+
+    low_m: Any
+    high_m: Any
+    levels: Any
 
 
 @scalar_kernel
@@ -66,8 +77,8 @@ def nearest_on_mesh(points_m, corners_m, tree, nearest_m, distance_m):
                 stop = min((node + 1) * LEAF, corners_m.shape[0])
                 best, least2 = _among(point, corners_m, node * LEAF, stop, least2, best)
                 continue
-            left, right = 2 * node, min(2 * node + 1, levels[level - 1, 1] - 1)
-            base = levels[level - 1, 0]
+            left, right = 2 * node, min(2 * node + 1, levels[level - 1, COUNT] - 1)
+            base = levels[level - 1, FIRST]
             to_left, to_right = (
                 _box_distance2(point, low_m, high_m, base + left),
                 _box_distance2(point, low_m, high_m, base + right),
@@ -112,26 +123,26 @@ def _is_above(point, a, b, c):
 def bodies_around(points_m, corners_m, bodies, boxes_m, nearest_m, distance_m):
     """Overwrite nearest_m (n, 3) and distance_m (n,), negative then, of each point that a body is around.
 
-    corners_m: (m, 3, 3), body after body. bodies: (b, 3) first triangle, the first that is floor, first of the next.
-    boxes_m: (b, 2, 3) lowest and highest corner. A body is around a point when an odd number of its triangles is
-    straight above; of several the one that is hardest to leave counts. Nobody leaves through the floor.
+    corners_m: (m, 3, 3), body after body. bodies: (b, 3) FACES, FLOOR, STOP. boxes_m: (b, 2, 3) LOW, HIGH.
+    A body is around a point when an odd number of its triangles is straight above; of several the one that is hardest
+    to leave counts. Nobody leaves through the floor.
     """
     for p in prange(points_m.shape[0]):
         point = (points_m[p, 0], points_m[p, 1], points_m[p, 2])
         for b in range(bodies.shape[0]):
             near = True
             for axis in range(3):
-                near = near and boxes_m[b, 0, axis] <= point[axis] <= boxes_m[b, 1, axis]
+                near = near and boxes_m[b, LOW, axis] <= point[axis] <= boxes_m[b, HIGH, axis]
             if not near:
                 continue
             odd = False
-            for t in range(bodies[b, 0], bodies[b, 2]):
+            for t in range(bodies[b, FACES], bodies[b, STOP]):
                 a, c, d = _corner(corners_m, t, 0), _corner(corners_m, t, 1), _corner(corners_m, t, 2)
                 odd = odd != _is_above(point, a, c, d)
             if not odd:
                 continue
             best, least2 = (math.nan, math.nan, math.nan), math.inf
-            best, least2 = _among(point, corners_m, bodies[b, 0], bodies[b, 1], least2, best)
+            best, least2 = _among(point, corners_m, bodies[b, FACES], bodies[b, FLOOR], least2, best)
             if -math.sqrt(least2) < min(distance_m[p], 0.0):
                 nearest_m[p, 0], nearest_m[p, 1], nearest_m[p, 2] = best
                 distance_m[p] = -math.sqrt(least2)

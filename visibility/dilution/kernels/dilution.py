@@ -5,29 +5,26 @@ import math
 import numpy as np
 
 from compiled.options import scalar_kernel
-from visibility.dilution.kernels.dop import OK, dop_of_set
+from visibility.dilution.kernels.dop import FREE, GDOP, HDOP, OK, PDOP, TDOP, VDOP, dop_of_set
 
 __all__ = ["GDOP", "HDOP", "PDOP", "TDOP", "VDOP", "dilutions", "never_a_fix"]
 
-GDOP, PDOP, HDOP, VDOP, TDOP = 0, 1, 2, 3, 4
-
-FREE = (0.0, 0.0, 0.0)
 SAME_PLANE = 1e-9  # of the product of lengths
 
 
 @scalar_kernel
 def dilutions(point, sources, words, kind, measure):
     """(the dilution asked for, PDOP) of a visible set at a point; +inf where there is no fix."""
-    gdop, pdop, hdop, vdop, tdop, reason = dop_of_set(point, sources, words, kind, FREE)
-    if reason != OK:
+    found = dop_of_set(point, sources, words, kind, FREE)
+    if found.reason != OK:
         return math.inf, math.inf
     if measure == GDOP:
-        return gdop, pdop
+        return found.gdop, found.pdop
     if measure == PDOP:
-        return pdop, pdop
+        return found.pdop, found.pdop
     if measure == HDOP:
-        return hdop, pdop
-    return (vdop, pdop) if measure == VDOP else (tdop, pdop)
+        return found.hdop, found.pdop
+    return (found.vdop, found.pdop) if measure == VDOP else (found.tdop, found.pdop)
 
 
 @scalar_kernel

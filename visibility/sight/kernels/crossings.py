@@ -1,8 +1,8 @@
 """The straight line over the triangulation: which edges it crosses, and the ground where it does.
 
-A line is ``start`` + t·``step`` with t in 0..1, both as (row, col, altitude). Edges come in three families of parallel
-grid lines (rows, columns, diagonals); a line meets the lines of a family at equal steps of t, so crossing k needs no
-search.
+A line is ``start`` + t·``step`` with t in 0..1, both GridPoints; cells_m are (east, north). Edges come in three
+families of parallel grid lines (rows, columns, diagonals); a line meets the lines of a family at equal steps of t, so
+crossing k needs no search.
 
 Curvature: lowering every post by c·d² and triangulating lowers the ground at distance d by c·(d² - bulge), where
 bulge = f(1-f)·edge² is what interpolating a parabola adds. Against the line, whose far end is lowered alike, the ground
@@ -10,16 +10,75 @@ then stands c·(t(1-t)·D² - bulge) higher than on a flat body, and that reads 
 """
 
 import math
+from typing import Any, NamedTuple
 
 from compiled.options import scalar_kernel
 
-__all__ = ["GRAZING_TOLERANCE_M", "NEGLIGIBLE", "clip_to_grid", "crossing", "end_ground", "families", "is_inside"]
+__all__ = [
+    "GRAZING_TOLERANCE_M",
+    "NEGLIGIBLE",
+    "Family",
+    "GridPoint",
+    "clip_to_grid",
+    "crossing",
+    "end_ground",
+    "families",
+    "grid_point",
+    "is_inside",
+    "step_between",
+]
 
 # A share of an edge this small is a rounding of "not at all": a post so little involved need not be known.
 NEGLIGIBLE = 1e-9
 
 # A line that touches the ground is clear; rounding in metres of altitude must not turn the touch into a hit.
 GRAZING_TOLERANCE_M = 1e-5
+
+
+class GridPoint(NamedTuple):
+    """A place over the grid, or a step from one to another: fractional row and column, altitude in metres."""
+
+    row: Any
+    col: Any
+    altitude_m: Any
+
+
+class Family(NamedTuple):
+    """How a line crosses one family of grid lines: ``count`` of them, at equal steps of t.
+
+    first_line: the grid line that is crossed first; direction: 1 or -1, to the next. stride: between the posts of a
+    grid line in the flat heights; between: from a grid line to the next; last_edge: of a grid line. skew: of a grid
+    line's first edge, per line; skew_last: its last edge less that; to_far_end: from one end of an edge to the other.
+    t_0, dt: t of the first crossing, and from one to the next; position_0, d_position: the place along the grid line
+    there, in edges; edge2_m2: length of an edge squared.
+    """
+
+    count: Any
+    first_line: Any
+    direction: Any
+    stride: Any
+    between: Any
+    last_edge: Any
+    skew: Any
+    skew_last: Any
+    to_far_end: Any
+    t_0: Any
+    dt: Any
+    position_0: Any
+    d_position: Any
+    edge2_m2: Any
+
+
+@scalar_kernel
+def grid_point(points, i):
+    """Row i of points (n, 3): row, col, altitude."""
+    return GridPoint(points[i, 0], points[i, 1], points[i, 2])
+
+
+@scalar_kernel
+def step_between(start, end):
+    """The step from one GridPoint to another."""
+    return GridPoint(end.row - start.row, end.col - start.col, end.altitude_m - start.altitude_m)
 
 
 @scalar_kernel
@@ -46,9 +105,9 @@ def clip_to_grid(shape, start, step):
     rows, cols = shape
     near, far = 0.0, 1.0
     if rows > 1:
-        near, far = _clip_axis(rows - 1.0, start[0], step[0], near, far)
+        near, far = _clip_axis(rows - 1.0, start.row, step.row, near, far)
     if cols > 1:
-        near, far = _clip_axis(cols - 1.0, start[1], step[1], near, far)
+        near, far = _clip_axis(cols - 1.0, start.col, step.col, near, far)
     return near, far
 
 
@@ -69,57 +128,55 @@ def _whole_numbers(value, step, within, low, high):
 
 @scalar_kernel
 def families(shape, cells_m, start, step, within):
-    """How a line crosses rows, columns and diagonals for t within (near, far): three (counts, places).
-
-    counts: (crossings, first grid line, direction, stride along a line, stride between lines, last edge of a line,
-        skew of a line's first edge, its last edge before skew, stride to an edge's far end).
-    places: (t of the first crossing, step of t, position along the grid line there, its step, edge length squared, m²).
-    """
+    """The Families of rows, columns and diagonals that a line crosses for t within (near, far)."""
     rows, cols = shape
-    row, col = start[0], start[1]
-    d_row, d_col = step[0], step[1]
-    east2 = cells_m[0] * cells_m[0] if cols > 1 else 0.0
-    north2 = cells_m[1] * cells_m[1] if rows > 1 else 0.0
+    cell_east_m, cell_north_m = cells_m
+    row, col, d_row, d_col = start.row, start.col, step.row, step.col
+    east2 = cell_east_m * cell_east_m if cols > 1 else 0.0
+    north2 = cell_north_m * cell_north_m if rows > 1 else 0.0
     last_col, last_row = max(cols - 2, 0), max(rows - 2, 0)
     square = rows > 1 and cols > 1
 
     n, line, way = _whole_numbers(row, d_row, within, 0, rows - 1 if rows > 1 else -1)
     t, dt = ((line - row) / d_row, way / d_row) if n > 0 else (0.0, 0.0)
     to_far_end = 1 if cols > 1 else 0
-    by_row = (n, line, way, 1, cols, last_col, 0, last_col, to_far_end), (t, dt, col + t * d_col, dt * d_col, east2)
+    across, d_across = col + t * d_col, dt * d_col
+    by_row = Family(n, line, way, 1, cols, last_col, 0, last_col, to_far_end, t, dt, across, d_across, east2)
 
     n, line, way = _whole_numbers(col, d_col, within, 0, cols - 1 if cols > 1 else -1)
     t, dt = ((line - col) / d_col, way / d_col) if n > 0 else (0.0, 0.0)
     to_far_end = cols if rows > 1 else 0
-    by_col = (n, line, way, cols, 1, last_row, 0, last_row, to_far_end), (t, dt, row + t * d_row, dt * d_row, north2)
+    down, d_down = row + t * d_row, dt * d_row
+    by_col = Family(n, line, way, cols, 1, last_row, 0, last_row, to_far_end, t, dt, down, d_down, north2)
 
     # a diagonal is numbered by row - col; the two that are corner posts only are met by rows and columns
     n, line, way = _whole_numbers(row - col, d_row - d_col, within, 2 - cols, rows - 2 if square else 1 - cols)
     t, dt = ((line - (row - col)) / (d_row - d_col), way / (d_row - d_col)) if n > 0 else (0.0, 0.0)
-    counts = (n, line, way, cols + 1, -1, last_row, 1, last_col, cols + 1)
-    return by_row, by_col, (counts, (t, dt, row + t * d_row, dt * d_row, east2 + north2))
+    down, d_down, edge2 = row + t * d_row, dt * d_row, east2 + north2
+    diagonal = Family(n, line, way, cols + 1, -1, last_row, 1, last_col, cols + 1, t, dt, down, d_down, edge2)
+    return by_row, by_col, diagonal
 
 
 @scalar_kernel
-def crossing(flat_m, counts, places, k):
-    """Crossing k of a family: (t, ground height, bulge in m²); the height is NaN on unknown ground.
+def crossing(flat_m, family, k):
+    """Crossing k of a Family: (t, ground height, bulge in m²); the height is NaN on unknown ground.
 
     flat_m: heights (rows·cols,). Positions are held on the line's edges, so rounding never reads beside the grid.
     """
-    line = counts[1] + k * counts[2]
-    position = places[2] + k * places[3]
-    skew = counts[6] * line
-    edge = min(max(int(position), skew, 0), skew + counts[7], counts[5])
+    line = family.first_line + k * family.direction
+    position = family.position_0 + k * family.d_position
+    skew = family.skew * line
+    edge = min(max(int(position), skew, 0), skew + family.skew_last, family.last_edge)
     fraction = position - edge
-    index = edge * counts[3] + line * counts[4]
-    here, there = float(flat_m[index]), float(flat_m[index + counts[8]])
+    index = edge * family.stride + line * family.between
+    here, there = float(flat_m[index]), float(flat_m[index + family.to_far_end])
     ground_m = here + fraction * (there - here)
     if math.isnan(ground_m):
         if fraction <= NEGLIGIBLE:
             ground_m = here
         elif fraction >= 1.0 - NEGLIGIBLE:
             ground_m = there
-    return places[0] + k * places[1], ground_m, places[4] * fraction * (1.0 - fraction)
+    return family.t_0 + k * family.dt, ground_m, family.edge2_m2 * fraction * (1.0 - fraction)
 
 
 @scalar_kernel
@@ -141,5 +198,5 @@ def end_ground(heights_m, cells_m, row, col):
     ):
         if weight > NEGLIGIBLE or not math.isnan(height_m):
             ground_m += weight * height_m
-    north, east = cells_m[1], cells_m[0]
-    return ground_m, down * (1.0 - down) * north * north + across * (1.0 - across) * east * east
+    east_m, north_m = cells_m
+    return ground_m, down * (1.0 - down) * north_m * north_m + across * (1.0 - across) * east_m * east_m

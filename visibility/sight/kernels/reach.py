@@ -1,26 +1,42 @@
 """Kernels for what an antenna reaches, and for turning minimum altitudes into visible, hidden and unknown."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
 from compiled.options import parallel_kernel, scalar_kernel
 
-__all__ = ["classify", "raise_to_reach", "upper_bounds", "within_reach"]
+__all__ = ["LIMIT_FIELDS", "Limits", "classify", "raise_to_reach", "upper_bounds", "within_reach"]
+
+
+class Limits(NamedTuple):
+    """What an antenna reaches: ranges, m; azimuth from where and how far round, rad; tan of the elevations."""
+
+    min_range_m: float
+    max_range_m: float
+    azimuth_from_rad: float
+    azimuth_width_rad: float
+    tan_min_elevation: float
+    tan_max_elevation: float
+
+
+# the antennas of several anchors: one record each, read by the same names
+LIMIT_FIELDS = np.dtype([(name, np.float64) for name in Limits._fields])
 
 
 @scalar_kernel
-def _in_sector(east, north, azimuth_from, azimuth_width):
+def _in_sector(east, north, limits):
     if east == 0.0 and north == 0.0:
         return True
-    return (math.atan2(east, north) - azimuth_from) % (2.0 * math.pi) <= azimuth_width
+    return (math.atan2(east, north) - limits.azimuth_from_rad) % (2.0 * math.pi) <= limits.azimuth_width_rad
 
 
 @scalar_kernel
 def _ceiling(distance, limits):
     """Highest altitude above the anchor that range and elevation limits allow; -inf = none."""
-    max_range, tan_max = limits[1], limits[5]
+    max_range, tan_max = limits.max_range_m, limits.tan_max_elevation
     if distance > max_range:
         return -math.inf
     top = math.sqrt(max_range * max_range - distance * distance) if max_range < math.inf else math.inf
@@ -30,7 +46,7 @@ def _ceiling(distance, limits):
 @scalar_kernel
 def _lowest(distance, rise, limits):
     """Lowest altitude above the anchor, >= rise, that its range and elevation limits allow; inf = none."""
-    min_range, max_range, tan_min = limits[0], limits[1], limits[4]
+    min_range, max_range, tan_min = limits.min_range_m, limits.max_range_m, limits.tan_min_elevation
     if distance > max_range:
         return math.inf
     if max_range < math.inf:
@@ -47,7 +63,7 @@ def _lowest(distance, rise, limits):
 @scalar_kernel
 def upper_bounds(distance, limits):
     """(half the height of the air too near an anchor, highest altitude it reaches), both counted from the anchor's."""
-    near = limits[0]
+    near = limits.min_range_m
     too_near = math.sqrt(near * near - distance * distance) if distance < near else 0.0
     return too_near, _ceiling(distance, limits)
 
@@ -56,20 +72,20 @@ def upper_bounds(distance, limits):
 def raise_to_reach(altitude_m, eye, cells_m, limits, drop_per_m2):
     """Raise altitude_m (rows, cols) to the lowest altitude an antenna reaches, in place; +inf = none, NaN stays.
 
-    eye: (row, col, altitude_m); cells_m: (north, east); limits: (min_range_m, max_range_m, azimuth_from_rad,
-    azimuth_width_rad, tan of min and of max elevation).
+    eye: a GridPoint (crossings); cells_m: (east, north); limits: of its antenna.
     """
+    cell_east_m, cell_north_m = cells_m
     for row in prange(altitude_m.shape[0]):
-        north = (eye[0] - row) * cells_m[0]
+        north = (eye.row - row) * cell_north_m
         for col in range(altitude_m.shape[1]):
-            east = (col - eye[1]) * cells_m[1]
+            east = (col - eye.col) * cell_east_m
             distance = math.hypot(east, north)
             drop = drop_per_m2 * distance * distance
             value = float(altitude_m[row, col])
-            if not _in_sector(east, north, limits[2], limits[3]):
+            if not _in_sector(east, north, limits):
                 altitude_m[row, col] = np.float32(math.inf)
             elif not math.isnan(value):
-                base = eye[2] + drop
+                base = eye.altitude_m + drop
                 lowest = _lowest(distance, value - base, limits)
                 if lowest != value - base:
                     altitude_m[row, col] = np.float32(base + lowest)
@@ -78,13 +94,14 @@ def raise_to_reach(altitude_m, eye, cells_m, limits, drop_per_m2):
 @parallel_kernel
 def within_reach(receiver_m, eye, cells_m, limits, drop_per_m2, out):
     """Whether a receiver at altitude receiver_m (rows, cols) is within an antenna's limits, terrain apart."""
+    cell_east_m, cell_north_m = cells_m
     for row in prange(receiver_m.shape[0]):
-        north = (eye[0] - row) * cells_m[0]
+        north = (eye.row - row) * cell_north_m
         for col in range(receiver_m.shape[1]):
-            east = (col - eye[1]) * cells_m[1]
+            east = (col - eye.col) * cell_east_m
             distance = math.hypot(east, north)
-            rise = float(receiver_m[row, col]) - drop_per_m2 * distance * distance - eye[2]
-            out[row, col] = _in_sector(east, north, limits[2], limits[3]) and _lowest(distance, rise, limits) == rise
+            rise = float(receiver_m[row, col]) - drop_per_m2 * distance * distance - eye.altitude_m
+            out[row, col] = _in_sector(east, north, limits) and _lowest(distance, rise, limits) == rise
 
 
 @parallel_kernel

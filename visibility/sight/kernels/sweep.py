@@ -33,7 +33,7 @@ TILE_ROOM = 2 * BLOCK_RAYS + 3 * TILE + 8  # rows a tile can span; no power of t
 
 
 class Ground(NamedTuple):
-    """heights: (rows, cols) float32; turned: the same (cols, rows), or (0, 0); blank: NaN, as many as a line is long."""
+    """What ``sweep`` is told of the ground: heights, the same turned, and a line of NaN."""
 
     heights: Any
     turned: Any

@@ -102,11 +102,7 @@ def first_strip(lines, block, stride, steepest):
                     if 0.0 < along <= far:
                         share = (along - near) / (far - near)
                         height = lines[before, post] + (lines[first, end] - lines[before, post]) * share
-                        slope = (
-                            (height - altitude) / along
-                            + block.tilt_m
-                            - (block.drop_along_m + block.drop_across_m * t * t) * along
-                        )
+                        slope = (height - altitude) / along + block.tilt_m - bend * along
                         if slope > steepest[q]:
                             steepest[q] = np.float32(slope)
     steepest[count] = steepest[count - 1]
