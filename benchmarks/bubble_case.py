@@ -17,16 +17,9 @@ import numpy.typing as npt
 import gnss
 import navigation
 from terrain import ElevationGrid, to_lon_lat
-from visibility import (
-    Anchor,
-    DistantAnchor,
-    DopKind,
-    MinimumVisibleAltitude,
-    min_visible_altitude,
-    reflections,
-    satellites,
-    visible_sets,
-)
+from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, min_visible_altitude, satellites, visible_sets
+from visibility.dilution import DopKind
+from visibility.sight import reflections
 
 from .paper_case import cut_out, paper_window
 from .paper_flight import RATE_HZ, UPDATE_S, valley_path

@@ -11,7 +11,8 @@ import numpy.typing as npt
 import navigation
 from navigation.kernels.tracks import step_many
 from terrain import height_at
-from visibility import dop_at_points, pack_sets, visible_sets
+from visibility import visible_sets
+from visibility.dilution import dop_at_points, pack_sets
 
 from .bubble_case import Case, Draws, Leg, heard
 

@@ -14,15 +14,13 @@ from visibility import (
     FLAT,
     Anchor,
     DistantAnchor,
-    DopKind,
     MinimumVisibleAltitude,
     dop_along,
-    dop_at_points,
     dop_map,
-    dop_per_visible_set,
     min_visible_altitude,
     visible_sets,
 )
+from visibility.dilution import DopKind, dop_at_points, dop_per_visible_set
 
 from .report import Row, Table, duration
 from .terrains import CELL_M, fractal_grid, spread_anchors

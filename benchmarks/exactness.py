@@ -9,18 +9,8 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from tests.reference.minimum_altitude import minimum_altitude
-from visibility import (
-    FLAT,
-    Anchor,
-    Curvature,
-    Engine,
-    MeshHits,
-    grid_surface_mesh,
-    lines_of_sight,
-    lowered_m,
-    mesh_blocks,
-    min_visible_altitude,
-)
+from visibility import FLAT, Anchor, Curvature, lines_of_sight, min_visible_altitude
+from visibility.cover import Engine, MeshHits, grid_surface_mesh, lowered_m, mesh_blocks
 
 from .report import Row, Table
 from .terrains import fractal_m, real_grid

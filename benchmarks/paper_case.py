@@ -15,20 +15,22 @@ import numpy as np
 import gnss
 from terrain import ElevationGrid, height_at, read_dem
 from visibility import (
-    ControlVolume,
     DistantAnchor,
     FlightLimit,
-    HorizontalSection,
     MinimumVisibleAltitude,
-    MorphingMap,
-    VerticalSection,
     altitude_layers,
     control_volume,
     dop,
-    horizontal_section,
     min_visible_altitude,
     morphing_map,
     satellites,
+)
+from visibility.air import (
+    ControlVolume,
+    HorizontalSection,
+    MorphingMap,
+    VerticalSection,
+    horizontal_section,
     vertical_section,
 )
 

@@ -18,14 +18,8 @@ from pyproj import CRS
 
 import navigation
 from terrain import ElevationGrid, height_at
-from visibility import (
-    DistantAnchor,
-    MinimumVisibleAltitude,
-    min_visible_altitude,
-    reflections,
-    satellites,
-    visible_sets,
-)
+from visibility import DistantAnchor, MinimumVisibleAltitude, min_visible_altitude, satellites, visible_sets
+from visibility.sight import reflections
 
 from .paper_case import mountain_almanac
 

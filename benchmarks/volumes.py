@@ -16,18 +16,17 @@ from terrain import ElevationGrid
 from visibility import (
     FLAT,
     Anchor,
-    ControlVolume,
     DistantAnchor,
     FlightLimit,
     MinimumVisibleAltitude,
-    SurfaceCache,
     altitude_layers,
     control_volume,
     min_visible_altitude,
     morphing_map,
     satellites,
-    volume_blocks,
 )
+from visibility.air import ControlVolume, volume_blocks
+from visibility.sight import SurfaceCache
 
 from . import dilution
 from .memory import peak_bytes

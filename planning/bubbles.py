@@ -19,15 +19,12 @@ from visibility import (
     Curvature,
     DistantAnchor,
     MinimumVisibleAltitude,
-    clear_of_buildings,
-    dop_at_points,
     min_visible_altitude,
-    nearest_building,
-    pack_sets,
-    surface_normals,
     visible_sets,
 )
+from visibility.cover import clear_of_buildings, nearest_building
 from visibility.cover.building_distance import solid_bodies
+from visibility.dilution import dop_at_points, pack_sets, surface_normals
 
 __all__ = ["BubbleFilter", "PathBubbles", "Surroundings", "bubbles_along", "surroundings", "way_m"]
 

@@ -90,22 +90,22 @@ def _columns_of_air(grid: ElevationGrid) -> None:
     for on_surface in (False, True):
         visibility.dop_map(surfaces, 1.5, on_surface=on_surface)
         visibility.position_error_map(surfaces, 1.5, on_surface=on_surface)
-        visibility.position_error_along(surfaces, [[100.0, -100.0, 90.0]], on_surface=on_surface)
+        visibility.dilution.position_error_along(surfaces, [[100.0, -100.0, 90.0]], on_surface=on_surface)
     layers = visibility.altitude_layers(0.0, 40.0, 20.0, above_ground=True)
-    visibility.whole_volume(visibility.control_volume(surfaces, layers))
+    visibility.air.whole_volume(visibility.control_volume(surfaces, layers))
 
 
 def _navigation(grid: ElevationGrid) -> None:
     nearest_surface(grid, [[10.0, -10.0, 60.0]])
     corners_m = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], float)
     tent = visibility.Buildings(corners_m, np.array([(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]))
-    visibility.nearest_building(tent, [[1.0, 1.0, 1.0]])
+    visibility.cover.nearest_building(tent, [[1.0, 1.0, 1.0]])
     navigation.bubble_confidence(np.eye(3), 1.0)
     navigation.radius_of_confidence(np.eye(3), 0.9)
     points_m, anchors_m = [[10.0, -10.0, 60.0], [20.0, -20.0, 60.0]], [[100.0, -200.0, 90.0]]
     surfaces = visibility.min_visible_altitude(grid, [visibility.Anchor("A", 100.0, -200.0, 90.0)])
     visible = visibility.visible_sets(surfaces, points_m).visible()
-    visibility.dop_at_points(points_m, anchors_m, visibility.pack_sets(visible))
+    visibility.dilution.dop_at_points(points_m, anchors_m, visibility.dilution.pack_sets(visible))
     motion = navigation.MotionNoise()
     for clock_m in (None, (0.0, 0.0)):
         state = navigation.predict(navigation.initial_state(0.0, points_m[0], clock_m=clock_m), 1.0, motion)
@@ -152,7 +152,9 @@ def _paths(grid: ElevationGrid) -> None:
     cliff_m = np.zeros((12, 10), np.float32)
     cliff_m[6:] = 900.0
     paths.plan_path(plan(ElevationGrid(cliff_m, 30.0, 25.0), (60.0, -50.0), (60.0, -225.0)))
-    track = visibility.AnchorTrack("T", np.array([0.0, 900.0]), np.array([[60.0, -50.0, 90.0], [90.0, -50.0, 90.0]]))
+    track = visibility.sight.AnchorTrack(
+        "T", np.array([0.0, 900.0]), np.array([[60.0, -50.0, 90.0], [90.0, -50.0, 90.0]])
+    )
     paths.plan_path(plan(grid, (60.0, -50.0), (60.0, -225.0), anchors=(track,)))
 
 

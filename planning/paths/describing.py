@@ -10,7 +10,7 @@ import numpy.typing as npt
 from planning.kernels.path_fields import clearances
 from planning.questions.problems import PathProblem
 from terrain import height_at
-from visibility import surface_normals
+from visibility.dilution import surface_normals
 
 from .beliefs import predicted_sigma_m
 from .fields import CostField, running_sums

@@ -17,7 +17,7 @@ from planning.questions.limits import CostWeights
 from planning.questions.problems import PathProblem
 from planning.questions.rovers import RoverModel
 from terrain import ElevationGrid
-from visibility import MorphingMap
+from visibility.air import MorphingMap
 
 from .areas import outside_of, squares_touched
 from .beliefs import expected_sigma_m

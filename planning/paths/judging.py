@@ -17,7 +17,7 @@ import shapely
 
 from planning.questions.problems import PathProblem
 from terrain import ElevationGrid, height_at
-from visibility import MorphingMap
+from visibility.air import MorphingMap
 
 from .areas import OUTWARD, QUARTER, outside_of, squares_touched
 from .checks import breaks

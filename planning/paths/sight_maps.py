@@ -14,23 +14,21 @@ from planning.questions.limits import MEASURES
 from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import (
-    ALL_ROUND,
     VISIBLE,
     Anchor,
     DistantAnchor,
     MinimumVisibleAltitude,
     MovingAnchor,
-    SurfaceCache,
     VisibilityInputError,
     lines_of_sight,
     min_visible_altitude,
-    pack_sets,
-    surface_normals,
     visible_sets,
 )
+from visibility.dilution import pack_sets, surface_normals
 from visibility.dilution.columns_of_air import column_tables
 from visibility.dilution.dop import solve
 from visibility.dilution.dop_questions import kind_code
+from visibility.sight import ALL_ROUND, SurfaceCache
 
 from .places import metres_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility import surface_normals
+from visibility.dilution import surface_normals
 
 from .places import metres_of
 

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility import dop, least_anchors
+from visibility import dop
+from visibility.dilution import least_anchors
 
 from .placing import Placement, positions_of
 from .working_out import sight_table

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from planning.errors import PlacementError
-from visibility import DopKind, least_anchors
+from visibility.dilution import DopKind, least_anchors
 
 __all__ = ["Goal", "Objective"]
 

@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from planning.errors import PlacementError
 from terrain import ElevationGrid
-from visibility import Anchor, check_anchors
+from visibility import Anchor
+from visibility.sight import check_anchors
 
 from .flights import Flight
 from .goals import Goal

@@ -13,7 +13,8 @@ import shapely
 
 from planning.errors import NoCandidateError, PlacementError
 from terrain import ElevationGrid
-from visibility import Anchor, check_anchors
+from visibility import Anchor
+from visibility.sight import check_anchors
 
 from .candidates import Candidates
 from .flights import Flight, flight_costs

@@ -11,7 +11,7 @@ import shapely
 
 from planning.errors import PlacementError
 from terrain import ElevationGrid, height_at
-from visibility import rover_normals
+from visibility.dilution import rover_normals
 
 __all__ = ["Targets", "area_targets", "corridor_targets", "path_targets"]
 

@@ -9,7 +9,7 @@ from planning.errors import PathProblemError
 from planning.questions.limits import PlanBudget
 from planning.questions.problems import check_ground
 from terrain import ElevationGrid
-from visibility import MorphingMap
+from visibility.air import MorphingMap
 
 __all__ = ["FlightProblem"]
 

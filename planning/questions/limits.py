@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import get_args
 
 from planning.errors import PathProblemError
-from visibility import DopKind, least_anchors
+from visibility.dilution import DopKind, least_anchors
 from visibility.dilution.dop_questions import Measure
 
 __all__ = ["MEASURES", "CostWeights", "PathLimits", "PlanBudget"]

@@ -13,7 +13,9 @@ from planning.questions.limits import CostWeights, PathLimits, PlanBudget
 from planning.questions.navigation_models import NavigationModel
 from planning.questions.rovers import RoverModel
 from terrain import ElevationGrid, FrameError, parse_crs, same_map
-from visibility import Anchor, DistantAnchor, DopMap, MinimumVisibleAltitude, MorphingMap, MovingAnchor
+from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, MovingAnchor
+from visibility.air import MorphingMap
+from visibility.dilution import DopMap
 
 __all__ = ["Goal", "PathProblem", "Place", "check_ground"]
 

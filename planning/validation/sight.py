@@ -18,12 +18,12 @@ from visibility import (
     AntennaLimits,
     Curvature,
     DistantAnchor,
-    DopKind,
     MovingAnchor,
     VisibilityInputError,
     dop,
     lines_of_sight,
 )
+from visibility.dilution import DopKind
 
 __all__ = ["AnyAnchor", "SightAlong", "dilution_along", "sight_along"]
 

@@ -12,7 +12,8 @@ from planning.errors import PathError
 # the planner imports us; at run time the question is all that goes between
 from planning.questions.problems import PathProblem
 from terrain import ElevationGrid, height_at
-from visibility import Curvature, MorphingMap
+from visibility import Curvature
+from visibility.air import MorphingMap
 
 from .bubble import bubble_check
 from .ground import ground_checks

@@ -13,7 +13,8 @@ from service.parts.points import PointIn
 from service.parts.positions import resolve_point
 from service.parts.sentences import sentence_of
 from terrain import ElevationGrid, read_dem
-from visibility import FLAT, LineOfSight, line_of_sight
+from visibility import FLAT, line_of_sight
+from visibility.sight import LineOfSight
 
 from .anchor_texts import position_fields
 from .height_words import height_words, told_of_heights

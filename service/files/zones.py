@@ -10,7 +10,7 @@ import numpy.typing as npt
 from service.files.geojson import write_collection
 from service.parts.positioning import PositioningParameters
 from terrain import ElevationGrid, to_lon_lat
-from visibility import NO_GO, contour_lines, zones
+from visibility.dilution import NO_GO, contour_lines, zones
 
 __all__ = ["write_contours", "write_no_go_zones"]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from terrain import ElevationGrid
-from visibility import AltitudeLayers, VisibilityInputError, altitude_layers
+from visibility import VisibilityInputError, altitude_layers
+from visibility.air import AltitudeLayers
 from visibility.air.morphing_maps import check_ceiling
 
 __all__ = ["air_layers"]

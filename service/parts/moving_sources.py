@@ -14,9 +14,10 @@ from service.parts.positioning import MorphingMapParameters
 from service.parts.positions import resolve_anchor
 from service.parts.ranging_sources import eyes_of, limit_of
 from terrain import ElevationGrid
-from visibility import Anchor, AnchorTrack, DistantAnchor, VisibilityInputError
+from visibility import Anchor, DistantAnchor, VisibilityInputError
 from visibility.air.morphing_times import anchors_over
 from visibility.satellites import SatelliteTrack, satellite_tracks
+from visibility.sight import AnchorTrack
 
 __all__ = ["MovingSources", "check_moving_sources", "moving_sources", "time_of", "track_of"]
 

@@ -6,7 +6,8 @@ import pytest
 
 from benchmarks.dilution import drones, error_of_one_per_set, satellites
 from benchmarks.terrains import fractal_grid
-from visibility import FLAT, Anchor, DistantAnchor, DopKind, min_visible_altitude
+from visibility import FLAT, Anchor, DistantAnchor, min_visible_altitude
+from visibility.dilution import DopKind
 
 GRID = fractal_grid(341)  # 10.2 km
 

@@ -35,7 +35,8 @@ from tests.service.skies import almanac
 from tests.terrain.files import UTM_32N, hill, write_asc, write_tif
 from tests.visibility.meshes import box, level
 from tests.visibility.satellites.test_almanac_files import YUMA
-from visibility import VisibilityError, parse_buildings
+from visibility import VisibilityError
+from visibility.cover import parse_buildings
 
 EACH = 10 * int(os.environ.get("SIGHTLINE_FUZZ", "4"))
 GIB = 1024**3

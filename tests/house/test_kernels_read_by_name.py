@@ -7,15 +7,26 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
 from tests.house.repository import PACKAGES, ROOT, modules
 
 MOST_ARGUMENTS = 8
 
 # along (east, north, up), 0 to 2 are as good as names; so are rows and columns of a shape
 VECTORS = {
-    *("a", "b", "c", "anchor", "anchors", "anchors_m", "anchor_m", "point", "points_m", "place", "places_m", "receiver_m"),
+    *(
+        "a",
+        "b",
+        "c",
+        "anchor",
+        "anchors",
+        "anchors_m",
+        "anchor_m",
+        "point",
+        "points_m",
+        "place",
+        "places_m",
+        "receiver_m",
+    ),
 }
 # what is not converted yet: how many literal subscripts a module still has, and which functions take too many arguments
 NOT_YET: dict[str, int] = {}
@@ -56,7 +67,10 @@ def column_numbers(tree: ast.AST) -> Iterator[str]:
         numbers = [number for number in map(_number, indices) if number is not None]
         if numbers and name != "shape" and not (name in VECTORS and max(numbers) <= 2):
             yield ast.unparse(node)
+
+
 if __name__ == "__main__":
     for m in kernel_modules():
         found = list(column_numbers(_tree(m)))
-        if found and "planning" not in str(m): print(m, Counter(found))
+        if found and "planning" not in str(m):
+            print(m, Counter(found))

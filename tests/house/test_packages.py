@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import types
 from pathlib import Path
 
@@ -65,3 +66,19 @@ def test_every_top_level_package_is_known_to_the_house() -> None:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_package_says_that_it_is_typed(package: str) -> None:
     assert (ROOT / package / "py.typed").is_file()
+
+
+def test_visibility_has_few_names_at_its_root_and_shows_each_in_the_pages_for_python() -> None:
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    names = importlib.import_module("visibility").__all__
+    assert [name for name in names if not re.search(rf"\b{name}\b", page)] == []
+    assert len(names) <= 32, "the others belong to its rooms: sight, dilution, air, cover, satellites"
+
+
+@pytest.mark.parametrize("room", ["sight", "dilution", "air", "cover", "satellites"])
+def test_a_room_of_visibility_lists_its_public_names_in_order(room: str) -> None:
+    module = importlib.import_module(f"visibility.{room}")
+    listed = list(module.__all__)
+    assert listed
+    assert listed == sorted(set(listed), key=reading_order)
+    assert [name for name in listed if not hasattr(module, name)] == []

@@ -11,7 +11,8 @@ from service.products.dop.picture import COLOURS
 from service.products.dop.request import DopMapParameters
 from tests.service.cli.positioning_words import PLACES
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
-from visibility import altitude_layers, control_volume, vertical_section
+from visibility import altitude_layers, control_volume
+from visibility.air import vertical_section
 
 LINE = [(WEST_M + 60.0, NORTH_M - 320.0), (WEST_M + 700.0, NORTH_M - 40.0)]
 

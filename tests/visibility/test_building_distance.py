@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from tests.reference.nearest_triangle import distance_to_triangle_m
 from tests.reference.solid_angle import is_inside
 from tests.visibility.meshes import as_buildings, box, level
-from visibility import Buildings, Curvature, VisibilityInputError, clear_of_buildings, line_of_sight, nearest_building
+from visibility import Buildings, Curvature, VisibilityInputError, line_of_sight
+from visibility.cover import clear_of_buildings, nearest_building
 from visibility.cover.building_distance import solid_bodies
 
 

@@ -10,11 +10,7 @@ import pytest
 import trimesh
 
 from tests.visibility.meshes import FORMATS, box, level, write
-from visibility import (
-    Buildings,
-    MeshError,
-    read_buildings,
-)
+from visibility import Buildings, MeshError, read_buildings
 
 watchers: list[list[str]] = []  # an audit hook cannot be taken away again, so it asks who is listening
 

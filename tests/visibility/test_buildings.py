@@ -6,17 +6,8 @@ import trimesh
 
 from terrain import ElevationGrid
 from tests.visibility.meshes import FORMATS, as_buildings, box, extent, level, write
-from visibility import (
-    HIDDEN,
-    UNKNOWN,
-    VISIBLE,
-    Anchor,
-    Curvature,
-    line_of_sight,
-    lines_of_sight,
-    read_buildings,
-    visible_with_buildings,
-)
+from visibility import HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, line_of_sight, lines_of_sight, read_buildings
+from visibility.cover import visible_with_buildings
 
 # -- reading and placing
 

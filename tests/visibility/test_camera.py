@@ -9,20 +9,8 @@ import rasterio
 
 from terrain import ElevationGrid, fractal
 from tests.reference.running_horizon import seen_along_ray
-from visibility import (
-    FLAT,
-    HIDDEN,
-    OUTSIDE_DEM,
-    OUTSIDE_VIEW,
-    UNKNOWN,
-    VISIBLE,
-    Anchor,
-    Curvature,
-    VisibilityInputError,
-    camera_for_anchor,
-    lines_of_sight,
-    occluded_points,
-)
+from visibility import FLAT, HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, VisibilityInputError, lines_of_sight
+from visibility.sight import OUTSIDE_DEM, OUTSIDE_VIEW, camera_for_anchor, occluded_points
 
 DATA = Path(__file__).parents[2] / "../shared/data/dem"
 SMALL_WORLD = Curvature(200_000.0)

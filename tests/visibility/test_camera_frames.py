@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from visibility import (
-    Anchor,
-    camera_for_anchor,
-)
+from visibility import Anchor
+from visibility.sight import camera_for_anchor
 from visibility.sight.camera import R_GIMBAL_TO_CAMERA, R_body_to_gimbal, R_ned_to_body, gimbal_angles, homogeneous
 
 

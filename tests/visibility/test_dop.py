@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from visibility import DopReason, VisibilityInputError, dop, dop_at_points, least_anchors, pack_sets
+from visibility import VisibilityInputError, dop
+from visibility.dilution import DopReason, dop_at_points, least_anchors, pack_sets
 
 TETRAHEDRON_M = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * 70.0
 KINDS = ["ranging", "pseudorange", "tdoa"]

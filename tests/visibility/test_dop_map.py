@@ -9,21 +9,18 @@ from terrain import ElevationGrid
 from tests.visibility.grounds import clearing_eye, hills, rough
 from tests.visibility.test_visible_sets import eyes, over_posts
 from visibility import (
-    GO,
-    NO_GO,
     UNKNOWN,
     VISIBLE,
     AntennaLimits,
     DistantAnchor,
-    DopReason,
     VisibilityInputError,
     dop,
     dop_along,
     dop_map,
-    dop_per_visible_set,
     min_visible_altitude,
     visible_sets,
 )
+from visibility.dilution import GO, NO_GO, DopReason, dop_per_visible_set
 from visibility.dilution.ground_normals import post_normals
 
 ABOVE_M = 1.5

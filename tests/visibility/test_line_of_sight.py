@@ -8,15 +8,8 @@ from scipy.special import fresnel
 
 from terrain import ElevationGrid
 from tests.reference.line_of_sight import shortest_way_over
-from visibility import (
-    FLAT,
-    Curvature,
-    fresnel_radius_m,
-    knife_edge_loss_db,
-    line_of_sight,
-    lines_of_sight,
-    profile,
-)
+from visibility import FLAT, Curvature, line_of_sight, lines_of_sight, profile
+from visibility.sight import fresnel_radius_m, knife_edge_loss_db
 
 ROUNDING_M = 1e-6
 FOUR_THIRDS_EARTH = Curvature(6_371_000.0, 4.0 / 3.0)

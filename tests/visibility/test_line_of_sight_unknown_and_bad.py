@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 
 from terrain import ElevationGrid
-from visibility import (
-    HIDDEN,
-    UNKNOWN,
-    VISIBLE,
-    Curvature,
-    VisibilityInputError,
-    line_of_sight,
-    lines_of_sight,
-)
+from visibility import HIDDEN, UNKNOWN, VISIBLE, Curvature, VisibilityInputError, line_of_sight, lines_of_sight
 
 ROUNDING_M = 1e-6
 FOUR_THIRDS_EARTH = Curvature(6_371_000.0, 4.0 / 3.0)

@@ -10,14 +10,7 @@ import pytest
 
 from tests.reference.column_scan import runs
 from tests.visibility.morphing_cases import low_anchors
-from visibility import (
-    Anchor,
-    AnchorError,
-    AntennaLimits,
-    DistantAnchor,
-    VisibilityInputError,
-    min_visible_altitude,
-)
+from visibility import Anchor, AnchorError, AntennaLimits, DistantAnchor, VisibilityInputError, min_visible_altitude
 from visibility.air.morphing_maps import morphing_map
 from visibility.air.morphing_times import availability, morphing_frames
 from visibility.dilution.flight_limits import FlightLimit

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.reference import dop as reference
-from visibility import DopReason, VisibilityInputError, dop, position_error
+from visibility import VisibilityInputError, dop
+from visibility.dilution import DopReason, position_error
 
 KINDS = ["ranging", "pseudorange", "tdoa"]
 many = settings(max_examples=60, deadline=None)

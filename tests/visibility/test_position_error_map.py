@@ -12,15 +12,12 @@ from visibility import (
     Anchor,
     AnchorError,
     DistantAnchor,
-    DopReason,
     VisibilityInputError,
     min_visible_altitude,
-    position_error,
-    position_error_along,
     position_error_map,
-    rover_normals,
     visible_sets,
 )
+from visibility.dilution import DopReason, position_error, position_error_along, rover_normals
 
 POSE_M2 = ((0.04, 0.01, 0.0), (0.01, 0.09, 0.02), (0.0, 0.02, 0.25))
 

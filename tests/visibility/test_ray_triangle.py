@@ -7,16 +7,8 @@ import pytest
 import rasterio
 
 from terrain import ElevationGrid, TriangleMesh, height_at
-from visibility import (
-    FLAT,
-    HIDDEN,
-    Curvature,
-    VisibilityInputError,
-    grid_surface_mesh,
-    lines_of_sight,
-    lowered_m,
-    mesh_blocks,
-)
+from visibility import FLAT, HIDDEN, Curvature, VisibilityInputError, lines_of_sight
+from visibility.cover import grid_surface_mesh, lowered_m, mesh_blocks
 
 DATA = Path(__file__).parents[2] / "../shared/data/dem"
 ENGINES = ["moller_trumbore", "embree"]

@@ -14,8 +14,8 @@ from visibility import (
     VisibilityInputError,
     line_of_sight,
     min_visible_altitude,
-    reflections,
 )
+from visibility.sight import reflections
 
 CELL_M = 20.0
 SLOPE = np.array([0.6, 0.3])

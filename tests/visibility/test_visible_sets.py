@@ -15,7 +15,6 @@ from visibility import (
     AntennaLimits,
     Curvature,
     DistantAnchor,
-    DopReason,
     VisibilityInputError,
     dop,
     dop_along,
@@ -23,6 +22,7 @@ from visibility import (
     min_visible_altitude,
     visible_sets,
 )
+from visibility.dilution import DopReason
 
 LIMITS = [
     AntennaLimits(max_range_m=500.0),

@@ -6,7 +6,8 @@ import pytest
 import xarray
 
 from tests.service.small_maps import small_grid
-from visibility import Anchor, altitude_layers, control_volume, min_visible_altitude, volume_dataset, whole_volume
+from visibility import Anchor, altitude_layers, control_volume, min_visible_altitude
+from visibility.air import volume_dataset, whole_volume
 
 CORNERS = ((0.1, 0.2), (0.9, 0.1), (0.5, 0.9), (0.3, 0.6))
 

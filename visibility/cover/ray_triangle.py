@@ -101,9 +101,12 @@ def grid_surface_mesh(grid: ElevationGrid, curvature: Curvature, origin_m: tuple
 def lowered_m(
     curvature: Curvature, origin_m: tuple[float, float], points_m: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """How far curvature lowers points (..., 2 or 3), east and north first, about origin_m; metres, shape (...)."""
+    """How far curvature lowers points (..., 2 or 3), east and north first, about origin_m; metres, shape (...).
+
+    Raises VisibilityInputError.
+    """
     offset_m = points_m[..., :2] - np.asarray(origin_m)
-    drop_m: npt.NDArray[np.float64] = curvature.drop_per_m2 * (offset_m**2).sum(axis=-1)
+    drop_m: npt.NDArray[np.float64] = Curvature.given(curvature).drop_per_m2 * (offset_m**2).sum(axis=-1)
     return drop_m
 
 

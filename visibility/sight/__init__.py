@@ -1,1 +1,50 @@
-"""Anchors to minimum visible altitudes, lines of sight and profiles."""
+"""Who sees whom: anchors, lines of sight, minimum visible altitudes, curvature, cameras, reflections."""
+
+from visibility.sight.anchor_tracks import AnchorTrack, MovingAnchor
+from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, check_anchors
+from visibility.sight.camera import Camera, camera_for_anchor
+from visibility.sight.curvature import FLAT, Curvature
+from visibility.sight.distant import DistantAnchor
+from visibility.sight.fresnel import fresnel_radius_m, knife_edge_loss_db
+from visibility.sight.ground_profile import GroundProfile, profile
+from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
+from visibility.sight.occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
+from visibility.sight.reflections import Reflections, reflections
+from visibility.sight.sight_line import LineOfSight, line_of_sight
+from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
+from visibility.sight.surface_cache import SurfaceCache
+
+__all__ = [
+    "ALL_ROUND",
+    "FLAT",
+    "HIDDEN",
+    "OUTSIDE_DEM",
+    "OUTSIDE_VIEW",
+    "UNKNOWN",
+    "VISIBLE",
+    "Anchor",
+    "AnchorTrack",
+    "AntennaLimits",
+    "Camera",
+    "Curvature",
+    "DistantAnchor",
+    "GroundProfile",
+    "LineOfSight",
+    "LinesOfSight",
+    "MinimumVisibleAltitude",
+    "MovingAnchor",
+    "OccludedPoints",
+    "Reflections",
+    "SurfaceCache",
+    "anchor_above_ground",
+    "camera_for_anchor",
+    "check_anchors",
+    "fresnel_radius_m",
+    "knife_edge_loss_db",
+    "line_of_sight",
+    "lines_of_sight",
+    "min_visible_altitude",
+    "occluded_points",
+    "profile",
+    "reflections",
+]

@@ -66,8 +66,8 @@ class Curvature:
         """The curvature that a caller gave; raises VisibilityInputError where it is none, True or False for example."""
         if not isinstance(curvature, cls):
             raise VisibilityInputError(
-                "curvature must be a visibility.Curvature, visibility.FLAT (no curvature), or None (what the grid's CRS "
-                f"implies), not {curvature!r}."
+                "curvature must be a visibility.Curvature, visibility.FLAT or None (what the grid's CRS implies), "
+                f"not {curvature!r}."
             )
         return curvature
 

@@ -15,21 +15,17 @@ from service.parts.positioning_answers import positioning_summary
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
 from terrain import ElevationGrid
 from visibility import (
-    GO,
-    NO_GO,
     Curvature,
-    DopReason,
     MinimumVisibleAltitude,
     VisibilityInputError,
-    check_anchors,
     dop_along,
     dop_map,
-    least_anchors,
-    position_error_along,
     position_error_map,
     visible_sets,
 )
+from visibility.dilution import GO, NO_GO, DopReason, least_anchors, position_error_along
 from visibility.dilution.position_error_maps import check_weights
+from visibility.sight import check_anchors
 
 from .answer import DopMapSummary
 from .request import DopMapParameters

@@ -20,7 +20,8 @@ from service.drawing.relief import Sampling
 from service.drawing.sheet import DPI, lit_ground, save_png, sources_words
 from service.parts.map_facts import crs_label, dem_name
 from terrain import ElevationGrid
-from visibility import Anchor, HorizontalSection, VerticalSection
+from visibility import Anchor
+from visibility.air import HorizontalSection, VerticalSection
 
 from .calculate import FinishedDopMap
 from .picture import dop_classes

@@ -11,7 +11,8 @@ from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
 from service.files.tables import TableWriter
 from service.files.zones import write_contours, write_no_go_zones
-from visibility import UNKNOWN, DopReason
+from visibility import UNKNOWN
+from visibility.dilution import DopReason
 
 from .calculate import PATH_COLUMNS, FinishedDopMap
 from .request import MOST_CUTS

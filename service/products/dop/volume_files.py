@@ -15,7 +15,7 @@ import rasterio
 from service.errors import RequestError
 from service.files.arrays import add_array
 from service.files.cog import BYTES, FLOATS, common_tags, transform_of
-from visibility import ControlVolume, VoxelBlock, volume_dataset, volume_slabs
+from visibility.air import ControlVolume, VoxelBlock, volume_dataset, volume_slabs
 
 from .calculate import FinishedDopMap
 from .volumes import volume_of
@@ -72,7 +72,7 @@ def write_volume_count(finished: FinishedDopMap, path: Path) -> None:
 
 
 def write_volume_dataset(finished: FinishedDopMap, path: Path) -> None:
-    """NetCDF 4 of ``visibility.volume_dataset``."""
+    """NetCDF 4 of ``visibility.air.volume_dataset``."""
     dataset = volume_dataset(volume_of(finished.surfaces(), finished.parameters))
     voxels = [name for name, array in dataset.data_vars.items() if "layer" in array.dims]
     # one slab at a time: the kernels are parallel themselves, and memory is bounded

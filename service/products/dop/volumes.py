@@ -11,14 +11,12 @@ from service.parts.air_layers import air_layers
 from service.parts.asked_frame import told_as_asked
 from service.parts.shapes_in_grid import places_in_grid
 from terrain import ElevationGrid, told_place
-from visibility import (
+from visibility import MinimumVisibleAltitude, VisibilityInputError, control_volume
+from visibility.air import (
     AltitudeLayers,
     ControlVolume,
     HorizontalSection,
-    MinimumVisibleAltitude,
     VerticalSection,
-    VisibilityInputError,
-    control_volume,
     horizontal_section,
     vertical_section,
 )

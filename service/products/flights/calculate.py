@@ -22,7 +22,8 @@ from service.parts.ranging_sources import check_sources, limit_of, ranging_sourc
 from service.products.flights.answer import AirPlaceOut, FlightCornerOut, FlightSummary, FlightTotalsOut
 from service.products.flights.request import FlightParameters
 from terrain import ElevationGrid, height_at
-from visibility import Anchor, DistantAnchor, MorphingMap, morphing_map
+from visibility import Anchor, DistantAnchor, morphing_map
+from visibility.air import MorphingMap
 from visibility.air.morphing_maps import check_ceiling
 
 __all__ = ["AIR_COLUMNS", "FinishedFlight", "calculate_flight", "check_flight_request"]

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from service.files.layer import JSON, Layer
-from visibility import HIDDEN, LinesOfSight
+from visibility import HIDDEN
+from visibility.sight import LinesOfSight
 
 from .calculate import WORDS, FinishedLines
 

@@ -14,7 +14,9 @@ from service.parts.positioning import MorphingMapParameters
 from service.parts.positioning_answers import positioning_summary
 from service.parts.ranging_sources import RangingSources, Source, limit_of, sight_lines
 from terrain import ElevationGrid
-from visibility import NO_GO, ColumnState, dop_map, morphing_map
+from visibility import dop_map, morphing_map
+from visibility.air import ColumnState
+from visibility.dilution import NO_GO
 
 from .answer import MorphingMapSummary, StateShare, TimeFacts
 from .frames import find_frames
@@ -29,7 +31,7 @@ QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
 
 @dataclass(frozen=True, eq=False)
 class FinishedMorphingMap:
-    """A finished morphing map; arrays (rows, cols) as in ``visibility.MorphingMap``.
+    """A finished morphing map; arrays (rows, cols) as in ``visibility.air.MorphingMap``.
 
     dop, no_go: at the antenna of a rover on the ground, as in FinishedDopMap.
     frame_altitude_m, frame_state, available: over time, as in FoundFrames; empty without frames, and with them all the

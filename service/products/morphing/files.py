@@ -7,7 +7,7 @@ from pathlib import Path
 from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.layer import COG, GEOJSON, PNG, Layer
 from service.files.zones import write_contours, write_no_go_zones
-from visibility import ColumnState
+from visibility.air import ColumnState
 
 from .calculate import FinishedMorphingMap
 from .frames import AVAILABLE_BANDS, available_at, frame_words

@@ -16,16 +16,9 @@ from service.parts.moving_sources import moving_sources, time_of
 from service.parts.positioning import MorphingMapParameters
 from service.parts.ranging_sources import limit_of
 from terrain import ElevationGrid
-from visibility import (
-    Anchor,
-    Availability,
-    ColumnState,
-    MinimumVisibleAltitude,
-    MorphingFrame,
-    SurfaceCache,
-    availability,
-    morphing_frames,
-)
+from visibility import Anchor, MinimumVisibleAltitude
+from visibility.air import Availability, ColumnState, MorphingFrame, availability, morphing_frames
+from visibility.sight import SurfaceCache
 
 from .answer import FrameFacts, TimeFacts
 

@@ -11,7 +11,8 @@ from service.errors import RequestError
 from service.parts.air_layers import air_layers
 from service.parts.ranging_sources import limit_of, lines_to
 from terrain import ElevationGrid
-from visibility import Isosurface, control_volume, isosurface
+from visibility import control_volume
+from visibility.air import Isosurface, isosurface
 
 from .calculate import FinishedMorphingMap
 

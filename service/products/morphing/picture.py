@@ -13,7 +13,7 @@ from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_p
 from service.drawing.classes import NONE_COLOUR
 from service.drawing.sheet import ground_figure, save_png, sources_words
 from service.parts.map_facts import dem_name
-from visibility import ColumnState
+from visibility.air import ColumnState
 
 from .calculate import FinishedMorphingMap
 

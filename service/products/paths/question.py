@@ -14,7 +14,9 @@ from service.parts.shapes import PlaceIn, PolygonIn
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid
 from service.products.paths.request import NavigationIn, PathLimitsIn, PathParameters, RoverIn
 from terrain import ElevationGrid
-from visibility import AnchorTrack, MinimumVisibleAltitude, MorphingMap, check_anchors
+from visibility import MinimumVisibleAltitude
+from visibility.air import MorphingMap
+from visibility.sight import AnchorTrack, check_anchors
 
 __all__ = ["limits_of", "navigation_of", "path_question", "path_sources", "path_tracks", "rover_of"]
 

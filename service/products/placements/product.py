@@ -11,7 +11,7 @@ from service.parts.asked_frame import told_as_asked
 from service.products.product import Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid
-from visibility import check_anchors
+from visibility.sight import check_anchors
 
 from .answer import PlacementSummary
 from .calculate import FinishedPlacement, calculate_placement, cluster_of

@@ -21,7 +21,8 @@ from service.parts.shapes_in_grid import places_in_grid
 from service.parts.source_answers import placed_anchors
 from service.products.placements.question import areas_of_rules, goal_of, rules_of, sight_of
 from terrain import ElevationGrid
-from visibility import Anchor, Curvature, check_anchors
+from visibility import Anchor, Curvature
+from visibility.sight import check_anchors
 from visibility.sight.sight_lines import ERROR_STATEMENT
 
 from .answer import MoveOut, RepositioningSummary, StretchOut

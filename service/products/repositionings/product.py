@@ -11,7 +11,7 @@ from service.products.placements.question import goal_of, rules_of
 from service.products.product import Given, Needs, Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid
-from visibility import check_anchors
+from visibility.sight import check_anchors
 
 from .answer import RepositioningSummary
 from .calculate import FinishedRepositioning, calculate_repositioning, path_ahead

@@ -14,7 +14,9 @@ from service.parts.point_arrays import points_in_grid
 from service.parts.ranging_sources import RangingSources, ranging_sources
 from service.products.safety_bubbles.request import BubbleParameters
 from terrain import ElevationGrid
-from visibility import Buildings, check_anchors, parse_buildings
+from visibility import Buildings
+from visibility.cover import parse_buildings
+from visibility.sight import check_anchors
 from visibility.sight.sight_points import check_points
 
 __all__ = ["bubble_sources", "buildings_of", "check_bubble_question", "given_covariances", "points_and_times"]

@@ -7,7 +7,7 @@ from service.parts.positions import resolve_anchor
 from service.products.product import Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid
-from visibility import check_anchors
+from visibility.sight import check_anchors
 
 from .answer import VisibilityMapSummary
 from .calculate import VisibilityMap, calculate

@@ -20,7 +20,8 @@ from planning.paths import (
     plan_path,
 )
 from terrain import ElevationGrid
-from visibility import Anchor, AnchorTrack, lines_of_sight
+from visibility import Anchor, lines_of_sight
+from visibility.sight import AnchorTrack
 
 GRID_ALONE = PlanBudget(sampling=False)
 

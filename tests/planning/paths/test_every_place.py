@@ -12,7 +12,8 @@ from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, Rov
 from planning.paths.triangles import middles, steepest_rad
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import fractal
-from visibility import VISIBLE, anchor_above_ground, dop, lines_of_sight, min_visible_altitude, surface_normals
+from visibility import VISIBLE, anchor_above_ground, dop, lines_of_sight, min_visible_altitude
+from visibility.dilution import surface_normals
 
 ROUGH = fractal(24, 5, relief_m=150.0, cell_m=30.0)
 GRID = ElevationGrid(ROUGH.heights_m, 30.0, 20.0)

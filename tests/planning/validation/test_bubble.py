@@ -16,7 +16,7 @@ from planning.validation import PathLimit
 from planning.validation.bubble import room_m
 from planning.validation.walking import walk_along
 from tests.planning.validation.courses import ROVER, grid_of, judged, level, mast, walled
-from visibility import AnchorTrack
+from visibility.sight import AnchorTrack
 
 # all of them west of the wall, whose foot is 190 m east
 MASTS = tuple(

@@ -18,7 +18,6 @@ from tests.planning.validation.courses import grid_of, judged, level, mast, prob
 from visibility import (
     FLAT,
     Anchor,
-    AnchorTrack,
     AntennaLimits,
     Curvature,
     DistantAnchor,
@@ -27,6 +26,7 @@ from visibility import (
     min_visible_altitude,
     morphing_map,
 )
+from visibility.sight import AnchorTrack
 
 # west of a wall that no rover crosses here, with masts on both sides
 BESIDE = [(150.0, 60.0), (150.0, 340.0)]

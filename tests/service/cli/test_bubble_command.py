@@ -12,7 +12,8 @@ from terrain import nearest_surface, to_lon_lat
 from tests.service.cli.positioning_words import ANCHORS, PLACES
 from tests.service.skies import TIME, almanac
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
-from visibility import anchor_above_ground, min_visible_altitude, nearest_building, read_buildings, visible_sets
+from visibility import anchor_above_ground, min_visible_altitude, read_buildings, visible_sets
+from visibility.cover import nearest_building
 
 FILES = [
     "bubble.json",

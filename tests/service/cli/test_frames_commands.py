@@ -11,7 +11,9 @@ from service.parts.frames import FramesIn
 from tests.service.cli.positioning_words import ANCHORS, PLACES, band
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
-from visibility import AnchorTrack, FlightLimit, anchor_above_ground, availability, morphing_frames
+from visibility import FlightLimit, anchor_above_ground
+from visibility.air import availability, morphing_frames
+from visibility.sight import AnchorTrack
 
 WAY = [(0.0, 100.0, -100.0, 350.0), (60.0, 700.0, -300.0, 400.0)]
 HEADER = "id,time_s,east_m,north_m,altitude_m\n"

@@ -21,8 +21,8 @@ from visibility import (
     anchor_above_ground,
     control_volume,
     min_visible_altitude,
-    whole_volume,
 )
+from visibility.air import whole_volume
 
 LINE = f"{WEST_M + 60},{NORTH_M - 320},{WEST_M + 400},{NORTH_M - 200},{WEST_M + 700},{NORTH_M - 40}"
 

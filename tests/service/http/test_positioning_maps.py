@@ -14,7 +14,8 @@ from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_
 from tests.service.running import Server
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
 from tests.visibility.satellites.constellation import shared_file
-from visibility import GO, NO_GO, UNKNOWN
+from visibility import UNKNOWN
+from visibility.dilution import GO, NO_GO
 
 PLACES = {"A": (0.3, 0.3), "B": (0.7, 0.35), "C": (0.5, 0.75), "D": (0.45, 0.5)}
 ANCHORS = [
