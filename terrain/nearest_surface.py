@@ -65,9 +65,7 @@ def nearest_surface(grid: ElevationGrid, points_m: npt.ArrayLike) -> NearestSurf
     return NearestSurface(distance_m, nearest_m + origin_m, unknown_m)
 
 
-def _pyramid(
-    heights_m: npt.NDArray[np.float32],
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_], npt.NDArray[np.int64]]:
+def _pyramid(heights_m: npt.NDArray[np.float32]) -> kernel.Pyramid:
     """The pyramid of the kernels over a grid of at least 2 × 2 posts."""
     rows, cols = heights_m.shape[0] - 1, heights_m.shape[1] - 1
     levels = [(0, rows, cols)]
@@ -79,4 +77,4 @@ def _pyramid(
     low_m, high_m, holes = np.empty(nodes, np.float32), np.empty(nodes, np.float32), np.empty(nodes, np.bool_)
     table = np.array(levels, np.int64)
     kernel.build_pyramid(heights_m, table, low_m, high_m, holes)
-    return low_m, high_m, holes, table
+    return kernel.Pyramid(low_m, high_m, holes, table)

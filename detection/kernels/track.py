@@ -153,7 +153,7 @@ def _predict(state, covariance, step_s, push, creep, flat):
 @scalar_kernel
 def _direction(state, anchor):
     """(distance, unit vector from the anchor to the rover)."""
-    east, north, up = state[0] - anchor[0], state[1] - anchor[1], state[2] - anchor[2]
+    east, north, up = state[E] - anchor[E], state[N] - anchor[N], state[U] - anchor[U]
     distance = max(math.sqrt(east * east + north * north + up * up), 1e-6)
     return distance, east / distance, north / distance, up / distance
 

@@ -2,12 +2,17 @@
 
 import math
 
+import numpy as np
+
 from compiled.options import scalar_kernel
 
 from .covariance import grow, joseph
-from .ranges import range_row
+from .ranges import EAST, NORTH, UP, range_row
 
 __all__ = ["covariances_along"]
+
+# columns of the ground under the points of a path
+SLOPE_EAST, SLOPE_NORTH, HEIGHT_VARIANCE = 0, 1, 2
 
 
 @scalar_kernel
@@ -25,8 +30,8 @@ def _bind(covariance, ground, work):
     """Correct covariance in place for ground under the rover: slope east, slope north, variance of its height."""
     row, gain = work
     row[:] = 0.0
-    row[0], row[2], row[4] = -ground[0], -ground[1], 1.0
-    joseph(covariance, row, ground[2], gain)
+    row[EAST], row[NORTH], row[UP] = -ground[SLOPE_EAST], -ground[SLOPE_NORTH], 1.0
+    joseph(covariance, row, ground[HEIGHT_VARIANCE], gain)
 
 
 @scalar_kernel
@@ -40,14 +45,15 @@ def covariances_along(points_m, times_s, anchors_m, variances_m2, covariance, mo
     north, variance of the height, or (0, 3) = not bound to the ground.
     """
     psd, interval_s = motion
-    place, between = covariance[0].copy(), anchors_m[:, 0].copy()
-    work = (covariance[0].copy(), covariance[0].copy())
-    place[:] = 0.0
-    now_s, epoch = times_s[0], 0
+    size = covariance.shape[0]
+    place, between = np.zeros(size), np.empty(anchors_m.shape[0])
+    work = (np.empty(size), np.empty(size))
+    begin_s = times_s[0]
+    now_s, epoch = begin_s, 0
     for p in range(points_m.shape[0]):
         if interval_s > 0.0:
-            while times_s[0] + epoch * interval_s <= times_s[p]:
-                epoch_s = times_s[0] + epoch * interval_s
+            while begin_s + epoch * interval_s <= times_s[p]:
+                epoch_s = begin_s + epoch * interval_s
                 q = max(p - 1, 0)
                 whole_s = times_s[p] - times_s[q]
                 share = (epoch_s - times_s[q]) / whole_s if whole_s > 0.0 else 1.0

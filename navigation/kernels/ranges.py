@@ -10,7 +10,31 @@ from compiled.options import scalar_kernel
 
 from .covariance import grow, joseph
 
-__all__ = ["GATED", "LEFT_OUT", "LOST", "REACQUIRED", "USED", "advance", "range_row", "reopen", "update_ranges"]
+__all__ = [
+    "CLOCK",
+    "EAST",
+    "GATED",
+    "INNOVATION",
+    "LEFT_OUT",
+    "LOST",
+    "NORTH",
+    "REACQUIRED",
+    "UP",
+    "USED",
+    "VARIANCE",
+    "VERDICT",
+    "advance",
+    "range_row",
+    "reopen",
+    "update_ranges",
+]
+
+# places of the state; the rate of each follows it
+EAST, NORTH, UP, CLOCK = 0, 2, 4, 6
+WITH_CLOCK = 8  # so many numbers
+# columns of what was found of a measurement
+INNOVATION, VARIANCE, VERDICT = 0, 1, 2
+
 
 # What became of a measurement.
 LEFT_OUT, USED, GATED, REACQUIRED = 0, 1, 2, 3
@@ -35,14 +59,14 @@ def range_row(mean, anchor_m, row):
 
     An anchor at the very place has no direction: its row says nothing of the position.
     """
-    east, north, up = mean[0] - anchor_m[0], mean[2] - anchor_m[1], mean[4] - anchor_m[2]
+    east, north, up = mean[EAST] - anchor_m[0], mean[NORTH] - anchor_m[1], mean[UP] - anchor_m[2]
     range_m = math.sqrt(east * east + north * north + up * up)
     row[:] = 0.0
     if range_m > 0.0:
-        row[0], row[2], row[4] = east / range_m, north / range_m, up / range_m
-    if mean.shape[0] == 8:
-        row[6] = 1.0
-        range_m += mean[6]
+        row[EAST], row[NORTH], row[UP] = east / range_m, north / range_m, up / range_m
+    if mean.shape[0] == WITH_CLOCK:
+        row[CLOCK] = 1.0
+        range_m += mean[CLOCK]
     return range_m
 
 
@@ -56,8 +80,8 @@ def reopen(covariance, off_m2):
 @scalar_kernel
 def bend_m2(mean, covariance, anchor_m):
     """What the bend of a range over a wide belief adds to its variance: the square of its second derivative's part."""
-    across_m2 = covariance[0, 0] + covariance[2, 2] + covariance[4, 4]
-    east, north, up = mean[0] - anchor_m[0], mean[2] - anchor_m[1], mean[4] - anchor_m[2]
+    across_m2 = covariance[EAST, EAST] + covariance[NORTH, NORTH] + covariance[UP, UP]
+    east, north, up = mean[EAST] - anchor_m[0], mean[NORTH] - anchor_m[1], mean[UP] - anchor_m[2]
     return 0.75 * across_m2 * across_m2 / max(east * east + north * north + up * up, 1e-9)
 
 
@@ -67,14 +91,14 @@ def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, f
 
     anchors_m: (k, 3); measured_m: (k,), NaN = not measured; variances_m2: (k,), inf = left out. gate: (squared number
     of sigmas beyond which a single innovation is not believed, inf = none; doubt (1,), in place, see LOST). found:
-    innovation, its variance, and LEFT_OUT, USED, GATED, or REACQUIRED: used by a belief that was found wrong. Every
+    INNOVATION, its VARIANCE, and VERDICT: LEFT_OUT, USED, GATED, or REACQUIRED: used by a belief that was found wrong. Every
     range is linearised at the state before the first one, so their order does not matter but for the gate.
     """
     n = mean.shape[0]
     squared, doubt = gate
     before, row, gain = mean.copy(), mean.copy(), mean.copy()
     for a in range(anchors_m.shape[0]):
-        found[a, 0], found[a, 1], found[a, 2] = math.nan, math.nan, LEFT_OUT
+        found[a, INNOVATION], found[a, VARIANCE], found[a, VERDICT] = math.nan, math.nan, LEFT_OUT
         if math.isnan(measured_m[a]) or not variances_m2[a] < math.inf:
             continue
         innovation_m = measured_m[a] - range_row(before, anchors_m[a], row)
@@ -83,13 +107,13 @@ def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, f
             innovation_m -= row[i] * (mean[i] - before[i])
             for j in range(n):
                 expected_m2 += row[i] * covariance[i, j] * row[j]
-        found[a, 0], found[a, 1] = innovation_m, expected_m2
+        found[a, INNOVATION], found[a, VARIANCE] = innovation_m, expected_m2
         variance_m2, beyond = variances_m2[a], innovation_m * innovation_m > squared * expected_m2
         verdict = USED
         if doubt[0] >= 0.0 and beyond:
             doubt[0] += 1.0
             if doubt[0] < LOST:
-                found[a, 2] = GATED
+                found[a, VERDICT] = GATED
                 continue
             reopen(covariance, innovation_m * innovation_m)
             doubt[0] = -REOPENED
@@ -106,4 +130,4 @@ def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, f
         joseph(covariance, row, variance_m2, gain)
         for i in range(n):
             mean[i] += gain[i] * innovation_m
-        found[a, 2] = verdict
+        found[a, VERDICT] = verdict

@@ -40,7 +40,8 @@ def step_many(means, covariances, step_s, psd, anchors_m, ranges, gate, found):
     gate: (squared, doubts (s, 1)); found: (s, k, 3), as of update_ranges.
     """
     measured_m, variances_m2 = ranges
+    squared, doubts = gate
     for s in prange(means.shape[0]):
         advance(means[s], covariances[s], step_s, psd)
-        own_gate = gate[0], gate[1][s]
+        own_gate = squared, doubts[s]
         update_ranges(means[s], covariances[s], anchors_m, measured_m[s], variances_m2[s], own_gate, found[s])

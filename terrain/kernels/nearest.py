@@ -1,12 +1,11 @@
 """The nearest place of the triangulated surface: exact, through a pyramid of the lowest and highest ground.
 
-A pyramid is (low, high, holes, levels): per node of every level the lowest and highest known post, and whether a
-triangle of it is unknown; flat, finest level first. levels: (number of levels, 3) first node, rows, columns. A node of
-level 0 is a square of four posts; one of level L covers 2^L × 2^L of them. Places are metres east, north and up of the
-post (0, 0), so north is negative inside the grid.
+A node of level 0 of the pyramid is a square of four posts; one of level L covers 2^L × 2^L of them. Places are metres
+east, north and up of the post (0, 0), so north is negative inside the grid; cells are (east, north).
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
@@ -16,18 +15,33 @@ from compiled.options import parallel_kernel, scalar_kernel
 from .surface import settled, surface_height
 from .triangle import nearest_on_triangle
 
-__all__ = ["build_pyramid", "nearest_places"]
+__all__ = ["Pyramid", "build_pyramid", "nearest_places"]
 
 # four children of every level but the last, of at most 32 levels
 STACK = 128
+
+FIRST, ROWS, COLS = 0, 1, 2  # columns of levels
+LEVEL, ROW, COL = 0, 1, 2  # of nodes that wait to be looked into
+
+
+class Pyramid(NamedTuple):
+    """Per node of every level, finest first, (nodes,): lowest and highest known post, any unknown triangle.
+
+    levels: (n, 3) the FIRST node, ROWS and COLS of each.
+    """
+
+    low_m: Any
+    high_m: Any
+    holes: Any
+    levels: Any
 
 
 @scalar_kernel
 def build_pyramid(heights_m, levels, low_m, high_m, holes):
     """Fill low_m, high_m and holes of every node; an unknown node is higher than nothing and lower than nothing."""
-    for r in range(levels[0, 1]):
-        for c in range(levels[0, 2]):
-            node = r * levels[0, 2] + c
+    for r in range(levels[0, ROWS]):
+        for c in range(levels[0, COLS]):
+            node = r * levels[0, COLS] + c
             low_m[node], high_m[node], holes[node] = math.inf, -math.inf, False
             for i in range(2):
                 for j in range(2):
@@ -38,10 +52,11 @@ def build_pyramid(heights_m, levels, low_m, high_m, holes):
                         low_m[node] = min(low_m[node], height_m)
                         high_m[node] = max(high_m[node], height_m)
     for level in range(1, levels.shape[0]):
-        below, rows_below, cols_below = levels[level - 1, 0], levels[level - 1, 1], levels[level - 1, 2]
-        for r in range(levels[level, 1]):
-            for c in range(levels[level, 2]):
-                node = levels[level, 0] + r * levels[level, 2] + c
+        under = level - 1
+        below, rows_below, cols_below = levels[under, FIRST], levels[under, ROWS], levels[under, COLS]
+        for r in range(levels[level, ROWS]):
+            for c in range(levels[level, COLS]):
+                node = levels[level, FIRST] + r * levels[level, COLS] + c
                 low_m[node], high_m[node], holes[node] = math.inf, -math.inf, False
                 for i in range(2 * r, min(2 * r + 2, rows_below)):
                     for j in range(2 * c, min(2 * c + 2, cols_below)):
@@ -55,10 +70,11 @@ def build_pyramid(heights_m, levels, low_m, high_m, holes):
 def _node_distance2(point, cells, pyramid, level, r, c, unknown):
     """Squared distance to the box around a node that nothing in it can be nearer than; inf where nothing is in it."""
     low_m, high_m, holes, levels = pyramid
-    node = levels[level, 0] + r * levels[level, 2] + c
+    node = levels[level, FIRST] + r * levels[level, COLS] + c
     size = 1 << level
-    west_m, east_m = c * size * cells[0], min((c + 1) * size, levels[0, 2]) * cells[0]
-    north_m, south_m = -r * size * cells[1], -min((r + 1) * size, levels[0, 1]) * cells[1]
+    cell_east_m, cell_north_m = cells
+    west_m, east_m = c * size * cell_east_m, min((c + 1) * size, levels[0, COLS]) * cell_east_m
+    north_m, south_m = -r * size * cell_north_m, -min((r + 1) * size, levels[0, ROWS]) * cell_north_m
     across_m = max(west_m - point[0], point[0] - east_m, 0.0)
     along_m = max(south_m - point[1], point[1] - north_m, 0.0)
     over_m = 0.0
@@ -75,6 +91,7 @@ def _node_distance2(point, cells, pyramid, level, r, c, unknown):
 @scalar_kernel
 def _in_square(point, heights_m, cells, r, c, unknown):
     """(place, squared distance) of a square's nearer triangle: of a known one, or seen from above an unknown one."""
+    cell_east_m, cell_north_m = cells
     best, least2 = (math.nan, math.nan, math.nan), math.inf
     for half in range(2):
         i, j = (r + 1, c) if half == 0 else (r, c + 1)
@@ -85,9 +102,9 @@ def _in_square(point, heights_m, cells, r, c, unknown):
             first, second, third = point[2], point[2], point[2]
         place, distance2 = nearest_on_triangle(
             point,
-            (c * cells[0], -r * cells[1], first),
-            (j * cells[0], -i * cells[1], second),
-            ((c + 1) * cells[0], -(r + 1) * cells[1], third),
+            (c * cell_east_m, -r * cell_north_m, first),
+            (j * cell_east_m, -i * cell_north_m, second),
+            ((c + 1) * cell_east_m, -(r + 1) * cell_north_m, third),
         )
         if distance2 < least2:
             best, least2 = place, distance2
@@ -97,28 +114,29 @@ def _in_square(point, heights_m, cells, r, c, unknown):
 @scalar_kernel
 def _search(point, heights_m, cells, pyramid, unknown):
     """(place, squared distance) of the nearest known triangle, or seen from above of the nearest unknown one."""
-    levels = pyramid[3]
-    rows, cols = levels[0, 1], levels[0, 2]
-    below_r = min(max(int(-point[1] / cells[1]), 0), rows - 1)
-    below_c = min(max(int(point[0] / cells[0]), 0), cols - 1)
+    levels = pyramid.levels
+    cell_east_m, cell_north_m = cells
+    rows, cols = levels[0, ROWS], levels[0, COLS]
+    below_r = min(max(int(-point[1] / cell_north_m), 0), rows - 1)
+    below_c = min(max(int(point[0] / cell_east_m), 0), cols - 1)
     best, least2 = _in_square(point, heights_m, cells, below_r, below_c, unknown)
     nodes, bounds = np.empty((STACK, 3), np.int64), np.empty(STACK)
-    nodes[0, 0], nodes[0, 1], nodes[0, 2] = levels.shape[0] - 1, 0, 0
+    nodes[0, LEVEL], nodes[0, ROW], nodes[0, COL] = levels.shape[0] - 1, 0, 0
     bounds[0] = 0.0
     waiting = 1
     while waiting > 0:
         waiting -= 1
         if bounds[waiting] >= least2:
             continue
-        level, r, c = nodes[waiting, 0], nodes[waiting, 1], nodes[waiting, 2]
+        level, r, c = nodes[waiting, LEVEL], nodes[waiting, ROW], nodes[waiting, COL]
         if level == 0:
             place, distance2 = _in_square(point, heights_m, cells, r, c, unknown)
             if distance2 < least2:
                 best, least2 = place, distance2
             continue
         first = waiting
-        for i in range(2 * r, min(2 * r + 2, levels[level - 1, 1])):
-            for j in range(2 * c, min(2 * c + 2, levels[level - 1, 2])):
+        for i in range(2 * r, min(2 * r + 2, levels[level - 1, ROWS])):
+            for j in range(2 * c, min(2 * c + 2, levels[level - 1, COLS])):
                 bound = _node_distance2(point, cells, pyramid, level - 1, i, j, unknown)
                 if bound >= least2:
                     continue
@@ -129,7 +147,7 @@ def _search(point, heights_m, cells, pyramid, unknown):
                     nodes[slot] = nodes[slot - 1]
                     slot -= 1
                 bounds[slot] = bound
-                nodes[slot, 0], nodes[slot, 1], nodes[slot, 2] = level - 1, i, j
+                nodes[slot, LEVEL], nodes[slot, ROW], nodes[slot, COL] = level - 1, i, j
                 waiting += 1
     return best, least2
 
@@ -141,17 +159,21 @@ def nearest_places(points_m, heights_m, cells, pyramid, nearest_m, distance_m, u
     points_m: (n, 3) from the post (0, 0). distance_m: below the surface negative; outside the grid and over unknown
     ground NaN, as is nearest_m. unknown_m: inf where all ground is known, NaN outside the grid.
     """
-    root = pyramid[3][pyramid[3].shape[0] - 1, 0]
-    has_holes = pyramid[2][root]
+    root = pyramid.levels[pyramid.levels.shape[0] - 1, FIRST]
+    has_holes = pyramid.holes[root]
+    cell_east_m, cell_north_m = cells
     for p in prange(points_m.shape[0]):
         point = (points_m[p, 0], points_m[p, 1], points_m[p, 2])
-        row, col = settled(-point[1] / cells[1]), settled(point[0] / cells[0])
+        row, col = settled(-point[1] / cell_north_m), settled(point[0] / cell_east_m)
         nearest_m[p, :] = math.nan
         distance_m[p], unknown_m[p] = math.nan, math.nan
         inside = row >= 0.0 and row <= heights_m.shape[0] - 1 and col >= 0.0 and col <= heights_m.shape[1] - 1
         if not inside:
             continue
-        unknown_m[p] = math.sqrt(_search(point, heights_m, cells, pyramid, True)[1]) if has_holes else math.inf
+        unknown_m[p] = math.inf
+        if has_holes:
+            _, unknown2 = _search(point, heights_m, cells, pyramid, True)
+            unknown_m[p] = math.sqrt(unknown2)
         ground_m = surface_height(heights_m, row, col)
         if math.isnan(ground_m):
             continue

@@ -9,6 +9,7 @@ __all__ = ["CACHE_LINE", "TILE", "turn", "turn_in", "turn_out"]
 
 TILE = 64  # columns turned at once: four cache lines of float32
 CACHE_LINE = 16  # float32
+START, STOP = 0, 1
 ROWS_AHEAD = 32  # whose places in memory the processor does not foresee
 
 
@@ -33,7 +34,7 @@ def turn_out(lines, where, start, stop, whole, out):
     """Copy what each line owns, rows [start, stop), from lines (lines, rows from top on) into a tile of the grid.
 
     where: (first row of lines, first row that any line owns, one past the last, first column of the tile, columns).
-    whole: (TILE / BLOCK, 2) rows that all of so many lines own, one past the last.
+    whole: (TILE / BLOCK, 2) START and STOP of the rows that all of so many lines own.
     """
     top, first, last, west, n = where
     for row in range(first, last, BLOCK):
@@ -41,7 +42,7 @@ def turn_out(lines, where, start, stop, whole, out):
             for k in range(0, n, CACHE_LINE):
                 prefetch(out, ahead, west + k)
         for k in range(0, n, BLOCK):
-            if whole[k // BLOCK, 0] <= row and row + BLOCK <= whole[k // BLOCK, 1]:
+            if whole[k // BLOCK, START] <= row and row + BLOCK <= whole[k // BLOCK, STOP]:
                 turn_block(lines, k, row - top, out, row, west + k)
             else:
                 for line in range(k, min(k + BLOCK, n)):
