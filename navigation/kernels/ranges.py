@@ -90,9 +90,10 @@ def update_ranges(mean, covariance, anchors_m, measured_m, variances_m2, gate, f
     """Correct state and covariance in place by ranges of one instant; fill found (k, 3).
 
     anchors_m: (k, 3); measured_m: (k,), NaN = not measured; variances_m2: (k,), inf = left out. gate: (squared number
-    of sigmas beyond which a single innovation is not believed, inf = none; doubt (1,), in place, see LOST). found:
-    INNOVATION, its VARIANCE, and VERDICT: LEFT_OUT, USED, GATED, or REACQUIRED: used by a belief that was found wrong. Every
-    range is linearised at the state before the first one, so their order does not matter but for the gate.
+    of sigmas beyond which a single innovation is not believed, inf = none; doubt (1,), in place, see LOST).
+    found: INNOVATION, its VARIANCE, and as VERDICT LEFT_OUT, USED, GATED, or REACQUIRED: used by a belief that was
+    found wrong. Every range is linearised at the state before the first one, so their order does not matter but for
+    the gate.
     """
     n = mean.shape[0]
     squared, doubt = gate

@@ -22,7 +22,7 @@ MAY_IMPORT = {
 }
 NOT_OURS_AT_RUN_TIME = {"tests", "benchmarks", "pytest"}
 HTTP_AND_TERMINAL = {"fastapi", "starlette", "uvicorn", "httpx", "typer", "click", "rich", "sqlite3"}
-KERNELS_MAY_IMPORT = {"numba", "numpy", "math"}
+KERNELS_MAY_IMPORT = {"numba", "numpy", "math", "typing"}
 HOW_KERNELS_ARE_COMPILED = ("compiled.options", "compiled.vectors")
 
 

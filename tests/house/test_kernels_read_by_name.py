@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 from tests.house.repository import PACKAGES, ROOT, modules
 
 MOST_ARGUMENTS = 8
@@ -19,7 +21,16 @@ VECTORS = {
 # of these the first element is asked for, which is no column
 SEQUENCES = {"bounds", "depths", "doubt", "marks", "nodes", "p", "q", "sets", "start", "times_s"}
 # what is not converted yet: how many column numbers a module still has, and how many functions take too many arguments
-COLUMN_NUMBERS_YET: dict[str, int] = {}
+COLUMN_NUMBERS_YET = {
+    "planning/kernels/flight_segments.py": 24,
+    "planning/kernels/path_fields.py": 19,
+    "planning/kernels/path_grid.py": 23,
+    "planning/kernels/path_leaves.py": 1,
+    "planning/kernels/path_proof.py": 1,
+    "planning/kernels/path_segments.py": 62,
+    "planning/kernels/path_smoothing.py": 36,
+    "planning/kernels/placement.py": 58,
+}
 MANY_ARGUMENTS_YET: dict[str, int] = {}
 
 
