@@ -5,9 +5,14 @@ from .diagnosis import Cause, Suspicion, diagnose
 from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .geometric import GeometricDetection, detect_2d, detect_3d
-from .settings import DetectorSettings
+from .settings import (
+    DetectorSettings,
+    false_positive_rate,
+    k_for_false_positive_rate,
+    sigma_geometric_m,
+    sigma_odometry_m,
+)
 from .state import AnchorState, DetectorState, Health
-from .tolerances import false_positive_rate, k_for_false_positive_rate, sigma_geometric_m, sigma_odometry_m
 from .verdicts import (
     AnchorVerdict,
     Classification,

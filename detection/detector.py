@@ -6,12 +6,11 @@ from collections import Counter, deque
 from collections.abc import Sequence
 
 from .diagnosis import EpochNote, Suspicion, note_of, places_of, suspicions_of
-from .epoch_order import EpochOrder
 from .epoch_results import rejected_epoch
 from .epochs import RangeEpoch, RangingAnchor, check_anchors
 from .errors import DetectionInputError
 from .geometric import MOST_RANGES
-from .intake import take_in
+from .intake import EpochOrder, take_in
 from .judging import Judge
 from .settings import DetectorSettings
 from .state import AnchorRecord, DetectorState

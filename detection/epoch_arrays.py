@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .epochs import RangeMeasurement, RangingAnchor
-from .settings import DetectorSettings
+from .settings import DetectorSettings, sigma_geometric_m
 from .subset_search import Ranges
-from .tolerances import sigma_geometric_m
 from .tracks import Heard, Track
 
 __all__ = ["EpochArrays", "anchor_places", "arrays_of"]

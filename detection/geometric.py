@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from .errors import DetectionInputError
 from .kernels import misfits
-from .position_fixes import covariance_of, settled_side
-from .subset_search import ConsistentSet, Ranges, Rules, Search, search
+from .subset_search import ConsistentSet, Ranges, Rules, Search, covariance_of, search, settled_side
 from .verdicts import Classification, SearchReport
 
 __all__ = ["MOST_RANGES", "GeometricDetection", "detect_2d", "detect_3d", "detect_ranges"]

@@ -1,4 +1,4 @@
-"""What of an epoch can be used: everything a sensor may deliver wrongly is named, set aside and counted."""
+"""What of an epoch can be used, and in what order: what a sensor may deliver wrongly is named, set aside, counted."""
 
 from __future__ import annotations
 
@@ -11,7 +11,54 @@ from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
 from .settings import DetectorSettings
 from .verdicts import RejectedRange, Rejection
 
-__all__ = ["Intake", "take_in"]
+__all__ = ["EpochOrder", "Intake", "take_in"]
+
+# So many old epochs in a row, in order among themselves, are no stragglers: the sender's clock was set back.
+CLOCK_SET_BACK = 10
+
+
+class EpochOrder:
+    """Remembers the times of the last epochs; changed in place."""
+
+    def __init__(self, window: int) -> None:
+        self._window = window
+        self._times_s: list[float] = []
+        self._sequence: int | None = None
+        self._old: list[float] = []
+
+    @property
+    def time_s(self) -> float | None:
+        """Of the last epoch that was used."""
+        return self._times_s[-1] if self._times_s else None
+
+    def rejection(self, epoch: RangeEpoch) -> Rejection | None:
+        """Why an epoch cannot be used as a whole after those before it, or None."""
+        if not math.isfinite(epoch.time_s):
+            return Rejection.BAD_TIME
+        if self.time_s is None:
+            return None
+        same_sequence = epoch.sequence is not None and epoch.sequence == self._sequence
+        if epoch.time_s == self.time_s or same_sequence:
+            return Rejection.DUPLICATE
+        if epoch.time_s > self.time_s:
+            return None
+        return Rejection.LATE if epoch.time_s < self._times_s[0] else Rejection.OUT_OF_ORDER
+
+    def accept(self, epoch: RangeEpoch) -> None:
+        """Take an epoch as the last one."""
+        self._times_s = [*self._times_s[-self._window + 1 :], epoch.time_s] if self._window > 1 else [epoch.time_s]
+        self._sequence, self._old = epoch.sequence, []
+
+    def was_set_back(self, epoch: RangeEpoch) -> bool:
+        """Whether this old epoch ends a run of old ones that are in order; then all before them is forgotten."""
+        if self._old and epoch.time_s <= self._old[-1]:
+            self._old = []
+        self._old.append(epoch.time_s)
+        if len(self._old) < CLOCK_SET_BACK:
+            return False
+        self._times_s, self._sequence, self._old = [], None, []
+        return True
+
 
 # A range that errs by more says nothing, and its variance may be beyond floating point.
 LARGEST_SIGMA_M = 1e12

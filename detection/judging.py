@@ -6,21 +6,19 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from .clock_offsets import aligned
 from .epoch_arrays import EpochArrays, anchor_places, arrays_of
 from .epoch_results import epoch_result, verdict_on
 from .epochs import RangeEpoch, RangingAnchor
 from .fusion import GEOMETRY_WEIGHTS, MOTION_WEIGHT, ODOMETRY_WEIGHTS, is_good_geometry
 from .geometric import GeometricDetection, detect_ranges
-from .health import Monitor, sensitivity_scale
 from .intake import Intake
-from .odometry import Motion, motion_of
-from .range_changes import Change, Trusted
+from .odometry import Motion, aligned, motion_of
 from .settings import DetectorSettings
+from .state import Monitor, sensitivity_scale
 from .tracking import Tracker
 from .tracks import Track
 from .verdicts import AnchorVerdict, EpochResult, OdometryCondition, PositionFix, Say, Sight
-from .witnesses import geometry_says, motion_says, odometry_says, prediction_says
+from .witnesses import Change, Trusted, geometry_says, motion_says, odometry_says, prediction_says
 
 __all__ = ["Judge"]
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from .epochs import OdometryIncrement
-from .settings import DetectorSettings
-from .tolerances import sigma_odometry_m
+from .settings import DetectorSettings, sigma_odometry_m
 from .verdicts import OdometryCondition
 
-__all__ = ["Motion", "expected_range_m", "motion_of", "violates_triangle"]
+__all__ = ["Motion", "aligned", "expected_range_m", "motion_of", "violates_triangle"]
 
 RELIABLE = OdometryCondition.RELIABLE
 
@@ -96,3 +95,24 @@ def _cross_check(wheel_m: float, accelerometer_m: float, settings: DetectorSetti
     if turning and not moving:
         return OdometryCondition.STUCK
     return OdometryCondition.SLIPPED if moving and not turning else OdometryCondition.DIFFERENT
+
+
+def aligned(before: Motion | None, now: Motion, ahead_s: float) -> Motion:
+    """The motion over the ranging interval, of increments stamped by a clock that is ahead by so many seconds.
+
+    An increment of a clock that is ahead began and ended too early. What it lacks at its end the rover is taken to have
+    done at the same speed; of one that is behind, the beginning belongs to the increment before.
+    """
+    share = min(max(-ahead_s / now.duration_s, 0.0), 1.0)
+    if share == 0.0 or before is None or not before.reliable:
+        return now
+    borrowed = now.duration_s / before.duration_s * share
+    displacement_m = None
+    if now.displacement_m is not None and before.displacement_m is not None:
+        east_m, north_m = (
+            (1.0 - share) * new + borrowed * old
+            for new, old in zip(now.displacement_m, before.displacement_m, strict=True)
+        )
+        displacement_m = east_m, north_m
+    length_m = (1.0 - share) * now.length_m + borrowed * before.length_m
+    return replace(now, length_m=length_m, displacement_m=displacement_m)

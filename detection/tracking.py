@@ -12,11 +12,9 @@ from .geometric import GeometricDetection, detect_ranges
 from .headings import Heading
 from .kernels import misfits
 from .odometry import Motion
-from .position_fixes import squared_sigmas
 from .settings import DetectorSettings
-from .sides import mirrored_near
-from .subset_search import Ranges
-from .tracks import Heard, Track, begin, follow, foretold, is_sane, with_displacement
+from .subset_search import Ranges, squared_sigmas
+from .tracks import Heard, Track, begin, follow, foretold, is_sane, mirrored_near, with_displacement
 from .verdicts import PositionFix
 
 __all__ = ["Tracker"]

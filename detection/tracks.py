@@ -1,10 +1,12 @@
 """The rover's own track as a witness: where it leads, a range must fit, and how far one does not fit is estimated.
 
 Numbers of the model are shares of the ranging sigma, or rates; how they were chosen is in docs/detection-proof.md.
+Of anchors in one plane, either side may be the rover's once it passes through.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 
@@ -15,7 +17,7 @@ from .kernels import track as kernel
 from .odometry import Motion
 from .settings import DetectorSettings
 
-__all__ = ["Heard", "Track", "begin", "follow", "foretold", "is_sane", "with_displacement"]
+__all__ = ["Heard", "Track", "begin", "follow", "foretold", "is_sane", "mirrored_near", "with_displacement"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -188,3 +190,36 @@ def is_sane(track: Track, dimension: int) -> bool:
         and variances_m2[:dimension].min() > 0.0
         and variances_m2.max() < ABSURD_M * ABSURD_M
     )
+
+
+def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int) -> Track | None:
+    """The same track on the other side of the anchors (m, 3), where it is so near their plane that they cannot tell.
+
+    Near it ranges know a height only by its square, h²/2r: below √(2·r·sigma) they do not know it. Anchors that stand
+    off their plane tell heights directly; where they do that better, there is no other side. None then, or further off.
+    """
+    d = dimension
+    if len(places_m) <= d:
+        return None
+    middle_m, normal, thick_m, wide2_m2 = _plane(places_m.tobytes(), d)
+    from_middle_m = track.place_m[:d] - middle_m
+    off_m = float(from_middle_m @ normal)
+    apart_m = math.sqrt(float(from_middle_m @ from_middle_m) + wide2_m2)  # of the anchors, in the root mean square
+    blind_m = math.sqrt(2.0 * apart_m * sigma_m)
+    if abs(off_m) > blind_m or 4.0 * thick_m * blind_m > sigma_m * apart_m:
+        return None
+    flip = np.eye(d) - 2.0 * np.outer(normal, normal)
+    whole = np.eye(len(track.state))
+    whole[:d, :d] = whole[3 : 3 + d, 3 : 3 + d] = flip
+    state = whole @ track.state
+    state[:d] = track.place_m[:d] - 2.0 * off_m * normal
+    return replace(track, state=state, covariance=whole @ track.covariance @ whole.T)
+
+
+@functools.lru_cache(maxsize=64)
+def _plane(places: bytes, d: int) -> tuple[Floats, Floats, float, float]:
+    """(middle (d,), normal (d,), how far off it anchors (m, 3) stand, root of the sum, mean square from the middle)."""
+    places_m = np.frombuffer(places).reshape(-1, 3)[:, :d]
+    middle_m = places_m.mean(axis=0)
+    _, sizes_m, axes = np.linalg.svd(places_m - middle_m, full_matrices=False)
+    return middle_m, axes[-1], float(sizes_m[-1]), float(sizes_m @ sizes_m) / len(places_m)

@@ -25,9 +25,9 @@ from visibility import (
     visible_sets,
 )
 from visibility.dilution import pack_sets, surface_normals
-from visibility.dilution.columns_of_air import column_tables
 from visibility.dilution.dop import solve
 from visibility.dilution.dop_questions import kind_code
+from visibility.dilution.sets_in_sight import column_tables
 from visibility.sight import ALL_ROUND, SurfaceCache
 
 from .places import metres_of

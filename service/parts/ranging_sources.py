@@ -17,8 +17,8 @@ from service.parts.sight import SightParameters
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, FlightLimit, MinimumVisibleAltitude, min_visible_altitude
 from visibility.air.morphing_maps import check_ceiling
-from visibility.dilution.columns_of_air import sources_of_anchors
-from visibility.dilution.flight_limits import check_geometry
+from visibility.dilution.dop_questions import check_geometry
+from visibility.dilution.sets_in_sight import sources_of_anchors
 from visibility.satellites import SatelliteEyes, satellite_eyes
 from visibility.satellites.in_view import Constellation
 from visibility.sight import check_anchors

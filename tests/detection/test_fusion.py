@@ -18,7 +18,7 @@ from detection.fusion import (
     fused_probability,
     is_good_geometry,
 )
-from detection.health import Monitor, sensitivity_scale
+from detection.state import Monitor, sensitivity_scale
 
 SETTINGS = DetectorSettings()
 

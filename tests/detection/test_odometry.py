@@ -20,8 +20,7 @@ from detection import (
     RangingAnchor,
     Say,
 )
-from detection.clock_offsets import aligned
-from detection.odometry import Motion, expected_range_m, motion_of, violates_triangle
+from detection.odometry import Motion, aligned, expected_range_m, motion_of, violates_triangle
 
 SETTINGS = DetectorSettings(wheel_sigma_m=0.02, accelerometer_sigma_m=0.02, max_speed_m_per_s=3.0, range_sigma_m=0.05)
 RELIABLE, STUCK, SLIPPED = OdometryCondition.RELIABLE, OdometryCondition.STUCK, OdometryCondition.SLIPPED

@@ -12,7 +12,7 @@ from tests.visibility.morphing_cases import low_anchors, satellites
 from visibility import VISIBLE, Anchor, AntennaLimits, VisibilityInputError, min_visible_altitude
 from visibility.air.control_volumes import control_volume, volume_blocks, volume_slabs, whole_volume
 from visibility.air.volume_layers import AltitudeLayers, altitude_layers
-from visibility.air.volume_sections import horizontal_section, vertical_section
+from visibility.air.volume_views import horizontal_section, vertical_section
 
 
 def bits(words, anchors):

@@ -15,7 +15,7 @@ from visibility import Anchor, VisibilityInputError, min_visible_altitude
 from visibility.air.control_volumes import control_volume, whole_volume
 from visibility.air.isosurfaces import isosurface
 from visibility.air.volume_layers import altitude_layers
-from visibility.dilution.flight_limits import FlightLimit
+from visibility.dilution.dop_questions import FlightLimit
 
 CORNERS = ((0.0, 0.0), (400.0, 0.0), (0.0, -400.0), (400.0, -400.0))
 

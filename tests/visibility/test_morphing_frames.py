@@ -13,9 +13,9 @@ from tests.visibility.morphing_cases import low_anchors
 from visibility import Anchor, AnchorError, AntennaLimits, DistantAnchor, VisibilityInputError, min_visible_altitude
 from visibility.air.morphing_maps import morphing_map
 from visibility.air.morphing_times import availability, morphing_frames
-from visibility.dilution.flight_limits import FlightLimit
+from visibility.dilution.dop_questions import FlightLimit
 from visibility.sight.anchor_tracks import AnchorTrack
-from visibility.sight.surface_cache import SurfaceCache
+from visibility.sight.minimum_altitude import SurfaceCache
 
 LIMIT = FlightLimit(2.5)
 
@@ -79,7 +79,7 @@ def test_one_of_sixteen_anchors_that_moves_recomputes_only_itself(monkeypatch):
         asked.append(len(args[1]))
         return min_visible_altitude(*args, **options)
 
-    monkeypatch.setattr("visibility.sight.surface_cache.min_visible_altitude", counting)
+    monkeypatch.setattr("visibility.sight.minimum_altitude.min_visible_altitude", counting)
     cache = SurfaceCache(grid)
     times_s = [0.0, 30.0, 60.0, 90.0]
     list(morphing_frames(grid, (*anchors, moving), times_s, LIMIT, ceiling_m=ceiling_m, cache=cache))

@@ -12,7 +12,7 @@ from tests.visibility.grounds import hills
 from tests.visibility.morphing_cases import TOLERANCE_M, check_all, low_anchors, satellites
 from visibility import FLAT, Anchor, AntennaLimits, DistantAnchor, VisibilityInputError, min_visible_altitude
 from visibility.air.morphing_maps import ColumnState, morphing_map
-from visibility.dilution.flight_limits import FlightLimit
+from visibility.dilution.dop_questions import FlightLimit
 
 
 @pytest.mark.parametrize(

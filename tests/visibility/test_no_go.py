@@ -8,7 +8,7 @@ from matplotlib.path import Path as DrawnPath
 
 from terrain import ElevationGrid
 from visibility import VisibilityInputError
-from visibility.dilution.no_go import contour_lines, zones
+from visibility.dilution.dop_maps import contour_lines, zones
 
 
 def flat(rows, cols):

@@ -7,8 +7,7 @@ import pytest
 from compiled.read_only import read_only
 from terrain import fractal
 from visibility.sight.kernels import sweep as kernel
-from visibility.sight.sectors import Eye, share_out
-from visibility.sight.shares import Work
+from visibility.sight.sectors import Eye, Work, share_out
 
 SHAPE = (220, 301)
 EYES: list[Eye] = [(110.0, 150.0, 900.0), (5.25, 290.5, 900.0), (-40.0, 420.0, 1500.0)]

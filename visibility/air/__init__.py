@@ -11,9 +11,14 @@ from visibility.air.control_volumes import (
 from visibility.air.isosurfaces import Isosurface, isosurface
 from visibility.air.morphing_maps import ColumnState, MorphingMap, morphing_map
 from visibility.air.morphing_times import Availability, MorphingFrame, availability, morphing_frames
-from visibility.air.volume_datasets import volume_dataset
 from visibility.air.volume_layers import AltitudeLayers, altitude_layers
-from visibility.air.volume_sections import HorizontalSection, VerticalSection, horizontal_section, vertical_section
+from visibility.air.volume_views import (
+    HorizontalSection,
+    VerticalSection,
+    horizontal_section,
+    vertical_section,
+    volume_dataset,
+)
 
 __all__ = [
     "AltitudeLayers",

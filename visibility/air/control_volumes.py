@@ -11,9 +11,8 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility.air.kernels import volume as kernel
 from visibility.air.volume_layers import AltitudeLayers
-from visibility.dilution.columns_of_air import ColumnTables, column_tables
-from visibility.dilution.dop_questions import DopKind, Measure, Sources, kind_code, set_words
-from visibility.dilution.flight_limits import MEASURES
+from visibility.dilution.dop_questions import MEASURES, DopKind, Measure, Sources, kind_code, set_words
+from visibility.dilution.sets_in_sight import ColumnTables, column_tables
 from visibility.errors import VisibilityInputError
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
 

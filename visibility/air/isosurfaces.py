@@ -10,7 +10,7 @@ from skimage.measure import marching_cubes
 
 from terrain import ElevationGrid
 from visibility.air.control_volumes import BLOCK_VOXELS, WHOLE_VOXELS, ControlVolume, VoxelBlock, volume_blocks
-from visibility.dilution.flight_limits import FlightLimit
+from visibility.dilution.dop_questions import FlightLimit
 from visibility.errors import VisibilityInputError
 
 __all__ = ["Isosurface", "isosurface"]

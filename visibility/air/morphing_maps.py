@@ -13,8 +13,8 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility.air.kernels import morphing as kernel
 from visibility.air.kernels.columns import Question
-from visibility.dilution.columns_of_air import column_tables
-from visibility.dilution.flight_limits import FlightLimit, check_geometry
+from visibility.dilution.dop_questions import FlightLimit, check_geometry
+from visibility.dilution.sets_in_sight import column_tables
 from visibility.errors import VisibilityInputError
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
 

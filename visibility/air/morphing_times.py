@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.air.morphing_maps import ColumnState, MorphingMap, check_ceiling, closed_map, morphing_map
-from visibility.dilution.columns_of_air import sources_of_anchors
-from visibility.dilution.flight_limits import FlightLimit, geometry_fault
+from visibility.dilution.dop_questions import FlightLimit, geometry_fault
+from visibility.dilution.sets_in_sight import sources_of_anchors
 from visibility.errors import AnchorError, VisibilityInputError
 from visibility.sight.anchor_tracks import MovingAnchor, anchors_at
 from visibility.sight.anchors import Anchor, check_anchors
 from visibility.sight.distant import DistantAnchor
-from visibility.sight.surface_cache import SurfaceCache
+from visibility.sight.minimum_altitude import SurfaceCache
 
 __all__ = ["Availability", "MorphingFrame", "anchors_over", "availability", "morphing_frames"]
 

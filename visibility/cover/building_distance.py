@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from visibility.cover.buildings import Buildings
-from visibility.cover.kernels.nearest_building import LEAF, Tree, bodies_around, nearest_on_mesh
+from visibility.cover.kernels.triangles import LEAF, Tree, bodies_around, nearest_on_mesh
 from visibility.errors import VisibilityInputError
 
 __all__ = ["NearestBuilding", "nearest_building", "solid_bodies"]

@@ -11,7 +11,7 @@ from embreex.mesh_construction import TriangleMesh as EmbreeMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from terrain import ElevationGrid, TriangleMesh, grid_mesh
-from visibility.cover.kernels.ray_triangle import first_hits
+from visibility.cover.kernels.triangles import first_hits
 from visibility.errors import VisibilityInputError
 from visibility.sight.curvature import Curvature
 from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M

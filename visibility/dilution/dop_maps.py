@@ -1,27 +1,28 @@
-"""Maps of dilution of precision for a rover: at every post of the grid, at one height above the ground."""
+"""Maps of dilution of precision at one height above the ground; their no-go zones as polygons, and contour lines."""
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import get_args
+from itertools import pairwise
+from typing import cast, get_args
 
+import contourpy
 import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
 from terrain.version import VERSION
-from visibility.dilution.columns_of_air import ColumnTables, column_tables
-from visibility.dilution.dop import Dop, solve
-from visibility.dilution.dop_per_set import solve_per_set
+from visibility.dilution.dop import Dop, solve, solve_per_set
 from visibility.dilution.dop_questions import DopKind, DopReason, Measure, kind_code
 from visibility.dilution.ground_normals import post_normals
-from visibility.dilution.sets_in_sight import sets_of
+from visibility.dilution.sets_in_sight import ColumnTables, column_tables, sets_of
 from visibility.errors import VisibilityInputError
 from visibility.sight.minimum_altitude import UNKNOWN, MinimumVisibleAltitude
 
-__all__ = ["GO", "NO_GO", "DopMap", "antenna_points", "check_receiver", "dop_map"]
+__all__ = ["GO", "NO_GO", "DopMap", "Zone", "antenna_points", "check_receiver", "contour_lines", "dop_map", "zones"]
 
 GO, NO_GO = np.uint8(0), np.uint8(1)
 
@@ -150,3 +151,77 @@ def _of_rows(
         return solve_per_set(points, tables.sources, sets.mask, sets.unknown, kind)
     normals = post_normals(grid, *rows) if on_surface else None
     return solve(points, tables.sources, sets.mask, sets.unknown, kind, normals)
+
+
+Ring = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """A polygon with holes: closed rings (n, 2) of east_m, north_m, first point = last.
+
+    exterior runs counter-clockwise, holes clockwise, as GeoJSON (RFC 7946) wants them.
+    """
+
+    exterior: Ring
+    holes: tuple[Ring, ...]
+
+    @property
+    def area_m2(self) -> float:
+        """Area within the exterior and outside the holes."""
+        return _signed_area_m2(self.exterior) + sum(_signed_area_m2(hole) for hole in self.holes)
+
+
+def zones(grid: ElevationGrid, inside: npt.ArrayLike) -> tuple[Zone, ...]:
+    """Polygons around the posts (rows, cols) that are inside: every such post is in one of them, and no other post is.
+
+    Borders run half way between a post inside and its neighbour outside, at the edge of the grid half a cell beyond the
+    outermost posts. Diagonal neighbours are joined. Raises VisibilityInputError for an array of another shape.
+    """
+    mask = np.asarray(inside, np.bool_)
+    if mask.shape != grid.shape:
+        raise VisibilityInputError(f"A mask of zones must have the grid's shape {grid.shape}, not {mask.shape}.")
+    generator = contourpy.contour_generator(
+        *_half_a_cell_wider(grid), np.pad(mask.astype(np.float64), 1, mode="edge"), fill_type="OuterOffset"
+    )
+    points, offsets = cast(tuple[list[Ring], list[npt.NDArray[np.uint32]]], generator.filled(0.5, 2.0))
+    found = []
+    for ring_points, ring_offsets in zip(points, offsets, strict=True):
+        rings = [ring_points[start:stop] for start, stop in pairwise(ring_offsets)]
+        exterior = rings[0] if _signed_area_m2(rings[0]) > 0.0 else rings[0][::-1]
+        holes = tuple(hole if _signed_area_m2(hole) < 0.0 else hole[::-1] for hole in rings[1:])
+        found.append(Zone(exterior, holes))
+    return tuple(found)
+
+
+def contour_lines(
+    grid: ElevationGrid, dop: npt.ArrayLike, levels: Sequence[float]
+) -> dict[float, tuple[npt.NDArray[np.float64], ...]]:
+    """Lines (n, 2) of east_m, north_m along which a dilution (rows, cols) has each level.
+
+    Interpolated in 1/dop, which is 0 where there is no fix, so that lines end at no cliff of infinity; none goes where
+    dop is NaN. Raises VisibilityInputError.
+    """
+    values = np.asarray(dop, np.float64)
+    if values.shape != grid.shape or min(grid.shape) < 2:
+        raise VisibilityInputError(f"Contours need two rows and columns of the grid's shape {grid.shape}.")
+    wrong = [level for level in levels if not (np.isfinite(level) and level > 0.0)]
+    if wrong:
+        raise VisibilityInputError(f"Contour levels of a dilution must be numbers > 0, not {wrong[0]}.")
+    east_m = grid.origin_east_m + np.arange(grid.cols) * grid.cell_east_m
+    north_m = grid.origin_north_m - np.arange(grid.rows) * grid.cell_north_m
+    generator = contourpy.contour_generator(east_m, north_m, np.ma.masked_invalid(1.0 / values), line_type="Separate")
+    return {float(level): tuple(cast(list[Ring], generator.lines(1.0 / level))) for level in levels}
+
+
+def _half_a_cell_wider(grid: ElevationGrid) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """East and north of the posts, and of one more on each side at half the distance."""
+    col = np.concatenate([[-0.5], np.arange(grid.cols), [grid.cols - 0.5]])
+    row = np.concatenate([[-0.5], np.arange(grid.rows), [grid.rows - 0.5]])
+    return grid.origin_east_m + col * grid.cell_east_m, grid.origin_north_m - row * grid.cell_north_m
+
+
+def _signed_area_m2(ring: Ring) -> float:
+    """Area of a closed ring, positive counter-clockwise."""
+    east_m, north_m = (ring - ring[0]).T  # near zero, so that products lose no digits
+    return float(0.5 * np.sum(east_m[:-1] * north_m[1:] - east_m[1:] * north_m[:-1]))

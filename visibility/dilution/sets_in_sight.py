@@ -1,21 +1,83 @@
-"""Visible sets along a trajectory: which anchors each of many points sees, from minimum visible altitudes."""
+"""Visible sets along a trajectory, and the surfaces and antennas that they follow from as the kernels take them."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from visibility.dilution.columns_of_air import ColumnTables, column_tables
+from terrain import ElevationGrid
 from visibility.dilution.dop import Dop, solve
-from visibility.dilution.dop_questions import DopKind, set_words
+from visibility.dilution.dop_questions import DopKind, Sources, set_words, sources_of
 from visibility.dilution.ground_normals import rover_normals
-from visibility.dilution.kernels.visible_sets import sets_at_points
+from visibility.dilution.kernels.visible_sets import Antennas, Surfaces, Window, sets_at_points
+from visibility.sight.anchors import ALL_ROUND, Anchor, limits_of
+from visibility.sight.distant import DistantAnchor
+from visibility.sight.kernels.reach import LIMIT_FIELDS
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
 from visibility.sight.sight_points import check_points, in_posts
 
-__all__ = ["VisibleSets", "dop_along", "visible_sets"]
+__all__ = ["ColumnTables", "VisibleSets", "column_tables", "dop_along", "sources_of_anchors", "visible_sets"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ColumnTables:
+    """Arguments that the column kernels share; see kernels.visible_sets."""
+
+    surfaces: Surfaces
+    antennas: Antennas
+    sources: Sources
+
+    def window(self, grid: ElevationGrid, first_row: int, first_col: int) -> Window:
+        """Where a window of posts begins."""
+        return Window(
+            grid.origin_east_m,
+            grid.origin_north_m,
+            grid.cell_east_m,
+            grid.cell_north_m,
+            first_row,
+            first_col,
+        )
+
+
+def column_tables(surfaces: MinimumVisibleAltitude) -> ColumnTables:
+    """The tables of a set of surfaces."""
+    anchors = surfaces.anchors
+    sources = sources_of_anchors(anchors)
+    limits = np.full(len(anchors), np.array(limits_of(ALL_ROUND), LIMIT_FIELDS))
+    limited = np.zeros(len(anchors), np.bool_)
+    for number, anchor in enumerate(anchors):
+        if isinstance(anchor, Anchor) and anchor.limits != ALL_ROUND:
+            limited[number] = True
+            limits[number] = limits_of(anchor.limits)
+    columns = Surfaces(
+        np.ascontiguousarray(surfaces.altitude_m),
+        np.ascontiguousarray(surfaces.hidden_below_m),
+        surfaces.grid.heights_m,
+    )
+    antennas = Antennas(sources.anchors, sources.distant, limits, limited, surfaces.curvature.drop_per_m2)
+    return ColumnTables(columns, antennas, sources)
+
+
+def sources_of_anchors(anchors: tuple[Anchor | DistantAnchor, ...]) -> Sources:
+    """Anchors as the dilution kernels take them: near ones by position, distant ones by direction."""
+    rows, distant = [], []
+    for anchor in anchors:
+        distant.append(isinstance(anchor, DistantAnchor))
+        if isinstance(anchor, DistantAnchor):
+            across = math.cos(anchor.elevation_rad)
+            rows.append(
+                (
+                    across * math.sin(anchor.azimuth_rad),
+                    across * math.cos(anchor.azimuth_rad),
+                    math.sin(anchor.elevation_rad),
+                )
+            )
+        else:
+            rows.append((anchor.east_m, anchor.north_m, anchor.altitude_m))
+    return sources_of(rows, distant)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,7 @@
 """Satellites: almanacs and broadcast ephemerides, where the satellites stand, and how a grid sees them."""
 
-from .eyes import SatelliteEyes, satellite_eyes
-from .grid_places import place_on_grid
-from .in_view import SatellitesInView, satellite_positions_ecef_m, satellites_in_view
-from .tracks import SatelliteTrack, satellite_tracks
+from .eyes import SatelliteEyes, SatelliteTrack, satellite_eyes, satellite_tracks
+from .in_view import SatellitesInView, place_on_grid, satellite_positions_ecef_m, satellites_in_view
 
 __all__ = [
     "SatelliteEyes",

@@ -2,17 +2,28 @@
 
 from visibility.sight.anchor_tracks import AnchorTrack, MovingAnchor
 from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, check_anchors
-from visibility.sight.camera import Camera, camera_for_anchor
+from visibility.sight.camera import (
+    OUTSIDE_DEM,
+    OUTSIDE_VIEW,
+    Camera,
+    OccludedPoints,
+    camera_for_anchor,
+    occluded_points,
+)
 from visibility.sight.curvature import FLAT, Curvature
 from visibility.sight.distant import DistantAnchor
-from visibility.sight.fresnel import fresnel_radius_m, knife_edge_loss_db
 from visibility.sight.ground_profile import GroundProfile, profile
-from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
-from visibility.sight.occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
+from visibility.sight.minimum_altitude import (
+    HIDDEN,
+    UNKNOWN,
+    VISIBLE,
+    MinimumVisibleAltitude,
+    SurfaceCache,
+    min_visible_altitude,
+)
 from visibility.sight.reflections import Reflections, reflections
-from visibility.sight.sight_line import LineOfSight, line_of_sight
+from visibility.sight.sight_line import LineOfSight, fresnel_radius_m, knife_edge_loss_db, line_of_sight
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
-from visibility.sight.surface_cache import SurfaceCache
 
 __all__ = [
     "ALL_ROUND",

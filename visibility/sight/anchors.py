@@ -1,4 +1,4 @@
-"""Ranging anchors: where they are and what their antennas can reach."""
+"""Ranging anchors: where they are and what their antennas can reach, over a grid too."""
 
 from __future__ import annotations
 
@@ -8,12 +8,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from terrain import ElevationGrid, height_at
 from visibility.errors import AnchorError
+from visibility.sight.curvature import Curvature
 from visibility.sight.distant import DistantAnchor
+from visibility.sight.kernels import reach as kernel
+from visibility.sight.kernels.crossings import GridPoint
 
-__all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "Covariance", "anchor_above_ground", "check_anchors"]
+__all__ = [
+    "ALL_ROUND",
+    "Anchor",
+    "AntennaLimits",
+    "Covariance",
+    "anchor_above_ground",
+    "check_anchors",
+    "limits_of",
+    "raise_to_reach",
+    "within_reach",
+]
 
 # An anchor this little under the surface is a rounding of one that stands on it.
 GROUND_TOLERANCE_M = 1e-3
@@ -177,3 +191,45 @@ def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:
             f"({ground_m:.1f} m there); raise it or give above_ground_m."
         )
     return []
+
+
+def raise_to_reach(
+    grid: ElevationGrid, anchor: Anchor, curvature: Curvature, altitude_m: npt.NDArray[np.float32]
+) -> None:
+    """Raise minimum altitudes (rows, cols) in place to the lowest that the anchor's antenna reaches; +inf = none."""
+    if anchor.limits != ALL_ROUND:
+        eye = GridPoint(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
+        cells_m = (grid.cell_east_m, grid.cell_north_m)
+        kernel.raise_to_reach(altitude_m, eye, cells_m, limits_of(anchor.limits), curvature.drop_per_m2)
+
+
+def within_reach(
+    grid: ElevationGrid, anchor: Anchor, curvature: Curvature, receiver_m: npt.NDArray[np.float32]
+) -> npt.NDArray[np.bool_]:
+    """(rows, cols) bool: whether receivers at altitude receiver_m are within the antenna's limits, terrain apart."""
+    within = np.ones(receiver_m.shape, np.bool_)
+    if anchor.limits != ALL_ROUND:
+        eye = GridPoint(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
+        cells_m = (grid.cell_east_m, grid.cell_north_m)
+        kernel.within_reach(receiver_m, eye, cells_m, limits_of(anchor.limits), curvature.drop_per_m2, within)
+    return within
+
+
+def limits_of(limits: AntennaLimits) -> kernel.Limits:
+    """Limits as the kernels take them; an unlimited angle becomes an infinite tangent."""
+    azimuth_from_rad, azimuth_width_rad = 0.0, 2.0 * math.pi
+    if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
+        azimuth_from_rad = limits.azimuth_from_rad
+        azimuth_width_rad = limits.azimuth_to_rad - limits.azimuth_from_rad
+        if not 0.0 < azimuth_width_rad <= 2.0 * math.pi:
+            azimuth_width_rad %= 2.0 * math.pi
+    lowest = -math.inf if limits.min_elevation_rad <= -math.pi / 2 else math.tan(limits.min_elevation_rad)
+    highest = math.inf if limits.max_elevation_rad >= math.pi / 2 else math.tan(limits.max_elevation_rad)
+    return kernel.Limits(
+        min_range_m=limits.min_range_m,
+        max_range_m=limits.max_range_m,
+        azimuth_from_rad=azimuth_from_rad,
+        azimuth_width_rad=azimuth_width_rad,
+        tan_min_elevation=lowest,
+        tan_max_elevation=highest,
+    )

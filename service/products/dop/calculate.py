@@ -24,7 +24,7 @@ from visibility import (
     visible_sets,
 )
 from visibility.dilution import GO, NO_GO, DopReason, least_anchors, position_error_along
-from visibility.dilution.position_error_maps import check_weights
+from visibility.dilution.position_errors import check_weights
 from visibility.sight import check_anchors
 
 from .answer import DopMapSummary

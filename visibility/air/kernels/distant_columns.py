@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from compiled.options import scalar_kernel
-from visibility.air.kernels.column_findings import ABOVE, EVERYWHERE, NOWHERE, UNKNOWN, Column
-from visibility.air.kernels.columns import MAYBE, SURE
+from visibility.air.kernels.columns import ABOVE, EVERYWHERE, MAYBE, NOWHERE, SURE, UNKNOWN, Column
 from visibility.dilution.kernels.dilution import dilutions
 
 __all__ = ["solve_distant"]

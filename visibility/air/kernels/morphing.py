@@ -18,28 +18,26 @@ import numpy as np
 from numba import float64, prange
 
 from compiled.options import parallel_kernel, scalar_kernel
-from visibility.air.kernels.column_findings import (
+from visibility.air.kernels.columns import (
     ABOVE,
     CLOSED_AT_CEILING,
+    COLUMN_ROWS,
     EVERYWHERE,
     FLYABLE,
+    MAYBE,
     NOT_FLYABLE,
     NOTHING_FOUND,
     NOWHERE,
     OUTSIDE,
+    SURE,
     UNDECIDED,
     UNKNOWN,
-    conclude,
-    note,
-)
-from visibility.air.kernels.columns import (
-    COLUMN_ROWS,
-    MAYBE,
-    SURE,
     Question,
+    conclude,
     count_of,
     fill_column,
     next_split,
+    note,
     same_set,
     set_between,
     steepness,

@@ -44,7 +44,7 @@ class GridPoint(NamedTuple):
 
 
 class Family(NamedTuple):
-    """How a line crosses one family of grid lines: ``count`` of them, at equal steps of t.
+    """How a line crosses one family of grid lines: ``crossings`` of them, at equal steps of t.
 
     first_line: the grid line that is crossed first; direction: 1 or -1, to the next. stride: between the posts of a
     grid line in the flat heights; between: from a grid line to the next; last_edge: of a grid line. skew: of a grid
@@ -53,7 +53,7 @@ class Family(NamedTuple):
     there, in edges; edge2_m2: length of an edge squared.
     """
 
-    count: Any
+    crossings: Any
     first_line: Any
     direction: Any
     stride: Any

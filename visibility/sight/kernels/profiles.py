@@ -45,7 +45,7 @@ def _put(profile, n, t, ground_m, clearance_m):
 @scalar_kernel
 def _t_of(family, k):
     """Where on a line crossing k of a Family is; +inf after the last."""
-    return family.t_0 + k * family.dt if k < family.count else math.inf
+    return family.t_0 + k * family.dt if k < family.crossings else math.inf
 
 
 @scalar_kernel

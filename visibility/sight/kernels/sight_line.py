@@ -81,7 +81,7 @@ def _clearances(flat_m, first, out_m, family, sight):
 def _narrowed(family):
     """The same Family with counts of 32 bits, so that more of them fit into one instruction."""
     return Family(
-        int32(family.count),
+        int32(family.crossings),
         int32(family.first_line),
         int32(family.direction),
         int32(family.stride),
@@ -105,8 +105,8 @@ def _scan_family(flat_m, family, sight, least, stretch_m):
     narrowed = _narrowed(family)
     clearance_m, best = math.inf, -1
     unknown = False
-    for first in range(0, family.count, STRETCH):
-        n = min(STRETCH, family.count - first)
+    for first in range(0, family.crossings, STRETCH):
+        n = min(STRETCH, family.crossings - first)
         _clearances(flat_m, int32(first), stretch_m[:n], narrowed, sight)
         for i in range(n):
             above_m = stretch_m[i]

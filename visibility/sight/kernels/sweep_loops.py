@@ -65,7 +65,7 @@ class RayRun(NamedTuple):
     """
 
     first: int
-    count: int
+    rays: int
     others_follow: bool
     base: int
     last: int
@@ -82,7 +82,7 @@ class PostRun(NamedTuple):
     """
 
     first: int
-    count: int
+    posts: int
     aside: int
     last_place: int
     q: Any
