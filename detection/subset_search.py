@@ -1,4 +1,4 @@
-"""Which of an epoch's ranges meet in one point, by candidate points and by every set that could beat them; and where."""
+"""Which of an epoch's ranges meet in one point, and where: by candidate points, then by all sets that may beat them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .kernels import candidates as near
 from .kernels import fits, misfits
 from .kernels import subsets as kernel
-from .kernels.fits import Ranges
+from .kernels.linear_systems import Ranges
 from .kernels.subsets import Limits, Rules
 
 __all__ = [

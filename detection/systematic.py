@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import fits
+from .kernels.linear_systems import Ranges
 
 __all__ = ["Block", "SharedFit", "shared_fit"]
 
@@ -159,7 +160,7 @@ def _start(block: Block, dimension: int, scale: float) -> Floats:
     """Where all ranges of a block about meet, from its linear system; under their anchors where that has no answer."""
     n = len(block.ranges_m)
     sigmas_m, no_limits_m = np.ones(n), np.full(n, NO_LIMIT_M)
-    ranges = fits.Ranges(block.anchors_m, block.ranges_m / scale, sigmas_m, no_limits_m, np.zeros(n))
+    ranges = Ranges(block.anchors_m, block.ranges_m / scale, sigmas_m, no_limits_m, np.zeros(n))
     found = fits.fit(ranges, (1 << n) - 1, dimension == 2, True)
     place_m = found.place
     if dimension == 3 and math.isfinite(found.other_cost) and found.other[2] < place_m[2]:

@@ -1,7 +1,8 @@
 """What each witness says about the ranges of an epoch, in numbers and in words: one say per range, in their order.
 
-The witness of motion holds each range against a trusted one (step 7). A range that stays too long changes only once, at the onset. So each new range is held against the last one that was
-trusted, and against all the way driven since; then a lasting occlusion violates again and again, as the window asks.
+The witness of motion holds each range against a trusted one (step 7). A range that stays too long changes only once, at
+the onset. So each new range is held against the last one that was trusted, and against all the way driven since; then a
+lasting occlusion violates again and again, as the window asks.
 """
 
 from __future__ import annotations

@@ -10,7 +10,8 @@ import numpy as np
 
 from compiled.options import scalar_kernel
 
-from .fits import COLLINEAR, CROSSED, MIRRORED, NO_FIT, ONE, fit, range_pair_meets, side_of
+from .fits import COLLINEAR, CROSSED, MIRRORED, NO_FIT, ONE, fit, side_of
+from .linear_systems import range_pair_meets
 from .misfits import meets
 from .small_systems import apart
 

@@ -8,8 +8,8 @@ from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
 from visibility import FLAT, Curvature, min_visible_altitude
-from visibility.sight import fast_sweep
 from visibility.sight.sectors import share_out
+from visibility.sight.sweeps import fast_sweep
 
 
 def misclassified_share(grid, anchors, above_ground_m=0.0):
@@ -44,7 +44,7 @@ def test_every_post_is_written_once_wherever_the_eye_is(shape):
     # a whole number of posts away from the diagonals' rays, where two sectors meet
     eyes += [(float(r), float(c), 90.0) for r, c in rng.integers(-rows, 2 * rows, (12, 2))]
     out_m = np.full((len(eyes), rows, cols), np.nan, np.float32)
-    fast_sweep.sweep(grid.heights_m, [(float(r), float(c), z) for r, c, z in eyes], (0.0, 0.0), out_m)
+    fast_sweep(grid.heights_m, [(float(r), float(c), z) for r, c, z in eyes], (0.0, 0.0), out_m)
     assert not np.isnan(out_m).any()
     assert (out_m >= grid.heights_m).all()
 

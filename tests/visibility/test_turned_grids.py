@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from terrain import ElevationGrid, fractal
 from visibility import FLAT, Anchor, min_visible_altitude
-from visibility.sight.fast_sweep import MANY_EYES
 from visibility.sight.kernels.turning import turn
+from visibility.sight.sweeps import MANY_EYES
 
 
 @settings(deadline=None)  # the first example compiles

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from visibility.dilution.kernels import dop as kernel
+from visibility.dilution.kernels.normal_matrices import Sources
 from visibility.errors import VisibilityInputError
 
 __all__ = [
@@ -31,8 +32,6 @@ DopKind = Literal["ranging", "pseudorange", "tdoa"]
 Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
 
 KIND_CODES = {"ranging": kernel.RANGING, "pseudorange": kernel.PSEUDORANGE, "tdoa": kernel.TDOA}
-
-Sources = kernel.Sources
 
 
 class DopReason(enum.IntEnum):

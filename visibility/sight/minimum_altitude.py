@@ -15,13 +15,13 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.errors import VisibilityInputError
-from visibility.sight import exact_sweep, fast_sweep
 from visibility.sight.anchors import Anchor, check_anchors, raise_to_reach, within_reach
 from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes
 from visibility.sight.curvature import Curvature
 from visibility.sight.distant import DistantAnchor
 from visibility.sight.fast_errors import fast_errors
 from visibility.sight.kernels.reach import classify
+from visibility.sight.sweeps import exact_sweep, fast_sweep
 
 __all__ = [
     "HIDDEN",
@@ -38,7 +38,7 @@ Mode = Literal["fast", "exact"]
 
 HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
 
-ENGINES = {"fast": fast_sweep.sweep, "exact": exact_sweep.sweep}
+ENGINES = {"fast": fast_sweep, "exact": exact_sweep}
 EXACT_ERROR = "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum"
 
 

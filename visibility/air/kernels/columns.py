@@ -6,7 +6,7 @@ the column to the anchor, AWAY is their length and LEVEL the anchor's altitude; 
 same everywhere, has AWAY 0 and LEVEL +inf. Visible sets are bits in uint64 words, bit a % 64 of word a // 64 for
 anchor a.
 
-A column is judged stretch by stretch from the ceiling to the ground; ``Findings`` take down what the air turned out to be.
+A column is judged stretch by stretch from the ceiling to the ground; ``Findings`` take down what the air is like.
 """
 
 import math
