@@ -155,7 +155,7 @@ def false_positive_rates(epochs: int = 250_000, searched: int = 4000) -> Table:
     true_m = np.linalg.norm(anchors_m - (150.0, 160.0, 2.0), axis=1)
     sigmas_m, everyone = np.full(8, 0.1), (1 << 8) - 1
     rules = Rules(False, True, True, 4, (math.nan, math.nan, 0.0))
-    statistics, excess_m, work = np.empty((epochs, 8)), np.empty(8), np.zeros((2, 8))
+    statistics, excess_m, work = np.empty((epochs, 8)), np.empty(8), (np.empty(8), np.empty(8))
     wide = 100.0  # sigmas of tolerance, so that the whole set is fitted whatever its noise
     for row in statistics:
         ranges = Ranges(anchors_m, true_m + 0.1 * rng.normal(size=8), sigmas_m, wide * sigmas_m, np.zeros(8))

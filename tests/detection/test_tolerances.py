@@ -64,7 +64,7 @@ def exceedances() -> Floats:
     true_m, everyone = true_ranges(DRONES_M, ROVER_M), (1 << 8) - 1
     sigmas_m = np.linspace(0.05, 0.3, 8)
     rules = Rules(False, True, True, 4, (math.nan, math.nan, 0.0))
-    statistic, excess_m, work = np.empty(8), np.empty(8), np.zeros((2, 8))
+    statistic, excess_m, work = np.empty(8), np.empty(8), (np.empty(8), np.empty(8))
     all_statistics = np.empty((20_000, 8))
     for row in all_statistics:
         # a tolerance of many sigmas, so that every set is taken as it is
