@@ -12,8 +12,7 @@ import numpy.typing as npt
 from planning.errors import PlacementError
 from terrain import ElevationGrid
 from terrain.version import VERSION
-from visibility import Anchor, AntennaLimits
-from visibility.sight import check_anchors
+from visibility.sight import Anchor, AntennaLimits, check_anchors
 
 from .candidates import Candidates
 from .cluster import Cluster
