@@ -14,11 +14,11 @@ from gnss import (
     instants,
     parse_rinex_navigation,
     read_rinex_navigation,
-    satellite_positions_ecef_m,
 )
 from gnss.errors import AlmanacError, AlmanacFileError
 from tests.visibility.satellites.constellation import satellite, shared_file
 from tests.visibility.satellites.navigation_texts import as_rinex_3, head
+from visibility.satellites import satellite_positions_ecef_m
 
 BROADCAST_MEDIAN_M = 2.0
 BROADCAST_WORST_M = 10.0
