@@ -19,6 +19,7 @@ __all__ = [
     "DopReason",
     "FlightLimit",
     "Measure",
+    "Sources",
     "check_geometry",
     "geometry_fault",
     "kind_code",

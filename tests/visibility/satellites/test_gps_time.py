@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gnss import GpsTime, full_week, instants, leap_seconds_at
-from gnss.errors import AlmanacError
-from visibility import VisibilityInputError
+from gnss.errors import AlmanacError, GnssInputError
 
 
 @pytest.mark.parametrize(
@@ -79,13 +78,13 @@ def test_many_times_of_both_kinds_become_one_series():
     ],
 )
 def test_times_that_are_no_instants_are_refused(times, words):
-    with pytest.raises(VisibilityInputError, match=words):
+    with pytest.raises(GnssInputError, match=words):
         instants(times)
 
 
 @pytest.mark.parametrize("numbers", [(-1, 0.0), (5, -1.0), (5, 604_800.0), (5, math.nan), (20_001, 0.0)])
 def test_gps_times_out_of_range_are_refused(numbers):
-    with pytest.raises(VisibilityInputError, match="GPS time needs a week"):
+    with pytest.raises(GnssInputError, match="GPS time needs a week"):
         GpsTime(*numbers)
 
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gnss import Place, ecef_to_enu_m, enu_to_ecef_m, look_angles, off_axis_rad, place_ecef_m
+from gnss.errors import GnssInputError
 from tests.visibility.satellites.constellation import shared_file
-from visibility import VisibilityInputError
 
 PLACES = st.builds(Place, st.floats(-180, 360), st.floats(-90, 90), st.floats(-500, 9000))
 OFFSETS_M = st.tuples(*[st.floats(-3e7, 3e7)] * 3)
@@ -106,17 +106,17 @@ def test_a_pointed_antenna_has_its_own_axis():
 
 @pytest.mark.parametrize("axis", ["up", (0.0, 0.0, 0.0), (1.0, 2.0), (math.nan, 0.0, 1.0)])
 def test_axes_that_point_nowhere_are_refused(axis):
-    with pytest.raises(VisibilityInputError, match="axis must be"):
+    with pytest.raises(GnssInputError, match="axis must be"):
         off_axis_rad(Place(0, 0), [7e6, 0, 0], axis)
 
 
 @pytest.mark.parametrize("numbers", [(400, 0), (-181, 0), (0, 91), (math.nan, 0), (0, math.nan)])
 def test_places_off_the_map_are_refused(numbers):
-    with pytest.raises(VisibilityInputError, match="A place needs lon_deg"):
+    with pytest.raises(GnssInputError, match="A place needs lon_deg"):
         Place(*numbers)
 
 
 @pytest.mark.parametrize("height_m", [math.nan, 2e6, -math.inf])
 def test_heights_off_the_earth_are_refused(height_m):
-    with pytest.raises(VisibilityInputError, match="height_m must lie"):
+    with pytest.raises(GnssInputError, match="height_m must lie"):
         Place(0.0, 0.0, height_m)
