@@ -33,7 +33,7 @@ AGREES = 5.0  # sigmas up to which a track may be where most ranges of an epoch 
 # simulated epochs was 6.7 of its sigmas off, where three of the sigmas told should hold all.
 TOLD = 2.5
 # Of two tracks, one on each side of the anchors, one is dropped when all ranges since make it so much less likely.
-SETTLED_LOG_ODDS = math.log(1000.0)
+SETTLED_LOG_ODDS = math.log(1e6)
 
 
 class Tracker:
@@ -51,6 +51,8 @@ class Tracker:
         self._off = False  # of what it tells of its place, where the latest ranges meet
         self._confirmed_s = -math.inf  # when ranges that check one another last met at the track
         self._passed = False  # by the plane of the anchors: hints of a side hold no longer
+        self._to_plane_m = np.zeros(settings.dimension)  # from the track to the plane of the anchors, where it is near
+        self._sides_told = math.inf  # sigmas by which an epoch's ranges tell the track from its mirrored place
         self._contradicted = False  # by most ranges of the latest epoch
         self._bent_m2 = 0.0  # square of how far along its tangent a sphere of a last range bends off by its tolerance
         self.track: Track | None = None
@@ -115,10 +117,14 @@ class Tracker:
             excess_m, sigma_m = self._judge_heading(arrays, moment, geometry, time_s, with_it, (excess_m, sigma_m))
         if self._rival is not None:
             excess_m, sigma_m = self._settle(self._rival, heard, by_others, time_s, excess_m, sigma_m)
-        if self._rival is None:
-            usual_m, d = self._settings.range_sigma_m, self._settings.dimension
-            self._rival = mirrored_near(self.track, arrays.places_m, usual_m, d)
-            self._passed = self._passed or self._rival is not None
+        usual_m, d = self._settings.range_sigma_m, self._settings.dimension
+        mirrored, self._sides_told = mirrored_near(self.track, arrays.places_m, usual_m, d)
+        self._to_plane_m = np.zeros(d)
+        if mirrored is not None:
+            self._passed = True
+            self._to_plane_m = (mirrored.place_m[:d] - self.track.place_m[:d]) / 2.0
+            if self._rival is None or self._sides_told <= 1.0:  # so near, the likelihood told no sides either
+                self._rival = mirrored
         supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
         lost = self._is_lost(geometry, supporting, time_s)
         self._contradicted = (
@@ -166,7 +172,9 @@ class Tracker:
         d = self._settings.dimension
         apart_m = track.place_m - rival.place_m
         one_place = apart_m @ apart_m < track.covariance[:d, :d].trace()
-        settled = not track.log_likelihood - rival.log_likelihood < SETTLED_LOG_ODDS
+        # where ranges tell neither side, what a guess of the motion makes likelier is no proof
+        tells = self._sides_told > 1.0 or self._told is not None
+        settled = tells and not track.log_likelihood - rival.log_likelihood < SETTLED_LOG_ODDS
         self._rival = None if one_place or settled else rival
         return excess_m, sigma_m
 
@@ -201,7 +209,9 @@ class Tracker:
         mirror_m = None if self._rival is None else self._rival.place_m[:d].copy()
         covariance_m2 = self.track.covariance[:d, :d].copy()
         checked = heard > d and not self._contradicted and self.is_known(covariance_m2)
-        return PositionFix(self.track.place_m[:d].copy(), TOLD**2 * covariance_m2, checked, mirror_m)
+        # between both sides of a plane that it is near, any place may be the rover's
+        told_m2 = TOLD**2 * covariance_m2 + np.outer(self._to_plane_m, self._to_plane_m)
+        return PositionFix(self.track.place_m[:d].copy(), told_m2, checked, mirror_m)
 
     def _remember(self, arrays: EpochArrays) -> None:
         heard = arrays.heard

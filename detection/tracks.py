@@ -40,6 +40,8 @@ OUTLIERS = 1e-5
 # A range that meets most others of its epoch is seldom newly too long, but where they are all alike.
 NEW_THOUGH_MEETING = 0.05
 ABSURD_M = 1e9  # no rover is so far away
+BLIND = 3.0  # sigmas of a range by which it may be off where a track passes the plane
+TELLING = 4.0  # sigmas by which one epoch's ranges tell sides for good
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -192,28 +194,30 @@ def is_sane(track: Track, dimension: int) -> bool:
     )
 
 
-def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int) -> Track | None:
-    """The same track on the other side of the anchors (m, 3), where it is so near their plane that they cannot tell.
+def mirrored_near(track: Track, places_m: Floats, sigma_m: float, dimension: int) -> tuple[Track | None, float]:
+    """The same track on the other side of the anchors (m, 3), and how many sigmas an epoch's ranges tell it from there.
 
-    Near it ranges know a height only by its square, h²/2r: below √(2·r·sigma) they do not know it. Anchors that stand
-    off their plane tell heights directly; where they do that better, there is no other side. None then, or further off.
+    None where it is too far from their plane to have passed it unseen, or where anchors stand so far off that plane
+    that its ranges tell sides. Near it ranges know a height only by its square, h²/2r: below √(2·r·3 sigma) hardly.
     """
     d = dimension
     if len(places_m) <= d:
-        return None
+        return None, math.inf
     middle_m, normal, thick_m, wide2_m2 = _plane(places_m.tobytes(), d)
     from_middle_m = track.place_m[:d] - middle_m
     off_m = float(from_middle_m @ normal)
     apart_m = math.sqrt(float(from_middle_m @ from_middle_m) + wide2_m2)  # of the anchors, in the root mean square
-    blind_m = math.sqrt(2.0 * apart_m * sigma_m)
-    if abs(off_m) > blind_m or 4.0 * thick_m * blind_m > sigma_m * apart_m:
-        return None
+    told = 2.0 * abs(off_m) * thick_m / (sigma_m * apart_m)
+    if off_m * off_m > 2.0 * apart_m * BLIND * sigma_m or told > TELLING:
+        return None, told
     flip = np.eye(d) - 2.0 * np.outer(normal, normal)
     whole = np.eye(len(track.state))
     whole[:d, :d] = whole[3 : 3 + d, 3 : 3 + d] = flip
     state = whole @ track.state
     state[:d] = track.place_m[:d] - 2.0 * off_m * normal
-    return replace(track, state=state, covariance=whole @ track.covariance @ whole.T)
+    # it has to be shown by more than the noise of one epoch that the track, which ranges told of, has lost its side
+    likely = track.log_likelihood - (told * told if told > 1.0 else 0.0)
+    return replace(track, state=state, covariance=whole @ track.covariance @ whole.T, log_likelihood=likely), told
 
 
 @functools.lru_cache(maxsize=64)

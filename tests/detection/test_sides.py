@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from detection import Detector, DetectorSettings, RangeEpoch, RangeMeasurement, RangingAnchor, detect_3d
+from detection import Detector, DetectorSettings, PlanningStatus, RangeEpoch, RangeMeasurement, RangingAnchor, detect_3d
 from tests.detection.worlds import DRONES_M, ROVER_M, STEP_M, drive, heard, named, off_m, true_ranges, world
 
 
@@ -156,3 +156,39 @@ def test_a_flight_through_the_plane_of_its_anchors_is_told_of_on_both_sides(
         passed += place_m[2] > 90.0 and len(told) == 2
     assert sum(off) == 0
     assert passed > 0.4 * len(off)
+
+
+TENT_M = np.array([(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0), (50.0, 130.0)])
+
+
+@pytest.mark.parametrize(
+    ("heights_m", "middle_m"),
+    [
+        ((20.0, 20.0, 20.0, 20.0, 20.0), 20.0),
+        ((20.0, 50.0, 60.0, 30.0, 48.0), 40.0),
+        ((20.0, 29.0, 29.0, 20.0, 24.5), 24.5),
+        ((20.5, 19.5, 20.4, 19.7, 20.1), 20.0),
+        ((21.0, 19.0, 20.8, 19.4, 20.2), 20.0),
+        ((22.0, 19.0, 21.5, 18.0, 21.0), 20.0),
+    ],
+    ids=["level", "16 degrees", "5 degrees", "within 0.5 m", "within 1 m", "within 2 m"],
+)
+def test_one_of_the_places_told_holds_where_a_rover_passes_the_plane_of_its_anchors(
+    heights_m: tuple[float, ...], middle_m: float
+) -> None:
+    anchors = [
+        RangingAnchor(f"A{i}", *xy, up) for i, (xy, up) in enumerate(zip(TENT_M.tolist(), heights_m, strict=True))
+    ]
+    for seed in (11, 12):
+        rng, detector = np.random.default_rng(seed), Detector(anchors, DetectorSettings(range_sigma_m=0.1))
+        for t in range(150):
+            round_m = 50.0 + 30.0 * np.array([np.cos(t / 30.0), np.sin(t / 30.0)])
+            place_m = np.array([*round_m, middle_m + 15.0 * np.sin(t / 12.0)])
+            told = detector.process(
+                heard(float(t), {n: r + 0.1 * rng.normal() for n, r in named(anchors, place_m).items()})
+            )
+            if told.position is None or told.planning is not PlanningStatus.CHECKED:
+                continue
+            sides_m = [side_m for side_m in (told.position.position_m, told.position.mirror_m) if side_m is not None]
+            weight = np.linalg.pinv(told.position.covariance_m2)
+            assert min((side_m - place_m) @ weight @ (side_m - place_m) for side_m in sides_m) < 5.0**2
