@@ -78,57 +78,6 @@ def write_path(finished: FinishedDopMap, path: Path) -> None:
             table.row([*cells, " ".join(ids[number] for number in np.flatnonzero(seen))])
 
 
-# matplotlib and dask take a second to load, and only a process that draws or writes volumes needs them
-
-
-def _write_picture(finished: FinishedDopMap, path: Path) -> None:
-    from .picture import write_dop_picture
-
-    write_dop_picture(finished, path)
-
-
-def _write_overlay(finished: FinishedDopMap, path: Path) -> None:
-    from .picture import write_dop_overlay
-
-    write_dop_overlay(finished, path)
-
-
-def _write_legend(finished: FinishedDopMap, path: Path) -> None:
-    from .picture import write_dop_legend
-
-    write_dop_legend(finished, path)
-
-
-def _write_cut(number: int, finished: FinishedDopMap, path: Path) -> None:
-    from .cut_picture import write_cut_picture
-
-    write_cut_picture(finished, number, path)
-
-
-def _write_volume_dop(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_dop
-
-    write_volume_dop(finished, path)
-
-
-def _write_volume_count(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_count
-
-    write_volume_count(finished, path)
-
-
-def _write_volume_arrays(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_arrays
-
-    write_volume_arrays(finished, path)
-
-
-def _write_volume_dataset(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_dataset
-
-    write_volume_dataset(finished, path)
-
-
 def _tags(finished: FinishedDopMap) -> dict[str, str]:
     parameters = finished.parameters
     return {
@@ -138,6 +87,35 @@ def _tags(finished: FinishedDopMap) -> dict[str, str]:
         "measure": parameters.measure + (" along the surface" if parameters.on_surface else ""),
         "dop_limit": f"{parameters.dop_limit:g}",
     }
+
+
+def _write_picture(finished: FinishedDopMap, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from . import picture
+
+    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
+    writers[what](finished, path)
+
+
+def _write_cut(number: int, finished: FinishedDopMap, path: Path) -> None:
+    from service.drawing.sheet import save_png
+
+    from . import picture
+
+    save_png(picture.draw_cut(finished, number), path)
+
+
+def _write_volume(finished: FinishedDopMap, path: Path, what: str) -> None:
+    # dask takes as long, and only a process that writes volumes needs it
+    from . import volume_files
+
+    writers = {
+        "dop": volume_files.write_volume_dop,
+        "count": volume_files.write_volume_count,
+        "arrays": volume_files.write_volume_arrays,
+        "dataset": volume_files.write_volume_dataset,
+    }
+    writers[what](finished, path)
 
 
 LAYERS = (
@@ -183,20 +161,20 @@ LAYERS = (
         "map.png",
         PNG,
         "A picture of the dilution over shaded relief, with the line of the limit, anchors and legend.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
-        _write_overlay,
+        partial(_write_picture, what="overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
-        _write_legend,
+        partial(_write_picture, what="legend"),
         for_screens=True,
     ),
     Layer(
@@ -222,7 +200,7 @@ LAYERS = (
         GEOTIFF,
         "float32, a band for each layer of the volume, the lowest first: the dilution; +inf no fix, NaN (nodata) "
         "unknown.",
-        _write_volume_dop,
+        partial(_write_volume, what="dop"),
         needs="volume",
     ),
     Layer(
@@ -230,7 +208,7 @@ LAYERS = (
         GEOTIFF,
         "A band for each layer of the volume: how many anchors are surely in sight, nodata (largest value) where that "
         "of some is unknown.",
-        _write_volume_count,
+        partial(_write_volume, what="count"),
         needs="volume",
     ),
     Layer(
@@ -238,14 +216,14 @@ LAYERS = (
         "application/x-npz",
         "Arrays over layers, rows and columns for numpy: dilution, count, and the visible set as bits, anchor a being "
         "bit a % 64 of word a // 64.",
-        _write_volume_arrays,
+        partial(_write_volume, what="arrays"),
         needs="volume",
     ),
     Layer(
         "volume.nc",
         "application/x-netcdf",
         "The same as NetCDF with coordinates and CRS, as xarray opens it.",
-        _write_volume_dataset,
+        partial(_write_volume, what="dataset"),
         needs="volume",
     ),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 from service.files.geojson import write_collection
@@ -10,8 +11,7 @@ from service.files.layer import GEOJSON, PNG, Layer
 from service.files.missions import MISSIONS
 from service.files.qgroundcontrol import COPTER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
-from service.products.flights.answer import AirPlaceOut
-from service.products.flights.calculate import AIR_COLUMNS, FinishedFlight
+from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
 from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
@@ -84,19 +84,14 @@ def _feature(kind: str, coordinates: list[float] | list[list[float]], properties
     return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
+def _write_picture(finished: FinishedFlight, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture
 
-def _write_picture(finished: FinishedFlight, path: Path) -> None:
-    from .picture import write_flight_picture
-
-    write_flight_picture(finished, path)
-
-
-def _write_profile(finished: FinishedFlight, path: Path) -> None:
-    from .picture import write_flight_profile
-
-    write_flight_profile(finished, path)
+    draw = {"map": picture.draw_flight, "profile": picture.draw_flight_profile}[what]
+    save_png(draw(finished), path)
 
 
 LAYERS = (
@@ -121,12 +116,12 @@ LAYERS = (
         status=FOUND,
         mission=PLAN,
     ),
-    Layer("map.png", PNG, "The flight over shaded relief.", _write_picture),
+    Layer("map.png", PNG, "The flight over shaded relief.", partial(_write_picture, what="map")),
     Layer(
         "profile.png",
         PNG,
         "Altitude over the ground, between the morphing map and the ceiling, and the distance to the ground.",
-        _write_profile,
+        partial(_write_picture, what="profile"),
         status=FOUND,
     ),
 )

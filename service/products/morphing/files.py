@@ -2,17 +2,56 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
+import numpy as np
+
+from service.errors import RequestError
 from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.layer import COG, GEOJSON, PNG, Layer
 from service.files.zones import write_contours, write_no_go_zones
-from visibility import ColumnState
+from service.parts.air_layers import air_layers
+from service.parts.ranging_sources import limit_of, lines_to
+from visibility import ColumnState, Isosurface, control_volume, isosurface
 
 from .calculate import FinishedMorphingMap
 from .frames import AVAILABLE_BANDS, available_at, frame_words
 
-__all__ = ["LAYERS"]
+__all__ = ["LAYERS", "surface_of"]
+
+# glTF's y is up and its z points south
+ENU_TO_GLTF = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+def _write_mesh(finished: FinishedMorphingMap, path: Path, file_type: Literal["glb", "stl"]) -> None:
+    """Binary glTF or STL of the surface, less an origin because meshes hold float32. Raises what surface_of raises."""
+    import trimesh  # takes a second to load
+
+    surface = surface_of(finished)
+    west_m, south_m, _, _ = finished.grid.bounds_m
+    origin_m = west_m, south_m, 0.0
+    mesh = trimesh.Trimesh(surface.vertices_m - np.array(origin_m), surface.faces, process=False)
+    if file_type == "glb":
+        mesh.apply_transform(ENU_TO_GLTF)
+        mesh.metadata["origin_east_north_altitude_m"] = list(origin_m)
+    whole = trimesh.Scene(mesh) if file_type == "glb" else mesh
+    path.write_bytes(whole.export(file_type=file_type))
+
+
+def surface_of(finished: FinishedMorphingMap) -> Isosurface:
+    """The surface in the grid's frame. Raises RequestError where there is none, VisibilityInputError beyond limits."""
+    grid, parameters = finished.grid, finished.parameters
+    lines = lines_to(grid, finished.anchors, parameters)
+    layers = air_layers(grid, *parameters.ceiling(), layer_m=parameters.surface_layer_m)
+    volume = control_volume(lines, layers, measure=parameters.measure, kind=parameters.kind)
+    surface = isosurface(volume, limit_of(parameters))
+    if not len(surface.faces):
+        raise RequestError(
+            f"There is no surface: the whole volume is on one side of {parameters.measure} {parameters.dop_limit:g}."
+        )
+    return surface
 
 
 def write_altitude(finished: FinishedMorphingMap, path: Path) -> None:
@@ -75,39 +114,6 @@ def _write_contours(finished: FinishedMorphingMap, path: Path) -> None:
     write_contours(finished.grid, finished.dop, finished.parameters, path)
 
 
-# matplotlib and trimesh take a second to load, and only a process that draws or writes meshes needs them
-
-
-def _write_picture(finished: FinishedMorphingMap, path: Path) -> None:
-    from .picture import write_morphing_picture
-
-    write_morphing_picture(finished, path)
-
-
-def _write_glb(finished: FinishedMorphingMap, path: Path) -> None:
-    from .meshes import write_glb
-
-    write_glb(finished, path)
-
-
-def _write_stl(finished: FinishedMorphingMap, path: Path) -> None:
-    from .meshes import write_stl
-
-    write_stl(finished, path)
-
-
-def _write_availability_picture(finished: FinishedMorphingMap, path: Path) -> None:
-    from .frame_pictures import write_availability_picture
-
-    write_availability_picture(finished, path)
-
-
-def _write_animation(finished: FinishedMorphingMap, path: Path) -> None:
-    from .frame_pictures import write_animation
-
-    write_animation(finished, path)
-
-
 def _states() -> str:
     return "class: " + ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
 
@@ -121,6 +127,22 @@ def _tags(finished: FinishedMorphingMap) -> dict[str, str]:
         "measure": parameters.measure,
         "dop_limit": f"{parameters.dop_limit:g}",
     }
+
+
+def _write_picture(finished: FinishedMorphingMap, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
+
+    from . import picture
+
+    draw = {"map": picture.draw_morphing_map, "availability": picture.draw_availability}[what]
+    save_png(draw(finished), path)
+
+
+def _write_animation(finished: FinishedMorphingMap, path: Path) -> None:
+    from .picture import write_animation
+
+    write_animation(finished, path)
 
 
 LAYERS = (
@@ -161,19 +183,19 @@ LAYERS = (
         "model/gltf-binary",
         "The surface on which the dilution is the limit, overhangs included, as triangles in metres from the origin "
         "that the mesh's extras name; y is up, x east.",
-        _write_glb,
+        partial(_write_mesh, file_type="glb"),
     ),
     Layer(
         "surface.stl",
         "model/stl",
         "The same as binary STL: x east, y north, z altitude, metres from the DEM's south-west post; z from 0.",
-        _write_stl,
+        partial(_write_mesh, file_type="stl"),
     ),
     Layer(
         "map.png",
         PNG,
         "A picture of the height above ground from which one may fly, over shaded relief.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "frames_altitude.tif",
@@ -201,7 +223,7 @@ LAYERS = (
         "availability.png",
         PNG,
         "A picture of the share of the time at which each place is in flyable air, over shaded relief.",
-        _write_availability_picture,
+        partial(_write_picture, what="availability"),
         needs="frames",
     ),
     Layer(

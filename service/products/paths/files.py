@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -189,19 +190,14 @@ def _vertices(finished: FinishedPath) -> list[tuple[float, float, float, float]]
     return list(rows)
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
+def _write_picture(finished: FinishedPath, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture, profile
 
-def _write_picture(finished: FinishedPath, path: Path) -> None:
-    from .picture import write_path_picture
-
-    write_path_picture(finished, path)
-
-
-def _write_profile(finished: FinishedPath, path: Path) -> None:
-    from .profile import write_profile
-
-    write_profile(finished, path)
+    draw = {"map": picture.draw_path, "profile": profile.draw_profile}[what]
+    save_png(draw(finished), path)
 
 
 LAYERS = (
@@ -240,13 +236,13 @@ LAYERS = (
         "map.png",
         PNG,
         "The path over shaded relief with the dilution of precision and the ground that may not be driven.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "profile.png",
         PNG,
         "Height, slope, anchors in sight, dilution and clearances along the path.",
-        _write_profile,
+        partial(_write_picture, what="profile"),
         status=FOUND,
     ),
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 
 import matplotlib.path
 import numpy as np
@@ -22,7 +21,7 @@ from planning.paths.outcomes import Reason
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
 from service.drawing.classes import NONE_COLOUR
 from service.drawing.furniture import INK
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut, time_words
 from service.parts.shapes import PolygonIn
@@ -31,7 +30,7 @@ from service.products.dop.picture import BOUNDS, COLOURS
 from service.products.paths.calculate import FinishedPath
 from service.products.paths.question import path_tracks
 
-__all__ = ["draw_path", "write_path_picture"]
+__all__ = ["draw_path"]
 
 # Without a limit on the dilution the classes are round about these.
 USUAL_LIMIT = 5.0
@@ -39,11 +38,6 @@ GROUND_COLOUR, BARRED_COLOUR = "#d9d2c0", "#7d6a70"
 WAY_COLOUR, DARK_COLOUR, NO_GO_COLOUR, KEEP_IN_COLOUR = "#e6007e", "#2b0a1c", "#c01818", "#176b2c"
 # reasons that the ground itself gives; the others show in the dilution, or as areas
 OF_GROUND = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.BORDER)
-
-
-def write_path_picture(finished: FinishedPath, path: Path) -> None:
-    """Draw the path into a PNG."""
-    save_png(draw_path(finished), path)
 
 
 def draw_path(finished: FinishedPath) -> Figure:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,7 @@ from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import ground_of
 from service.parts.source_answers import placed_anchors
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import Anchor
 
@@ -70,16 +71,11 @@ class FinishedPlacement:
 
 @told_as_asked
 def calculate_placement(
-    grid: ElevationGrid,
-    parameters: PlacementParameters,
-    progress: Callable[[float], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-    scheduler: str | None = None,
+    grid: ElevationGrid, parameters: PlacementParameters, work: Work = UNWATCHED
 ) -> FinishedPlacement:
-    """The placement that the parameters ask for on this grid; progress is called with the finished share 0..1.
+    """The placement that the parameters ask for on this grid, or the best found until work.stop.
 
-    stop: once it says True, the best so far is the answer. scheduler: address of the Dask scheduler that the request
-    may ask for. Raises PlacementError, ClusterError, RequestError, FrameError, AnchorError.
+    Raises PlacementError, ClusterError, RequestError, FrameError, AnchorError.
     """
     started_s = time.perf_counter()
     question = placement_question(grid, parameters)
@@ -95,14 +91,13 @@ def calculate_placement(
         fixed=question.fixed,
         sight=question.sight,
         options=question.options,
-        progress=None if progress is None else lambda share: progress(SHARE_OF_SEARCH * share),
-        cluster=cluster_of(parameters, scheduler),
-        stop=lambda: time.perf_counter() > deadline_s or (stop is not None and stop()),
+        progress=work.part(0.0, SHARE_OF_SEARCH),
+        cluster=cluster_of(parameters, work.scheduler),
+        stop=lambda: time.perf_counter() > deadline_s or work.stop(),
     )
     maps = placement_maps(grid, placement, parameters.unknown)
     answer = _answer(grid, parameters, placement, placement_geometry(grid, placement), maps, started_s)
-    if progress is not None:
-        progress(1.0)
+    work.progress(1.0)
     return FinishedPlacement(
         grid,
         question.fixed,

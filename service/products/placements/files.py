@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -150,31 +152,13 @@ def _write_dop(finished: FinishedPlacement, path: Path) -> None:
     write_cog(path, finished.grid, [finished.dop_before, finished.dop_after], BANDS, float("nan"), tags, FLOATS)
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
+def _write_picture(finished: FinishedPlacement, path: Path, what: Literal["count", "dop"], *, after: bool) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture
 
-def _write_after(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "count", after=True)
-
-
-def _write_before(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "count", after=False)
-
-
-def _write_dop_after(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "dop", after=True)
-
-
-def _write_dop_before(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "dop", after=False)
+    save_png(picture.draw_placement(finished, what, after=after), path)
 
 
 LAYERS = (
@@ -212,8 +196,18 @@ LAYERS = (
         "float32: dilution of precision, band 1 before, band 2 after; +inf no fix, NaN (nodata) unknown.",
         _write_dop,
     ),
-    Layer("map.png", PNG, "How many anchors are in sight after, over shaded relief.", _write_after),
-    Layer("before.png", PNG, "The same before.", _write_before),
-    Layer("dop.png", PNG, "The dilution of precision after, over shaded relief.", _write_dop_after),
-    Layer("dop_before.png", PNG, "The same before.", _write_dop_before),
+    Layer(
+        "map.png",
+        PNG,
+        "How many anchors are in sight after, over shaded relief.",
+        partial(_write_picture, what="count", after=True),
+    ),
+    Layer("before.png", PNG, "The same before.", partial(_write_picture, what="count", after=False)),
+    Layer(
+        "dop.png",
+        PNG,
+        "The dilution of precision after, over shaded relief.",
+        partial(_write_picture, what="dop", after=True),
+    ),
+    Layer("dop_before.png", PNG, "The same before.", partial(_write_picture, what="dop", after=False)),
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Literal
 
 import matplotlib
@@ -18,20 +17,15 @@ from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_p
 from service.drawing.classes import NONE_COLOUR, RAMP, RAMP_FROM, RAMP_TO
 from service.drawing.furniture import INK
 from service.drawing.relief import Sampling
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
 from service.products.dop.picture import BOUNDS, COLOURS
 
 from .calculate import FinishedPlacement
 
-__all__ = ["draw_placement", "write_placement"]
+__all__ = ["draw_placement"]
 
 MOST_CLASSES = 8
-
-
-def write_placement(finished: FinishedPlacement, path: Path, what: Literal["count", "dop"], *, after: bool) -> None:
-    """Counts or dilutions, before or after, into a PNG."""
-    save_png(draw_placement(finished, what, after=after), path)
 
 
 def draw_placement(finished: FinishedPlacement, what: Literal["count", "dop"], *, after: bool) -> Figure:

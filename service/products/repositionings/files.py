@@ -13,8 +13,7 @@ from service.files.tables import TableWriter
 from service.parts.source_answers import PlacedAnchor
 from terrain import ElevationGrid, to_lon_lat
 
-from .answer import MoveOut
-from .calculate import FinishedRepositioning
+from .calculate import FinishedRepositioning, MoveOut
 
 __all__ = ["LAYERS"]
 

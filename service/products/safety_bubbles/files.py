@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -66,19 +67,14 @@ def _write_npz(finished: FinishedBubbles, path: Path) -> None:
         )
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
+def _write_picture(finished: FinishedBubbles, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture
 
-def _write_profile(finished: FinishedBubbles, path: Path) -> None:
-    from .picture import write_bubble_profile
-
-    write_bubble_profile(finished, path)
-
-
-def _write_map(finished: FinishedBubbles, path: Path) -> None:
-    from .picture import write_bubble_map
-
-    write_bubble_map(finished, path)
+    draw = {"map": picture.draw_bubble_map, "profile": picture.draw_bubble_profile}[what]
+    save_png(draw(finished), path)
 
 
 LAYERS = (
@@ -86,6 +82,6 @@ LAYERS = (
     Layer("points.csv", "text/csv", "The same as a table.", _write_csv),
     Layer("points.geojson", GEOJSON, "The same as points in longitude, latitude and altitude.", _write_geojson),
     Layer("points.npz", "application/x-npz", "The same as arrays for numpy, with covariances.", _write_npz),
-    Layer("profile.png", PNG, "Radius and clearance along the way.", _write_profile),
-    Layer("map.png", PNG, "The way on the map, with its bubbles.", _write_map),
+    Layer("profile.png", PNG, "Radius and clearance along the way.", partial(_write_picture, what="profile")),
+    Layer("map.png", PNG, "The way on the map, with its bubbles.", partial(_write_picture, what="map")),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -99,27 +100,6 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
     write_collection(grid, features, path, indent=1)
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
-
-
-def _write_picture(finished: VisibilityMap, path: Path) -> None:
-    from .picture import write_map_picture
-
-    write_map_picture(finished, path)
-
-
-def _write_overlay(finished: VisibilityMap, path: Path) -> None:
-    from .picture import write_count_overlay
-
-    write_count_overlay(finished, path)
-
-
-def _write_legend(finished: VisibilityMap, path: Path) -> None:
-    from .picture import write_count_legend
-
-    write_count_legend(finished, path)
-
-
 def _tags(finished: VisibilityMap) -> dict[str, str]:
     parameters = finished.parameters
     receiver = (
@@ -128,6 +108,14 @@ def _tags(finished: VisibilityMap) -> dict[str, str]:
         else f"at altitude {parameters.receiver_altitude_m:g} m"
     )
     return {**common_tags(finished.grid, finished.answer, "sightline visibility map"), "receiver": receiver}
+
+
+def _write_picture(finished: VisibilityMap, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from . import picture
+
+    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
+    writers[what](finished, path)
 
 
 LAYERS = (
@@ -155,20 +143,20 @@ LAYERS = (
         "map.png",
         PNG,
         "A picture of the count over shaded relief, with anchors and legend.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
-        _write_overlay,
+        partial(_write_picture, what="overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
-        _write_legend,
+        partial(_write_picture, what="legend"),
         for_screens=True,
     ),
     Layer(
