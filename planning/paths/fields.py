@@ -13,15 +13,14 @@ import shapely
 from planning.errors import NoCoverageError, PathProblemError
 from planning.kernels import path_fields as kernel
 from planning.kernels.path_segments import tally
-from planning.questions.limits import CostWeights
+from planning.questions.models import CostWeights, RoverModel
 from planning.questions.problems import PathProblem
-from planning.questions.rovers import RoverModel
 from terrain import ElevationGrid
 from visibility import MorphingMap
 
-from .areas import outside_of, squares_touched
 from .beliefs import expected_sigma_m
 from .outcomes import Reason
+from .places import outside_of, squares_touched
 from .sight_maps import Positioning, SightMaps
 
 __all__ = ["CostField", "KernelField", "bit_of", "cost_field", "reasons_of", "running_sums"]

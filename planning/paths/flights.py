@@ -18,14 +18,13 @@ from planning.errors import PlaceError
 from planning.kernels.flight_segments import flight_cost, pull_flight
 from planning.kernels.path_proof import least_worst_way
 from planning.paths.outcomes import FlightOutcome
-from planning.questions.flight_problems import FlightProblem
+from planning.questions.problems import FlightProblem
 from planning.validation import PathValidation, validate_flight
 from terrain import ElevationGrid, told_place
 
+from .leaves import surely_shut
 from .outcomes import PathStatus, Reason
-from .own_process import OwnProcess
-from .sampling import State, Tell, box_space, solved
-from .shut_air import surely_shut
+from .sampling import OwnProcess, State, Tell, box_space, solved
 
 __all__ = ["plan_flight"]
 

@@ -15,17 +15,15 @@ from planning.errors import NoCoverageError, PlaceError
 from planning.questions.problems import PathProblem
 from planning.validation import PathValidation, validate_path
 
-from .arrivals import arrivals_along, fastest_arrivals_s
 from .checks import without_broken_squares, without_refused_squares
 from .corridors import CorridorTask
-from .describing import described
-from .endings import Endings
-from .ends import Ends, ends_of
+from .describing import Endings, described
+from .ends import Ends, arrivals_along, ends_of, fastest_arrivals_s
 from .fields import CostField, cost_field
 from .looking_closer import look_closer
 from .outcomes import Grain, Path, PathOutcome, PathStatus, Reason
-from .own_process import OwnProcess
 from .proof import closed_in, proof_of
+from .sampling import OwnProcess
 from .sight_maps import SightMaps, sight_maps
 from .turning import TurningTask
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened

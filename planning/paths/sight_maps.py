@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels import path_fields as kernel
-from planning.questions.limits import MEASURES
+from planning.questions.models import MEASURES
 from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import (

@@ -30,17 +30,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
 
 
 PRODUCTS: Mapping[str, Product] = _by_name(
-    [
-        VISIBILITY_MAP,
-        DOP_MAP,
-        MORPHING_MAP,
-        PATH,
-        FLIGHT,
-        PLACEMENT,
-        REPOSITIONING,
-        LINES_OF_SIGHT,
-        SAFETY_BUBBLES,
-    ]
+    [VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PATH, FLIGHT, PLACEMENT, REPOSITIONING, LINES_OF_SIGHT, SAFETY_BUBBLES]
 )
 
 

@@ -146,10 +146,7 @@ def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: W
     """
     check_air(grid, parameters)
     sources = check_dop_map(grid, parameters)
-    lines = lines_to(
-        *(grid, sources.all, parameters),
-        work.part(0.0, SHARE_OF_SIGHT_LINES),
-    )
+    lines = lines_to(*(grid, sources.all, parameters), work.part(0.0, SHARE_OF_SIGHT_LINES))
     kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
     found = dop_map(
         *(lines, above_m, kind),

@@ -120,10 +120,7 @@ def _write_volume(finished: FinishedDopMap, path: Path, what: str) -> None:
 
 LAYERS = (
     Layer(
-        "dop.tif",
-        COG,
-        "float32: the dilution of precision asked for; +inf no fix, NaN (nodata) unknown.",
-        write_dop,
+        "dop.tif", COG, "float32: the dilution of precision asked for; +inf no fix, NaN (nodata) unknown.", write_dop
     ),
     Layer(
         "count.tif",
@@ -145,12 +142,7 @@ LAYERS = (
         "unknown.",
         write_no_go,
     ),
-    Layer(
-        "no_go.geojson",
-        GEOJSON,
-        "Polygons round the posts of no_go.tif that are 1, with their area.",
-        _write_zones,
-    ),
+    Layer("no_go.geojson", GEOJSON, "Polygons round the posts of no_go.tif that are 1, with their area.", _write_zones),
     Layer(
         "contours.geojson",
         GEOJSON,

@@ -29,14 +29,7 @@ from .calculate import FinishedDopMap
 from .request import DopMapParameters
 from .volumes import cut_line_m, cut_of, volume_of
 
-__all__ = [
-    "dop_classes",
-    "draw_cut",
-    "draw_dop_map",
-    "write_legend",
-    "write_map",
-    "write_overlay",
-]
+__all__ = ["dop_classes", "draw_cut", "draw_dop_map", "write_legend", "write_map", "write_overlay"]
 
 # Shares of the limit at which classes begin: cold colours are good enough, warm ones are not.
 BOUNDS = (0.0, 0.5, 0.75, 1.0, 2.0)

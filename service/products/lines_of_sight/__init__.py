@@ -6,14 +6,7 @@ from service.products import Inline, Product
 from service.settings import Settings
 from terrain import ElevationGrid
 
-from .calculate import (
-    LAYERS,
-    LineOut,
-    LinesOfSightSummary,
-    calculate_lines,
-    pack_lines,
-    unpack_lines,
-)
+from .calculate import LAYERS, LineOut, LinesOfSightSummary, calculate_lines, pack_lines, unpack_lines
 from .request import PAIRS, LinesOfSightIn, LinesOfSightParameters
 
 __all__ = ["LINES_OF_SIGHT"]

@@ -220,10 +220,5 @@ def _numbers(values: npt.NDArray[np.float64]) -> list[float | None]:
 
 LAYERS = (
     Layer("lines.json", JSON, "Every line, in the order of the pairs.", _write_json),
-    Layer(
-        "lines.npz",
-        "application/x-npz",
-        "The same as arrays for numpy, NaN and infinities included.",
-        _write_npz,
-    ),
+    Layer("lines.npz", "application/x-npz", "The same as arrays for numpy, NaN and infinities included.", _write_npz),
 )

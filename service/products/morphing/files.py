@@ -85,15 +85,7 @@ def write_frames_altitude(finished: FinishedMorphingMap, path: Path) -> None:
 def write_frames_state(finished: FinishedMorphingMap, path: Path) -> None:
     """uint8, a band per frame: state of each column of air."""
     tags = {**_tags(finished), "units": _states()}
-    write_cog(
-        path,
-        finished.grid,
-        finished.frame_state,
-        frame_words(finished.parameters),
-        None,
-        tags,
-        BYTES,
-    )
+    write_cog(path, finished.grid, finished.frame_state, frame_words(finished.parameters), None, tags, BYTES)
 
 
 def write_availability(finished: FinishedMorphingMap, path: Path) -> None:
@@ -153,12 +145,7 @@ LAYERS = (
         "there is none, see flags.tif.",
         write_altitude,
     ),
-    Layer(
-        "above_ground.tif",
-        COG,
-        "float32 metres: the same as a height above the ground.",
-        write_above_ground,
-    ),
+    Layer("above_ground.tif", COG, "float32 metres: the same as a height above the ground.", write_above_ground),
     Layer(
         "flags.tif",
         COG,

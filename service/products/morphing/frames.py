@@ -80,10 +80,7 @@ class FoundFrames:
 
 
 def find_frames(
-    grid: ElevationGrid,
-    parameters: MorphingMapParameters,
-    asked: FramesIn,
-    progress: Callable[[float], None],
+    grid: ElevationGrid, parameters: MorphingMapParameters, asked: FramesIn, progress: Callable[[float], None]
 ) -> FoundFrames:
     """All frames that are asked for. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
     sources = moving_sources(grid, parameters, asked)
@@ -143,9 +140,7 @@ def find_frames(
     own = tuple(warning for warning in warnings if warning not in first_lines.warnings)
     own += sources.passed_over
     elapsed_s = time.perf_counter() - started_s - first_lines.elapsed_s
-    return FoundFrames(
-        *(altitude_m, state, available, facts, first, first_lines, own, sources.unhealthy, elapsed_s),
-    )
+    return FoundFrames(*(altitude_m, state, available, facts, first, first_lines, own, sources.unhealthy, elapsed_s))
 
 
 def frame_words(parameters: MorphingMapParameters) -> list[str]:

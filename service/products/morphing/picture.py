@@ -23,14 +23,7 @@ from visibility import Anchor, ColumnState
 from .calculate import FinishedMorphingMap
 from .frames import AVAILABLE_BANDS, available_at, frame_words
 
-__all__ = [
-    "draw_availability",
-    "draw_frame",
-    "draw_morphing_map",
-    "morphing_classes",
-    "round_edges",
-    "write_animation",
-]
+__all__ = ["draw_availability", "draw_frame", "draw_morphing_map", "morphing_classes", "round_edges", "write_animation"]
 
 # Low is good: it leaves the most air to fly in.
 COLOURS = ("#e9f3d5", "#b5dcc3", "#72b9c6", "#3f86b5", "#2c4f8e", "#27306b")

@@ -96,11 +96,7 @@ def _subtitle(finished: FinishedPath) -> str:
     totals = answer.totals
     if totals is None:
         return answer.sentence[:150]
-    words = [
-        f"{totals.length_m / 1000.0:.2f} km",
-        f"{totals.climb_m:.0f} m up",
-        time_words(totals.time_s),
-    ]
+    words = [f"{totals.length_m / 1000.0:.2f} km", f"{totals.climb_m:.0f} m up", time_words(totals.time_s)]
     if finished.answer.ranged_to:
         words.append(f"longest out of sight {time_words(totals.longest_out_of_sight_s)}")
         worst = totals.worst_dop

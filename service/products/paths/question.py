@@ -100,11 +100,7 @@ def navigation_of(asked: NavigationIn) -> NavigationModel:
     """The filter. Raises PathProblemError."""
     motion = MotionNoise(*[asked.motion_m2_per_s3] * 3)
     return NavigationModel(
-        motion,
-        asked.interval_s,
-        asked.initial_sigma_m,
-        asked.ground_sigma_m,
-        asked.initial_velocity_sigma_m_per_s,
+        motion, asked.interval_s, asked.initial_sigma_m, asked.ground_sigma_m, asked.initial_velocity_sigma_m_per_s
     )
 
 

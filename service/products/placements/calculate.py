@@ -187,10 +187,7 @@ def _answer(
         fixed=placed_anchors(grid, placement.fixed),
         fewest_possible=placement.needed,
         targets=TargetsOut(
-            what=targets.what,
-            points=len(targets),
-            left_out=targets.left_out,
-            within_limits_m=placement.within_limits_m,
+            what=targets.what, points=len(targets), left_out=targets.left_out, within_limits_m=placement.within_limits_m
         ),
         **told(
             before=placement.before,

@@ -144,11 +144,7 @@ def _write_count(finished: FinishedPlacement, path: Path) -> None:
 
 def _write_dop(finished: FinishedPlacement, path: Path) -> None:
     """float32: the dilution; NaN unknown (nodata), +inf no fix."""
-    tags = {
-        **common_tags(finished.grid, finished.answer, "sightline placement"),
-        "units": "1",
-        "infinity": "no fix",
-    }
+    tags = {**common_tags(finished.grid, finished.answer, "sightline placement"), "units": "1", "infinity": "no fix"}
     write_cog(path, finished.grid, [finished.dop_before, finished.dop_after], BANDS, float("nan"), tags, FLOATS)
 
 

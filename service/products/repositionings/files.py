@@ -138,10 +138,5 @@ LAYERS = (
         _write_plans,
         mission=PLANS,
     ),
-    Layer(
-        "map.png",
-        PNG,
-        "The path with what is restored of it, and the moves, over shaded relief.",
-        _write_picture,
-    ),
+    Layer("map.png", PNG, "The path with what is restored of it, and the moves, over shaded relief.", _write_picture),
 )

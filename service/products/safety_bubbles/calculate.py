@@ -23,13 +23,7 @@ from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import Buildings
 
-from .request import (
-    BubbleParameters,
-    bubble_sources,
-    buildings_of,
-    check_bubble_question,
-    given_covariances,
-)
+from .request import BubbleParameters, bubble_sources, buildings_of, check_bubble_question, given_covariances
 
 __all__ = [
     "BubbleOut",

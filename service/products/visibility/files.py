@@ -165,10 +165,5 @@ LAYERS = (
         "All arrays for numpy: heights_m, visible, min_visible_altitude_m, count, unknown_count, positions.",
         write_arrays,
     ),
-    Layer(
-        "anchors.geojson",
-        GEOJSON,
-        "The anchors as points, with what part of the map sees each.",
-        write_anchors,
-    ),
+    Layer("anchors.geojson", GEOJSON, "The anchors as points, with what part of the map sees each.", write_anchors),
 )

@@ -13,7 +13,7 @@ from planning.paths import PathProblem, PathStatus, PlanBudget, RoverModel, plan
 from planning.paths.corridors import Corridor, CorridorTask
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field
-from planning.paths.own_process import OwnProcess
+from planning.paths.sampling import OwnProcess
 from planning.paths.ways import cost_of, grid_way
 from terrain.synthetic import fractal
 
