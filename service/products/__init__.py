@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from pydantic import BaseModel
+from pydantic import BaseModel, JsonValue
 
 from service.errors import RequestError
 from service.files.layer import Layer
@@ -93,8 +93,8 @@ def _needs_nothing(asked: Any) -> Needs | None:
     return None
 
 
-def _packed(grid: ElevationGrid, parameters: Any, folder: Path) -> dict[str, Any]:
-    packed: dict[str, Any] = parameters.model_dump(mode="json", exclude_none=True)
+def _packed(grid: ElevationGrid, parameters: Any, folder: Path) -> dict[str, JsonValue]:
+    packed: dict[str, JsonValue] = parameters.model_dump(mode="json", exclude_none=True)
     return packed
 
 
@@ -128,7 +128,7 @@ class Product:
     arrays: tuple[str, ...] = ()
     needs: Callable[[Any], Needs | None] = _needs_nothing
     complete: Callable[[Any, Given], BaseModel] | None = None
-    pack: Callable[[ElevationGrid, Any, Path], dict[str, Any]] = _packed
+    pack: Callable[[ElevationGrid, Any, Path], dict[str, JsonValue]] = _packed
     unpack: Callable[[Mapping[str, Any], Path], Any] | None = None
     long_body: bool = False
     inline: Inline | None = None

@@ -12,6 +12,7 @@ from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, share_of
 from service.parts.point_arrays import points_in_grid
 from service.parts.positioning_answers import PositioningSummary, positioning_summary
+from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
@@ -61,7 +62,6 @@ class DopMapSummary(PositioningSummary):
 
 
 SHARE_OF_SIGHT_LINES = 0.8
-QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
 PATH_COLUMNS = (
     *("east_m", "north_m", "altitude_m", "anchors_in_sight", "unknown"),
     *("gdop", "pdop", "hdop", "vdop", "tdop", "reason"),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.cog import BYTES, common_tags, write_cog
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
 from service.files.tables import TableWriter
 from service.files.zones import write_contours, write_no_go_zones
+from service.parts.product_parts import Raster
 from visibility import UNKNOWN, DopReason
 
 from .calculate import PATH_COLUMNS, FinishedDopMap
@@ -19,13 +21,8 @@ from .request import MOST_CUTS
 __all__ = ["LAYERS"]
 
 CSV = "text/csv; charset=utf-8"
+SIGMAS = ["horizontal sigma", "vertical sigma", "position sigma"]
 GEOTIFF = "image/tiff; application=geotiff"
-
-
-def write_dop(finished: FinishedDopMap, path: Path) -> None:
-    """float32: the dilution; NaN unknown (nodata), +inf no fix."""
-    tags = {**_tags(finished), "units": "1", "infinity": "no fix"}
-    write_cog(path, finished.grid, [finished.dop], [finished.parameters.measure], float("nan"), tags, FLOATS)
 
 
 def write_count(finished: FinishedDopMap, path: Path) -> None:
@@ -36,19 +33,6 @@ def write_count(finished: FinishedDopMap, path: Path) -> None:
     count = np.where(finished.reasons == DopReason.UNKNOWN, nodata, finished.count).astype(dtype)
     tags = {**_tags(finished), "units": "anchors"}
     write_cog(path, finished.grid, [count], ["visible anchors"], nodata, tags, BYTES)
-
-
-def write_position_error(finished: FinishedDopMap, path: Path) -> None:
-    """float32 metres, one sigma: horizontal, vertical, position; NaN unknown (nodata), +inf no fix."""
-    tags = {**_tags(finished), "units": "metre", "infinity": "no fix"}
-    names = ["horizontal sigma", "vertical sigma", "position sigma"]
-    write_cog(path, finished.grid, finished.sigmas_m, names, float("nan"), tags, FLOATS)
-
-
-def write_no_go(finished: FinishedDopMap, path: Path) -> None:
-    """uint8: 1 no-go, 0 go, 255 unknown (nodata)."""
-    tags = {**_tags(finished), "units": "class: 1 no-go, 0 go, 255 unknown"}
-    write_cog(path, finished.grid, [finished.no_go], ["no-go"], int(UNKNOWN), tags, BYTES)
 
 
 def _write_zones(finished: FinishedDopMap, path: Path) -> None:
@@ -120,7 +104,13 @@ def _write_volume(finished: FinishedDopMap, path: Path, what: str) -> None:
 
 LAYERS = (
     Layer(
-        "dop.tif", COG, "float32: the dilution of precision asked for; +inf no fix, NaN (nodata) unknown.", write_dop
+        "dop.tif",
+        COG,
+        "float32: the dilution of precision asked for; +inf no fix, NaN (nodata) unknown.",
+        Raster(
+            *(_tags, lambda finished: [finished.dop], lambda finished: [finished.parameters.measure]),
+            *("1", math.nan, "no fix"),
+        ),
     ),
     Layer(
         "count.tif",
@@ -133,14 +123,17 @@ LAYERS = (
         COG,
         "float32 metres, one sigma: position error horizontally, vertically and in space, from the sigmas of ranges "
         "and poses; +inf no fix, NaN (nodata) unknown.",
-        write_position_error,
+        Raster(_tags, lambda finished: finished.sigmas_m, lambda _: SIGMAS, "metre", infinity="no fix"),
     ),
     Layer(
         "no_go.tif",
         COG,
         "uint8: 1 where the dilution is the limit or more, or too few anchors are in sight; 0 elsewhere; 255 (nodata) "
         "unknown.",
-        write_no_go,
+        Raster(
+            *(_tags, lambda finished: [finished.no_go], lambda _: ["no-go"]),
+            *("class: 1 no-go, 0 go, 255 unknown", int(UNKNOWN)),
+        ),
     ),
     Layer("no_go.geojson", GEOJSON, "Polygons round the posts of no_go.tif that are 1, with their area.", _write_zones),
     Layer(

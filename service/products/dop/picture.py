@@ -76,14 +76,23 @@ def dop_classes(
     dop: npt.NDArray[np.float32], count: npt.NDArray[np.uint16], parameters: DopMapParameters
 ) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
     """Classes round the limit that is asked for, and the class number of each dilution."""
-    edges = [parameters.dop_limit * bound for bound in BOUNDS]
+    few = f", < {parameters.min_anchors}" if parameters.min_anchors else ""
+    classes, numbers = dilution_classes(dop, parameters.dop_limit, f"no fix{few}")
+    numbers[(count < (parameters.min_anchors or 0)) & ~np.isnan(dop)] = len(classes) - 1
+    return classes, numbers
+
+
+def dilution_classes(
+    dop: npt.NDArray[np.float32], limit: float, no_fix: str = "no fix"
+) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
+    """Classes round a limit, the last of them +inf, and the class number of each dilution; UNDECIDED where NaN."""
+    edges = [limit * bound for bound in BOUNDS]
     labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
     labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
     classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
-    few = f", < {parameters.min_anchors}" if parameters.min_anchors else ""
-    classes.append(MapClass(f"no fix{few}", NONE_COLOUR))
+    classes.append(MapClass(no_fix, NONE_COLOUR))
     numbers = np.digitize(dop, np.array(edges[1:], np.float32)).astype(np.uint8)
-    numbers[np.isinf(dop) | (count < (parameters.min_anchors or 0))] = len(classes) - 1
+    numbers[np.isinf(dop)] = len(classes) - 1
     numbers[np.isnan(dop)] = UNDECIDED
     return classes, numbers
 

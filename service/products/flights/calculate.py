@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
 from dataclasses import dataclass
@@ -16,9 +15,9 @@ from planning.validation import FlightSamples, fly_along
 from service.files.missions import mission_warnings
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_answers import MapSummary
-from service.parts.map_facts import ground_of
 from service.parts.plan_answers import ValidationOut, finite, validation_answer
 from service.parts.positions import resolve_point
+from service.parts.product_parts import preamble
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid, height_at
@@ -159,15 +158,8 @@ def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = 
     of_files = mission_warnings("flight", grid) if found else ()
     calculated = asked if asked.morphing_map is None else asked.morphing_map
     answer = FlightSummary(
-        version=importlib.metadata.version("sightline"),
-        mode=calculated.mode,
-        error_statement="" if lines is None else lines.error_statement,
-        curvature="" if lines is None else lines.curvature.sentence(),
-        unknown=calculated.unknown,
-        dem=ground_of(grid),
-        warnings=list(dict.fromkeys((*grid.provenance.warnings, *of_map, *of_files))),
+        **preamble(grid, calculated, lines, (*of_map, *of_files), shown=asked),
         timing={"calculation_s": time.perf_counter() - started_s, "plan_s": outcome.elapsed_s},
-        parameters=asked.model_dump(mode="json", exclude_none=True),
         status=outcome.status,
         sentence=outcome.sentence,
         totals=None if air is None else _totals(problem, asked, air),

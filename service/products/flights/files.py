@@ -11,13 +11,12 @@ from service.files.layer import GEOJSON, PNG, Layer
 from service.files.missions import MISSIONS
 from service.files.qgroundcontrol import COPTER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
+from service.parts.product_parts import Feature, feature, place_in_file
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
-from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
 
-Json = dict[str, object]
-DECIMALS_DEG, DECIMALS_M = 8, 3
+DECIMALS_M = 3
 FOUND = "found"
 (PLAN,) = MISSIONS["flight"]
 
@@ -34,7 +33,7 @@ def _write_geojson(finished: FinishedFlight, path: Path) -> None:
         told = answer.model_dump(mode="json", include={"status", "sentence", "cost"})
         line = [_coordinates(finished, corner) for corner in answer.corners]
         features = [
-            _feature("LineString", line, {"what": "flight", **told, **answer.totals.model_dump()}),
+            feature("LineString", line, {"what": "flight", **told, **answer.totals.model_dump()}),
             *(
                 # east and north are told by the geometry
                 _point(
@@ -69,19 +68,11 @@ def _write_plan(finished: FinishedFlight, path: Path) -> None:
 
 
 def _coordinates(finished: FinishedFlight, at: AirPlaceOut) -> list[float]:
-    altitude_m = round(at.altitude_m, DECIMALS_M)
-    if finished.grid.crs is None:
-        return [round(at.east_m, DECIMALS_M), round(at.north_m, DECIMALS_M), altitude_m]
-    lon_deg, lat_deg = to_lon_lat(finished.grid, at.east_m, at.north_m)
-    return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG), altitude_m]
+    return [*place_in_file(finished.grid, at.east_m, at.north_m), round(at.altitude_m, DECIMALS_M)]
 
 
-def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Json) -> Json:
-    return _feature("Point", _coordinates(finished, at), properties)
-
-
-def _feature(kind: str, coordinates: list[float] | list[list[float]], properties: Json) -> Json:
-    return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
+def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Feature) -> Feature:
+    return feature("Point", _coordinates(finished, at), properties)
 
 
 def _write_picture(finished: FinishedFlight, path: Path, what: str) -> None:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, JsonValue
 
 from service.files.layer import JSON, Layer
 from service.parts.map_facts import curvature_of
@@ -112,7 +112,7 @@ class FinishedLines:
     sight: LinesOfSight
 
 
-def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path) -> dict[str, Any]:
+def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path) -> dict[str, JsonValue]:
     """The options, and how many pairs there are; the points go into the folder as arrays.
 
     Raises FrameError, VisibilityInputError.
@@ -120,7 +120,7 @@ def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path)
     from_m, to_m = _ends(grid, asked)
     folder.mkdir(parents=True)
     np.savez(folder / POINTS, from_m=from_m, to_m=to_m)
-    options: dict[str, Any] = asked.model_dump(mode="json", exclude_none=True, exclude=POSITIONS)
+    options: dict[str, JsonValue] = asked.model_dump(mode="json", exclude_none=True, exclude=POSITIONS)
     return {"pairs": len(from_m), **options}
 
 

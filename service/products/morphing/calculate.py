@@ -12,6 +12,7 @@ from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import share_of
 from service.parts.positioning import MorphingMapParameters
 from service.parts.positioning_answers import PositioningSummary, positioning_summary
+from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, limit_of, sight_lines
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
@@ -24,7 +25,6 @@ __all__ = ["FinishedMorphingMap", "MorphingMapSummary", "StateShare", "calculate
 SHARE_OF_SIGHT_LINES = 0.5
 
 FrameArrays = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8], npt.NDArray[np.float64]]
-QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
 
 
 class StateShare(BaseModel):

@@ -9,10 +9,11 @@ from typing import Literal
 import numpy as np
 
 from service.errors import RequestError
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.cog import common_tags
 from service.files.layer import COG, GEOJSON, PNG, Layer
 from service.files.zones import write_contours, write_no_go_zones
 from service.parts.air_layers import air_layers
+from service.parts.product_parts import Raster
 from service.parts.ranging_sources import limit_of, lines_to
 from visibility import ColumnState, Isosurface, control_volume, isosurface
 
@@ -23,6 +24,9 @@ __all__ = ["LAYERS", "surface_of"]
 
 # glTF's y is up and its z points south
 ENU_TO_GLTF = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+STATES = "class: " + ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
+FLAGS = ["state", "no-flight intervals"]  # every value says something, also those of unknown air
+AVAILABLE = [name.replace("_", " ").removesuffix(" s") for name in AVAILABLE_BANDS]
 
 
 def _write_mesh(finished: FinishedMorphingMap, path: Path, file_type: Literal["glb", "stl"]) -> None:
@@ -54,48 +58,14 @@ def surface_of(finished: FinishedMorphingMap) -> Isosurface:
     return surface
 
 
-def write_altitude(finished: FinishedMorphingMap, path: Path) -> None:
-    """float32 metres: altitude above which all is flyable up to the ceiling; NaN (nodata) where there is none."""
-    tags = {**_tags(finished), "units": "metre"}
-    write_cog(path, finished.grid, [finished.altitude_m], ["flyable above"], float("nan"), tags, FLOATS)
-
-
-def write_above_ground(finished: FinishedMorphingMap, path: Path) -> None:
-    """float32 metres: the same as a height above the ground."""
-    tags = {**_tags(finished), "units": "metre"}
-    bands = [finished.above_ground_m]
-    write_cog(path, finished.grid, bands, ["flyable above, over ground"], float("nan"), tags, FLOATS)
-
-
-def write_flags(finished: FinishedMorphingMap, path: Path) -> None:
-    """uint8: state of each column of air, and how many stretches of no-flight air it has."""
-    tags = {**_tags(finished), "units": _states()}
-    bands = (finished.state, finished.no_flight_intervals)
-    # every value says something, also those of unknown air
-    write_cog(path, finished.grid, bands, ["state", "no-flight intervals"], None, tags, BYTES)
-
-
-def write_frames_altitude(finished: FinishedMorphingMap, path: Path) -> None:
-    """float32 metres, a band per frame: NaN (nodata) where there is none."""
-    tags = {**_tags(finished), "units": "metre"}
-    bands = finished.frame_altitude_m
-    write_cog(path, finished.grid, bands, frame_words(finished.parameters), float("nan"), tags, FLOATS)
-
-
-def write_frames_state(finished: FinishedMorphingMap, path: Path) -> None:
-    """uint8, a band per frame: state of each column of air."""
-    tags = {**_tags(finished), "units": _states()}
-    write_cog(path, finished.grid, finished.frame_state, frame_words(finished.parameters), None, tags, BYTES)
-
-
-def write_availability(finished: FinishedMorphingMap, path: Path) -> None:
-    """float64: seconds of the first, last and longest availability, NaN (nodata) never; shares of the frames."""
+def _available_tags(finished: FinishedMorphingMap) -> dict[str, str]:
     assert finished.parameters.frames is not None, "the layer needs frames"
     ((height, metres),) = available_at(finished.parameters, finished.parameters.frames).items()
-    where = {"available_at": f"{height.removesuffix('_m').replace('_', ' ')} {metres:g} m"}
-    tags = {**_tags(finished), **where, "units": "second; shares 0..1"}
-    names = [name.replace("_", " ").removesuffix(" s") for name in AVAILABLE_BANDS]
-    write_cog(path, finished.grid, finished.available, names, float("nan"), tags, FLOATS)
+    return {**_tags(finished), "available_at": f"{height.removesuffix('_m').replace('_', ' ')} {metres:g} m"}
+
+
+def _frames(finished: FinishedMorphingMap) -> list[str]:
+    return frame_words(finished.parameters)
 
 
 def _write_zones(finished: FinishedMorphingMap, path: Path) -> None:
@@ -104,10 +74,6 @@ def _write_zones(finished: FinishedMorphingMap, path: Path) -> None:
 
 def _write_contours(finished: FinishedMorphingMap, path: Path) -> None:
     write_contours(finished.grid, finished.dop, finished.parameters, path)
-
-
-def _states() -> str:
-    return "class: " + ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
 
 
 def _tags(finished: FinishedMorphingMap) -> dict[str, str]:
@@ -143,15 +109,22 @@ LAYERS = (
         COG,
         "float32 metres: the altitude above which positioning is good enough up to the ceiling; NaN (nodata) where "
         "there is none, see flags.tif.",
-        write_altitude,
+        Raster(_tags, lambda finished: [finished.altitude_m], lambda _: ["flyable above"], "metre"),
     ),
-    Layer("above_ground.tif", COG, "float32 metres: the same as a height above the ground.", write_above_ground),
+    Layer(
+        "above_ground.tif",
+        COG,
+        "float32 metres: the same as a height above the ground.",
+        Raster(_tags, lambda finished: [finished.above_ground_m], lambda _: ["flyable above, over ground"], "metre"),
+    ),
     Layer(
         "flags.tif",
         COG,
         "Band 1: state, 0 flyable nowhere, 1 from the ground up, 2 from altitude.tif up, 3 closed at the ceiling, "
         "4 ground above the ceiling, 255 unknown. Band 2: how many separate stretches of no-flight air.",
-        write_flags,
+        Raster(
+            *(_tags, lambda finished: (finished.state, finished.no_flight_intervals), lambda _: FLAGS), *(STATES, None)
+        ),
     ),
     Layer(
         "no_go.geojson",
@@ -188,14 +161,14 @@ LAYERS = (
         "frames_altitude.tif",
         COG,
         "float32 metres, a band for each frame: what altitude.tif is then.",
-        write_frames_altitude,
+        Raster(_tags, lambda finished: finished.frame_altitude_m, _frames, "metre"),
         needs="frames",
     ),
     Layer(
         "frames_state.tif",
         COG,
         "uint8, a band for each frame: what band 1 of flags.tif is then.",
-        write_frames_state,
+        Raster(_tags, lambda finished: finished.frame_state, _frames, STATES, None),
         needs="frames",
     ),
     Layer(
@@ -203,7 +176,7 @@ LAYERS = (
         COG,
         "float64: the first and last frame at which a place is in flyable air, from when to when the longest run of "
         "such frames lasts, all in seconds, NaN never; share of frames at which it is, and at which that is unknown.",
-        write_availability,
+        Raster(_available_tags, lambda finished: finished.available, lambda _: AVAILABLE, "second; shares 0..1"),
         needs="frames",
     ),
     Layer(

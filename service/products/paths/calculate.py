@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,8 +13,8 @@ from planning.paths import Path, PathOutcome, PathProblem, plan_path
 from service.files.missions import mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import ground_of
 from service.parts.plan_answers import finite, place_answer, validation_answer
+from service.parts.product_parts import preamble
 from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
 from service.parts.satellites import ORBIT_TEXTS
 from service.parts.source_answers import placed_anchors, placed_satellites
@@ -159,19 +158,15 @@ def _answer(
     told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
     told += () if path is None else mission_warnings("path", grid)
     return PathSummary(
-        version=importlib.metadata.version("sightline"),
-        mode=asked.mode,
-        error_statement="" if lines is None else lines.error_statement,
-        curvature="" if lines is None else lines.curvature.sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=list(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings, *told))),
+        **preamble(
+            *(grid, asked, lines, (*mapped.warnings, *outcome.warnings, *told)),
+            besides={**ORBITS, "morphing_map": ORBITS},
+        ),
         timing={
             "calculation_s": time.perf_counter() - started_s,
             "first_path_s": finite(outcome.first_path_s),
             "plan_s": outcome.elapsed_s,
         },
-        parameters=asked.model_dump(mode="json", exclude_none=True, exclude={**ORBITS, "morphing_map": ORBITS}),
         status=outcome.status,
         sentence=outcome.sentence,
         totals=None if path is None else totals_answer(path),

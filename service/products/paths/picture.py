@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import matplotlib.path
 import numpy as np
@@ -19,14 +18,13 @@ from matplotlib.patheffects import Normal, Stroke
 from planning.paths.fields import bit_of
 from planning.paths.outcomes import Reason
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
-from service.drawing.classes import NONE_COLOUR
 from service.drawing.furniture import INK
 from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut, time_words
 from service.parts.shapes import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
-from service.products.dop.picture import BOUNDS, COLOURS
+from service.products.dop.picture import dilution_classes
 from service.products.paths.calculate import FinishedPath
 from service.products.paths.question import path_tracks
 
@@ -77,14 +75,8 @@ def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uin
         title = "Ground"
     else:
         limit = asked.limits.dop_limit or USUAL_LIMIT
-        edges = [limit * bound for bound in BOUNDS]
-        labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
-        labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
-        classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
-        classes += [MapClass("no fix", NONE_COLOUR), MapClass("too steep", BARRED_COLOUR)]
-        numbers = np.digitize(finished.dop, np.array(edges[1:], np.float32)).astype(np.uint8)
-        numbers[np.isinf(finished.dop)] = len(classes) - 2
-        numbers[np.isnan(finished.dop)] = UNDECIDED
+        classes, numbers = dilution_classes(finished.dop, limit)
+        classes.append(MapClass("too steep", BARRED_COLOUR))
         numbers[barred] = len(classes) - 1
         title = asked.limits.measure.upper()
     numbers[np.isnan(grid.heights_m)] = UNDECIDED

@@ -25,7 +25,7 @@ from service.errors import RequestError
 from service.files.missions import above_sea_level, mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import ground_of
+from service.parts.product_parts import preamble
 from service.parts.source_answers import placed_anchors
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
@@ -155,15 +155,8 @@ def _answer(
     ]
     more = () if geometry.warning is None else (geometry.warning,)
     return PlacementSummary(
-        version=placement.version,
-        mode=asked.mode,
-        error_statement=maps.error_statement,
-        curvature=maps.curvature.sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=[*grid.provenance.warnings, *placement.warnings, *more, *_warnings(grid, asked, placed)],
+        **preamble(grid, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),
         timing={"calculation_s": time.perf_counter() - started_s, **placement.timing_s},
-        parameters=asked.model_dump(mode="json", exclude_none=True),
         objective=goal.objective,
         goal=goal.sentence(),
         placed=placed,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
 from dataclasses import dataclass
@@ -16,8 +15,9 @@ from service.files.missions import mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_answers import MapSummary
-from service.parts.map_facts import curvature_of, ground_of
+from service.parts.map_facts import curvature_of
 from service.parts.positions import resolve_anchor
+from service.parts.product_parts import preamble
 from service.parts.shapes_in_grid import places_in_grid
 from service.parts.source_answers import PlacedAnchor, placed_anchors
 from service.products import UNWATCHED, Work
@@ -84,6 +84,14 @@ class RepositioningSummary(MapSummary):
 
 
 Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ExactSight:
+    """What values along a path stand on: sight lines one by one."""
+
+    curvature: Curvature
+    error_statement: str = ERROR_STATEMENT
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,15 +168,8 @@ def _answer(
 ) -> RepositioningSummary:
     schedule = plan.schedule
     return RepositioningSummary(
-        version=importlib.metadata.version("sightline"),
-        mode=asked.mode,
-        error_statement=ERROR_STATEMENT,
-        curvature=(curvature_of(asked) or Curvature.of(grid)).sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=[*grid.provenance.warnings, *warnings],
+        **preamble(grid, asked, ExactSight(curvature_of(asked) or Curvature.of(grid)), warnings),
         timing={"calculation_s": elapsed_s},
-        parameters=asked.model_dump(mode="json", exclude_none=True),
         goal=goal_of(asked.goal).sentence(),
         occluded=list(asked.occluded),
         before_share=schedule.share_unmoved,

@@ -10,13 +10,14 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, JsonValue
 
 from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_answers import Ground
 from service.parts.map_facts import curvature_of, ground_of
+from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import Source
 from service.parts.source_answers import PlacedAnchor, PlacedSatellite, placed_anchors, placed_satellites
 from service.products import UNWATCHED, Work
@@ -108,7 +109,6 @@ class SafetyBubblesSummary(BaseModel):
 
 
 Array = npt.NDArray[np.float64]
-Point = dict[str, Any]  # as BubbleOut has it: a hundred thousand models would take seconds
 Verdict = Literal["ok", "violated", "unknown"]
 WORDS: dict[BubbleVerdict, Verdict] = {
     BubbleVerdict.OK: "ok",
@@ -116,7 +116,6 @@ WORDS: dict[BubbleVerdict, Verdict] = {
     BubbleVerdict.UNKNOWN: "unknown",
 }
 DECIMALS = 6
-QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,15 +151,20 @@ class FinishedBubbles:
         }
 
     @functools.cached_property
-    def points(self) -> list[Point]:
-        """One entry per point, as ``BubbleOut`` has it; made column by column, because there may be 100 000."""
+    def columns(self) -> dict[str, list[Any]]:
+        """The fields of ``BubbleOut``, each with a value per point; models would take seconds for 100 000 points."""
         check = self.bubbles.check
         columns: dict[str, list[Any]] = {name: _rounded(values) for name, values in self.numbers().items()}
         columns["nearest"] = list(self.bubbles.around.words())
         columns["verdict"] = [WORDS[BubbleVerdict(int(verdict))] for verdict in check.verdict]
         columns["push"], columns["push_m"] = _rounded(check.push), _rounded(check.push_m)
         columns["in_sight"] = [_in_sight(self.anchors, self.bubbles, point) for point in range(len(self.points_m))]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        return columns
+
+    @functools.cached_property
+    def points(self) -> list[dict[str, JsonValue]]:
+        """One entry per point, as ``BubbleOut`` has it."""
+        return [dict(zip(self.columns, row, strict=True)) for row in zip(*self.columns.values(), strict=True)]
 
 
 @told_as_asked

@@ -12,8 +12,9 @@ from pydantic import BaseModel, Field
 
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_answers import MapSummary
-from service.parts.map_facts import curvature_of, ground_of, share_of
+from service.parts.map_facts import curvature_of, share_of
 from service.parts.positions import resolve_anchor
+from service.parts.product_parts import preamble
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid, height_at
 from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
@@ -123,26 +124,17 @@ def calculate_visibility_map(
     known = None if grid.unknown_posts == 0 else ~np.isnan(grid.heights_m)
     known_posts = grid.rows * grid.cols - grid.unknown_posts
     answer = VisibilityMapSummary(
-        version=found.version,
-        mode=parameters.mode,
-        error_statement=found.error_statement,
-        curvature=found.curvature.sentence(),
-        unknown=parameters.unknown,
+        **preamble(
+            *(grid, parameters, found), (*found.warnings, *_receiver_warnings(grid, parameters.receiver_altitude_m))
+        ),
+        timing={"calculation_s": found.elapsed_s},
         receiver=ReceiverHeight(
             above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
         ),
-        dem=ground_of(grid),
         anchors=[_anchor(grid, anchor, visible[number], known, known_posts) for number, anchor in enumerate(anchors)],
         count_histogram=_count_histogram(count, known, known_posts, len(anchors)),
         undecided_posts=int(np.count_nonzero(_undecided(grid, count, unknown_count))),
         posts_with_unknown_anchors=int(np.count_nonzero(unknown_count)),
-        warnings=[
-            *grid.provenance.warnings,
-            *found.warnings,
-            *_receiver_warnings(grid, parameters.receiver_altitude_m),
-        ],
-        timing={"calculation_s": found.elapsed_s},
-        parameters=parameters.model_dump(mode="json", exclude_none=True),
     )
     work.progress(1.0)
     return VisibilityMap(grid, anchors, parameters, answer, visible, found.altitude_m, count, unknown_count)

@@ -11,32 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from service.files.arrays import add_array
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.cog import BYTES, common_tags, write_cog
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.parts.product_parts import Raster, feature
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
 from visibility import UNKNOWN
 
-__all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count", "write_min_visible_altitude", "write_visible"]
+__all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count"]
 
 # told by the geometry and by the altitude that came of it
 TWICE = {"above_ground_m"}  # an anchor has one height; with two a file would be refused when it is read
 POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m"}
-
-
-def write_visible(finished: VisibilityMap, path: Path) -> None:
-    """uint8, a band per anchor: 1 visible, 0 hidden, 255 unknown (nodata)."""
-    ids = [anchor.id for anchor in finished.anchors]
-    tags = {**_tags(finished), "units": "class: 1 visible, 0 hidden, 255 unknown"}
-    write_cog(path, finished.grid, finished.visible, ids, int(UNKNOWN), tags, BYTES)
-
-
-def write_min_visible_altitude(finished: VisibilityMap, path: Path) -> None:
-    """float32 metres, a band per anchor: NaN unknown (nodata), +inf at no altitude."""
-    ids = [anchor.id for anchor in finished.anchors]
-    tags = {**_tags(finished), "units": "metre", "infinity": "in sight at no altitude"}
-    write_cog(path, finished.grid, finished.altitude_m, ids, float("nan"), tags, FLOATS)
 
 
 def write_count(finished: VisibilityMap, path: Path) -> None:
@@ -76,28 +63,20 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
     Its properties are those that ``--anchors`` reads, so the file can be the next request's input.
     """
     grid = finished.grid
-    features: list[dict[str, Any]] = []
+    features = []
     for anchor, asked, found in zip(
         finished.anchors, finished.parameters.anchors, finished.answer.anchors, strict=True
     ):
         position = (anchor.east_m, anchor.north_m)
         limits = asked.model_dump(exclude_none=True, exclude=POSITION)
-        features.append(
-            {
-                "type": "Feature",
-                "id": anchor.id,
-                "geometry": {
-                    "type": "Point",
-                    "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
-                },
-                "properties": {
-                    **found.model_dump(exclude={"above_ground_m"}),
-                    **limits,
-                    "altitude_m": anchor.altitude_m,
-                },
-            }
-        )
+        properties = {**found.model_dump(exclude=TWICE), **limits, "altitude_m": anchor.altitude_m}
+        coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
+        features.append(feature("Point", coordinates, properties, anchor.id))
     write_collection(grid, features, path, indent=1)
+
+
+def _ids(finished: VisibilityMap) -> list[str]:
+    return [anchor.id for anchor in finished.anchors]
 
 
 def _tags(finished: VisibilityMap) -> dict[str, str]:
@@ -123,14 +102,18 @@ LAYERS = (
         "visible.tif",
         COG,
         "One uint8 band per anchor: 1 visible, 0 hidden, 255 (nodata) unknown, at the receiver height asked for.",
-        write_visible,
+        Raster(
+            *(_tags, lambda finished: finished.visible, _ids),
+            "class: 1 visible, 0 hidden, 255 unknown",
+            nodata=int(UNKNOWN),
+        ),
     ),
     Layer(
         "min_visible_altitude.tif",
         COG,
         "One float32 band per anchor: lowest altitude in metres from which it is in sight; NaN (nodata) unknown, "
         "+inf at no altitude.",
-        write_min_visible_altitude,
+        Raster(*(_tags, lambda finished: finished.altitude_m, _ids), "metre", infinity="in sight at no altitude"),
     ),
     Layer(
         "count.tif",
