@@ -38,6 +38,14 @@ from .volumes import VolumeFacts, asks_for_air, check_air, volume_facts
 
 __all__ = ["PATH_COLUMNS", "DopMapSummary", "FinishedDopMap", "calculate_dop_map", "check_dop_map", "path_points"]
 
+SHARE_OF_SIGHT_LINES = 0.8
+PATH_COLUMNS = (
+    *("east_m", "north_m", "altitude_m", "anchors_in_sight", "unknown"),
+    *("gdop", "pdop", "hdop", "vdop", "tdop", "reason"),
+    *("horizontal_sigma_m", "vertical_sigma_m", "position_sigma_m"),
+)
+Floats = npt.NDArray[np.float32]
+
 
 class DopMapSummary(PositioningSummary):
     """What a DOP map says in numbers, and how far to trust it."""
@@ -59,16 +67,6 @@ class DopMapSummary(PositioningSummary):
     posts_by_reason: dict[str, int] = Field(
         description="Known posts with a fix (ok), too_few anchors, a singular geometry, or unknown sight."
     )
-
-
-SHARE_OF_SIGHT_LINES = 0.8
-PATH_COLUMNS = (
-    *("east_m", "north_m", "altitude_m", "anchors_in_sight", "unknown"),
-    *("gdop", "pdop", "hdop", "vdop", "tdop", "reason"),
-    *("horizontal_sigma_m", "vertical_sigma_m", "position_sigma_m"),
-)
-
-Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)

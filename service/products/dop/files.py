@@ -35,14 +35,6 @@ def write_count(finished: FinishedDopMap, path: Path) -> None:
     write_cog(path, finished.grid, [count], ["visible anchors"], nodata, tags, BYTES)
 
 
-def _write_zones(finished: FinishedDopMap, path: Path) -> None:
-    write_no_go_zones(finished.grid, finished.no_go, finished.parameters, path)
-
-
-def _write_contours(finished: FinishedDopMap, path: Path) -> None:
-    write_contours(finished.grid, finished.dop, finished.parameters, path)
-
-
 def write_path(finished: FinishedDopMap, path: Path) -> None:
     """One line per point: PATH_COLUMNS, reason in words, and the ids in sight, with spaces between."""
     ids = [anchor.id for anchor in finished.anchors]
@@ -135,12 +127,17 @@ LAYERS = (
             *("class: 1 no-go, 0 go, 255 unknown", int(UNKNOWN)),
         ),
     ),
-    Layer("no_go.geojson", GEOJSON, "Polygons round the posts of no_go.tif that are 1, with their area.", _write_zones),
+    Layer(
+        "no_go.geojson",
+        GEOJSON,
+        "Polygons round the posts of no_go.tif that are 1, with their area.",
+        write_no_go_zones,
+    ),
     Layer(
         "contours.geojson",
         GEOJSON,
         "Lines along which the dilution is the limit, half of it and twice as much.",
-        _write_contours,
+        write_contours,
     ),
     Layer(
         "map.png",

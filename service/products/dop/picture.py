@@ -34,6 +34,9 @@ __all__ = ["dop_classes", "draw_cut", "draw_dop_map", "write_legend", "write_map
 # Shares of the limit at which classes begin: cold colours are good enough, warm ones are not.
 BOUNDS = (0.0, 0.5, 0.75, 1.0, 2.0)
 COLOURS = ("#2c5f9e", "#4fa3c4", "#b5dcc3", "#f2c46d", "#e08a45")
+GROUND_COLOUR, LINE_COLOUR = "#4a4038", "#d4148c"
+MOST_NAMES = 12
+Panel = tuple[str, list[MapClass], npt.NDArray[np.uint8]]
 
 
 def write_map(finished: FinishedDopMap, path: Path) -> None:
@@ -113,12 +116,6 @@ def _limit_line(axes: Axes, finished: FinishedDopMap) -> None:
     east_km = (grid.origin_east_m + cols * grid.cell_east_m) / 1000.0
     north_km = (grid.origin_north_m - rows * grid.cell_north_m) / 1000.0
     axes.contour(east_km, north_km, goodness, levels=[level], colors=[INK], linewidths=0.9, zorder=5)
-
-
-GROUND_COLOUR, LINE_COLOUR = "#4a4038", "#d4148c"
-MOST_NAMES = 12
-
-Panel = tuple[str, list[MapClass], npt.NDArray[np.uint8]]
 
 
 def draw_cut(finished: FinishedDopMap, number: int) -> Figure:

@@ -37,6 +37,11 @@ __all__ = [
     "check_flight_request",
 ]
 
+Floats = npt.NDArray[np.float64]
+# what is known along a flight, at fine steps
+AIR_COLUMNS = ("distance_m", "altitude_m", "ground_m", "floor_m", "top_m", "clearance_m")
+SHARE_OF_MAP = 0.5
+
 
 class AirPlaceOut(BaseModel):
     """A place in the air."""
@@ -85,12 +90,6 @@ class FlightSummary(MapSummary):
     seed: int = Field(description="The seed, a number.")
     start: AirPlaceOut
     goal: AirPlaceOut
-
-
-Floats = npt.NDArray[np.float64]
-# what is known along a flight, at fine steps
-AIR_COLUMNS = ("distance_m", "altitude_m", "ground_m", "floor_m", "top_m", "clearance_m")
-SHARE_OF_MAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)

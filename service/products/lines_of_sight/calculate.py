@@ -35,6 +35,17 @@ __all__ = [
     "unpack_lines",
 ]
 
+Floats = npt.NDArray[np.float64]
+Verdict = Literal["clear", "blocked", "unknown"]
+WORDS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
+POINTS = "points.npz"
+POSITIONS = {"pairs", "from_points_m", "to_points_m"}
+DECIMALS = 6
+ARRAYS = (
+    *("verdict", "clearance_m", "distance_m", "blocking_point_m", "blocking_distance_m", "over_unknown"),
+    *("leaves_dem", "ends_below", "fresnel_clearance", "excess_path_m", "probability_clear"),
+)
+
 
 class BlockingPoint(BaseModel):
     """Where known ground stands in the way most."""
@@ -85,13 +96,6 @@ class LinesOfSightSummary(BaseModel):
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
     timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
     version: str = Field(description="Version of Sightline that calculated it.")
-
-
-Floats = npt.NDArray[np.float64]
-Verdict = Literal["clear", "blocked", "unknown"]
-WORDS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
-POINTS = "points.npz"
-POSITIONS = {"pairs", "from_points_m", "to_points_m"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -170,13 +174,6 @@ def _ends(grid: ElevationGrid, asked: LinesOfSightParameters) -> tuple[Floats, F
         return check_points(grid, "pairs.from", from_m), check_points(grid, "pairs.to", to_m)
     from_m, to_m = np.array(asked.from_points_m, np.float64), np.array(asked.to_points_m, np.float64)
     return check_points(grid, "from_points_m", from_m), check_points(grid, "to_points_m", to_m)
-
-
-DECIMALS = 6
-ARRAYS = (
-    *("verdict", "clearance_m", "distance_m", "blocking_point_m", "blocking_distance_m", "over_unknown"),
-    *("leaves_dem", "ends_below", "fresnel_clearance", "excess_path_m", "probability_clear"),
-)
 
 
 def _write_json(finished: FinishedLines, path: Path) -> None:

@@ -68,14 +68,6 @@ def _frames(finished: FinishedMorphingMap) -> list[str]:
     return frame_words(finished.parameters)
 
 
-def _write_zones(finished: FinishedMorphingMap, path: Path) -> None:
-    write_no_go_zones(finished.grid, finished.no_go, finished.parameters, path)
-
-
-def _write_contours(finished: FinishedMorphingMap, path: Path) -> None:
-    write_contours(finished.grid, finished.dop, finished.parameters, path)
-
-
 def _tags(finished: FinishedMorphingMap) -> dict[str, str]:
     parameters = finished.parameters
     return {
@@ -130,13 +122,13 @@ LAYERS = (
         "no_go.geojson",
         GEOJSON,
         "Polygons round the posts where a rover's antenna on the ground is in no-flight air, with their area.",
-        _write_zones,
+        write_no_go_zones,
     ),
     Layer(
         "contours.geojson",
         GEOJSON,
         "Lines along which the dilution at a rover's antenna is the limit, half of it and twice as much.",
-        _write_contours,
+        write_contours,
     ),
     Layer(
         "surface.glb",

@@ -29,6 +29,11 @@ __all__ = ["draw_availability", "draw_frame", "draw_morphing_map", "morphing_cla
 COLOURS = ("#e9f3d5", "#b5dcc3", "#72b9c6", "#3f86b5", "#2c4f8e", "#27306b")
 CLOSED_COLOUR, OUTSIDE_COLOUR = "#e3a45b", "#8b8378"
 ROUND = (1.0, 2.0, 5.0, 10.0)
+ANIMATION_DPI, ANIMATION_COLOURS = 75, 255
+# an animation lasts about so long, but a frame is seen at least and at most so long
+WHOLE_MS, LEAST_MS, MOST_MS = 12_000, 60, 700
+SHARES = (0.25, 0.5, 0.75)
+SHARE_COLOURS = ("#f2c46d", "#e9f3d5", "#b5dcc3", "#4fa3c4", "#2c5f9e")
 
 
 def draw_morphing_map(finished: FinishedMorphingMap) -> Figure:
@@ -80,13 +85,6 @@ def round_edges(above_m: npt.NDArray[np.float32]) -> list[float]:
     step_m = float(next(m * power for m in ROUND if m * power >= least_m * (1.0 - 1e-9)))
     first_m = np.floor(low_m / step_m) * step_m
     return [float(first_m + number * step_m) for number in range(1, steps + 1)]
-
-
-ANIMATION_DPI, ANIMATION_COLOURS = 75, 255
-# an animation lasts about so long, but a frame is seen at least and at most so long
-WHOLE_MS, LEAST_MS, MOST_MS = 12_000, 60, 700
-SHARES = (0.25, 0.5, 0.75)
-SHARE_COLOURS = ("#f2c46d", "#e9f3d5", "#b5dcc3", "#4fa3c4", "#2c5f9e")
 
 
 def write_animation(finished: FinishedMorphingMap, path: Path) -> None:

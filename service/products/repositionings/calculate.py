@@ -37,6 +37,8 @@ __all__ = [
     "path_ahead",
 ]
 
+Floats = npt.NDArray[np.float64]
+
 
 class MoveOut(BaseModel):
     """One drone's move."""
@@ -81,9 +83,6 @@ class RepositioningSummary(MapSummary):
     stretches: list[StretchOut]
     flight_m: float = Field(description="Metres that all drones fly.")
     waited_s: float = Field(description="Seconds that the rover waits for them.")
-
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,15 @@ __all__ = [
     "calculate_bubbles",
 ]
 
+Array = npt.NDArray[np.float64]
+Verdict = Literal["ok", "violated", "unknown"]
+WORDS: dict[BubbleVerdict, Verdict] = {
+    BubbleVerdict.OK: "ok",
+    BubbleVerdict.VIOLATED: "violated",
+    BubbleVerdict.UNKNOWN: "unknown",
+}
+DECIMALS = 6
+
 
 class BubbleOut(BaseModel):
     """The bubble at one point."""
@@ -106,16 +115,6 @@ class SafetyBubblesSummary(BaseModel):
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
     timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
     version: str = Field(description="Version of Sightline that calculated it.")
-
-
-Array = npt.NDArray[np.float64]
-Verdict = Literal["ok", "violated", "unknown"]
-WORDS: dict[BubbleVerdict, Verdict] = {
-    BubbleVerdict.OK: "ok",
-    BubbleVerdict.VIOLATED: "violated",
-    BubbleVerdict.UNKNOWN: "unknown",
-}
-DECIMALS = 6
 
 
 @dataclass(frozen=True, eq=False)

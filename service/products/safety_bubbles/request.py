@@ -54,6 +54,7 @@ HISTORY: dict[str, JsonValue] = {
 }
 Point3 = tuple[Metres, Metres, Metres]
 Covariance = tuple[Number, Number, Number, Number, Number, Number]
+Array = npt.NDArray[np.float64]
 
 
 class MotionIn(StrictModel):
@@ -136,9 +137,6 @@ class SafetyBubblesIn(BubbleParameters):
     model_config = ConfigDict(json_schema_extra={"examples": [PATH, HISTORY]})
 
     dem_id: DemId
-
-
-Array = npt.NDArray[np.float64]
 
 
 def points_and_times(grid: ElevationGrid, parameters: BubbleParameters) -> tuple[Array, Array]:

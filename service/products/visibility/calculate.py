@@ -30,6 +30,9 @@ __all__ = [
     "calculate_visibility_map",
 ]
 
+# What is left for counting once the sight lines are done.
+SHARE_OF_SIGHT_LINES = 0.95
+
 
 class AnchorSummary(BaseModel):
     """One anchor in the DEM's frame, and what part of the known ground sees it."""
@@ -69,10 +72,6 @@ class VisibilityMapSummary(MapSummary):
         description="Known posts where nobody is surely visible but somebody may be; 0 visible_anchors counts them too."
     )
     posts_with_unknown_anchors: int = Field(description="Posts where the sight of at least one anchor is unknown.")
-
-
-# What is left for counting once the sight lines are done.
-SHARE_OF_SIGHT_LINES = 0.95
 
 
 @dataclass(frozen=True, eq=False)
