@@ -24,7 +24,7 @@ from terrain import told_place
 from .describing import described
 from .fields import CostField, bit_of, running_sums
 from .outcomes import Path, Reason
-from .places import sampled
+from .places import Cells, sampled
 from .sight_maps import Sightings, SightMaps
 
 __all__ = [
@@ -123,7 +123,7 @@ def _without_tight(problem: PathProblem, field: CostField, path: Path, places: F
     near_rows, near_cols = np.nonzero(radius_m)
     clearance_m = np.empty(len(near_rows))
     middles = np.column_stack([near_rows, near_cols]) + 0.5
-    clearances(field.obstacles(), field.for_kernels()[4], middles, clearance_m)
+    clearances(field.obstacles(), Cells.of(field.grid), middles, clearance_m)
     narrow = clearance_m < radius_m[near_rows, near_cols]
     without = _without(field, near_rows[narrow], near_cols[narrow], Reason.BUBBLE)
     return _without(without, rows, cols, Reason.BUBBLE)

@@ -45,7 +45,7 @@ def described(
     across = rise[:, 1] * np.sin(heading_rad) - rise[:, 0] * np.cos(heading_rad)
     seen = maps.sightings(fine, sums[:, 2]) if maps is not None else _nothing_seen(len(fine))
     clearance_m = np.empty(len(fine))
-    clearances(field.obstacles(), kernel_field[4], fine, clearance_m)
+    clearances(field.obstacles(), kernel_field.cells, fine, clearance_m)
     slope_rad = np.arctan(np.hypot(*rise.T))
     altitude_m = height_at(grid, east_m, north_m)
     sigma_m = np.full(len(fine), np.nan)

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import shapely
 
 from planning.errors import PathProblemError, PlaceError
-from planning.kernels.path_grid import costs_from
 from planning.kernels.path_segments import CLEAR, segment_cost
+from planning.kernels.searches import costs_from
 from planning.questions.problems import Goal, PathProblem, Place
 from planning.validation import PathLimit, validate_path
 
@@ -107,13 +107,13 @@ def _of_goal(ground: Ground, kernel_field: KernelField, goal: Goal) -> Ends:
 
 def square_ends(kernel_field: KernelField, row: float, col: float, onward: bool) -> Ends:
     """Squares whose middle a straight segment joins with a place; onward: from the place, else to it."""
-    rows, cols = kernel_field[1].shape
+    rows, cols = kernel_field.allowed.shape
     nodes, costs = [], []
     for r in range(max(int(row) - REACH, 0), min(int(row) + REACH + 1, rows)):
         for c in range(max(int(col) - REACH, 0), min(int(col) + REACH + 1, cols)):
             there = (r + 0.5, c + 0.5)
             code, cost = segment_cost(kernel_field, *((row, col, *there) if onward else (*there, row, col)))[:2]
-            if code == CLEAR and kernel_field[1][r, c] == 1:
+            if code == CLEAR and kernel_field.allowed[r, c] == 1:
                 nodes.append(r * cols + c)
                 costs.append(cost)
     place = np.tile([row, col], (len(nodes), 1)).reshape(-1, 2)
@@ -193,7 +193,13 @@ def arrivals_along(field: CostField, fastest_s: Numbers, places: npt.NDArray[np.
 
 def _timed(field: CostField) -> KernelField:
     """The field whose cost is seconds, and where anchors forbid nothing."""
-    heights_m, _, added, hidden, cells, numbers, pace = field.for_kernels()
-    allowed = (field.obstacles() == 0).astype(np.uint8)
-    timed = (float(pace.min()), *numbers[1:4], 0.0, 0.0, 1.0, 0.0)
-    return heights_m, allowed, np.zeros_like(added), np.zeros_like(hidden), cells, timed, pace
+    whole = field.for_kernels()
+    seconds = whole.rates._replace(
+        least_per_m=float(whole.pace.min()), per_m=0.0, per_climbed_m=0.0, per_s=1.0, per_dark_s=0.0
+    )
+    return whole._replace(
+        allowed=(field.obstacles() == 0).astype(np.uint8),
+        added=np.zeros_like(whole.added),
+        hidden=np.zeros_like(whole.hidden),
+        rates=seconds,
+    )

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from planning.kernels.path_leaves import cheapest_nodes
+from planning.kernels.searches import cheapest_nodes
 from planning.questions.problems import FlightProblem
 
 __all__ = ["SPLIT", "Graph", "Leaves", "surely_shut"]

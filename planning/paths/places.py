@@ -1,11 +1,11 @@
-"""Places on the ground as fractional posts and in metres; triangles that a way crosses, squares that a polygon touches."""
+"""Places as fractional posts and in metres, the triangles that a way crosses, the squares that a polygon touches."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +14,30 @@ import shapely
 from terrain import ElevationGrid
 from visibility import surface_normals
 
-__all__ = ["metres_of", "middles", "outside_of", "sampled", "squares_touched", "squares_with_middle_in", "steepest_rad"]
+__all__ = [
+    "Cells",
+    "metres_of",
+    "middles",
+    "outside_of",
+    "sampled",
+    "squares_touched",
+    "squares_with_middle_in",
+    "steepest_rad",
+]
 
 Floats = npt.NDArray[np.float64]
+
+
+class Cells(NamedTuple):
+    """Size of a grid's cells, as kernels take it, metres."""
+
+    east_m: float
+    north_m: float
+
+    @classmethod
+    def of(cls, grid: ElevationGrid) -> Cells:
+        """Those of a grid."""
+        return cls(grid.cell_east_m, grid.cell_north_m)
 
 
 def metres_of(grid: ElevationGrid, places: Floats) -> tuple[Floats, Floats]:

@@ -163,7 +163,7 @@ class _Plan(Endings):
         """The grid's way, or the cheaper one that the sampling planner found in the corridor around it."""
         problem, kernel_field, planner, completed = self.problem, field.for_kernels(), "any-angle grid", True
         if self.own is not None:
-            half_m, iterations = CORRIDOR * max(kernel_field[4]), problem.budget.iterations
+            half_m, iterations = CORRIDOR * max(kernel_field.cells), problem.budget.iterations
             self.own.begin(CorridorTask(kernel_field, way.places, _fixed(ends), half_m, iterations, problem.seed))
             completed, places = self.own.answer(self.ended)
             sampled = None if places is None else Way(places, cost_of(kernel_field, places))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol, get_args
+from typing import Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -105,6 +105,31 @@ CODES = {"coverage": kernel.COVERAGE, "dop": kernel.DOP, "mean_error": kernel.ER
 PARTS = {"gdop": kernel.POSITION, "pdop": kernel.POSITION, "hdop": kernel.HORIZONTAL, "vdop": kernel.VERTICAL}
 
 
+class TargetRows(NamedTuple):
+    """Targets as kernels take them: point_m and unit normal (m, 3), weight (m,)."""
+
+    point_m: Floats
+    normal: Floats
+    weight: Floats
+
+
+class Aim(NamedTuple):
+    """What a target is worth, as kernels take it.
+
+    objective, part: codes of the kernels. needed: anchors in sight. limit2: square of the dilution's limit. clock:
+    whether the receiver's clock is unknown too. spare: how many may be lost. worst_m: an error counts at most so much.
+    """
+
+    objective: int
+    needed: int
+    limit2: float
+    clock: bool
+    part: int
+    on_surface: bool
+    spare: int
+    worst_m: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
     """Targets, what sees them, and what is wanted. anchor: (n, 4) candidates as east, north, altitude, weight.
@@ -187,8 +212,8 @@ class GeometryJudge:
     def __init__(self, problem: Problem, *, information: bool = False) -> None:
         self._problem = problem
         targets, goal = problem.targets, problem.goal
-        self._cells = (targets.point_m, targets.normal, targets.weight)
-        self._question = (
+        self._rows = TargetRows(targets.point_m, targets.normal, targets.weight)
+        self._aim = Aim(
             kernel.INFORMATION if information else CODES[goal.objective],
             goal.needed,
             goal.dop_limit**2,
@@ -216,7 +241,7 @@ class GeometryJudge:
         out = np.empty((len(which), 2))
         problem = self._problem
         rows = (problem.anchor[which], problem.sight.bits[which])
-        kernel.additions(self._cells, states, present, bits, *rows, self._question, out)
+        kernel.additions(self._rows, states, present, bits, *rows, self._aim, out)
         if not self._worst:
             return out[:, 0] / problem.targets.total
         return out[:, 1] + BESIDE_WORST * out[:, 0] / problem.targets.total
@@ -234,7 +259,7 @@ class GeometryJudge:
 
     def _states(self, present: Floats, bits: npt.NDArray[np.uint64]) -> Floats:
         states = np.zeros((len(self._problem.targets), kernel.STATE_COLUMNS))
-        kernel.fill_states(self._cells, present, bits, self._question, states)
+        kernel.fill_states(self._rows, present, bits, self._aim, states)
         return states
 
 
