@@ -44,6 +44,13 @@ COARSE, FINE = 0.5, 0.0625
 NEAR_M_PER_CELL = 0.25
 # limits, as the validator calls them, that a path around the place keeps
 REPAIRED = ("anchors in sight", "dilution", "height over the morphing map", "room for the safety bubble")
+# how far inside its square the nearest allowed place is put, in cells
+INSIDE = 0.01
+# so many of the nearest places are asked for by exact sight lines at once, and so often
+TRIED, TIMES = 128, 32
+# of these a place is forbidden; of all others it cannot be stood on
+OF_SIGHT = (Reason.ANCHORS, Reason.DOP, Reason.SIGHT_LINE)
+WORDS = {Reason.ANCHORS: "too few anchors are in sight there", Reason.DOP: "the dilution there is beyond the limit"}
 
 
 def without_broken_squares(
@@ -127,15 +134,6 @@ def _without_tight(problem: PathProblem, field: CostField, path: Path, places: F
     narrow = clearance_m < radius_m[near_rows, near_cols]
     without = _without(field, near_rows[narrow], near_cols[narrow], Reason.BUBBLE)
     return _without(without, rows, cols, Reason.BUBBLE)
-
-
-# how far inside its square the nearest allowed place is put, in cells
-INSIDE = 0.01
-# so many of the nearest places are asked for by exact sight lines at once, and so often
-TRIED, TIMES = 128, 32
-# of these a place is forbidden; of all others it cannot be stood on
-OF_SIGHT = (Reason.ANCHORS, Reason.DOP, Reason.SIGHT_LINE)
-WORDS = {Reason.ANCHORS: "too few anchors are in sight there", Reason.DOP: "the dilution there is beyond the limit"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -26,6 +26,7 @@ from .sight_maps import Sightings, SightMaps
 __all__ = ["Endings", "described"]
 
 Floats = npt.NDArray[np.float64]
+Stop = Callable[[], bool]
 
 
 def described(
@@ -157,9 +158,6 @@ def _longest_run(dark_s: Floats) -> float:
         run = run + seconds if seconds > 0.0 else 0.0
         longest = max(longest, run)
     return longest
-
-
-Stop = Callable[[], bool]
 
 
 class Endings:

@@ -28,6 +28,8 @@ Places = npt.NDArray[np.float64]
 
 # squares around a place from whose middles it is tried to be reached; with limits on pitch the nearest need not do
 REACH = 2
+# squares this near a path are met when the path is there
+BESIDE = 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -158,10 +160,6 @@ def _stands(problem: PathProblem, place: Place) -> bool:
 
     of_ways = (PathLimit.START, PathLimit.WAY_POINTS, PathLimit.GOAL, PathLimit.BUBBLE)
     return all(check.limit in of_ways for check in validate_path(problem, [place]).failures)
-
-
-# squares this near a path are met when the path is there
-BESIDE = 2
 
 
 def fastest_arrivals_s(problem: PathProblem, field: CostField) -> Numbers:

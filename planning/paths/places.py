@@ -26,6 +26,14 @@ __all__ = [
 ]
 
 Floats = npt.NDArray[np.float64]
+BESIDE = 1e-6  # cells: a way along an edge lies on the triangles on both sides
+Mask = npt.NDArray[np.bool_]
+Posts = npt.NDArray[np.integer[Any]]  # row or column numbers
+# blocks of so many squares each way are asked before their squares are
+BLOCK = 32
+# a buffer's arcs are chords inside the true ones; this much further out they are outside
+QUARTER = 16
+OUTWARD = 1.0 / math.cos(math.pi / (4 * QUARTER))
 
 
 class Cells(NamedTuple):
@@ -60,9 +68,6 @@ def sampled(places: Floats, apart: float) -> tuple[Floats, npt.NDArray[np.int64]
     return np.concatenate(out), np.array(corners, np.int64)
 
 
-BESIDE = 1e-6  # cells: a way along an edge lies on the triangles on both sides
-
-
 def middles(places: Floats) -> tuple[Floats, Floats]:
     """Of the pieces into which rows, columns and diagonals of the grid cut a way, the middle of each.
 
@@ -94,16 +99,6 @@ def steepest_rad(grid: ElevationGrid, places: Floats) -> float:
     normals = [surface_normals(grid, *metres_of(grid, middle + side)) for side in (aside, -aside)]
     upward = np.concatenate(normals)[:, 2]
     return float(np.arccos(np.clip(np.nanmin(upward), -1.0, 1.0)))
-
-
-Mask = npt.NDArray[np.bool_]
-Posts = npt.NDArray[np.integer[Any]]  # row or column numbers
-
-# blocks of so many squares each way are asked before their squares are
-BLOCK = 32
-# a buffer's arcs are chords inside the true ones; this much further out they are outside
-QUARTER = 16
-OUTWARD = 1.0 / math.cos(math.pi / (4 * QUARTER))
 
 
 def squares_touched(grid: ElevationGrid, zone: shapely.Geometry, apart_m: float) -> Mask:

@@ -30,6 +30,9 @@ Tell = Callable[[Places], None]
 
 # how often, in questions of the planner whether to stop, it is asked whether anybody still waits for the answer
 QUESTIONS_BETWEEN = 256
+PACKAGE_ROOT = Path(__file__).parents[2]
+# how often it is asked whether the plan was stopped
+POLL_S = 0.02
 
 
 class SamplingTask(Protocol):
@@ -167,11 +170,6 @@ def _judges(base: Any, information: Any, motions: Motions) -> tuple[Any, Any, An
 
     axes = information.getStateDimension()
     return Checker(information), Segments(information), Objective(information)
-
-
-PACKAGE_ROOT = Path(__file__).parents[2]
-# how often it is asked whether the plan was stopped
-POLL_S = 0.02
 
 
 class OwnProcess:

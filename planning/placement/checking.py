@@ -32,6 +32,8 @@ __all__ = [
 ]
 
 Floats = npt.NDArray[np.float64]
+# a dilution beyond which one metre of error in the ranges is twenty in the position: as good as none
+USELESS_DOP = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,10 +134,6 @@ def _problem_of(
 
 def _values(problem: Problem, sets: Sequence[list[int]]) -> list[float]:
     return [shown_value(problem, members) for members in sets]
-
-
-# a dilution beyond which one metre of error in the ranges is twenty in the position: as good as none
-USELESS_DOP = 20.0
 
 
 @dataclass(frozen=True, slots=True)

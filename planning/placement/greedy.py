@@ -17,6 +17,8 @@ __all__ = ["bound_of", "exchange", "fill_up", "greedy", "upper_bound"]
 
 # candidates evaluated again at once: a kernel call costs as much as a few of them
 AT_ONCE = 16
+# a gain below this is rounding, and would let the search run in circles
+LEAST_GAIN = 1e-12
 
 
 def greedy(
@@ -147,10 +149,6 @@ def _best_geometry(goal: Goal) -> float:
     if goal.on_surface:
         return 2.0
     return {"hdop": 2.0, "vdop": 1.0}.get(goal.measure, 3.0)
-
-
-# a gain below this is rounding, and would let the search run in circles
-LEAST_GAIN = 1e-12
 
 
 def exchange(

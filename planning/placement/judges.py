@@ -20,6 +20,11 @@ __all__ = ["CountJudge", "GeometryJudge", "Goal", "Judge", "Objective", "Problem
 
 Objective = Literal["coverage", "dop", "mean_error", "worst_error"]
 Measure = Literal["gdop", "pdop", "hdop", "vdop"]
+Floats = npt.NDArray[np.float64]
+# of the mean beside the worst: among sets with the same worst error the better mean wins
+BESIDE_WORST = 1e-3
+CODES = {"coverage": kernel.COVERAGE, "dop": kernel.DOP, "mean_error": kernel.ERROR, "worst_error": kernel.ERROR}
+PARTS = {"gdop": kernel.POSITION, "pdop": kernel.POSITION, "hdop": kernel.HORIZONTAL, "vdop": kernel.VERTICAL}
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +100,6 @@ class Goal:
             "mean_error": f"mean position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
             "worst_error": f"worst position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
         }[self.objective]
-
-
-Floats = npt.NDArray[np.float64]
-
-# of the mean beside the worst: among sets with the same worst error the better mean wins
-BESIDE_WORST = 1e-3
-CODES = {"coverage": kernel.COVERAGE, "dop": kernel.DOP, "mean_error": kernel.ERROR, "worst_error": kernel.ERROR}
-PARTS = {"gdop": kernel.POSITION, "pdop": kernel.POSITION, "hdop": kernel.HORIZONTAL, "vdop": kernel.VERTICAL}
 
 
 class TargetRows(NamedTuple):

@@ -22,6 +22,7 @@ __all__ = ["Feasible", "Link", "PlacementRules", "base_hops", "feasible_candidat
 Floats = npt.NDArray[np.float64]
 FAR = 1_000_000  # hops of a place that has no link at all
 LINES_AT_ONCE = 200_000
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +74,6 @@ def base_hops(grid: ElevationGrid, link: Link, places_m: Floats) -> npt.NDArray[
             hops[open_[found]] = hop
             open_ = open_[~found]
     return hops
-
-
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,8 @@ __all__ = ["MOST_ANCHORS", "Found", "SearchOptions", "fewest", "search"]
 MOST_SETS = 6_000
 MOST_EVALUATIONS = 60_000_000  # sets × targets that are worth going through
 SHORTLIST = 48
+MOST_ANCHORS = 64
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,10 +203,6 @@ def _shortlist(sample: Problem, chosen: list[int], together: Together) -> npt.ND
         order = np.argsort(-judge.with_each(rest, which), kind="stable")[: max(SHORTLIST // len(chosen), 4)]
         promising.append(which[order])
     return np.unique(np.concatenate([*promising, np.array(chosen, np.intp)]))
-
-
-MOST_ANCHORS = 64
-ROUNDING = 1e-12
 
 
 def fewest(

@@ -17,6 +17,11 @@ from visibility.dilution.dop_questions import Measure
 __all__ = ["MEASURES", "CostWeights", "NavigationModel", "PathLimits", "PlanBudget", "RoverModel"]
 
 MEASURES = get_args(Measure)
+# how many slopes each way the pace is tabled for
+PACES_EACH_WAY = 64
+# curves that are far tighter or wider than any rover's are beyond the planner's arithmetic
+LEAST_TURN_M = 0.01
+WIDEST_TURN_M = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,15 +117,6 @@ class PlanBudget:
             raise PathProblemError(
                 f"A budget needs at least one iteration and more than 0 s, not {self.iterations} and {self.seconds} s."
             )
-
-
-# how many slopes each way the pace is tabled for
-PACES_EACH_WAY = 64
-
-
-# curves that are far tighter or wider than any rover's are beyond the planner's arithmetic
-LEAST_TURN_M = 0.01
-WIDEST_TURN_M = 1e6
 
 
 @dataclass(frozen=True, slots=True)

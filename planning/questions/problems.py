@@ -19,6 +19,7 @@ __all__ = ["FlightProblem", "Goal", "PathProblem", "Place", "check_ground"]
 Place = tuple[float, float]
 Area: TypeAlias = shapely.Polygon | shapely.MultiPolygon
 Goal: TypeAlias = Place | Area
+Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -172,9 +173,6 @@ def _check_crs(grid: ElevationGrid, crs: Any) -> None:
     if grid.crs is None or not same_map(given, grid.crs):
         frame = "a local frame" if grid.crs is None else f"{grid.crs.name!r}"
         raise AreaError(f"The areas are in {given.name!r} and the grid is in {frame}; transform them first.")
-
-
-Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

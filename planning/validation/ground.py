@@ -24,6 +24,16 @@ STEP_SLACK_M = 1e-4
 # places on the rim of the footprint that are looked at
 RIM = 24
 PLACES_AT_ONCE = 2_000_000
+Place = tuple[float, float]
+Area: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
+# a path may be rounded to centimetres on its way into a file
+PLACE_SLACK_M = 0.01
+AREA_SLACK_M = 1e-6
+# Vertices on an arc of the radius itself are that far off by rounding, and where an arc begins between two of them.
+RADIUS_SLACK = 0.02
+# A bend of more than this at one vertex is a corner and no arc.
+SHARPEST_BEND_RAD = math.radians(30.0)
+HEADING_SLACK_RAD = 2e-3
 
 
 def ground_checks(
@@ -97,14 +107,6 @@ def _posts_within(grid: ElevationGrid, place_m: Numbers, radius_m: float) -> Num
     posts = np.stack([east_m, north_m], axis=-1)
     posts[np.hypot(*(posts - place_m[:, None, :]).transpose(2, 0, 1)) > radius_m] = np.nan
     return posts
-
-
-Place = tuple[float, float]
-Area: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
-
-# a path may be rounded to centimetres on its way into a file
-PLACE_SLACK_M = 0.01
-AREA_SLACK_M = 1e-6
 
 
 def place_checks(
@@ -183,13 +185,6 @@ def _missed_m(corners: Numbers, way_points: Sequence[Place]) -> tuple[Numbers, n
         missed_m[number] = apart_m[step]
         nearest[number] = first = first + step
     return missed_m, nearest
-
-
-# Vertices on an arc of the radius itself are that far off by rounding, and where an arc begins between two of them.
-RADIUS_SLACK = 0.02
-# A bend of more than this at one vertex is a corner and no arc.
-SHARPEST_BEND_RAD = math.radians(30.0)
-HEADING_SLACK_RAD = 2e-3
 
 
 def turning_checks(

@@ -27,6 +27,9 @@ __all__ = ["FlightSamples", "fly_along", "validate_flight", "validate_path"]
 Numbers = npt.NDArray[np.float64]
 
 ALTITUDE_SLACK_M = 1e-3
+# heights and floors are kept as float32
+SLACK_M = 2e-3
+PLACE_SLACK_M = 1e-6
 
 
 def validate_path(problem: PathProblem, vertices_m: npt.ArrayLike, *, step_m: float | None = None) -> PathValidation:
@@ -119,11 +122,6 @@ def _worst_dilution(problem: PathProblem, walk: Walk, sight: SightAlong) -> Numb
 
 
 # the planner imports us; at run time the question is all that goes between
-
-
-# heights and floors are kept as float32
-SLACK_M = 2e-3
-PLACE_SLACK_M = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
