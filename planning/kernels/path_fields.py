@@ -89,14 +89,14 @@ def fill_counts(seen, count):
 
 
 @parallel_kernel
-def fill_positioning(heights_m, seen, antennas, sources, wanted, count, dop):
+def fill_positioning(heights_m, cells, seen, antennas, sources, wanted, count, dop):
     """Fill count (uint16) and dop (float32) of each square from the anchors that all four posts see.
 
-    seen: (anchors, rows, cols) uint8, 1 = in sight. antennas, wanted: as
-    ``planning.paths.sight_maps`` names their fields.
+    seen: (anchors, rows, cols) uint8, 1 = in sight. antennas, wanted: as ``planning.paths.sight_maps`` names their
+    fields.
     """
     anchors = seen.shape[0]
-    cells, on_ground = antennas.cells, wanted.on_ground
+    on_ground = wanted.on_ground
     for row in prange(count.shape[0]):
         words = np.zeros((anchors + 63) // 64, np.uint64)
         for col in range(count.shape[1]):

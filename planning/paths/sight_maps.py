@@ -46,7 +46,6 @@ class Antennas(NamedTuple):
 
     origin_east_m: float
     origin_north_m: float
-    cells: Cells
     above_ground_m: float
 
 
@@ -262,7 +261,8 @@ def _of_squares(problem: PathProblem, minimum: MinimumVisibleAltitude) -> Positi
     if math.isinf(limits.dop_limit) and weights.dop == 0.0 and weights.position_error == 0.0:
         kernel.fill_counts(seen, count)
         return Positioning(count, dop)
-    antennas = Antennas(grid.origin_east_m, grid.origin_north_m, Cells.of(grid), antenna_m)
+    antennas = Antennas(grid.origin_east_m, grid.origin_north_m, antenna_m)
     wanted = WantedDop(kind_code(limits.kind), MEASURES.index(limits.measure), limits.on_surface)
-    kernel.fill_positioning(grid.heights_m, seen, antennas, column_tables(minimum).sources, wanted, count, dop)
+    sources = column_tables(minimum).sources
+    kernel.fill_positioning(grid.heights_m, Cells.of(grid), seen, antennas, sources, wanted, count, dop)
     return Positioning(count, dop)
