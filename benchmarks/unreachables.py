@@ -17,7 +17,7 @@ from shapely import affinity
 
 from dem_samples import load_sample
 from planning import PathError
-from planning.kernels.path_proof import least_worst_way
+from planning.kernels.searches import least_worst_way
 from planning.paths import PathProblem, PathStatus, PlanBudget, RoverModel, plan_path
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field

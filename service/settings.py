@@ -57,7 +57,7 @@ class Settings(BaseSettings):
     more_products: tuple[str, ...] = Field(
         default=(),
         description="Products of other packages, a JSON list of places such as package.module:NAME; each is a "
-        "service.products.product.Product.",
+        "service.products.Product.",
     )
 
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")

@@ -1,7 +1,6 @@
 """Straight flights over squares of air: each square may be flown from a floor up to a ceiling.
 
-A place is (row, col, altitude): fractional posts and metres. floor_m, ceiling_m: (rows - 1, cols - 1) float64, +inf and
--inf where a square may not be flown; cells: (cell_east_m, cell_north_m).
+A place is (row, col, altitude): fractional posts and metres. air is a ``planning.paths.flights.Air``.
 """
 
 import math
@@ -38,31 +37,32 @@ def _next_line(at, step):
 
 
 @scalar_kernel
-def flight_cost(floor_m, ceiling_m, cells, climb, begin, end):
-    """Metres flown + climb · metres climbed of a straight flight; +inf where it leaves the air that may be flown."""
-    down, across, rise = end[0] - begin[0], end[1] - begin[1], end[2] - begin[2]
+def flight_cost(air, begin, end):
+    """Metres flown + climb_weight · metres climbed of a straight flight; +inf where it leaves what may be flown."""
+    (row0, col0, up0_m), (row1, col1, up1_m) = begin, end
+    down, across, rise = row1 - row0, col1 - col0, up1_m - up0_m
     share = 0.0
     while True:
-        row, col = begin[0] + share * down, begin[1] + share * across
+        row, col = row0 + share * down, col0 + share * across
         after = min(share + min(_next_line(row, down), _next_line(col, across)), 1.0)
         middle = 0.5 * (share + after)
-        low, high = _room(floor_m, ceiling_m, begin[0] + middle * down, begin[1] + middle * across)
-        lowest = min(begin[2] + share * rise, begin[2] + after * rise)
-        if lowest < low - EDGE or max(begin[2] + share * rise, begin[2] + after * rise) > high + EDGE:
+        low, high = _room(air.floor_m, air.ceiling_m, row0 + middle * down, col0 + middle * across)
+        lowest = min(up0_m + share * rise, up0_m + after * rise)
+        if lowest < low - EDGE or max(up0_m + share * rise, up0_m + after * rise) > high + EDGE:
             return math.inf
         # a post or line between squares is passed at one altitude, which all squares around it must allow
-        low, high = _room(floor_m, ceiling_m, begin[0] + after * down, begin[1] + after * across)
-        if not low - EDGE <= begin[2] + after * rise <= high + EDGE:
+        low, high = _room(air.floor_m, air.ceiling_m, row0 + after * down, col0 + after * across)
+        if not low - EDGE <= up0_m + after * rise <= high + EDGE:
             return math.inf
         share = after
         if share >= 1.0:
             break
-    east_m, north_m = across * cells[0], down * cells[1]
-    return math.sqrt(east_m * east_m + north_m * north_m + rise * rise) + climb * max(rise, 0.0)
+    east_m, north_m = across * air.cells.east_m, down * air.cells.north_m
+    return math.sqrt(east_m * east_m + north_m * north_m + rise * rise) + air.climb_weight * max(rise, 0.0)
 
 
 @scalar_kernel
-def pull_flight(floor_m, ceiling_m, cells, climb, places):
+def pull_flight(air, places):
     """The cheapest flight through some of the places (n, 3), first and last among them."""
     n = places.shape[0]
     known, before = np.full(n, math.inf), np.zeros(n, np.int64)
@@ -72,7 +72,7 @@ def pull_flight(floor_m, ceiling_m, cells, climb, places):
             if known[i] == math.inf:
                 continue
             begin, end = (places[i, 0], places[i, 1], places[i, 2]), (places[j, 0], places[j, 1], places[j, 2])
-            cost = known[i] + flight_cost(floor_m, ceiling_m, cells, climb, begin, end)
+            cost = known[i] + flight_cost(air, begin, end)
             if cost < known[j]:
                 known[j], before[j] = cost, i
     kept = np.zeros(n, np.bool_)

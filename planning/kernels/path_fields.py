@@ -30,7 +30,7 @@ def fill_slopes(heights_m, cells, slope):
 @scalar_kernel
 def _near(rows_apart, cols_apart, cells, radius_m):
     """Whether some point of one square is less than a radius from some point of another."""
-    east_m, north_m = max(abs(cols_apart) - 1, 0) * cells[0], max(abs(rows_apart) - 1, 0) * cells[1]
+    east_m, north_m = max(abs(cols_apart) - 1, 0) * cells.east_m, max(abs(rows_apart) - 1, 0) * cells.north_m
     return east_m * east_m + north_m * north_m < radius_m * radius_m
 
 
@@ -42,7 +42,7 @@ def fill_steps(heights_m, cells, radius_m, step_m):
     NaN where a post within the radius is unknown.
     """
     rows, cols = step_m.shape
-    down, across = math.ceil(radius_m / cells[1]), math.ceil(radius_m / cells[0])
+    down, across = math.ceil(radius_m / cells.north_m), math.ceil(radius_m / cells.east_m)
     for row in prange(rows):
         for col in range(cols):
             mine = square_gradients(heights_m, cells, row, col)
@@ -60,8 +60,8 @@ def fill_steps(heights_m, cells, radius_m, step_m):
                         # the plane of one of the square's triangles, at a post of the other square
                         for r1 in range(r, r + 2):
                             for c1 in range(c, c + 2):
-                                plane_m = float(heights_m[row, col]) + mine[a] * (c1 - col) * cells[0]
-                                plane_m -= mine[a + 1] * (r1 - row) * cells[1]
+                                plane_m = float(heights_m[row, col]) + mine[a] * (c1 - col) * cells.east_m
+                                plane_m -= mine[a + 1] * (r1 - row) * cells.north_m
                                 apart_m = max(apart_m, abs(float(heights_m[r1, c1]) - plane_m))
             step_m[row, col] = min(radius_m * bend, apart_m) if not math.isnan(bend) else np.nan
 
@@ -89,15 +89,14 @@ def fill_counts(seen, count):
 
 
 @parallel_kernel
-def fill_positioning(heights_m, seen, place, sources, question, count, dop):
+def fill_positioning(heights_m, cells, seen, antennas, sources, wanted, count, dop):
     """Fill count (uint16) and dop (float32) of each square from the anchors that all four posts see.
 
-    seen: (anchors, rows, cols) uint8, 1 = in sight. place: (origin east, origin north, cell east, cell north, height of
-    the antenna), metres. question: (kind, which of the dilutions 0..4, whether the rover is bound to the ground).
+    seen: (anchors, rows, cols) uint8, 1 = in sight. antennas, wanted: as ``planning.paths.sight_maps`` names their
+    fields.
     """
     anchors = seen.shape[0]
-    origin_e, origin_n, cell_e, cell_n, antenna_m = place
-    kind, which, on_ground = question
+    on_ground = wanted.on_ground
     for row in prange(count.shape[0]):
         words = np.zeros((anchors + 63) // 64, np.uint64)
         for col in range(count.shape[1]):
@@ -109,26 +108,28 @@ def fill_positioning(heights_m, seen, place, sources, question, count, dop):
                     number += 1
             count[row, col] = number
             worst = 0.0
-            gradients = square_gradients(heights_m, (cell_e, cell_n), row, col)
+            gradients = square_gradients(heights_m, cells, row, col)
             for corner in range(4):
                 r, c = row + corner // 2, col + corner % 2
-                point = (origin_e + c * cell_e, origin_n - r * cell_n, float(heights_m[r, c]) + antenna_m)
+                east_m = antennas.origin_east_m + c * cells.east_m
+                north_m = antennas.origin_north_m - r * cells.north_m
+                point = (east_m, north_m, float(heights_m[r, c]) + antennas.above_ground_m)
                 for triangle in range(2 if on_ground else 1):
                     normal = (0.0, 0.0, 0.0)
                     if on_ground:
                         east, north = gradients[2 * triangle], gradients[2 * triangle + 1]
                         size = math.sqrt(1.0 + east * east + north * north)
                         normal = (-east / size, -north / size, 1.0 / size)
-                    found = dop_of_set(point, sources, words, kind, normal)
-                    worst = max(worst, (found[0], found[1], found[2], found[3], found[4])[which])
+                    found = dop_of_set(point, sources, words, wanted.kind, normal)
+                    worst = max(worst, (found[0], found[1], found[2], found[3], found[4])[wanted.measure])
             dop[row, col] = worst
 
 
 @scalar_kernel
 def _apart(row, col, square_row, square_col, cells):
     """Metres from a place to a square; 0 within it."""
-    down = max(square_row - row, row - (square_row + 1), 0.0) * cells[1]
-    across = max(square_col - col, col - (square_col + 1), 0.0) * cells[0]
+    down = max(square_row - row, row - (square_row + 1), 0.0) * cells.north_m
+    across = max(square_col - col, col - (square_col + 1), 0.0) * cells.east_m
     return math.sqrt(down * down + across * across)
 
 
@@ -138,11 +139,11 @@ def clearances(obstacles, cells, places, out):
     rows, cols = obstacles.shape
     for i in prange(places.shape[0]):
         row, col = places[i, 0], places[i, 1]
-        best = min(min(row, rows - row) * cells[1], min(col, cols - col) * cells[0])
+        best = min(min(row, rows - row) * cells.north_m, min(col, cols - col) * cells.east_m)
         middle_row, middle_col = min(max(int(row), 0), rows - 1), min(max(int(col), 0), cols - 1)
         ring = 0
         # every square of a ring is at least so many whole cells away
-        while ring == 0 or (ring - 1) * min(cells[0], cells[1]) < best:
+        while ring == 0 or (ring - 1) * min(cells.east_m, cells.north_m) < best:
             top, bottom, left, right = middle_row - ring, middle_row + ring, middle_col - ring, middle_col + ring
             for r in range(max(top, 0), min(bottom + 1, rows)):
                 stride = 1 if r in (top, bottom) else max(2 * ring, 1)

@@ -1,14 +1,7 @@
 """Straight segments over the triangulated ground: what they cross, whether that may be driven, and what it costs.
 
-A field travels as one tuple (heights_m, allowed, added, hidden, cells, numbers, pace):
-heights_m: (rows, cols) posts. allowed: (rows - 1, cols - 1) uint8, 1 = the square south-east of the post may be driven.
-added: same shape float32, cost per metre on the ground besides driving it. hidden: same shape uint8, out of sight.
-cells: (cell_east_m, cell_north_m). pace: (2 m + 1,) seconds per horizontal metre over the slope along the way, from -1
-to 1 times the steepest tangent of the table.
-numbers: (least cost per horizontal metre, steepest tangent of pace, limit of the tangent of pitch, of roll, cost of a
-metre, of a metre climbed, of a second, of a second out of sight).
-
-Places are fractional posts (row, col). Directions are unit vectors (east, north).
+A field is a ``planning.paths.fields.KernelField``, whose fields are named there. Places are fractional posts (row,
+col). Directions are unit vectors (east, north).
 """
 
 import math
@@ -21,6 +14,7 @@ __all__ = [
     "FORBIDDEN",
     "TOO_STEEP",
     "TOO_TILTED",
+    "cost_within",
     "heading_allowed",
     "segment_cost",
     "segment_within",
@@ -42,10 +36,10 @@ def square_gradients(heights_m, cells, row, col):
     north_west, north_east = float(heights_m[row, col]), float(heights_m[row, col + 1])
     south_west, south_east = float(heights_m[row + 1, col]), float(heights_m[row + 1, col + 1])
     return (
-        (south_east - south_west) / cells[0],
-        (north_west - south_west) / cells[1],
-        (north_east - north_west) / cells[0],
-        (north_east - south_east) / cells[1],
+        (south_east - south_west) / cells.east_m,
+        (north_west - south_west) / cells.north_m,
+        (north_east - north_west) / cells.east_m,
+        (north_east - south_east) / cells.north_m,
     )
 
 
@@ -58,20 +52,20 @@ def square_allowed(allowed, row, col):
 @scalar_kernel
 def heading_allowed(field, row, col, east, north):
     """CLEAR, TOO_STEEP or TOO_TILTED: whether both triangles of a square may be driven in a direction."""
-    numbers = field[5]
-    if numbers[2] == math.inf and numbers[3] == math.inf:
+    rates = field.rates
+    if rates.max_pitch == math.inf and rates.max_roll == math.inf:
         return CLEAR
-    west_e, west_n, east_e, east_n = square_gradients(field[0], field[4], row, col)
-    if max(abs(west_e * east + west_n * north), abs(east_e * east + east_n * north)) > numbers[2]:
+    west_e, west_n, east_e, east_n = square_gradients(field.heights_m, field.cells, row, col)
+    if max(abs(west_e * east + west_n * north), abs(east_e * east + east_n * north)) > rates.max_pitch:
         return TOO_STEEP
-    if max(abs(west_n * east - west_e * north), abs(east_n * east - east_e * north)) > numbers[3]:
+    if max(abs(west_n * east - west_e * north), abs(east_n * east - east_e * north)) > rates.max_roll:
         return TOO_TILTED
     return CLEAR
 
 
 @scalar_kernel
 def _may_cross(field, row, col, east, north):
-    if not square_allowed(field[1], row, col):
+    if not square_allowed(field.allowed, row, col):
         return FORBIDDEN
     return heading_allowed(field, row, col, east, north)
 
@@ -82,7 +76,7 @@ def _squares_around(field, row, col, east, north):
 
     On the border of the grid those inside count alone; outside it a place is FORBIDDEN.
     """
-    rows, cols = field[1].shape
+    rows, cols = field.allowed.shape
     if not (-EDGE <= row <= rows + EDGE and -EDGE <= col <= cols + EDGE):
         return FORBIDDEN
     near_row, near_col = math.floor(row + 0.5), math.floor(col + 0.5)
@@ -120,16 +114,16 @@ def _middle_code(field, row, col, east, north):
     r, c = int(row), int(col)
     if EDGE < row - r < 1.0 - EDGE and EDGE < col - c < 1.0 - EDGE:
         return _may_cross(field, r, c, east, north), r, c
-    rows, cols = field[1].shape
+    rows, cols = field.allowed.shape
     return _squares_around(field, row, col, east, north), min(r, rows - 1), min(c, cols - 1)
 
 
 @scalar_kernel
 def segment_within(field, row0, col0, row1, col1, most):
     """As ``segment_cost``, of a segment that is of no interest once it costs more than ``most``."""
-    heights_m, _, added, hidden, cells, numbers, pace = field
+    heights_m, _, added, hidden, cells, rates, pace = field
     down, across = row1 - row0, col1 - col0
-    east_m, north_m = across * cells[0], -down * cells[1]
+    east_m, north_m = across * cells.east_m, -down * cells.north_m
     length_m = math.sqrt(east_m * east_m + north_m * north_m)
     if length_m == 0.0:
         code = _squares_around(field, row0, col0, 0.0, 0.0)
@@ -158,23 +152,23 @@ def segment_within(field, row0, col0, row1, col1, most):
             break
         if row - r >= col - c:
             south = float(heights_m[r + 1, c])
-            tangent = (float(heights_m[r + 1, c + 1]) - south) * east / cells[0]
-            tangent += (float(heights_m[r, c]) - south) * north / cells[1]
+            tangent = (float(heights_m[r + 1, c + 1]) - south) * east / cells.east_m
+            tangent += (float(heights_m[r, c]) - south) * north / cells.north_m
         else:
             north_east = float(heights_m[r, c + 1])
-            tangent = (north_east - float(heights_m[r, c])) * east / cells[0]
-            tangent += (north_east - float(heights_m[r + 1, c + 1])) * north / cells[1]
+            tangent = (north_east - float(heights_m[r, c])) * east / cells.east_m
+            tangent += (north_east - float(heights_m[r + 1, c + 1])) * north / cells.north_m
         flat_m = (after - share) * length_m
         piece_m = flat_m * math.sqrt(1.0 + tangent * tangent)
-        piece_s = flat_m * pace_at(pace, numbers[1], tangent)
+        piece_s = flat_m * pace_at(pace, rates.steepest, tangent)
         ground_m += piece_m
         seconds += piece_s
         climb_m += flat_m * max(tangent, 0.0)
-        cost += piece_m * (numbers[4] + float(added[r, c])) + piece_s * numbers[6]
-        cost += flat_m * max(tangent, 0.0) * numbers[5]
+        cost += piece_m * (rates.per_m + float(added[r, c])) + piece_s * rates.per_s
+        cost += flat_m * max(tangent, 0.0) * rates.per_climbed_m
         if hidden[r, c]:
             dark += piece_s
-            cost += piece_s * numbers[7]
+            cost += piece_s * rates.per_dark_s
         share = after
         over_row, over_col = at_row <= share + hair, at_col <= share + hair
         if over_row and over_col and share < 1.0:
@@ -186,6 +180,13 @@ def segment_within(field, row0, col0, row1, col1, most):
         if at_diagonal <= share + hair:
             at_diagonal += every_diagonal
     return code, (cost if code == CLEAR else math.inf), seconds, dark, ground_m, climb_m
+
+
+@scalar_kernel
+def cost_within(field, row0, col0, row1, col1, most):
+    """The cost alone of a segment that is of no interest once it costs more than ``most``."""
+    _, cost, _, _, _, _ = segment_within(field, row0, col0, row1, col1, most)
+    return cost
 
 
 @scalar_kernel
@@ -202,45 +203,45 @@ def segment_cost(field, row0, col0, row1, col1):
 @scalar_kernel
 def _half_cost(field, row, col, on_east, heading, flat_m):
     """Cost of flat_m within one triangle of a square, east or west of its diagonal, along a heading (east, north)."""
-    _, _, added, hidden, cells, numbers, pace = field
-    west_e, west_n, east_e, east_n = square_gradients(field[0], cells, row, col)
-    tangent = east_e * heading[0] + east_n * heading[1] if on_east else west_e * heading[0] + west_n * heading[1]
-    cost = math.sqrt(1.0 + tangent * tangent) * (numbers[4] + float(added[row, col]))
-    cost += max(tangent, 0.0) * numbers[5]
-    paid_s = numbers[6] + (numbers[7] if hidden[row, col] else 0.0)
+    _, _, added, hidden, cells, rates, pace = field
+    west_e, west_n, east_e, east_n = square_gradients(field.heights_m, cells, row, col)
+    east, north = heading
+    tangent = east_e * east + east_n * north if on_east else west_e * east + west_n * north
+    cost = math.sqrt(1.0 + tangent * tangent) * (rates.per_m + float(added[row, col]))
+    cost += max(tangent, 0.0) * rates.per_climbed_m
+    paid_s = rates.per_s + (rates.per_dark_s if hidden[row, col] else 0.0)
     if paid_s > 0.0:
-        cost += pace_at(pace, numbers[1], tangent) * paid_s
+        cost += pace_at(pace, rates.steepest, tangent) * paid_s
     return cost * flat_m
 
 
 @scalar_kernel
 def step_cost(field, row, col, r, c):
     """What ``segment_cost`` says of the way between the middles of two squares that touch; +inf where not allowed."""
-    cells = field[4]
-    east_m, north_m = (c - col) * cells[0], (row - r) * cells[1]
+    cells = field.cells
+    east_m, north_m = (c - col) * cells.east_m, (row - r) * cells.north_m
     flat_m = math.sqrt(east_m * east_m + north_m * north_m)
-    heading = (east_m / flat_m, north_m / flat_m)
+    east, north = east_m / flat_m, north_m / flat_m
     for by_row in range(min(row, r), max(row, r) + 1):
         for by_col in range(min(col, c), max(col, c) + 1):
-            if _may_cross(field, by_row, by_col, heading[0], heading[1]) != CLEAR:
+            if _may_cross(field, by_row, by_col, east, north) != CLEAR:
                 return math.inf
     # towards north and east the way leaves a square through its east triangle and enters the next by the west one
     leaves_east = c > col or (c == col and r < row) if (c - col) * (r - row) <= 0 else False
     half_m = 0.5 * flat_m
-    away = _half_cost(field, row, col, leaves_east, heading, half_m)
-    return away + _half_cost(field, r, c, not leaves_east, heading, half_m)
+    away = _half_cost(field, row, col, leaves_east, (east, north), half_m)
+    return away + _half_cost(field, r, c, not leaves_east, (east, north), half_m)
 
 
 @scalar_kernel
 def tally(field, places, out):
     """Fill out (n, 6) with running sums of ``segment_cost`` along places (n, 2), its code the worst so far."""
-    for j in range(6):
-        out[0, j] = 0.0
-    for i in range(1, places.shape[0]):
-        found = segment_cost(field, places[i - 1, 0], places[i - 1, 1], places[i, 0], places[i, 1])
-        out[i, 0] = max(out[i - 1, 0], float(found[0]))
-        out[i, 1] = out[i - 1, 1] + found[1]
-        out[i, 2] = out[i - 1, 2] + found[2]
-        out[i, 3] = out[i - 1, 3] + found[3]
-        out[i, 4] = out[i - 1, 4] + found[4]
-        out[i, 5] = out[i - 1, 5] + found[5]
+    worst, cost, seconds, dark_s, ground_m, climb_m = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(places.shape[0]):
+        if i > 0:
+            found = segment_cost(field, places[i - 1, 0], places[i - 1, 1], places[i, 0], places[i, 1])
+            code, piece_cost, piece_s, piece_dark_s, piece_m, piece_climb_m = found
+            worst, cost, seconds = max(worst, float(code)), cost + piece_cost, seconds + piece_s
+            dark_s, ground_m, climb_m = dark_s + piece_dark_s, ground_m + piece_m, climb_m + piece_climb_m
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = worst, cost, seconds, dark_s
+        out[i, 4], out[i, 5] = ground_m, climb_m

@@ -6,7 +6,7 @@ import numpy as np
 
 from compiled.options import scalar_kernel
 
-from .path_segments import segment_cost, segment_within
+from .path_segments import cost_within
 
 __all__ = ["pull", "relax", "way_cost"]
 
@@ -16,7 +16,7 @@ def way_cost(field, places):
     """Cost of a path (n, 2) of fractional posts; +inf where it may not be driven."""
     total = 0.0
     for i in range(places.shape[0] - 1):
-        total += segment_cost(field, places[i, 0], places[i, 1], places[i + 1, 0], places[i + 1, 1])[1]
+        total += cost_within(field, places[i, 0], places[i, 1], places[i + 1, 0], places[i + 1, 1], math.inf)
     return total
 
 
@@ -27,7 +27,7 @@ def pull(field, places, window):
     window: straight pieces are at most so many cells long.
     """
     n = places.shape[0]
-    cells, least = field[4], field[5][0]
+    cells, least = field.cells, field.rates.least_per_m
     known = np.full(n, math.inf)
     known[0] = 0.0
     before = np.zeros(n, np.int64)
@@ -36,12 +36,12 @@ def pull(field, places, window):
             rows, cols = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
             if i < j - 1 and rows * rows + cols * cols > window * window:
                 break
-            down, across = rows * cells[1], cols * cells[0]
+            down, across = rows * cells.north_m, cols * cells.east_m
             # of ways that cost the same, the one of fewer pieces
             room = (known[j] - known[i]) * (1.0 + 1e-9)
             if least * math.sqrt(down * down + across * across) > room:
                 continue
-            cost = segment_within(field, places[i, 0], places[i, 1], places[j, 0], places[j, 1], room)[1]
+            cost = cost_within(field, places[i, 0], places[i, 1], places[j, 0], places[j, 1], room)
             if cost <= room:
                 known[j], before[j] = known[i] + cost, i
     kept = np.zeros(n, np.bool_)
@@ -60,7 +60,7 @@ def relax(field, places, reach, rounds):
     n = places.shape[0]
     legs = np.zeros(n)
     for i in range(n - 1):
-        legs[i] = segment_cost(field, places[i, 0], places[i, 1], places[i + 1, 0], places[i + 1, 1])[1]
+        legs[i] = cost_within(field, places[i, 0], places[i, 1], places[i + 1, 0], places[i + 1, 1], math.inf)
     diagonal = math.sqrt(0.5)
     for _ in range(rounds):
         moved = False
@@ -70,10 +70,10 @@ def relax(field, places, reach, rounds):
                 across = (0.0, 0.0, 1.0, -1.0, diagonal, -diagonal, diagonal, -diagonal)[way] * reach
                 row, col = places[i, 0] + down, places[i, 1] + across
                 room = (legs[i - 1] + legs[i]) * (1.0 - 1e-9)
-                into = segment_within(field, places[i - 1, 0], places[i - 1, 1], row, col, room)[1]
+                into = cost_within(field, places[i - 1, 0], places[i - 1, 1], row, col, room)
                 if into >= room:
                     continue
-                out = segment_within(field, row, col, places[i + 1, 0], places[i + 1, 1], room - into)[1]
+                out = cost_within(field, row, col, places[i + 1, 0], places[i + 1, 1], room - into)
                 if into + out < room:
                     places[i, 0], places[i, 1] = row, col
                     legs[i - 1], legs[i] = into, out

@@ -1,8 +1,8 @@
 """Kernels of anchor placement: what a target is worth to a goal, and what each candidate would add.
 
-A target's state is one row: ee, en, eu, nn, nu, uu (sum of weighted products of unit directions), e, n, u (sum of
-weighted directions), sum of weights, number in sight, value. Anchors are rows of east, north, altitude, weight. Sight
-is packed: bit i of row a = anchor a sees target i.
+A target's state is one row, its columns named below: sums of weighted products of unit directions, of weighted
+directions and of weights, the number in sight, the value. Anchors are rows of east, north, altitude, weight. Sight is
+packed: bit i of row a = anchor a sees target i. aim, targets: ``Aim`` and ``TargetRows`` of planning.placement.judges.
 """
 
 import math
@@ -34,7 +34,11 @@ COVERAGE, DOP, ERROR, INFORMATION = 0, 1, 2, 3
 # which part of the position counts
 POSITION, HORIZONTAL, VERTICAL = 0, 1, 2
 
-STATE_COLUMNS, COUNT, VALUE = 12, 10, 11
+# columns of a state
+EE, EN, EU, NN, NU, UU, SUM_E, SUM_N, SUM_U, SUM, COUNT, VALUE = range(12)
+STATE_COLUMNS = 12
+# columns of an anchor, of a point and of a normal
+EAST, NORTH, UP, WEIGHT = range(4)
 
 # a matrix this much flatter than its trace fixes nothing; float64 still tells such determinants from 0
 FLATTEST = 1e-12
@@ -45,92 +49,88 @@ PRIOR = 1e-3
 @scalar_kernel
 def _without_clock(state):
     """(ee, en, eu, nn, nu, uu) where the receiver's clock is solved for as well."""
-    e, n, u, total = state[6], state[7], state[8], max(state[9], 1e-300)
+    e, n, u, total = state[SUM_E], state[SUM_N], state[SUM_U], max(state[SUM], 1e-300)
     return (
-        state[0] - e * e / total,
-        state[1] - e * n / total,
-        state[2] - e * u / total,
-        state[3] - n * n / total,
-        state[4] - n * u / total,
-        state[5] - u * u / total,
+        state[EE] - e * e / total,
+        state[EN] - e * n / total,
+        state[EU] - e * u / total,
+        state[NN] - n * n / total,
+        state[NU] - n * u / total,
+        state[UU] - u * u / total,
     )
 
 
 @scalar_kernel
-def _variance(state, normal, clock, part, on_surface):
+def _variance(state, normal, aim):
     """Sum of variances of the part asked for; +inf where there is no fix."""
-    matrix = (state[0], state[1], state[2], state[3], state[4], state[5])
-    if clock:
+    matrix = (state[EE], state[EN], state[EU], state[NN], state[NU], state[UU])
+    if aim.clock:
         matrix = _without_clock(state)
     ee, en, eu, nn, nu, uu = matrix
     trace = ee + nn + uu
-    if on_surface:
+    if aim.on_surface:
         # sum of the 2 x 2 minors and the determinant of the matrix between two axes of the plane
-        along_e = ee * normal[0] + en * normal[1] + eu * normal[2]
-        along_n = en * normal[0] + nn * normal[1] + nu * normal[2]
-        along_u = eu * normal[0] + nu * normal[1] + uu * normal[2]
-        across = normal[0] * along_e + normal[1] * along_n + normal[2] * along_u
+        along_e = ee * normal[EAST] + en * normal[NORTH] + eu * normal[UP]
+        along_n = en * normal[EAST] + nn * normal[NORTH] + nu * normal[UP]
+        along_u = eu * normal[EAST] + nu * normal[NORTH] + uu * normal[UP]
+        across = normal[EAST] * along_e + normal[NORTH] * along_n + normal[UP] * along_u
         in_plane = trace - across
         det = (
-            normal[0] * normal[0] * (nn * uu - nu * nu)
-            + normal[1] * normal[1] * (ee * uu - eu * eu)
-            + normal[2] * normal[2] * (ee * nn - en * en)
-            + 2.0 * normal[0] * normal[1] * (eu * nu - en * uu)
-            + 2.0 * normal[0] * normal[2] * (en * nu - eu * nn)
-            + 2.0 * normal[1] * normal[2] * (en * eu - ee * nu)
+            normal[EAST] * normal[EAST] * (nn * uu - nu * nu)
+            + normal[NORTH] * normal[NORTH] * (ee * uu - eu * eu)
+            + normal[UP] * normal[UP] * (ee * nn - en * en)
+            + 2.0 * normal[EAST] * normal[NORTH] * (eu * nu - en * uu)
+            + 2.0 * normal[EAST] * normal[UP] * (en * nu - eu * nn)
+            + 2.0 * normal[NORTH] * normal[UP] * (en * eu - ee * nu)
         )
         return in_plane / det if det > FLATTEST * trace * trace and trace > 0.0 else math.inf
     minor_e, minor_n, minor_u = nn * uu - nu * nu, ee * uu - eu * eu, ee * nn - en * en
     det = ee * minor_e - en * (en * uu - nu * eu) + eu * (en * nu - nn * eu)
     if not (det > FLATTEST * trace * trace * trace and trace > 0.0):
         return math.inf
-    if part == HORIZONTAL:
+    if aim.part == HORIZONTAL:
         return (minor_e + minor_n) / det
-    return (minor_u if part == VERTICAL else minor_e + minor_n + minor_u) / det
+    return (minor_u if aim.part == VERTICAL else minor_e + minor_n + minor_u) / det
 
 
 @scalar_kernel
-def _worth(state, normal, question):
-    """What a target is worth with these anchors in sight.
-
-    question: (objective, needed, limit², clock, part, on surface, spare, worst counted).
-    """
-    objective, needed, limit2, clock, part, on_surface, _, worst = question
-    if objective == COVERAGE:
-        return 1.0 if state[COUNT] >= needed else 0.0
-    if objective == INFORMATION:
-        prior = PRIOR * max(state[9] / max(state[COUNT], 1.0), 1e-30)
-        ee, nn, uu = state[0] + prior, state[3] + prior, state[5] + prior
-        en, eu, nu = state[1], state[2], state[4]
+def _worth(state, normal, aim):
+    """What a target is worth with these anchors in sight."""
+    if aim.objective == COVERAGE:
+        return 1.0 if state[COUNT] >= aim.needed else 0.0
+    if aim.objective == INFORMATION:
+        prior = PRIOR * max(state[SUM] / max(state[COUNT], 1.0), 1e-30)
+        ee, nn, uu = state[EE] + prior, state[NN] + prior, state[UU] + prior
+        en, eu, nu = state[EN], state[EU], state[NU]
         det = ee * (nn * uu - nu * nu) - en * (en * uu - nu * eu) + eu * (en * nu - nn * eu)
         return math.log(max(det, 1e-300) / (prior * prior * prior))
-    if state[COUNT] < needed:
-        return 0.0 if objective == DOP else -worst
-    variance = _variance(state, normal, clock, part, on_surface)
-    if objective == DOP:
-        return 1.0 if variance < limit2 else 0.0
-    return -min(math.sqrt(variance), worst)
+    if state[COUNT] < aim.needed:
+        return 0.0 if aim.objective == DOP else -aim.worst_m
+    variance = _variance(state, normal, aim)
+    if aim.objective == DOP:
+        return 1.0 if variance < aim.limit2 else 0.0
+    return -min(math.sqrt(variance), aim.worst_m)
 
 
 @scalar_kernel
 def _move(state, point, anchor, sign):
     """Add (+1) or take away (-1) an anchor that is in sight."""
-    east, north, up = anchor[0] - point[0], anchor[1] - point[1], anchor[2] - point[2]
+    east, north, up = anchor[EAST] - point[EAST], anchor[NORTH] - point[NORTH], anchor[UP] - point[UP]
     distance2 = east * east + north * north + up * up
     if distance2 == 0.0:
         return
-    weight = sign * anchor[3] / distance2
-    state[0] += weight * east * east
-    state[1] += weight * east * north
-    state[2] += weight * east * up
-    state[3] += weight * north * north
-    state[4] += weight * north * up
-    state[5] += weight * up * up
-    weight = sign * anchor[3] / math.sqrt(distance2)
-    state[6] += weight * east
-    state[7] += weight * north
-    state[8] += weight * up
-    state[9] += sign * anchor[3]
+    weight = sign * anchor[WEIGHT] / distance2
+    state[EE] += weight * east * east
+    state[EN] += weight * east * north
+    state[EU] += weight * east * up
+    state[NN] += weight * north * north
+    state[NU] += weight * north * up
+    state[UU] += weight * up * up
+    weight = sign * anchor[WEIGHT] / math.sqrt(distance2)
+    state[SUM_E] += weight * east
+    state[SUM_N] += weight * north
+    state[SUM_U] += weight * up
+    state[SUM] += sign * anchor[WEIGHT]
     state[COUNT] += sign
 
 
@@ -140,59 +140,55 @@ def _sees(bits, anchor, target):
 
 
 @scalar_kernel
-def _worth_after_loss(state, target, cells, present, present_bits, question):
+def _worth_after_loss(state, target, targets, present, present_bits, aim):
     """The same, after the worst loss where one anchor may be lost; ``state`` comes back as it was."""
-    point, normal = cells[0][target], cells[1][target]
-    value = _worth(state, normal, question)
-    if question[6] == 0 or question[0] == INFORMATION:
+    point, normal = targets.point_m[target], targets.normal[target]
+    value = _worth(state, normal, aim)
+    if aim.spare == 0 or aim.objective == INFORMATION:
         return value
     for a in range(present.shape[0]):
         if _sees(present_bits, a, target):
             _move(state, point, present[a], -1.0)
-            value = min(value, _worth(state, normal, question))
+            value = min(value, _worth(state, normal, aim))
             _move(state, point, present[a], 1.0)
     return value
 
 
 @parallel_kernel
-def fill_states(cells, present, present_bits, question, states):
-    """Fill states (m, 12) from the anchors present (k, 4) and their sight (k, words).
-
-    cells: (point (m, 3), unit normal (m, 3), weight (m,)).
-    """
+def fill_states(targets, present, present_bits, aim, states):
+    """Fill states (m, 12) from the anchors present (k, 4) and their sight (k, words)."""
     for i in prange(states.shape[0]):
         states[i, :] = 0.0
         for a in range(present.shape[0]):
             if _sees(present_bits, a, i):
-                _move(states[i], cells[0][i], present[a], 1.0)
-        states[i, VALUE] = _worth_after_loss(states[i], i, cells, present, present_bits, question)
+                _move(states[i], targets.point_m[i], present[a], 1.0)
+        states[i, VALUE] = _worth_after_loss(states[i], i, targets, present, present_bits, aim)
 
 
 @parallel_kernel
-def additions(cells, states, present, present_bits, candidates, bits, question, out):
+def additions(targets, states, present, present_bits, candidates, bits, aim, out):
     """Fill out (n, 2) with the weighted sum of values and the least value if candidate c (n, 4) were added.
 
     bits: (n, words) sight of the candidates.
     """
-    targets = states.shape[0]
     # with fewer in sight one more changes nothing; information has no such threshold
-    least_count = 0.0 if question[0] == INFORMATION else question[1] + question[6] - 1.0
+    least_count = 0.0 if aim.objective == INFORMATION else aim.needed + aim.spare - 1.0
     for c in prange(candidates.shape[0]):
         total, least, before = 0.0, math.inf, 0.0
         state = np.empty(STATE_COLUMNS)
-        for i in range(targets):
+        for i in range(states.shape[0]):
             value = states[i, VALUE]
             # what is good stays good: one more anchor takes no information away
-            good = question[0] == DOP and value == 1.0
+            good = aim.objective == DOP and value == 1.0
             if not good and states[i, COUNT] >= least_count and _sees(bits, c, i):
                 state[:] = states[i]
-                if question[6] != 0:
-                    before = _worth(state, cells[1][i], question)
-                _move(state, cells[0][i], candidates[c], 1.0)
-                value = _worth_after_loss(state, i, cells, present, present_bits, question)
-                if question[6] != 0:
+                if aim.spare != 0:
+                    before = _worth(state, targets.normal[i], aim)
+                _move(state, targets.point_m[i], candidates[c], 1.0)
+                value = _worth_after_loss(state, i, targets, present, present_bits, aim)
+                if aim.spare != 0:
                     value = min(value, before)  # the newcomer itself may be the one that is lost
-            total += cells[2][i] * value
+            total += targets.weight[i] * value
             least = min(least, value)
         out[c, 0], out[c, 1] = total, least
 

@@ -1,11 +1,8 @@
 """Ways for a rover over the ground: cheap, within every limit, and where the anchors are in sight."""
 
 from planning.paths.outcomes import FlightOutcome
-from planning.questions.flight_problems import FlightProblem
-from planning.questions.limits import CostWeights, PathLimits, PlanBudget
-from planning.questions.navigation_models import NavigationModel
-from planning.questions.problems import Goal, PathProblem, Place
-from planning.questions.rovers import RoverModel
+from planning.questions.models import CostWeights, NavigationModel, PathLimits, PlanBudget, RoverModel
+from planning.questions.problems import FlightProblem, Goal, PathProblem, Place
 
 from .flights import plan_flight
 from .outcomes import Grain, Path, PathOutcome, PathStatus, PathTotals, Reason, Relaxation, Unreachable

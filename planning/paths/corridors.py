@@ -17,6 +17,7 @@ import numpy.typing as npt
 from planning.kernels.path_segments import segment_cost
 
 from .fields import KernelField
+from .places import Cells
 from .sampling import State, Tell, box_space, solved
 from .ways import Way, cost_of, drop_repeats, pieces, straightened
 
@@ -31,10 +32,10 @@ PIECE = 64.0
 class Corridor:
     """Places, as fractional (row, col), by (metres along a way, metres to its right)."""
 
-    def __init__(self, way: Places, cells: tuple[float, float]) -> None:
+    def __init__(self, way: Places, cells: Cells) -> None:
         self._cells = cells
         self._ends = tuple(way[0].tolist()), tuple(way[-1].tolist())
-        at_m = np.column_stack([way[:, 1] * cells[0], -way[:, 0] * cells[1]])
+        at_m = np.column_stack([way[:, 1] * cells.east_m, -way[:, 0] * cells.north_m])
         along_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(at_m, axis=0).T))])
         self.length_m = float(along_m[-1])
         # sideways turns evenly from knot to knot, so that no gap opens outside of a bend
@@ -67,7 +68,7 @@ class Corridor:
         if right_m == 0.0 and along_m in (0.0, self.length_m):
             return self._ends[0 if along_m == 0.0 else 1]
         east_m, north_m, right_e, right_n = self._knot(along_m)
-        return -(north_m + right_m * right_n) / self._cells[1], (east_m + right_m * right_e) / self._cells[0]
+        return -(north_m + right_m * right_n) / self._cells.north_m, (east_m + right_m * right_e) / self._cells.east_m
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -107,7 +108,7 @@ class CorridorTask:
 
     def _of_piece(self, piece: Places, iterations: int, tell: Tell) -> Places:
         """A cheaper way between the ends of a piece, or the piece; each cheaper one is told."""
-        corridor = Corridor(piece, self.field[4])
+        corridor = Corridor(piece, self.field.cells)
         bounds = ((0.0, corridor.length_m), (-self.half_width_m, self.half_width_m))
         ends = ((0.0, 0.0), (corridor.length_m, 0.0))
         known = cost_of(self.field, piece)
@@ -157,7 +158,7 @@ class _InCorridor:
 
     def allowed(self, state: State) -> bool:
         row, col = self.corridor.place(state[0], state[1])
-        allowed = self.field[1]
+        allowed = self.field.allowed
         rows, cols = allowed.shape
         return 0.0 <= row < rows and 0.0 <= col < cols and bool(allowed[int(row), int(col)])
 

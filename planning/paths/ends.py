@@ -1,4 +1,4 @@
-"""Where a path begins, passes and ends: places checked against the field, as squares of the grid planner."""
+"""Where a path begins, passes and ends, as squares of the grid planner, and when a rover gets to squares."""
 
 from __future__ import annotations
 
@@ -11,21 +11,25 @@ import shapely
 
 from planning.errors import PathProblemError, PlaceError
 from planning.kernels.path_segments import CLEAR, segment_cost
+from planning.kernels.searches import costs_from
 from planning.questions.problems import Goal, PathProblem, Place
 from planning.validation import PathLimit, validate_path
 
-from .areas import squares_with_middle_in
-from .fields import CostField, KernelField, reasons_of
-from .forbidden import Ground, place_error, sight_error
+from .checks import Ground, place_error, sight_error
+from .fields import CostField, KernelField, reasons_of, running_sums
 from .outcomes import Reason
+from .places import sampled, squares_with_middle_in
 from .sight_maps import SightMaps
 
-__all__ = ["Ends", "ends_of", "posts_of", "square_ends"]
+__all__ = ["Ends", "arrivals_along", "ends_of", "fastest_arrivals_s", "posts_of", "square_ends"]
 
+Numbers = npt.NDArray[np.float64]
 Places = npt.NDArray[np.float64]
 
 # squares around a place from whose middles it is tried to be reached; with limits on pitch the nearest need not do
 REACH = 2
+# squares this near a path are met when the path is there
+BESIDE = 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,13 +109,13 @@ def _of_goal(ground: Ground, kernel_field: KernelField, goal: Goal) -> Ends:
 
 def square_ends(kernel_field: KernelField, row: float, col: float, onward: bool) -> Ends:
     """Squares whose middle a straight segment joins with a place; onward: from the place, else to it."""
-    rows, cols = kernel_field[1].shape
+    rows, cols = kernel_field.allowed.shape
     nodes, costs = [], []
     for r in range(max(int(row) - REACH, 0), min(int(row) + REACH + 1, rows)):
         for c in range(max(int(col) - REACH, 0), min(int(col) + REACH + 1, cols)):
             there = (r + 0.5, c + 0.5)
             code, cost = segment_cost(kernel_field, *((row, col, *there) if onward else (*there, row, col)))[:2]
-            if code == CLEAR and kernel_field[1][r, c] == 1:
+            if code == CLEAR and kernel_field.allowed[r, c] == 1:
                 nodes.append(r * cols + c)
                 costs.append(cost)
     place = np.tile([row, col], (len(nodes), 1)).reshape(-1, 2)
@@ -156,3 +160,44 @@ def _stands(problem: PathProblem, place: Place) -> bool:
 
     of_ways = (PathLimit.START, PathLimit.WAY_POINTS, PathLimit.GOAL, PathLimit.BUBBLE)
     return all(check.limit in of_ways for check in validate_path(problem, [place]).failures)
+
+
+def fastest_arrivals_s(problem: PathProblem, field: CostField) -> Numbers:
+    """(rows - 1, cols - 1) soonest arrival over what the ground and the areas allow; +inf = never."""
+    timed = _timed(field)
+    row, col = problem.grid.post_at(*problem.start)
+    ends = square_ends(timed, row, col, True)
+    arrival_s: Numbers = costs_from(timed, ends.nodes, ends.costs).reshape(field.reasons.shape)
+    return arrival_s
+
+
+def arrivals_along(field: CostField, fastest_s: Numbers, places: npt.NDArray[np.float64]) -> Numbers:
+    """Arrivals when a path is taken: its own times on it and beside it, elsewhere the soonest, as much later."""
+    fine, _ = sampled(places, 1.0)
+    times_s = running_sums(field.for_kernels(), fine)[:, 2]
+    rows, cols = np.minimum(fine.astype(np.intp), np.array(field.reasons.shape) - 1).T
+    soonest_s = fastest_s[rows, cols]
+    some = np.isfinite(soonest_s) & (soonest_s > 0.0)
+    later = float(np.median(times_s[some] / soonest_s[some])) if some.any() else 1.0
+    arrival_s = fastest_s * max(later, 1.0)
+    for down in range(-BESIDE, BESIDE + 1):
+        for across in range(-BESIDE, BESIDE + 1):
+            r = np.clip(rows + down, 0, field.reasons.shape[0] - 1)
+            c = np.clip(cols + across, 0, field.reasons.shape[1] - 1)
+            known = np.isfinite(arrival_s[r, c])
+            arrival_s[r[known], c[known]] = times_s[known]
+    return arrival_s
+
+
+def _timed(field: CostField) -> KernelField:
+    """The field whose cost is seconds, and where anchors forbid nothing."""
+    whole = field.for_kernels()
+    seconds = whole.rates._replace(
+        least_per_m=float(whole.pace.min()), per_m=0.0, per_climbed_m=0.0, per_s=1.0, per_dark_s=0.0
+    )
+    return whole._replace(
+        allowed=(field.obstacles() == 0).astype(np.uint8),
+        added=np.zeros_like(whole.added),
+        hidden=np.zeros_like(whole.hidden),
+        rates=seconds,
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,30 +14,20 @@ import shapely
 from planning.errors import NoCoverageError, PathProblemError
 from planning.kernels import path_fields as kernel
 from planning.kernels.path_segments import tally
-from planning.questions.limits import CostWeights
+from planning.questions.models import CostWeights, RoverModel
 from planning.questions.problems import PathProblem
-from planning.questions.rovers import RoverModel
 from terrain import ElevationGrid
 from visibility.air import MorphingMap
 
-from .areas import outside_of, squares_touched
 from .beliefs import expected_sigma_m
 from .outcomes import Reason
+from .places import Cells, outside_of, squares_touched
 from .sight_maps import Positioning, SightMaps
 
-__all__ = ["CostField", "KernelField", "bit_of", "cost_field", "reasons_of", "running_sums"]
+__all__ = ["CostField", "KernelField", "Rates", "bit_of", "cost_field", "reasons_of", "running_sums"]
 
 Floats = npt.NDArray[np.float32]
 Square = tuple[int, int]
-KernelField = tuple[
-    Floats,
-    npt.NDArray[np.uint8],
-    Floats,
-    npt.NDArray[np.uint8],
-    tuple[float, float],
-    tuple[float, ...],
-    npt.NDArray[np.float64],
-]
 
 # dilution counts up to this, and no fix counts as this
 WORST_DILUTION = 20.0
@@ -56,6 +47,41 @@ def reasons_of(bits: int) -> tuple[Reason, ...]:
     return tuple(reason for reason, bit in BITS.items() if int(bits) & int(bit))
 
 
+class Rates(NamedTuple):
+    """What driving costs and how far it may be tilted; all but the tangents in metres on level ground.
+
+    least_per_m: of a horizontal metre, at least. steepest: tangent at which the table of pace ends. max_pitch and
+    max_roll: tangents, +inf = no limit. The rest: of a metre on the ground, of one climbed, of a second, of one out of
+    sight.
+    """
+
+    least_per_m: float
+    steepest: float
+    max_pitch: float
+    max_roll: float
+    per_m: float
+    per_climbed_m: float
+    per_s: float
+    per_dark_s: float
+
+
+class KernelField(NamedTuple):
+    """A field as the kernels take it.
+
+    heights_m: (rows, cols) posts. allowed: (rows - 1, cols - 1) uint8, 1 = the square south-east of the post may be
+    driven. added: same shape, cost per metre on the ground besides driving it. hidden: same shape uint8, out of sight.
+    pace: (2 m + 1,) seconds per horizontal metre over the slope along the way, from -1 to 1 times rates.steepest.
+    """
+
+    heights_m: Floats
+    allowed: npt.NDArray[np.uint8]
+    added: Floats
+    hidden: npt.NDArray[np.uint8]
+    cells: Cells
+    rates: Rates
+    pace: npt.NDArray[np.float64]
+
+
 @dataclass(frozen=True, eq=False)
 class CostField:
     """What each square of four posts is worth; arrays (rows - 1, cols - 1), a square lies south-east of its post.
@@ -66,7 +92,7 @@ class CostField:
     posts from those anchors, +inf = no fix, 0 where nothing asks for it. step_m: NaN where nothing asks for it.
     added: cost per metre on the ground besides driving it, dop_cost the part of it for dilution.
     hidden: 1 where fewer anchors than a fix needs are in sight.
-    numbers, pace: see ``planning.kernels.path_segments``.
+    rates, pace: as in KernelField.
     """
 
     grid: ElevationGrid
@@ -78,18 +104,18 @@ class CostField:
     dop_cost: Floats
     added: Floats
     hidden: npt.NDArray[np.uint8]
-    numbers: tuple[float, ...]
+    rates: Rates
     pace: npt.NDArray[np.float64]
 
     def for_kernels(self, *, everywhere: bool = False) -> KernelField:
         """The field as the kernels take it; everywhere: what it costs alone, all of it allowed in every direction."""
-        cells = (self.grid.cell_east_m, self.grid.cell_north_m)
         if everywhere:
-            numbers = (*self.numbers[:2], math.inf, math.inf, *self.numbers[4:])
+            rates = self.rates._replace(max_pitch=math.inf, max_roll=math.inf)
             allowed = np.ones(self.reasons.shape, np.uint8)
-            return self.grid.heights_m, allowed, self.added, self.hidden, cells, numbers, self.pace
-        allowed = (self.reasons == 0).astype(np.uint8)
-        return self.grid.heights_m, allowed, self.added, self.hidden, cells, self.numbers, self.pace
+        else:
+            rates, allowed = self.rates, (self.reasons == 0).astype(np.uint8)
+        cells = Cells.of(self.grid)
+        return KernelField(self.grid.heights_m, allowed, self.added, self.hidden, cells, rates, self.pace)
 
     def obstacles(self) -> npt.NDArray[np.uint8]:
         """1 where the ground or an area forbids a square, whatever the anchors give."""
@@ -134,12 +160,12 @@ def cost_field(
         hidden[count < problem.limits.needed_in_sight] = 1
         if weights.position_error > 0.0:
             added = dop_cost + np.float32(weights.position_error) * expected_sigma_m(problem, given)
-    numbers, pace = _numbers(rover, weights)
-    return CostField(grid, reasons, slope, step_m, count, dop, dop_cost, added, hidden, numbers, pace)
+    rates, pace = _rates(rover, weights)
+    return CostField(grid, reasons, slope, step_m, count, dop, dop_cost, added, hidden, rates, pace)
 
 
 def _ground(grid: ElevationGrid, rover: RoverModel) -> tuple[Floats, Floats]:
-    cells = (grid.cell_east_m, grid.cell_north_m)
+    cells = Cells.of(grid)
     slope = np.empty((grid.rows - 1, grid.cols - 1), np.float32)
     kernel.fill_slopes(grid.heights_m, cells, slope)
     step_m = np.full_like(slope, np.nan)
@@ -210,15 +236,22 @@ def _no_coverage(problem: PathProblem, against: npt.NDArray[np.uint16], given: P
     return "Nowhere on the map do the limits on positioning hold together; relax one of them or add anchors."
 
 
-def _numbers(rover: RoverModel, weights: CostWeights) -> tuple[tuple[float, ...], npt.NDArray[np.float64]]:
-    """Numbers and pace as the kernels take them."""
+def _rates(rover: RoverModel, weights: CostWeights) -> tuple[Rates, npt.NDArray[np.float64]]:
+    """Rates and pace as the kernels take them."""
     steepest, pace = rover.pace_table()
-    least = weights.length + weights.time * float(pace.min())
-    limit_pitch, limit_roll = (
+    max_pitch, max_roll = (
         math.inf if angle >= math.pi / 2 else math.tan(angle) for angle in (rover.max_pitch_rad, rover.max_roll_rad)
     )
-    numbers = (least, steepest, limit_pitch, limit_roll, weights.length, weights.climb, weights.time)
-    return (*numbers, weights.out_of_sight), pace
+    return Rates(
+        least_per_m=weights.length + weights.time * float(pace.min()),
+        steepest=steepest,
+        max_pitch=max_pitch,
+        max_roll=max_roll,
+        per_m=weights.length,
+        per_climbed_m=weights.climb,
+        per_s=weights.time,
+        per_dark_s=weights.out_of_sight,
+    ), pace
 
 
 def running_sums(field: KernelField, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

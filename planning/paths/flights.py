@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,22 +17,34 @@ import scipy
 
 from planning.errors import PlaceError
 from planning.kernels.flight_segments import flight_cost, pull_flight
-from planning.kernels.path_proof import least_worst_way
+from planning.kernels.searches import least_worst_way
 from planning.paths.outcomes import FlightOutcome
-from planning.questions.flight_problems import FlightProblem
+from planning.questions.problems import FlightProblem
 from planning.validation import PathValidation, validate_flight
 from terrain import ElevationGrid, told_place
 
+from .leaves import surely_shut
 from .outcomes import PathStatus, Reason
-from .own_process import OwnProcess
-from .sampling import State, Tell, box_space, solved
-from .shut_air import surely_shut
+from .places import Cells
+from .sampling import OwnProcess, State, Tell, box_space, solved
 
 __all__ = ["plan_flight"]
 
 Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
-Air = tuple[Floats, Floats, tuple[float, float], float]
+
+
+class Air(NamedTuple):
+    """Air that may be flown, as the kernels take it.
+
+    floor_m, ceiling_m: (rows - 1, cols - 1) float64, of each square; +inf and -inf where it may not be flown.
+    climb_weight: what a metre of climb costs besides a metre of way.
+    """
+
+    floor_m: Floats
+    ceiling_m: Floats
+    cells: Cells
+    climb_weight: float
 
 
 def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = None) -> FlightOutcome:
@@ -55,11 +68,11 @@ def plan_flight(problem: FlightProblem, *, stop: Callable[[], bool] | None = Non
                 return _nothing(problem, PathStatus.UNREACHABLE, f"There is no way: {meets}.", "proof", begin_s)
             sentence = f"No way was found, and that there is none is not proved: {meets} by the worst of each square."
             return _nothing(problem, PathStatus.UNDECIDED, sentence, "grain", begin_s)
-        best, planner = pull_flight(*air, along), "grid"
+        best, planner = pull_flight(air, along), "grid"
         own.begin(FlightTask(air, ends[0], ends[1], problem.budget.iterations, problem.seed))
         completed, sampled = own.answer(ended)
     if sampled is not None:
-        shorter = pull_flight(*air, sampled)
+        shorter = pull_flight(air, sampled)
         if shorter[0] < best[0]:
             best, planner = shorter, "RRTConnect, then BIT*"
     cost, places = best
@@ -118,7 +131,7 @@ def _air(problem: FlightProblem) -> Air:
     lowest = np.minimum.reduce([ceiling_m[:-1, :-1], ceiling_m[1:, :-1], ceiling_m[:-1, 1:], ceiling_m[1:, 1:]])
     shut = highest > lowest
     highest[shut], lowest[shut] = np.inf, -np.inf
-    return highest, lowest, (grid.cell_east_m, grid.cell_north_m), problem.climb_weight
+    return Air(highest, lowest, Cells.of(grid), problem.climb_weight)
 
 
 def _swollen(grid: ElevationGrid, heights_m: Floats, bubble_m: float) -> Floats:
@@ -145,11 +158,11 @@ def _place_in(problem: FlightProblem, air: Air, name: str) -> tuple[float, float
     if not problem.grid.contains(east_m, north_m):
         raise PlaceError(f"The {name} lies outside the DEM.", name, ("outside the DEM",), None)
     place = (*problem.grid.post_at(east_m, north_m), float(altitude_m))
-    if not math.isfinite(flight_cost(*air, place, place)):
+    if not math.isfinite(flight_cost(air, place, place)):
         floor_m = _floor_at(air, place)
         if math.isinf(floor_m):
             raise _over_shut_air(problem, air, name, place)
-        top_m = float(air[1][_square(air, place)])
+        top_m = float(air.ceiling_m[_square(air, place)])
         below = f"below the floor; it may be there from {floor_m:.1f} m up"
         what = below if altitude_m < floor_m else f"above the ceiling; it may be there up to {top_m:.1f} m"
         reasons = (Reason.BUBBLE if problem.above is None else Reason.MORPHING_MAP,)
@@ -175,17 +188,17 @@ def _over_shut_air(problem: FlightProblem, air: Air, name: str, place: Point) ->
 
 
 def _floor_at(air: Air, place: Point | list[float]) -> float:
-    return float(air[0][_square(air, place)])
+    return float(air.floor_m[_square(air, place)])
 
 
 def _square(air: Air, place: Point | list[float]) -> tuple[int, int]:
     """The square of a place; on the last line of posts the one before it."""
-    return int(min(place[0], air[0].shape[0] - 1)), int(min(place[1], air[0].shape[1] - 1))
+    return int(min(place[0], air.floor_m.shape[0] - 1)), int(min(place[1], air.floor_m.shape[1] - 1))
 
 
 def _over_the_squares(air: Air, begin: Point, end: Point) -> Floats | None:
     """A flight from square to square as low as it may be; None where it is shut by the worst of each."""
-    floor_m, cols = air[0], air[0].shape[1]
+    floor_m, cols = air.floor_m, air.floor_m.shape[1]
     nodes = [
         np.array([min(int(at[0]), floor_m.shape[0] - 1) * cols + min(int(at[1]), cols - 1)], np.int64)
         for at in (begin, end)
@@ -195,7 +208,7 @@ def _over_the_squares(air: Air, begin: Point, end: Point) -> Floats | None:
         return None
     level_m = max(float(worst), begin[2], end[2])
     rows, columns = np.divmod(way, cols)
-    highest = np.minimum.reduce(air[1][rows, columns])
+    highest = np.minimum.reduce(air.ceiling_m[rows, columns])
     if level_m <= highest:
         middle = np.column_stack([rows + 0.5, columns + 0.5, np.full(len(way), level_m)])
         up = [(begin[0], begin[1], level_m), (end[0], end[1], level_m)]
@@ -205,7 +218,7 @@ def _over_the_squares(air: Air, begin: Point, end: Point) -> Floats | None:
 
 def _hugging(air: Air, begin: Point, end: Point, rows: npt.NDArray[np.int64], cols: npt.NDArray[np.int64]) -> Floats:
     """The same where a ceiling follows the ground: over each line between squares as low as both allow."""
-    floor_m = air[0]
+    floor_m = air.floor_m
     places: list[Point] = [begin]
     for (r0, c0), (r1, c1) in zip(
         zip(rows[:-1], cols[:-1], strict=True), zip(rows[1:], cols[1:], strict=True), strict=True
@@ -240,12 +253,12 @@ class FlightTask:
 
         def told(states: list[State]) -> None:
             places = _places_of(states)
-            cost = pull_flight(*self.air, places)[0]
+            cost = pull_flight(self.air, places)[0]
             if cost < min(costs, default=math.inf):
                 costs.append(cost)
                 tell(places)
 
-        floor_m, ceiling_m = self.air[:2]
+        floor_m, ceiling_m = self.air.floor_m, self.air.ceiling_m
         open_m = floor_m[np.isfinite(floor_m)]
         top_m = min(float(ceiling_m.max()), max(float(open_m.max()), self.begin[2], self.end[2]) + 1.0)
         low_m = min(float(open_m.min()), self.begin[2], self.end[2])
@@ -256,13 +269,13 @@ class FlightTask:
             if states is not None:
                 found.append(_places_of(states))
                 told(states)
-        return min(found, key=lambda places: pull_flight(*self.air, places)[0]) if found else None
+        return min(found, key=lambda places: pull_flight(self.air, places)[0]) if found else None
 
     def allowed(self, state: State) -> bool:
         """Whether the air at a state may be flown."""
         place = (state[0], state[1], state[2])
-        return math.isfinite(flight_cost(*self.air, place, place))
+        return math.isfinite(flight_cost(self.air, place, place))
 
     def cost(self, begin: State, end: State) -> float:
         """Of the straight flight between two states."""
-        return float(flight_cost(*self.air, (begin[0], begin[1], begin[2]), (end[0], end[1], end[2])))
+        return float(flight_cost(self.air, (begin[0], begin[1], begin[2]), (end[0], end[1], end[2])))

@@ -19,12 +19,11 @@ from planning.questions.problems import PathProblem
 from terrain import ElevationGrid, height_at
 from visibility.air import MorphingMap
 
-from .areas import OUTWARD, QUARTER, outside_of, squares_touched
 from .checks import breaks
 from .fields import CostField, bit_of
 from .leaves import SPLIT, Leaves
 from .outcomes import Reason
-from .places import metres_of
+from .places import OUTWARD, QUARTER, metres_of, outside_of, squares_touched
 from .sight_maps import SightMaps
 
 __all__ = ["CLEAR", "CLOSED", "DOUBT", "FINAL", "SLIVER", "Judge", "slopes_of"]

@@ -15,17 +15,15 @@ from planning.errors import NoCoverageError, PlaceError
 from planning.questions.problems import PathProblem
 from planning.validation import PathValidation, validate_path
 
-from .arrivals import arrivals_along, fastest_arrivals_s
 from .checks import without_broken_squares, without_refused_squares
 from .corridors import CorridorTask
-from .describing import described
-from .endings import Endings
-from .ends import Ends, ends_of
+from .describing import Endings, described
+from .ends import Ends, arrivals_along, ends_of, fastest_arrivals_s
 from .fields import CostField, cost_field
 from .looking_closer import look_closer
 from .outcomes import Grain, Path, PathOutcome, PathStatus, Reason
-from .own_process import OwnProcess
 from .proof import closed_in, proof_of
+from .sampling import OwnProcess
 from .sight_maps import SightMaps, sight_maps
 from .turning import TurningTask
 from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
@@ -165,7 +163,7 @@ class _Plan(Endings):
         """The grid's way, or the cheaper one that the sampling planner found in the corridor around it."""
         problem, kernel_field, planner, completed = self.problem, field.for_kernels(), "any-angle grid", True
         if self.own is not None:
-            half_m, iterations = CORRIDOR * max(kernel_field[4]), problem.budget.iterations
+            half_m, iterations = CORRIDOR * max(kernel_field.cells), problem.budget.iterations
             self.own.begin(CorridorTask(kernel_field, way.places, _fixed(ends), half_m, iterations, problem.seed))
             completed, places = self.own.answer(self.ended)
             sampled = None if places is None else Way(places, cost_of(kernel_field, places))

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from planning.kernels.path_proof import least_worst_way
+from planning.kernels.searches import least_worst_way
 from planning.questions.problems import Goal, PathProblem
 
 from .ends import Ends
@@ -217,7 +217,7 @@ def _gentler(problem: PathProblem, field: CostField, ends: Sequence[Ends]) -> tu
     """The least pitch or roll, both raised alike, with which there is a way over what may be driven."""
     rover, kernel_field = problem.rover, field.for_kernels()
     asked_rad = max(min(rover.max_pitch_rad, rover.max_roll_rad), 1e-3)
-    if math.isinf(kernel_field[5][2]) and math.isinf(kernel_field[5][3]):
+    if math.isinf(kernel_field.rates.max_pitch) and math.isinf(kernel_field.rates.max_roll):
         return None
     low, high = 1.0, math.pi / 2 / asked_rad
     free = grid_way(_raised(kernel_field, rover.max_pitch_rad, rover.max_roll_rad, high), ends, SIXTEEN)[0]
@@ -238,10 +238,10 @@ def _gentler(problem: PathProblem, field: CostField, ends: Sequence[Ends]) -> tu
 
 def _raised(field: KernelField, pitch_rad: float, roll_rad: float, times: float) -> KernelField:
     """The field with both limits so many times as large."""
-    tangents = (
+    max_pitch, max_roll = (
         math.inf if angle * times >= math.pi / 2 - 1e-9 else math.tan(angle * times) for angle in (pitch_rad, roll_rad)
     )
-    return (*field[:5], (*field[5][:2], *tangents, *field[5][4:]), field[6])
+    return field._replace(rates=field.rates._replace(max_pitch=max_pitch, max_roll=max_roll))
 
 
 def _several(problem: PathProblem, field: CostField, begin: Nodes, end: Nodes, leg: int) -> Unreachable:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from planning.kernels import path_fields as kernel
-from planning.questions.limits import MEASURES
+from planning.questions.models import MEASURES
 from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import (
@@ -30,13 +30,29 @@ from visibility.dilution.dop_questions import kind_code
 from visibility.dilution.sets_in_sight import column_tables
 from visibility.sight import ALL_ROUND, SurfaceCache
 
-from .places import metres_of
+from .places import Cells, metres_of
 
 __all__ = ["Positioning", "SightMaps", "Sightings", "anchor_places", "exact_lines", "sight_maps"]
 
 Floats = npt.NDArray[np.float64]
 Standing = Anchor | DistantAnchor
 MOST_FRAMES = 64
+
+
+class Antennas(NamedTuple):
+    """Where the rover's antenna is over each post, as kernels take it, metres."""
+
+    origin_east_m: float
+    origin_north_m: float
+    above_ground_m: float
+
+
+class WantedDop(NamedTuple):
+    """Which dilution is worked out. kind: its code. measure: its number. on_ground: the rover is bound to it."""
+
+    kind: int
+    measure: int
+    on_ground: bool
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -243,7 +259,8 @@ def _of_squares(problem: PathProblem, minimum: MinimumVisibleAltitude) -> Positi
     if math.isinf(limits.dop_limit) and weights.dop == 0.0 and weights.position_error == 0.0:
         kernel.fill_counts(seen, count)
         return Positioning(count, dop)
-    place = (grid.origin_east_m, grid.origin_north_m, grid.cell_east_m, grid.cell_north_m, antenna_m)
-    question = (kind_code(limits.kind), MEASURES.index(limits.measure), limits.on_surface)
-    kernel.fill_positioning(grid.heights_m, seen, place, column_tables(minimum).sources, question, count, dop)
+    antennas = Antennas(grid.origin_east_m, grid.origin_north_m, antenna_m)
+    wanted = WantedDop(kind_code(limits.kind), MEASURES.index(limits.measure), limits.on_surface)
+    sources = column_tables(minimum).sources
+    kernel.fill_positioning(grid.heights_m, Cells.of(grid), seen, antennas, sources, wanted, count, dop)
     return Positioning(count, dop)

@@ -55,7 +55,7 @@ class TurningTask:
 
     def solve(self, tell: Tell) -> Places | None:
         """Places of chords of the way that was found; None where none was. Told once only the end gets better."""
-        corridor = Corridor(self.way, self.field[4])
+        corridor = Corridor(self.way, self.field.cells)
         stops_m = [0.0, *(corridor.along_m(place) for place in self.fixed), corridor.length_m]
         heading_rad = corridor.heading_rad(0.0) if self.start_heading_rad is None else self.start_heading_rad
         begin = (0.0, 0.0, _off(heading_rad, corridor.heading_rad(0.0)))
@@ -73,7 +73,7 @@ class TurningTask:
     def _leg(self, corridor: Corridor, begin: Pose, end: Pose, tell: Tell | None) -> Places | None:
         """A leg by short pieces of the way, or else as a whole; forwards alone, or else backwards too."""
         share = (end[0] - begin[0]) / corridor.length_m
-        piece_m = max(PIECE_CELLS * max(self.field[4]), PIECE_RADII * self.radius_m)
+        piece_m = max(PIECE_CELLS * max(self.field.cells), PIECE_RADII * self.radius_m)
         cuts = np.linspace(begin[0], end[0], max(round((end[0] - begin[0]) / piece_m), 1) + 1)[1:-1].tolist()
         for reverse, inner in itertools.product((False, True) if self.can_reverse else (False,), (cuts, [])):
             poses = [begin, *((at_m, 0.0, 0.0) for at_m in inner), end]
@@ -92,7 +92,7 @@ class TurningTask:
     def _piece(
         self, corridor: Corridor, begin: Pose, end: Pose, iterations: int, reverse: bool, tell: Tell | None
     ) -> Places | None:
-        wide_m = max(2.0 * self.radius_m, 2.0 * max(self.field[4]))
+        wide_m = max(2.0 * self.radius_m, 2.0 * max(self.field.cells))
         back_m = 2.0 * self.radius_m
         bounds = ((max(begin[0] - back_m, 0.0), min(end[0] + back_m, corridor.length_m)), (-wide_m, wide_m))
         curves = _Curves(self.field, corridor, self.radius_m * WIDER, reverse)
@@ -119,13 +119,13 @@ class _Curves:
         limits.setHigh(1e9)
         self._space.setBounds(limits)
         self._begin, self._end, self._there = (self._space.allocState() for _ in range(3))
-        self._step_m = min(OF_CELL * min(field[4]), OF_RADIUS * radius_m)
+        self._step_m = min(OF_CELL * min(field.cells), OF_RADIUS * radius_m)
         self._reverse = reverse
 
     def allowed(self, state: State) -> bool:
         row, col = self._corridor.place(state[0], state[1])
-        rows, cols = self._field[1].shape
-        return 0.0 <= row < rows and 0.0 <= col < cols and bool(self._field[1][int(row), int(col)])
+        rows, cols = self._field.allowed.shape
+        return 0.0 <= row < rows and 0.0 <= col < cols and bool(self._field.allowed[int(row), int(col)])
 
     def cost(self, begin: State, end: State) -> float:
         chords = self.chords((begin[0], begin[1], begin[2]), (end[0], end[1], end[2]), False)
@@ -135,7 +135,7 @@ class _Curves:
         """(n, 2) fractional posts along the curve; cusps: with a place where the way turns back."""
         for state, pose in ((self._begin, begin), (self._end, end)):
             row, col = self._corridor.place(pose[0], pose[1])
-            state.setXY(col * self._field[4][0], -row * self._field[4][1])
+            state.setXY(col * self._field.cells.east_m, -row * self._field.cells.north_m)
             # OMPL's yaw is counterclockwise from east
             state.setYaw(_off(math.pi / 2, self._corridor.heading_rad(pose[0]) + pose[2]))
         steps = max(math.ceil(self._space.distance(self._begin, self._end) / self._step_m), 1)
@@ -145,7 +145,7 @@ class _Curves:
             turned = self._turned_back(shares, poses)
             poses = [pose for _, pose in sorted([*zip(shares, poses, strict=True), *turned])]
         at_m = np.array(poses)[:, :2]
-        places = np.column_stack([-at_m[:, 1] / self._field[4][1], at_m[:, 0] / self._field[4][0]])
+        places = np.column_stack([-at_m[:, 1] / self._field.cells.north_m, at_m[:, 0] / self._field.cells.east_m])
         # the ends are the corridor's to the last bit
         places[0] = self._corridor.place(begin[0], begin[1])
         places[-1] = self._corridor.place(end[0], end[1])

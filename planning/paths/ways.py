@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from planning.kernels.path_grid import search
 from planning.kernels.path_smoothing import pull, relax, way_cost
+from planning.kernels.searches import search
 
 from .ends import Ends
 from .fields import KernelField
@@ -53,7 +53,7 @@ def grid_way(
         cost, nodes = search(field, moves, begin.nodes, begin.costs, end.nodes, end.costs, greed)
         if not np.isfinite(cost):
             return None, leg
-        middles = np.column_stack(np.divmod(nodes, field[1].shape[1])) + 0.5
+        middles = np.column_stack(np.divmod(nodes, field.allowed.shape[1])) + 0.5
         last = end.places[np.flatnonzero(end.nodes == nodes[-1])[0]]
         legs += [begin.places[:1], middles, last[None, :]]
     places = drop_repeats(np.concatenate(legs))

@@ -1,27 +1,40 @@
-"""A placement checked: recomputed edge by edge, with any one anchor lost, and with all hovering off their places."""
+"""How good a placement is: checked by exact sight lines, its geometry, and maps before and after."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from planning.errors import PlacementError
 from terrain import ElevationGrid, height_at
-from visibility import Anchor
+from visibility import Anchor, Curvature, dop, dop_map, min_visible_altitude
+from visibility.dilution import least_anchors
 
-from .goals import Goal
-from .judges import Problem, shown_value
+from .cluster import sight_table
+from .judges import Goal, Problem, shown_value
 from .placing import Placement, anchor_rows, positions_of
 from .sight import SightOptions
 from .targets import Targets
-from .working_out import sight_table
 
-__all__ = ["Check", "HoverSensitivity", "check_placement", "hover_sensitivity", "value_of_anchors"]
+__all__ = [
+    "Check",
+    "HoverSensitivity",
+    "PlacementGeometry",
+    "PlacementMaps",
+    "check_placement",
+    "hover_sensitivity",
+    "placement_geometry",
+    "placement_maps",
+    "value_of_anchors",
+]
 
 Floats = npt.NDArray[np.float64]
+# a dilution beyond which one metre of error in the ranges is twenty in the position: as good as none
+USELESS_DOP = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,3 +135,114 @@ def _problem_of(
 
 def _values(problem: Problem, sets: Sequence[list[int]]) -> list[float]:
     return [shown_value(problem, members) for members in sets]
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementGeometry:
+    """Dilution of precision over the targets, each counted by its weight.
+
+    median: +inf where half of them or more have no fix. within_limit, no_fix: shares 0..1, of a dilution below the
+        goal's dop_limit, and of none at all. useless: of the targets that see enough anchors for a fix, the share whose
+        dilution is above 20 or undefined; None where there are none.
+    warning: a sentence where that is most of them, else None.
+    """
+
+    median: float
+    within_limit: float
+    no_fix: float
+    useless: float | None
+    warning: str | None
+
+
+def placement_geometry(grid: ElevationGrid, placement: Placement) -> PlacementGeometry:
+    """The geometry of all anchors of a placement, those that stood before included."""
+    anchors, targets, goal = (*placement.fixed, *placement.anchors), placement.targets, placement.goal
+    positions_m = positions_of(anchors)
+    bits = sight_table(grid, targets, positions_m, placement.sight).table.bits
+    visible = np.unpackbits(bits.view(np.uint8), axis=1, bitorder="little")[:, : len(targets)].T.astype(np.bool_)
+    normal = targets.normal if goal.on_surface else None
+    found = dop(positions_m, targets.point_m, goal.kind, visible=visible, surface_normal=normal)
+    value: npt.NDArray[np.float64] = np.asarray(getattr(found, goal.measure), np.float64)
+
+    share = targets.weight / targets.total
+
+    def share_of(which: npt.NDArray[np.bool_]) -> float:
+        return float(targets.weight[which].sum() / targets.weight.sum())
+
+    order = np.argsort(value, kind="stable")
+    # shares that should sum to a half may fall short of it by rounding
+    middle = order[int(np.searchsorted(np.cumsum(share[order]), 0.5 - 1e-9))]
+    least = least_anchors(goal.kind, on_surface=goal.on_surface)
+    enough = visible.sum(axis=1) >= least
+    bad = enough & ~(value <= USELESS_DOP)
+    useless = share_of(bad) / share_of(enough) if enough.any() else None
+    asked_for_fixes = goal.needed >= least
+    return PlacementGeometry(
+        float(value[middle]),
+        share_of(value < goal.dop_limit),
+        share_of(~np.isfinite(value)),
+        useless,
+        _warning(placement, useless) if asked_for_fixes and useless is not None and useless > 0.5 else None,
+    )
+
+
+def _warning(placement: Placement, useless: float) -> str:
+    goal, positions_m = placement.goal, positions_of((*placement.fixed, *placement.anchors))
+    in_a_row = len(positions_m) > 2 and np.linalg.matrix_rank(positions_m[1:] - positions_m[0], tol=1.0) < 2
+    where = "stand in a row" if in_a_row else "are badly spread"
+    cure = "" if goal.objective != "coverage" else ' The objective "dop" (--objective dop) looks for a good spread.'
+    return (
+        f"The anchors {where}: of the places that see enough of them for a position, {useless:.0%} have a "
+        f"{goal.measure.upper()} above {USELESS_DOP:g} or none.{cure}"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacementMaps:
+    """Maps (rows, cols) of a placement.
+
+    count_before, count_after: uint8, anchors surely in sight. dop_before, dop_after: float32, the goal's measure of
+    dilution; +inf = no fix, NaN = unknown. is_target: uint8, 1 where a post counts. error_statement: of their lines.
+    """
+
+    count_before: npt.NDArray[np.uint8]
+    count_after: npt.NDArray[np.uint8]
+    dop_before: npt.NDArray[np.float32]
+    dop_after: npt.NDArray[np.float32]
+    is_target: npt.NDArray[np.uint8]
+    error_statement: str
+    curvature: Curvature
+
+
+def placement_maps(
+    grid: ElevationGrid, placement: Placement, unknown: Literal["unknown", "open", "blocked"] | None = None
+) -> PlacementMaps:
+    """The maps with the fixed anchors alone, and with those that were placed.
+
+    unknown: what a line over unknown ground is; as the placement took it by default. Raises AnchorError.
+    """
+    sight, goal = placement.sight, placement.goal
+    curvature, told = sight.curvature or Curvature.of(grid), ""
+    maps: list[tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]] = []
+    for anchors in (placement.fixed, (*placement.fixed, *placement.anchors)):
+        count = np.zeros(grid.shape, np.uint8)
+        dop = np.where(np.isnan(grid.heights_m), np.float32(np.nan), np.float32(np.inf))
+        if anchors:
+            lines = min_visible_altitude(grid, anchors, sight.mode, curvature, unknown=unknown or sight.unknown)
+            height_m = placement.targets.above_ground_m
+            found = dop_map(lines, height_m, goal.kind, measure=goal.measure, on_surface=goal.on_surface)
+            count, dop, told = found.count.astype(np.uint8), found.dop, lines.error_statement
+        maps.append((count, dop))
+    (count_before, dop_before), (count_after, dop_after) = maps
+    is_target = np.zeros(grid.shape, np.uint8)
+    is_target.reshape(-1)[_posts_of(grid, placement.targets)] = 1
+    return PlacementMaps(count_before, count_after, dop_before, dop_after, is_target, told, curvature)
+
+
+def _posts_of(grid: ElevationGrid, targets: Targets) -> npt.NDArray[np.intp]:
+    """Flat indices of the posts nearest to the targets."""
+    if targets.post is not None:
+        return targets.post
+    row = np.rint((grid.origin_north_m - targets.point_m[:, 1]) / grid.cell_north_m).astype(np.intp)
+    col = np.rint((targets.point_m[:, 0] - grid.origin_east_m) / grid.cell_east_m).astype(np.intp)
+    return row * grid.cols + col

@@ -1,27 +1,130 @@
-"""How good a set of anchors is, and how good it would be with each candidate added: by counting, and by geometry."""
+"""Goals, and what targets are worth to them."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from planning.errors import PlacementError
 from planning.kernels import placement as kernel
+from visibility.dilution import DopKind, least_anchors
 
-from .goals import Goal
-from .sight import SightTable, sampled_table, sampled_targets
+from .sight import SightTable, pack, sampled_table, sampled_targets
 from .targets import Targets
 
-__all__ = ["CountJudge", "GeometryJudge", "Judge", "Problem", "judge_of", "sampled", "shown_value"]
+__all__ = ["CountJudge", "GeometryJudge", "Goal", "Judge", "Objective", "Problem", "judge_of", "sampled", "shown_value"]
 
+Objective = Literal["coverage", "dop", "mean_error", "worst_error"]
+Measure = Literal["gdop", "pdop", "hdop", "vdop"]
 Floats = npt.NDArray[np.float64]
-
 # of the mean beside the worst: among sets with the same worst error the better mean wins
 BESIDE_WORST = 1e-3
 CODES = {"coverage": kernel.COVERAGE, "dop": kernel.DOP, "mean_error": kernel.ERROR, "worst_error": kernel.ERROR}
 PARTS = {"gdop": kernel.POSITION, "pdop": kernel.POSITION, "hdop": kernel.HORIZONTAL, "vdop": kernel.VERTICAL}
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """What is wanted at the targets.
+
+    objective: "coverage", the share of targets with at least ``min_anchors`` in sight; "dop", the share that has a
+        dilution of precision (``measure``) below ``dop_limit`` as well; "mean_error" and "worst_error", the position
+        error in metres over the targets, where every error counts at most ``worst_counted_m``.
+    spare: how many anchors may be lost, any of them, 0 or 1: a target counts for what it has after the worst loss.
+    ranging_sigma_m: of the anchors to be placed, for errors in metres.
+    Raises PlacementError.
+    """
+
+    objective: Objective = "coverage"
+    min_anchors: int = 4
+    dop_limit: float = 5.0
+    measure: Measure = "pdop"
+    kind: DopKind = "ranging"
+    on_surface: bool = False
+    spare: int = 0
+    ranging_sigma_m: float = 0.1
+    worst_counted_m: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name, value, options in (
+            ("objective", self.objective, get_args(Objective)),
+            ("measure", self.measure, get_args(Measure)),
+            ("kind", self.kind, get_args(DopKind)),
+        ):
+            if value not in options:
+                raise PlacementError(f"{name} must be one of {', '.join(options)}, not {value!r}.")
+        if self.min_anchors < 1 or self.spare not in (0, 1):
+            raise PlacementError(f"min_anchors must be >= 1 and spare 0 or 1, not {self.min_anchors} and {self.spare}.")
+        for name in ("dop_limit", "ranging_sigma_m", "worst_counted_m"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+                raise PlacementError(f"{name} must be a number > 0, not {getattr(self, name)}.")
+        if self.on_surface and self.measure not in ("pdop", "gdop"):
+            raise PlacementError(f"A rover bound to the ground has one dilution, pdop; {self.measure} is not defined.")
+        if self.measure == "gdop" and self.kind == "pseudorange":
+            raise PlacementError("The gdop of pseudoranges cannot be placed for; ask for pdop, hdop or vdop.")
+
+    @property
+    def needed(self) -> int:
+        """How many anchors must be in sight of a target before it can count, losses apart."""
+        if self.objective == "coverage":
+            return self.min_anchors
+        least = least_anchors(self.kind, on_surface=self.on_surface)
+        return max(self.min_anchors, least) if self.objective == "dop" else least
+
+    @property
+    def needed_with_spare(self) -> int:
+        """The same with the anchors that may be lost."""
+        return self.needed + self.spare
+
+    @property
+    def is_share(self) -> bool:
+        """Whether the objective is a share 0..1 of the targets; else it is metres."""
+        return self.objective in ("coverage", "dop")
+
+    @property
+    def submodular(self) -> bool:
+        """Whether greedy is within 1 − 1/e of the best: sharing out sight of one anchor, and of nothing else."""
+        return self.objective == "coverage" and self.min_anchors == 1 and self.spare == 0
+
+    def sentence(self) -> str:
+        """In words."""
+        lost = ", whichever one anchor is lost" if self.spare else ""
+        measure = f"{self.measure.upper()}{' along the surface' if self.on_surface else ''} of {self.kind}"
+        return {
+            "coverage": f"share with at least {self.min_anchors} in sight{lost}",
+            "dop": f"share with at least {self.needed} in sight and {measure} < {self.dop_limit:g}{lost}",
+            "mean_error": f"mean position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
+            "worst_error": f"worst position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
+        }[self.objective]
+
+
+class TargetRows(NamedTuple):
+    """Targets as kernels take them: point_m and unit normal (m, 3), weight (m,)."""
+
+    point_m: Floats
+    normal: Floats
+    weight: Floats
+
+
+class Aim(NamedTuple):
+    """What a target is worth, as kernels take it.
+
+    objective, part: codes of the kernels. needed: anchors in sight. limit2: square of the dilution's limit. clock:
+    whether the receiver's clock is unknown too. spare: how many may be lost. worst_m: an error counts at most so much.
+    """
+
+    objective: int
+    needed: int
+    limit2: float
+    clock: bool
+    part: int
+    on_surface: bool
+    spare: int
+    worst_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +197,6 @@ class CountJudge:
         return float((reached * self._all_weight)[self._possible].sum() / self._total)
 
     def _under(self, mask: npt.NDArray[np.bool_], which: npt.NDArray[np.intp]) -> Floats:
-        from .sight import pack
 
         out = np.zeros(len(which))
         kernel.weight_under_mask(self._bits, which, pack(mask[None, :])[0], self._weight, out)
@@ -107,8 +209,8 @@ class GeometryJudge:
     def __init__(self, problem: Problem, *, information: bool = False) -> None:
         self._problem = problem
         targets, goal = problem.targets, problem.goal
-        self._cells = (targets.point_m, targets.normal, targets.weight)
-        self._question = (
+        self._rows = TargetRows(targets.point_m, targets.normal, targets.weight)
+        self._aim = Aim(
             kernel.INFORMATION if information else CODES[goal.objective],
             goal.needed,
             goal.dop_limit**2,
@@ -136,7 +238,7 @@ class GeometryJudge:
         out = np.empty((len(which), 2))
         problem = self._problem
         rows = (problem.anchor[which], problem.sight.bits[which])
-        kernel.additions(self._cells, states, present, bits, *rows, self._question, out)
+        kernel.additions(self._rows, states, present, bits, *rows, self._aim, out)
         if not self._worst:
             return out[:, 0] / problem.targets.total
         return out[:, 1] + BESIDE_WORST * out[:, 0] / problem.targets.total
@@ -154,7 +256,7 @@ class GeometryJudge:
 
     def _states(self, present: Floats, bits: npt.NDArray[np.uint64]) -> Floats:
         states = np.zeros((len(self._problem.targets), kernel.STATE_COLUMNS))
-        kernel.fill_states(self._cells, present, bits, self._question, states)
+        kernel.fill_states(self._rows, present, bits, self._aim, states)
         return states
 
 

@@ -17,12 +17,11 @@ from visibility import Anchor
 from visibility.sight import check_anchors
 
 from .flights import Flight
-from .goals import Goal
+from .judges import Goal
 from .repositioning import Move, reposition_for
 from .rules import PlacementRules
 from .sight import SightOptions
-from .stretch_values import value_over
-from .stretches import SeenStretch, path_between, path_length_m
+from .stretches import SeenStretch, path_between, path_length_m, value_over
 
 __all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
 

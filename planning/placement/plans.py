@@ -13,13 +13,12 @@ from terrain import ElevationGrid
 from visibility import Anchor
 
 from .flights import Flight
-from .goals import Goal
+from .judges import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .repositioning import ROUNDING, reposition
 from .rules import PlacementRules
 from .sight import SightOptions
-from .stretch_values import good_along
-from .stretches import path_between, path_length_m
+from .stretches import good_along, path_between, path_length_m
 from .targets import path_targets
 
 __all__ = ["RepositioningPlan", "plan_repositioning"]

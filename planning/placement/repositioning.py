@@ -18,13 +18,11 @@ from visibility.sight import check_anchors
 
 from .candidates import Candidates
 from .flights import Flight, flight_costs
-from .goals import Goal
-from .judges import CountJudge, judge_of
+from .judges import CountJudge, Goal, judge_of
 from .placing import positions_of
 from .rules import PlacementRules, feasible_candidates
 from .sight import SightOptions
-from .stretch_values import problem_along, worth_over
-from .stretches import SeenStretch
+from .stretches import SeenStretch, problem_along, worth_over
 from .together import may_stand_beside
 
 __all__ = ["Move", "Repositioning", "reposition", "reposition_for"]

@@ -7,6 +7,7 @@ altitude up a drone over it is seen. A handful of sweeps from the stretch so ans
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +17,22 @@ from planning.errors import PlacementError
 from terrain import ElevationGrid
 from visibility import Anchor, min_visible_altitude
 
-from .sight import Bits, SightOptions, pack, sampled_targets
+from .cluster import sight_table
+from .judges import CountJudge, GeometryJudge, Goal, Problem, shown_value
+from .placing import anchor_rows, positions_of
+from .sight import Bits, SightOptions, SightTable, pack, sampled_targets
 from .targets import Targets, path_targets
-from .working_out import sight_table
 
-__all__ = ["SeenStretch", "path_between", "path_length_m", "straight_ahead"]
+__all__ = [
+    "SeenStretch",
+    "good_along",
+    "path_between",
+    "path_length_m",
+    "problem_along",
+    "straight_ahead",
+    "value_over",
+    "worth_over",
+]
 
 Floats = npt.NDArray[np.float64]
 MOST_POINTS = 24  # of a stretch that are swept from
@@ -84,3 +96,47 @@ class SeenStretch:
         """(n, words) which targets are seen from places (n, 3), line by line."""
         exact = SightOptions("exact", self.options.curvature, self.options.max_range_m, self.options.unknown)
         return sight_table(self.grid, targets, position_m, exact).table.bits
+
+
+def value_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> float:
+    """The goal's share over all points of a stretch, line by line."""
+    return worth_over(stretch, anchors, goal)[0]
+
+
+def worth_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> tuple[float, float]:
+    """(the same, the mean part of the anchors that the goal needs in sight), both 0..1."""
+    bits = stretch.seen_from(positions_of(anchors), stretch.targets)
+    problem = problem_along(stretch.targets, goal, anchors, bits, np.zeros((0, 4)), None)
+    everyone = list(range(len(anchors)))
+    partly = CountJudge(problem, goal.needed_with_spare, partial=True).value(everyone)
+    return shown_value(problem, everyone), partly
+
+
+def good_along(
+    grid: ElevationGrid, targets: Targets, anchors: Sequence[Anchor], goal: Goal, sight: SightOptions
+) -> npt.NDArray[np.bool_]:
+    """(m,) which points have what a goal that is a share asks for."""
+    if not anchors:
+        return np.zeros(len(targets), np.bool_)
+    exact = SightOptions("exact", sight.curvature, sight.max_range_m, sight.unknown)
+    bits = sight_table(grid, targets, positions_of(anchors), exact).table.bits
+    problem = problem_along(targets, goal, anchors, bits, np.zeros((0, 4)), None)
+    return np.asarray(GeometryJudge(problem).of_targets(list(range(len(anchors)))) > 0.5)
+
+
+def problem_along(
+    targets: Targets,
+    goal: Goal,
+    others: Sequence[Anchor],
+    others_bits: npt.NDArray[np.uint64],
+    rows: Floats,
+    bits: npt.NDArray[np.uint64] | None,
+) -> Problem:
+    """Others fixed and places as candidates; or the others as candidates where there are no places."""
+    points = len(targets)
+    words = others_bits.shape[1]
+    none = SightTable(np.zeros((0, words), np.uint64), points)
+    seen = SightTable(others_bits, points)
+    if bits is None:
+        return Problem(targets, goal, anchor_rows(others, goal), seen, np.zeros((0, 4)), none)
+    return Problem(targets, goal, rows, SightTable(bits, points), anchor_rows(others, goal), seen)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 
-from .links import FAR, Link, linked_pairs
+from .rules import FAR, Link, linked_pairs
 
 __all__ = ["Together", "may_stand_beside"]
 

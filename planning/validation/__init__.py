@@ -3,9 +3,8 @@
 Of ``planning.paths`` it imports the question alone: problem, rover, limits.
 """
 
-from .flying import FlightSamples, fly_along, validate_flight
 from .reports import LimitCheck, PathLimit, PathValidation
-from .validating import validate_path
+from .validating import FlightSamples, fly_along, validate_flight, validate_path
 
 __all__ = [
     "FlightSamples",

@@ -11,7 +11,7 @@ from rich.table import Table
 from service.errors import RequestError
 from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
-from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation, SafetyBubblesSummary
+from service.products.safety_bubbles.calculate import BuildingFacts, FirstViolation, SafetyBubblesSummary
 from service.products.safety_bubbles.request import BubbleParameters
 
 from .anchor_texts import height_field
@@ -52,7 +52,7 @@ def make_bubbles(
     parameters = BubbleParameters.model_validate(
         {"anchors": anchors, "satellites": sky, "buildings": buildings, **_path(path, height), **given}
     )
-    from service.products.safety_bubbles.product import SAFETY_BUBBLES
+    from service.products.safety_bubbles import SAFETY_BUBBLES
 
     make_map(dem, SAFETY_BUBBLES, parameters, _tables, summary="bubble.json", what="Safety bubbles", **rest)
 

@@ -13,10 +13,10 @@ from rich.table import Table
 from service.errors import RequestError
 from service.parts.plan_answers import time_words
 from service.parts.sentences import sentence_of
-from service.products.flights.answer import FlightSummary
-from service.products.flights.product import FLIGHT
+from service.products import Given
+from service.products.flights import FLIGHT
+from service.products.flights.calculate import FlightSummary
 from service.products.flights.request import FlightParameters
-from service.products.product import Given
 
 from .anchor_texts import position_fields
 from .maps import anchors_of, make_map

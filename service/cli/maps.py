@@ -18,7 +18,7 @@ from service.errors import RequestError
 from service.files.layer import Layer
 from service.files.replacing import replacing
 from service.parts.anchors import AnchorIn
-from service.products.product import Finished, Product, Work
+from service.products import Finished, Product, Work
 from terrain import read_dem
 
 from .anchor_files import anchors_from_file

@@ -149,8 +149,8 @@ def make_placement(dem: str, asked: PlacementParameters, scheduler: str | None, 
     """
     if or_local and scheduler is None:
         raise RequestError("--or-local goes with --scheduler.")
-    from service.products.placements.product import PLACEMENT
-    from service.products.product import Work
+    from service.products import Work
+    from service.products.placements import PLACEMENT
 
     if scheduler is not None:
         asked = asked.model_copy(update={"run_on": "cluster_or_here" if or_local else "cluster"})

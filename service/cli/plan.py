@@ -14,10 +14,10 @@ from rich.table import Table
 from service.errors import RequestError
 from service.parts.plan_answers import time_words
 from service.parts.sentences import sentence_of
+from service.products import Given
+from service.products.paths import PATH
 from service.products.paths.answer import PathSummary
-from service.products.paths.product import PATH
 from service.products.paths.request import PathQuestion, WeightsIn
-from service.products.product import Given
 
 from .maps import anchors_of, make_map
 from .output import facts_table

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import JsonValue
 
-from planning.questions.navigation_models import NavigationModel
+from planning.questions.models import NavigationModel
 from service.errors import RequestError
 from service.products.paths.calculate import VERTEX_COLUMNS
 

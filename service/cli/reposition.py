@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.products.repositionings.answer import RepositioningSummary
+from service.products.repositionings.calculate import RepositioningSummary
 from service.products.repositionings.request import RepositioningParameters
 
 from .maps import make_map
@@ -47,7 +47,7 @@ class RoverOptions:
 
 def make_repositioning(dem: str, asked: RepositioningParameters, **rest: Any) -> None:
     """Read, calculate, write and print; ``rest`` as for make_map."""
-    from service.products.repositionings.product import REPOSITIONING
+    from service.products.repositionings import REPOSITIONING
 
     make_map(dem, REPOSITIONING, asked, _tables, summary="reposition.json", what="Repositioning", **rest)
 

@@ -18,7 +18,7 @@ from service.errors import RequestError
 from service.parts.maps_for_paths import MAP_KINDS, kind_of_summary
 from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import sentence_of
-from service.products.product import Given
+from service.products import Given
 
 __all__ = ["given", "given_map", "request_from_file", "request_of_fields"]
 

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 from service.parts.anchors import AnchorIn
-from service.products.visibility.answer import VisibilityMapSummary
+from service.products.visibility.calculate import VisibilityMapSummary
 from service.products.visibility.request import VisibilityMapParameters
 
 from .maps import anchors_of, make_map
@@ -37,7 +37,7 @@ def make_visibility_map(
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
     parameters = _parameters(anchors_of(anchor_texts, anchor_files, lonlat=lonlat), asked)
     # after the options were read: what is wrong with them must not wait for all that this loads
-    from service.products.visibility.product import VISIBILITY_MAP
+    from service.products.visibility import VISIBILITY_MAP
 
     make_map(
         dem,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,27 +19,49 @@ DECIMALS_DEG, DECIMALS_M = 8, 3
 LEVELS_PER_LIMIT = (0.5, 1.0, 2.0)
 
 
-def write_no_go_zones(
-    grid: ElevationGrid, no_go: npt.NDArray[np.uint8], parameters: PositioningParameters, path: Path
-) -> None:
+class PositioningMap(Protocol):
+    """A map of positioning at the antenna of a rover on the ground; arrays (rows, cols)."""
+
+    @property
+    def grid(self) -> ElevationGrid:
+        """The ground it lies on."""
+        ...
+
+    @property
+    def parameters(self) -> PositioningParameters:
+        """What was asked for."""
+        ...
+
+    @property
+    def no_go(self) -> npt.NDArray[np.uint8]:
+        """1 where positioning is not good enough."""
+        ...
+
+    @property
+    def dop(self) -> npt.NDArray[np.float32]:
+        """The dilution; +inf = no fix, NaN = unknown."""
+        ...
+
+
+def write_no_go_zones(finished: PositioningMap, path: Path) -> None:
     """Polygons in degrees round the no-go posts; without a CRS in the DEM's local metres, and says so."""
+    grid, parameters = finished.grid, finished.parameters
     features = [
         _feature(
             "Polygon",
             [_coordinates(grid, ring) for ring in (zone.exterior, *zone.holes)],
             {"area_m2": round(zone.area_m2, 1), **_limit(parameters)},
         )
-        for zone in zones(grid, no_go == NO_GO)
+        for zone in zones(grid, finished.no_go == NO_GO)
     ]
     write_collection(grid, features, path)
 
 
-def write_contours(
-    grid: ElevationGrid, dop: npt.NDArray[np.float32], parameters: PositioningParameters, path: Path
-) -> None:
+def write_contours(finished: PositioningMap, path: Path) -> None:
     """One MultiLineString for each level of the dilution; the limit is one of them."""
+    grid, parameters = finished.grid, finished.parameters
     levels = [parameters.dop_limit * part for part in LEVELS_PER_LIMIT]
-    lines = contour_lines(grid, dop, levels) if min(grid.shape) > 1 else dict.fromkeys(levels, ())
+    lines = contour_lines(grid, finished.dop, levels) if min(grid.shape) > 1 else dict.fromkeys(levels, ())
     features = [
         _feature(
             "MultiLineString",

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from service.http.problem_answer import Problem
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
-from service.products.product import Product
+from service.products import Product
 
 __all__ = ["describe", "tags_of"]
 

@@ -11,7 +11,7 @@ from pydantic import Field, create_model
 from service.parts.map_answers import MapOut, running_example
 from service.parts.older_results import or_older
 from service.parts.pages import Page
-from service.products.product import Product
+from service.products import Product
 
 __all__ = ["list_model", "out_model", "state_model"]
 

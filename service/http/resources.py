@@ -16,7 +16,7 @@ from service.jobs.records import JobRecord, JobStatus
 from service.parts.map_answers import LayerLink, MapOut
 from service.parts.pages import Limit, Offset, Page
 from service.parts.satellites import ORBIT_TEXTS
-from service.products.product import Needs, Product
+from service.products import Needs, Product
 
 from .bodies import body_of, json_body, long_body
 from .context import Service, ServiceDep

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ValidationError
 
 from service.parts.sight import SightParameters
-from service.products.product import Finished, Product
+from service.products import Finished, Product
 from terrain import ElevationGrid, Provenance
 from visibility import Anchor, DistantAnchor
 

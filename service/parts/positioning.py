@@ -14,6 +14,7 @@ from service.parts.satellites import SatellitesIn
 from service.parts.sight import SightParameters
 
 __all__ = [
+    "EXAMPLE_ANCHORS",
     "POSITIONING_EXAMPLE",
     "CeilingParameters",
     "MorphingMapParameters",
@@ -21,14 +22,14 @@ __all__ = [
     "RangingParameters",
 ]
 
-ANCHORS: list[JsonValue] = [
+EXAMPLE_ANCHORS: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
     {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
     {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
 ]
 POSITIONING_EXAMPLE: dict[str, JsonValue] = {
     "dem_id": DEM_ID,
-    "anchors": ANCHORS,
+    "anchors": EXAMPLE_ANCHORS,
     "kind": "ranging",
     "measure": "pdop",
 }

@@ -7,16 +7,16 @@ import importlib
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
-from service.products.dop.product import DOP_MAP
-from service.products.flights.product import FLIGHT
-from service.products.lines_of_sight.product import LINES_OF_SIGHT
-from service.products.morphing.product import MORPHING_MAP
-from service.products.paths.product import PATH
-from service.products.placements.product import PLACEMENT
-from service.products.product import Product
-from service.products.repositionings.product import REPOSITIONING
-from service.products.safety_bubbles.product import SAFETY_BUBBLES
-from service.products.visibility.product import VISIBILITY_MAP
+from service.products import Product
+from service.products.dop import DOP_MAP
+from service.products.flights import FLIGHT
+from service.products.lines_of_sight import LINES_OF_SIGHT
+from service.products.morphing import MORPHING_MAP
+from service.products.paths import PATH
+from service.products.placements import PLACEMENT
+from service.products.repositionings import REPOSITIONING
+from service.products.safety_bubbles import SAFETY_BUBBLES
+from service.products.visibility import VISIBILITY_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
 
@@ -30,17 +30,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
 
 
 PRODUCTS: Mapping[str, Product] = _by_name(
-    [
-        VISIBILITY_MAP,
-        DOP_MAP,
-        MORPHING_MAP,
-        PATH,
-        FLIGHT,
-        PLACEMENT,
-        REPOSITIONING,
-        LINES_OF_SIGHT,
-        SAFETY_BUBBLES,
-    ]
+    [VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PATH, FLIGHT, PLACEMENT, REPOSITIONING, LINES_OF_SIGHT, SAFETY_BUBBLES]
 )
 
 

@@ -9,7 +9,7 @@ from tests.house.repository import ROOT, imported_modules, modules
 
 VALIDATOR = "planning/validation"
 # the words of the question; everything else of planning is the planner's
-MAY_IMPORT = {"planning.errors", "planning.questions.problems", "planning.questions.flight_problems"}
+MAY_IMPORT = {"planning.errors", "planning.questions.problems"}
 
 
 def test_the_validator_imports_nothing_of_planning_but_the_question() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from service.products.visibility.calculate import VisibilityMap, calculate
+from service.products.visibility.calculate import VisibilityMap, calculate_visibility_map
 from service.products.visibility.request import VisibilityMapParameters
 from terrain import ElevationGrid, Provenance
 
@@ -34,4 +34,4 @@ def small_parameters(**changes: object) -> VisibilityMapParameters:
 
 def small_map(crs: str | None = "EPSG:32611", **changes: object) -> VisibilityMap:
     """The map of both."""
-    return calculate(small_grid(crs), small_parameters(**changes))
+    return calculate_visibility_map(small_grid(crs), small_parameters(**changes))

@@ -6,8 +6,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
 
 from service.products.dop.calculate import calculate_dop_map
-from service.products.dop.cut_picture import draw_cut
-from service.products.dop.picture import COLOURS
+from service.products.dop.picture import COLOURS, draw_cut
 from service.products.dop.request import DopMapParameters
 from tests.service.cli.positioning_words import PLACES
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid

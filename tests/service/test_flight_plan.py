@@ -10,12 +10,12 @@ from pydantic import ValidationError
 from planning import PathProblemError, PlaceError
 from service.errors import LimitError, RequestError
 from service.jobs.results import load, save
+from service.products import Given, Work
+from service.products.flights import FLIGHT
 from service.products.flights.calculate import calculate_flight, check_flight_request
 from service.products.flights.files import LAYERS
 from service.products.flights.picture import draw_flight, draw_flight_profile
-from service.products.flights.product import FLIGHT
 from service.products.flights.request import FlightIn, FlightParameters
-from service.products.product import Given
 from service.products.registry import PRODUCTS
 from service.settings import Settings
 from terrain import to_grid_frame
@@ -83,7 +83,7 @@ def test_under_a_ceiling_below_the_wall_there_is_no_flight(shut):
 
 def test_told_to_stop_it_answers_with_the_best_that_it_has():
     asked = FlightParameters.model_validate(flight_request(budget={"iterations": 10_000_000}))
-    stopped = calculate_flight(small_grid(), asked, stop=lambda: True)
+    stopped = calculate_flight(small_grid(), asked, Work(stop=lambda: True))
     assert (stopped.answer.status, stopped.answer.stopped_by) == ("found", "stop")
     assert stopped.answer.validation.passed
 

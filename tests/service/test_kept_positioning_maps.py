@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from service.jobs.results import load, save
-from service.products.dop.product import DOP_MAP
-from service.products.morphing.product import MORPHING_MAP
-from service.products.product import Work
+from service.products import Work
+from service.products.dop import DOP_MAP
+from service.products.morphing import MORPHING_MAP
 from service.products.registry import PRODUCTS
 from tests.service.cli.positioning_words import PLACES
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid

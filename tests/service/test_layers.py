@@ -9,7 +9,7 @@ import rasterio
 from PIL import Image
 
 from service.parts.anchors import AnchorIn
-from service.products.visibility.product import VISIBILITY_MAP
+from service.products.visibility import VISIBILITY_MAP
 from terrain import ElevationGrid, to_grid_frame
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, COLS, HOLE, NORTH_M, ROWS, WEST_M, small_map
 from visibility import HIDDEN, VISIBLE

@@ -6,10 +6,10 @@ import pytest
 
 from service.jobs.results import load, save
 from service.parts.older_names import notes_on_older_names
+from service.products import Given
+from service.products.paths import PATH
 from service.products.paths.files import LAYERS
-from service.products.paths.product import PATH
 from service.products.paths.request import PathIn
-from service.products.product import Given
 from service.products.registry import PRODUCTS
 from tests.service.small_paths import path_request, small_path
 

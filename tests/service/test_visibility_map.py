@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from service.jobs.results import load, save
+from service.products import Work
 from service.products.registry import PRODUCTS
-from service.products.visibility.calculate import calculate
-from service.products.visibility.product import VISIBILITY_MAP
+from service.products.visibility import VISIBILITY_MAP
+from service.products.visibility.calculate import calculate_visibility_map
 from service.products.visibility.request import VisibilityMapParameters
 from tests.service.small_maps import COLS, HOLE, NORTH_M, ROWS, WEST_M, small_grid, small_map
 from visibility import FLAT, Curvature, min_visible_altitude
@@ -34,7 +35,7 @@ def test_many_anchors_are_counted_without_overflow():
     anchors = [
         {"id": f"A{i}", "east_m": 400_100.0, "north_m": 3_799_900.0, "altitude_m": 500.0 + i} for i in range(260)
     ]
-    finished = calculate(small_grid(), VisibilityMapParameters.model_validate({"anchors": anchors}))
+    finished = calculate_visibility_map(small_grid(), VisibilityMapParameters.model_validate({"anchors": anchors}))
     assert finished.count.dtype == np.uint16
     assert finished.count.max() == 260
 
@@ -108,7 +109,9 @@ def test_a_receiver_altitude_under_the_ground_is_warned_of(altitude_m, below):
 def test_progress_grows_to_one():
     anchors = [{"id": f"A{i}", "east_m": 400_100.0, "north_m": 3_799_900.0, "altitude_m": 90.0 + i} for i in range(9)]
     shares = []
-    calculate(small_grid(), VisibilityMapParameters.model_validate({"anchors": anchors}), shares.append)
+    calculate_visibility_map(
+        small_grid(), VisibilityMapParameters.model_validate({"anchors": anchors}), Work(shares.append)
+    )
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert len(set(shares)) >= 3
@@ -147,5 +150,5 @@ def test_a_map_of_another_format_is_refused(tmp_path):
 def test_ground_that_is_all_unknown_has_no_shares():
     nowhere = replace(small_grid(), heights_m=np.full((ROWS, COLS), np.nan, np.float32))
     anchors = [{"id": "A", "east_m": WEST_M, "north_m": NORTH_M, "altitude_m": 90.0}]
-    finished = calculate(nowhere, VisibilityMapParameters.model_validate({"anchors": anchors}))
+    finished = calculate_visibility_map(nowhere, VisibilityMapParameters.model_validate({"anchors": anchors}))
     assert {anchor.visible_share for anchor in finished.answer.anchors} == {None}

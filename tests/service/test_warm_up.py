@@ -17,11 +17,11 @@ import terrain
 import visibility
 from service.cli.demo import DRONES, RECEIVER_ABOVE_GROUND_M
 from service.jobs.results import load, save
-from service.products.dop.product import DOP_MAP
-from service.products.morphing.product import MORPHING_MAP
-from service.products.product import Product, Work
+from service.products import Product, Work
+from service.products.dop import DOP_MAP
+from service.products.morphing import MORPHING_MAP
 from service.products.registry import PRODUCTS
-from service.products.visibility.product import VISIBILITY_MAP
+from service.products.visibility import VISIBILITY_MAP
 from service.settings import Rehearsal
 from service.warm_up import warm_up
 from terrain import ElevationGrid

@@ -12,7 +12,7 @@ from service.files.layer import Layer
 from service.parts.map_answers import DemId, MapSummary
 from service.parts.map_facts import ground_of
 from service.parts.points import Metres, StrictModel
-from service.products.product import Product, Work
+from service.products import Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid, TerrainError
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from service.products.product import Product
+from service.products import Product
 
 from .context import Task, TaskContext
 from .dems import draw_hillshade, read_uploaded_dem

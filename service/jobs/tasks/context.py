@@ -12,7 +12,7 @@ from typing import Any
 from service.errors import NotFoundError
 from service.jobs.dem_files import load_grid
 from service.jobs.folder import DataFolder
-from service.products.product import Product
+from service.products import Product
 from service.settings import Settings
 from terrain import ElevationGrid
 

@@ -13,7 +13,7 @@ from service.jobs.folder import digest_of, make_durable
 from service.jobs.results import load, save
 from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import fields_of, sentence_of
-from service.products.product import Given, Product, Work
+from service.products import Given, Product, Work
 
 from .bodies import body_in, read_body
 from .context import Task, TaskContext

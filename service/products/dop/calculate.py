@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, share_of
 from service.parts.point_arrays import points_in_grid
-from service.parts.positioning_answers import positioning_summary
+from service.parts.positioning_answers import PositioningSummary, positioning_summary
+from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import (
     Curvature,
@@ -27,21 +29,40 @@ from visibility.dilution import GO, NO_GO, DopReason, least_anchors, position_er
 from visibility.dilution.position_errors import check_weights
 from visibility.sight import check_anchors
 
-from .answer import DopMapSummary
 from .request import DopMapParameters
-from .volumes import asks_for_air, check_air, volume_facts
+from .volumes import VolumeFacts, asks_for_air, check_air, volume_facts
 
-__all__ = ["PATH_COLUMNS", "FinishedDopMap", "calculate_dop_map", "check_dop_map", "path_points"]
+__all__ = ["PATH_COLUMNS", "DopMapSummary", "FinishedDopMap", "calculate_dop_map", "check_dop_map", "path_points"]
 
 SHARE_OF_SIGHT_LINES = 0.8
-QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
 PATH_COLUMNS = (
     *("east_m", "north_m", "altitude_m", "anchors_in_sight", "unknown"),
     *("gdop", "pdop", "hdop", "vdop", "tdop", "reason"),
     *("horizontal_sigma_m", "vertical_sigma_m", "position_sigma_m"),
 )
-
 Floats = npt.NDArray[np.float32]
+
+
+class DopMapSummary(PositioningSummary):
+    """What a DOP map says in numbers, and how far to trust it."""
+
+    receiver_above_ground_m: float = Field(description="Height of the antenna above ground, metres.")
+    on_surface: bool = Field(description="Whether only motion along the surface is unknown.")
+    share_within_limit: float | None = Field(description="Part of the known posts within the limit, 0..1.")
+    share_no_go: float | None = Field(description="Part of the known posts beyond it or with too few anchors, 0..1.")
+    share_unknown: float | None = Field(description="Part of the known posts where that is unknown, 0..1.")
+    dop_quantiles: dict[str, float | None] = Field(
+        description="p05, p50 and p95 of the dilution over the posts where it is known, no unit; null is no fix."
+    )
+    one_dop_per_set: bool = Field(False, description="Whether all posts of a visible set share one dilution.")
+    position_error_quantiles_m: dict[str, dict[str, float | None]] = Field(
+        {}, description="p05, p50 and p95 of the horizontal, vertical and position error, one sigma, metres."
+    )
+    path_points: int = Field(0, description="Number of points along the path.")
+    volume: VolumeFacts | None = Field(None, description="The control volume, where one was asked for.")
+    posts_by_reason: dict[str, int] = Field(
+        description="Known posts with a fix (ok), too_few anchors, a singular geometry, or unknown sight."
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,19 +133,14 @@ def check_dop_map(grid: ElevationGrid, parameters: DopMapParameters) -> RangingS
 
 
 @told_as_asked
-def calculate_dop_map(
-    grid: ElevationGrid, parameters: DopMapParameters, progress: Callable[[float], None] | None = None
-) -> FinishedDopMap:
-    """The map that the parameters ask for on this grid; progress is called with the finished share 0..1.
+def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: Work = UNWATCHED) -> FinishedDopMap:
+    """The map that the parameters ask for on this grid.
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
     check_air(grid, parameters)
     sources = check_dop_map(grid, parameters)
-    lines = lines_to(
-        *(grid, sources.all, parameters),
-        None if progress is None else lambda share: progress(SHARE_OF_SIGHT_LINES * share),
-    )
+    lines = lines_to(*(grid, sources.all, parameters), work.part(0.0, SHARE_OF_SIGHT_LINES))
     kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
     found = dop_map(
         *(lines, above_m, kind),
@@ -157,8 +173,7 @@ def calculate_dop_map(
         volume=volume_facts(grid, parameters),
         posts_by_reason={reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
     )
-    if progress is not None:
-        progress(1.0)
+    work.progress(1.0)
     return FinishedDopMap(
         *(grid, lines.anchors, parameters, answer, found.dop, found.reasons, found.count, no_go, sigmas_m),
         *(path_numbers, path_sets),

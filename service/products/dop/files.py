@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.cog import BYTES, common_tags, write_cog
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
 from service.files.tables import TableWriter
 from service.files.zones import write_contours, write_no_go_zones
+from service.parts.product_parts import Raster
 from visibility import UNKNOWN
 from visibility.dilution import DopReason
 
@@ -20,13 +22,8 @@ from .request import MOST_CUTS
 __all__ = ["LAYERS"]
 
 CSV = "text/csv; charset=utf-8"
+SIGMAS = ["horizontal sigma", "vertical sigma", "position sigma"]
 GEOTIFF = "image/tiff; application=geotiff"
-
-
-def write_dop(finished: FinishedDopMap, path: Path) -> None:
-    """float32: the dilution; NaN unknown (nodata), +inf no fix."""
-    tags = {**_tags(finished), "units": "1", "infinity": "no fix"}
-    write_cog(path, finished.grid, [finished.dop], [finished.parameters.measure], float("nan"), tags, FLOATS)
 
 
 def write_count(finished: FinishedDopMap, path: Path) -> None:
@@ -37,27 +34,6 @@ def write_count(finished: FinishedDopMap, path: Path) -> None:
     count = np.where(finished.reasons == DopReason.UNKNOWN, nodata, finished.count).astype(dtype)
     tags = {**_tags(finished), "units": "anchors"}
     write_cog(path, finished.grid, [count], ["visible anchors"], nodata, tags, BYTES)
-
-
-def write_position_error(finished: FinishedDopMap, path: Path) -> None:
-    """float32 metres, one sigma: horizontal, vertical, position; NaN unknown (nodata), +inf no fix."""
-    tags = {**_tags(finished), "units": "metre", "infinity": "no fix"}
-    names = ["horizontal sigma", "vertical sigma", "position sigma"]
-    write_cog(path, finished.grid, finished.sigmas_m, names, float("nan"), tags, FLOATS)
-
-
-def write_no_go(finished: FinishedDopMap, path: Path) -> None:
-    """uint8: 1 no-go, 0 go, 255 unknown (nodata)."""
-    tags = {**_tags(finished), "units": "class: 1 no-go, 0 go, 255 unknown"}
-    write_cog(path, finished.grid, [finished.no_go], ["no-go"], int(UNKNOWN), tags, BYTES)
-
-
-def _write_zones(finished: FinishedDopMap, path: Path) -> None:
-    write_no_go_zones(finished.grid, finished.no_go, finished.parameters, path)
-
-
-def _write_contours(finished: FinishedDopMap, path: Path) -> None:
-    write_contours(finished.grid, finished.dop, finished.parameters, path)
 
 
 def write_path(finished: FinishedDopMap, path: Path) -> None:
@@ -79,57 +55,6 @@ def write_path(finished: FinishedDopMap, path: Path) -> None:
             table.row([*cells, " ".join(ids[number] for number in np.flatnonzero(seen))])
 
 
-# matplotlib and dask take a second to load, and only a process that draws or writes volumes needs them
-
-
-def _write_picture(finished: FinishedDopMap, path: Path) -> None:
-    from .picture import write_dop_picture
-
-    write_dop_picture(finished, path)
-
-
-def _write_overlay(finished: FinishedDopMap, path: Path) -> None:
-    from .picture import write_dop_overlay
-
-    write_dop_overlay(finished, path)
-
-
-def _write_legend(finished: FinishedDopMap, path: Path) -> None:
-    from .picture import write_dop_legend
-
-    write_dop_legend(finished, path)
-
-
-def _write_cut(number: int, finished: FinishedDopMap, path: Path) -> None:
-    from .cut_picture import write_cut_picture
-
-    write_cut_picture(finished, number, path)
-
-
-def _write_volume_dop(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_dop
-
-    write_volume_dop(finished, path)
-
-
-def _write_volume_count(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_count
-
-    write_volume_count(finished, path)
-
-
-def _write_volume_arrays(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_arrays
-
-    write_volume_arrays(finished, path)
-
-
-def _write_volume_dataset(finished: FinishedDopMap, path: Path) -> None:
-    from .volume_files import write_volume_dataset
-
-    write_volume_dataset(finished, path)
-
-
 def _tags(finished: FinishedDopMap) -> dict[str, str]:
     parameters = finished.parameters
     return {
@@ -141,12 +66,44 @@ def _tags(finished: FinishedDopMap) -> dict[str, str]:
     }
 
 
+def _write_picture(finished: FinishedDopMap, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from . import picture
+
+    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
+    writers[what](finished, path)
+
+
+def _write_cut(number: int, finished: FinishedDopMap, path: Path) -> None:
+    from service.drawing.sheet import save_png
+
+    from . import picture
+
+    save_png(picture.draw_cut(finished, number), path)
+
+
+def _write_volume(finished: FinishedDopMap, path: Path, what: str) -> None:
+    # dask takes as long, and only a process that writes volumes needs it
+    from . import volume_files
+
+    writers = {
+        "dop": volume_files.write_volume_dop,
+        "count": volume_files.write_volume_count,
+        "arrays": volume_files.write_volume_arrays,
+        "dataset": volume_files.write_volume_dataset,
+    }
+    writers[what](finished, path)
+
+
 LAYERS = (
     Layer(
         "dop.tif",
         COG,
         "float32: the dilution of precision asked for; +inf no fix, NaN (nodata) unknown.",
-        write_dop,
+        Raster(
+            *(_tags, lambda finished: [finished.dop], lambda finished: [finished.parameters.measure]),
+            *("1", math.nan, "no fix"),
+        ),
     ),
     Layer(
         "count.tif",
@@ -159,45 +116,48 @@ LAYERS = (
         COG,
         "float32 metres, one sigma: position error horizontally, vertically and in space, from the sigmas of ranges "
         "and poses; +inf no fix, NaN (nodata) unknown.",
-        write_position_error,
+        Raster(_tags, lambda finished: finished.sigmas_m, lambda _: SIGMAS, "metre", infinity="no fix"),
     ),
     Layer(
         "no_go.tif",
         COG,
         "uint8: 1 where the dilution is the limit or more, or too few anchors are in sight; 0 elsewhere; 255 (nodata) "
         "unknown.",
-        write_no_go,
+        Raster(
+            *(_tags, lambda finished: [finished.no_go], lambda _: ["no-go"]),
+            *("class: 1 no-go, 0 go, 255 unknown", int(UNKNOWN)),
+        ),
     ),
     Layer(
         "no_go.geojson",
         GEOJSON,
         "Polygons round the posts of no_go.tif that are 1, with their area.",
-        _write_zones,
+        write_no_go_zones,
     ),
     Layer(
         "contours.geojson",
         GEOJSON,
         "Lines along which the dilution is the limit, half of it and twice as much.",
-        _write_contours,
+        write_contours,
     ),
     Layer(
         "map.png",
         PNG,
         "A picture of the dilution over shaded relief, with the line of the limit, anchors and legend.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
-        _write_overlay,
+        partial(_write_picture, what="overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
-        _write_legend,
+        partial(_write_picture, what="legend"),
         for_screens=True,
     ),
     Layer(
@@ -223,7 +183,7 @@ LAYERS = (
         GEOTIFF,
         "float32, a band for each layer of the volume, the lowest first: the dilution; +inf no fix, NaN (nodata) "
         "unknown.",
-        _write_volume_dop,
+        partial(_write_volume, what="dop"),
         needs="volume",
     ),
     Layer(
@@ -231,7 +191,7 @@ LAYERS = (
         GEOTIFF,
         "A band for each layer of the volume: how many anchors are surely in sight, nodata (largest value) where that "
         "of some is unknown.",
-        _write_volume_count,
+        partial(_write_volume, what="count"),
         needs="volume",
     ),
     Layer(
@@ -239,14 +199,14 @@ LAYERS = (
         "application/x-npz",
         "Arrays over layers, rows and columns for numpy: dilution, count, and the visible set as bits, anchor a being "
         "bit a % 64 of word a // 64.",
-        _write_volume_arrays,
+        partial(_write_volume, what="arrays"),
         needs="volume",
     ),
     Layer(
         "volume.nc",
         "application/x-netcdf",
         "The same as NetCDF with coordinates and CRS, as xarray opens it.",
-        _write_volume_dataset,
+        partial(_write_volume, what="dataset"),
         needs="volume",
     ),
 )

@@ -108,7 +108,7 @@ def _write_bands(
     if layers > MOST_BANDS:
         raise RequestError(f"{layers:,} layers are more than the {MOST_BANDS:,} bands that a GeoTIFF holds.")
     grid = volume.grid
-    profile: dict[str, Any] = {
+    profile = {
         "driver": "GTiff",
         "height": rows,
         "width": cols,

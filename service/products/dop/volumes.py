@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field
 
 from service.parts.air_layers import air_layers
 from service.parts.asked_frame import told_as_asked
@@ -22,15 +23,26 @@ from visibility.air import (
 )
 from visibility.air.control_volumes import posts_within
 
-from .answer import VolumeFacts
 from .request import CutIn, DopMapParameters
 
-__all__ = ["asks_for_air", "check_air", "cut_line_m", "cut_of", "volume_facts", "volume_of"]
+__all__ = ["VolumeFacts", "asks_for_air", "check_air", "cut_line_m", "cut_of", "volume_facts", "volume_of"]
 
 # air over the highest ground that cuts show where no volume is asked for: a part of the relief, and at least
 AIR_OVER_RELIEF, LEAST_AIR_M = 0.25, 50.0
 LAYERS_OF_A_PICTURE = 150
 SLACK = 1e-6  # of a cell, as ElevationGrid.contains has it
+
+
+class VolumeFacts(BaseModel):
+    """How large a control volume is."""
+
+    layers: int = Field(description="Number of layers.")
+    rows: int = Field(description="Number of rows of posts.")
+    cols: int = Field(description="Number of columns of posts.")
+    voxels: int = Field(description="Number of voxels: layers times rows times columns.")
+    lowest_layer_m: float = Field(description="Altitude of the lowest layer, or its height above ground, metres.")
+    highest_layer_m: float = Field(description="The same of the highest layer, metres.")
+    layers_above_ground: bool = Field(description="Whether layers count from the ground of each post.")
 
 
 def asks_for_air(parameters: DopMapParameters) -> bool:

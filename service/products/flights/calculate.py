@@ -2,36 +2,95 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field
 
 from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
 from service.files.missions import mission_warnings
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import ground_of
-from service.parts.plan_answers import finite, validation_answer
+from service.parts.map_answers import MapSummary
+from service.parts.plan_answers import ValidationOut, finite, validation_answer
 from service.parts.positions import resolve_point
+from service.parts.product_parts import preamble
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
-from service.products.flights.answer import AirPlaceOut, FlightCornerOut, FlightSummary, FlightTotalsOut
-from service.products.flights.request import FlightParameters
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, morphing_map
 from visibility.air import MorphingMap
 from visibility.air.morphing_maps import check_ceiling
 
-__all__ = ["AIR_COLUMNS", "FinishedFlight", "calculate_flight", "check_flight_request"]
+from .request import FlightParameters
+
+__all__ = [
+    "AIR_COLUMNS",
+    "AirPlaceOut",
+    "FinishedFlight",
+    "FlightCornerOut",
+    "FlightSummary",
+    "FlightTotalsOut",
+    "calculate_flight",
+    "check_flight_request",
+]
 
 Floats = npt.NDArray[np.float64]
 # what is known along a flight, at fine steps
 AIR_COLUMNS = ("distance_m", "altitude_m", "ground_m", "floor_m", "top_m", "clearance_m")
 SHARE_OF_MAP = 0.5
+
+
+class AirPlaceOut(BaseModel):
+    """A place in the air."""
+
+    east_m: float = Field(description="East in the DEM's metric CRS, metres.")
+    north_m: float = Field(description="North in the DEM's metric CRS, metres.")
+    altitude_m: float = Field(description="Height in the DEM's vertical datum, metres.")
+
+
+class FlightCornerOut(AirPlaceOut):
+    """Where a flight turns, and when it is there."""
+
+    above_ground_m: float | None = Field(description="Height above known ground, metres.")
+    time_s: float = Field(description="Since the start, seconds.")
+
+
+class FlightTotalsOut(BaseModel):
+    """What the whole flight amounts to."""
+
+    length_m: float = Field(description="Through the air, metres.")
+    climb_m: float = Field(description="Metres up.")
+    descent_m: float = Field(description="Metres down.")
+    time_s: float = Field(description="Seconds at the speed asked for.")
+    highest_m: float = Field(description="Highest altitude, metres.")
+    clearance_m: float = Field(description="Least distance to the ground, metres.")
+    margin_m: float | None = Field(description="Least height over the morphing map, metres; null without one.")
+
+
+class FlightSummary(MapSummary):
+    """How the plan ended, and the flight."""
+
+    status: PathStatus = Field(
+        description="found: a flight that the validator passed; unreachable: proved; undecided: neither a flight nor "
+        "that proof was found; refused: the validator found a fault."
+    )
+    sentence: str = Field(description="The outcome in words.")
+    totals: FlightTotalsOut | None
+    cost: float | None = Field(description="Of the flight, in metres.")
+    corners: list[FlightCornerOut] = Field(description="Where the flight turns, from its start to its goal.")
+    validation: ValidationOut | None
+    planner: str = Field(description="Which planner the flight came from.")
+    stopped_by: str = Field(
+        description="count: the iterations; time: the time-out; stop: a request; proof: no flight; "
+        "grain: it was searched as finely as it is."
+    )
+    seed: int = Field(description="The seed, a number.")
+    start: AirPlaceOut
+    goal: AirPlaceOut
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,44 +135,31 @@ def check_flight_request(grid: ElevationGrid, asked: FlightParameters) -> int:
 
 
 @told_as_asked
-def calculate_flight(
-    grid: ElevationGrid,
-    asked: FlightParameters,
-    progress: Callable[[float], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-) -> FinishedFlight:
-    """The flight that the parameters ask for; progress is called with the finished share 0..1.
+def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = UNWATCHED) -> FinishedFlight:
+    """The flight that the parameters ask for, or the best found until work.stop.
 
-    stop: once it says True, the plan ends with the best flight that it has.
     Raises PathError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
-    started_s, told = time.perf_counter(), progress or (lambda _: None)
+    started_s = time.perf_counter()
     above, lines = None, None
     of_map: tuple[str, ...] = ()
     if asked.morphing_map is not None:
-        lines, sources = sight_lines(grid, asked.morphing_map, progress, SHARE_OF_MAP)
+        lines, sources = sight_lines(grid, asked.morphing_map, work.progress, SHARE_OF_MAP)
         ceiling_m, above_ground = asked.morphing_map.ceiling()
         limit = limit_of(asked.morphing_map)
         above = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
         of_map = (*lines.warnings, *above.warnings, *sources.warnings)
-    told(SHARE_OF_MAP)
+    work.progress(SHARE_OF_MAP)
     problem = _problem(grid, asked, above)
-    outcome = plan_flight(problem, stop=stop)
+    outcome = plan_flight(problem, stop=work.stop)
     found = outcome.status is PathStatus.FOUND
     air = fly_along(problem, outcome.corners_m) if found else None
-    told(1.0)
+    work.progress(1.0)
     of_files = mission_warnings("flight", grid) if found else ()
     calculated = asked if asked.morphing_map is None else asked.morphing_map
     answer = FlightSummary(
-        version=importlib.metadata.version("sightline"),
-        mode=calculated.mode,
-        error_statement="" if lines is None else lines.error_statement,
-        curvature="" if lines is None else lines.curvature.sentence(),
-        unknown=calculated.unknown,
-        dem=ground_of(grid),
-        warnings=list(dict.fromkeys((*grid.provenance.warnings, *of_map, *of_files))),
+        **preamble(grid, calculated, lines, (*of_map, *of_files), shown=asked),
         timing={"calculation_s": time.perf_counter() - started_s, "plan_s": outcome.elapsed_s},
-        parameters=asked.model_dump(mode="json", exclude_none=True),
         status=outcome.status,
         sentence=outcome.sentence,
         totals=None if air is None else _totals(problem, asked, air),

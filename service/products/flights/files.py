@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 from service.files.geojson import write_collection
@@ -10,14 +11,12 @@ from service.files.layer import GEOJSON, PNG, Layer
 from service.files.missions import MISSIONS
 from service.files.qgroundcontrol import COPTER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
-from service.products.flights.answer import AirPlaceOut
-from service.products.flights.calculate import AIR_COLUMNS, FinishedFlight
-from terrain import to_lon_lat
+from service.parts.product_parts import Feature, feature, place_in_file
+from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
 
 __all__ = ["LAYERS"]
 
-Json = dict[str, object]
-DECIMALS_DEG, DECIMALS_M = 8, 3
+DECIMALS_M = 3
 FOUND = "found"
 (PLAN,) = MISSIONS["flight"]
 
@@ -34,7 +33,7 @@ def _write_geojson(finished: FinishedFlight, path: Path) -> None:
         told = answer.model_dump(mode="json", include={"status", "sentence", "cost"})
         line = [_coordinates(finished, corner) for corner in answer.corners]
         features = [
-            _feature("LineString", line, {"what": "flight", **told, **answer.totals.model_dump()}),
+            feature("LineString", line, {"what": "flight", **told, **answer.totals.model_dump()}),
             *(
                 # east and north are told by the geometry
                 _point(
@@ -69,34 +68,21 @@ def _write_plan(finished: FinishedFlight, path: Path) -> None:
 
 
 def _coordinates(finished: FinishedFlight, at: AirPlaceOut) -> list[float]:
-    altitude_m = round(at.altitude_m, DECIMALS_M)
-    if finished.grid.crs is None:
-        return [round(at.east_m, DECIMALS_M), round(at.north_m, DECIMALS_M), altitude_m]
-    lon_deg, lat_deg = to_lon_lat(finished.grid, at.east_m, at.north_m)
-    return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG), altitude_m]
+    return [*place_in_file(finished.grid, at.east_m, at.north_m), round(at.altitude_m, DECIMALS_M)]
 
 
-def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Json) -> Json:
-    return _feature("Point", _coordinates(finished, at), properties)
+def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Feature) -> Feature:
+    return feature("Point", _coordinates(finished, at), properties)
 
 
-def _feature(kind: str, coordinates: list[float] | list[list[float]], properties: Json) -> Json:
-    return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
+def _write_picture(finished: FinishedFlight, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture
 
-# matplotlib takes a second to load, and only a process that draws needs it
-
-
-def _write_picture(finished: FinishedFlight, path: Path) -> None:
-    from .picture import write_flight_picture
-
-    write_flight_picture(finished, path)
-
-
-def _write_profile(finished: FinishedFlight, path: Path) -> None:
-    from .picture import write_flight_profile
-
-    write_flight_profile(finished, path)
+    draw = {"map": picture.draw_flight, "profile": picture.draw_flight_profile}[what]
+    save_png(draw(finished), path)
 
 
 LAYERS = (
@@ -121,12 +107,12 @@ LAYERS = (
         status=FOUND,
         mission=PLAN,
     ),
-    Layer("map.png", PNG, "The flight over shaded relief.", _write_picture),
+    Layer("map.png", PNG, "The flight over shaded relief.", partial(_write_picture, what="map")),
     Layer(
         "profile.png",
         PNG,
         "Altitude over the ground, between the morphing map and the ceiling, and the distance to the ground.",
-        _write_profile,
+        partial(_write_picture, what="profile"),
         status=FOUND,
     ),
 )

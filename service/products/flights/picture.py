@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -12,27 +10,17 @@ from matplotlib.patheffects import Normal, Stroke
 
 from service.drawing.class_map import MapClass, class_pixels
 from service.drawing.furniture import INK
-from service.drawing.sheet import DPI, ground_figure, margin_legend, save_png
+from service.drawing.sheet import DPI, ground_figure, margin_legend
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import time_words
 from service.products.flights.calculate import FinishedFlight
 
-__all__ = ["draw_flight", "draw_flight_profile", "write_flight_picture", "write_flight_profile"]
+__all__ = ["draw_flight", "draw_flight_profile"]
 
 GROUND = MapClass("ground", "#d8d2c4")
 WAY_COLOUR, GROUND_COLOUR, FLOOR_COLOUR, CLEAR_COLOUR = "#e6007e", "#b9a98a", "#2b7bba", "#3a7d44"
 LIMIT_COLOUR = "#c01818"
 SIZE_IN = (11.0, 6.0)
-
-
-def write_flight_picture(finished: FinishedFlight, path: Path) -> None:
-    """Draw the flight over the relief into a PNG."""
-    save_png(draw_flight(finished), path)
-
-
-def write_flight_profile(finished: FinishedFlight, path: Path) -> None:
-    """Draw the profile of a found flight into a PNG."""
-    save_png(draw_flight_profile(finished), path)
 
 
 def draw_flight(finished: FinishedFlight) -> Figure:

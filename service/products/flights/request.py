@@ -8,16 +8,14 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.map_answers import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
-from service.parts.positioning import MorphingMapParameters
+from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters
 from service.parts.sight import SightParameters
 
 __all__ = ["REQUEST", "FlightIn", "FlightParameters"]
 
 ITERATIONS, BUBBLE_M, CLIMB_WEIGHT = 20_000, 20.0, 1.0
 DRONES: list[JsonValue] = [
-    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
-    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
-    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
+    *EXAMPLE_ANCHORS,
     {"id": "D4", "east_m": 399500.0, "north_m": 3799400.0, "above_ground_m": 150.0},
 ]
 REQUEST: dict[str, JsonValue] = {

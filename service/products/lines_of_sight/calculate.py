@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,24 +11,92 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field, JsonValue
 
+from service.files.layer import JSON, Layer
 from service.parts.map_facts import curvature_of
 from service.parts.point_arrays import points_in_grid
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import HIDDEN, UNKNOWN, VISIBLE, lines_of_sight
 from visibility.sight import LinesOfSight
 from visibility.sight.sight_points import check_points
 
-from .answer import LinesOfSightSummary
 from .request import LineOptions, LinesOfSightParameters
 
-__all__ = ["FinishedLines", "Question", "calculate_lines", "pack_lines", "unpack_lines"]
+__all__ = [
+    "LAYERS",
+    "BlockingPoint",
+    "FinishedLines",
+    "LineOut",
+    "LinesOfSightSummary",
+    "Question",
+    "calculate_lines",
+    "pack_lines",
+    "unpack_lines",
+]
 
 Floats = npt.NDArray[np.float64]
 Verdict = Literal["clear", "blocked", "unknown"]
 WORDS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
 POINTS = "points.npz"
 POSITIONS = {"pairs", "from_points_m", "to_points_m"}
+DECIMALS = 6
+ARRAYS = (
+    *("verdict", "clearance_m", "distance_m", "blocking_point_m", "blocking_distance_m", "over_unknown"),
+    *("leaves_dem", "ends_below", "fresnel_clearance", "excess_path_m", "probability_clear"),
+)
+
+
+class BlockingPoint(BaseModel):
+    """Where known ground stands in the way most."""
+
+    east_m: float = Field(description="East in the DEM's metric CRS, metres.")
+    north_m: float = Field(description="North in the DEM's metric CRS, metres.")
+    altitude_m: float = Field(description="Altitude of the ground there, metres.")
+
+
+class LineOut(BaseModel):
+    """One line of sight."""
+
+    verdict: Literal["clear", "blocked", "unknown"] = Field(
+        description="Whether the line is clear of the surface; unknown when it crosses unknown ground and no known "
+        "ground blocks it."
+    )
+    clearance_m: float | None = Field(
+        description="Least height of the line over known ground, metres; negative: blocked by so much; null: no known "
+        "ground under it."
+    )
+    distance_m: float = Field(description="Straight distance between the points, metres.")
+    blocking_point: BlockingPoint | None = Field(
+        description="Where it is blocked most; null unless known ground blocks."
+    )
+    over_unknown: bool = Field(description="Whether the line crosses unknown ground.")
+    fresnel_clearance: float | None = Field(
+        None, description="Least clearance in radii of the first Fresnel zone, no unit; null without a wavelength."
+    )
+    excess_path_m: float | None = Field(
+        None,
+        description="How much longer the shortest way over the ground is than the line, metres; 0 when clear; null: an "
+        "end lies below the ground, or unknown, or not asked for.",
+    )
+    probability_clear: float | None = Field(
+        None, description="Probability that the line is clear, 0..1; null without dem_sigma_m."
+    )
+
+
+class LinesOfSightSummary(BaseModel):
+    """All lines in numbers, and how far to trust them."""
+
+    lines: int = Field(description="Number of lines.")
+    clear: int = Field(description="Lines that are clear.")
+    blocked: int = Field(description="Lines that are blocked.")
+    unknown: int = Field(description="Lines that are unknown.")
+    error_statement: str = Field(description="Error of the method.")
+    curvature: str = Field(description="Curvature and refraction that were used.")
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
+    timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
+    version: str = Field(description="Version of Sightline that calculated it.")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,7 +117,7 @@ class FinishedLines:
     sight: LinesOfSight
 
 
-def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path) -> dict[str, Any]:
+def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path) -> dict[str, JsonValue]:
     """The options, and how many pairs there are; the points go into the folder as arrays.
 
     Raises FrameError, VisibilityInputError.
@@ -55,7 +125,7 @@ def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path)
     from_m, to_m = _ends(grid, asked)
     folder.mkdir(parents=True)
     np.savez(folder / POINTS, from_m=from_m, to_m=to_m)
-    options: dict[str, Any] = asked.model_dump(mode="json", exclude_none=True, exclude=POSITIONS)
+    options: dict[str, JsonValue] = asked.model_dump(mode="json", exclude_none=True, exclude=POSITIONS)
     return {"pairs": len(from_m), **options}
 
 
@@ -70,7 +140,7 @@ def unpack_lines(packed: Mapping[str, Any], folder: Path) -> Question:
     return Question(checked, from_m, to_m)
 
 
-def calculate_lines(grid: ElevationGrid, question: Question) -> FinishedLines:
+def calculate_lines(grid: ElevationGrid, question: Question, work: Work = UNWATCHED) -> FinishedLines:
     """All lines at once. Raises VisibilityInputError."""
     options = question.options
     sight = lines_of_sight(
@@ -105,3 +175,48 @@ def _ends(grid: ElevationGrid, asked: LinesOfSightParameters) -> tuple[Floats, F
         return check_points(grid, "pairs.from", from_m), check_points(grid, "pairs.to", to_m)
     from_m, to_m = np.array(asked.from_points_m, np.float64), np.array(asked.to_points_m, np.float64)
     return check_points(grid, "from_points_m", from_m), check_points(grid, "to_points_m", to_m)
+
+
+def _write_json(finished: FinishedLines, path: Path) -> None:
+    """One object per line, as ``LineOut`` has it; made column by column, because there may be 100 000."""
+    path.write_bytes(json.dumps(_lines(finished.sight), allow_nan=False).encode())
+
+
+def _write_npz(finished: FinishedLines, path: Path) -> None:
+    sight = finished.sight
+    arrays = {name: getattr(sight, name) for name in ARRAYS if getattr(sight, name) is not None}
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def _lines(sight: LinesOfSight) -> list[dict[str, object]]:
+    columns: dict[str, list[Any]] = {
+        "verdict": [WORDS[int(verdict)] for verdict in sight.verdict],
+        "clearance_m": _numbers(sight.clearance_m),
+        "distance_m": _numbers(sight.distance_m),
+        "blocking_point": [
+            dict(zip(("east_m", "north_m", "altitude_m"), point, strict=True)) if clearance_m < 0.0 and hidden else None
+            for point, clearance_m, hidden in zip(
+                np.round(sight.blocking_point_m, DECIMALS).tolist(),
+                sight.clearance_m.tolist(),
+                (sight.verdict == HIDDEN).tolist(),
+                strict=True,
+            )
+        ],
+        "over_unknown": sight.over_unknown.tolist(),
+    }
+    for name in ("fresnel_clearance", "excess_path_m", "probability_clear"):
+        values = getattr(sight, name)
+        columns[name] = [None] * len(sight.verdict) if values is None else _numbers(values)
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _numbers(values: npt.NDArray[np.float64]) -> list[float | None]:
+    """JSON knows neither NaN nor infinity: null."""
+    return [value if math.isfinite(value) else None for value in np.round(values, DECIMALS).tolist()]
+
+
+LAYERS = (
+    Layer("lines.json", JSON, "Every line, in the order of the pairs.", _write_json),
+    Layer("lines.npz", "application/x-npz", "The same as arrays for numpy, NaN and infinities included.", _write_npz),
+)

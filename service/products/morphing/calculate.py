@@ -2,31 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field
 
 from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import share_of
 from service.parts.positioning import MorphingMapParameters
-from service.parts.positioning_answers import positioning_summary
+from service.parts.positioning_answers import PositioningSummary, positioning_summary
+from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, limit_of, sight_lines
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import dop_map, morphing_map
 from visibility.air import ColumnState
 from visibility.dilution import NO_GO
 
-from .answer import MorphingMapSummary, StateShare, TimeFacts
-from .frames import find_frames
+from .frames import TimeFacts, find_frames
 
-__all__ = ["FinishedMorphingMap", "calculate_morphing_map"]
+__all__ = ["FinishedMorphingMap", "MorphingMapSummary", "StateShare", "calculate_morphing_map"]
 
 SHARE_OF_SIGHT_LINES = 0.5
 
 FrameArrays = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8], npt.NDArray[np.float64]]
-QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
+
+
+class StateShare(BaseModel):
+    """How many columns of air are in a state."""
+
+    state: str = Field(description="nowhere, everywhere, above, closed_at_ceiling, outside or unknown.")
+    posts: int = Field(description="Posts with such air.")
+    share: float | None = Field(description="The same as part of all posts, 0..1.")
+
+
+class MorphingMapSummary(PositioningSummary):
+    """What a morphing map says in numbers, and how far to trust it."""
+
+    ceiling: dict[str, float | None] = Field(description="Top of the air: altitude_m or above_ground_m, metres.")
+    states: list[StateShare]
+    receiver_above_ground_m: float = Field(1.5, description="Height of a ground rover's antenna, metres.")
+    posts_no_go_for_the_rover: int = Field(0, description="Posts where that antenna is in no-flight air.")
+    posts_with_several_intervals: int = Field(description="Posts with no-flight air in more than one piece.")
+    above_ground_m: dict[str, float | None] = Field(
+        description="p05, p50 and p95 of the height above ground from which one may fly, metres; null where nobody may."
+    )
+    over_time: TimeFacts | None = Field(None, description="Frames and availability, where frames were asked for.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +88,9 @@ class FinishedMorphingMap:
 
 @told_as_asked
 def calculate_morphing_map(
-    grid: ElevationGrid, parameters: MorphingMapParameters, progress: Callable[[float], None] | None = None
+    grid: ElevationGrid, parameters: MorphingMapParameters, work: Work = UNWATCHED
 ) -> FinishedMorphingMap:
-    """The map that the parameters ask for on this grid; progress is called with the finished share 0..1.
+    """The map that the parameters ask for on this grid.
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
@@ -77,13 +99,13 @@ def calculate_morphing_map(
     over_time: FrameArrays = nothing, nothing.astype(np.uint8), nothing.astype(np.float64)
     told: TimeFacts | None = None
     if parameters.frames is not None:
-        frames = find_frames(grid, parameters, parameters.frames, progress)
+        frames = find_frames(grid, parameters, parameters.frames, work.progress)
         sources = RangingSources(frames.first.anchors, frames.unhealthy)
         found, lines = frames.first.map, frames.first_lines
         own, elapsed_s = frames.warnings, frames.elapsed_s
         over_time, told = (frames.altitude_m, frames.state, frames.available), frames.told
     else:
-        lines, sources = sight_lines(grid, parameters, progress, SHARE_OF_SIGHT_LINES)
+        lines, sources = sight_lines(grid, parameters, work.progress, SHARE_OF_SIGHT_LINES)
         ceiling_m, above_ground = parameters.ceiling()
         found = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
         # the map's warnings are the sight lines' and its own
@@ -112,8 +134,7 @@ def calculate_morphing_map(
         },
         over_time=told,
     )
-    if progress is not None:
-        progress(1.0)
+    work.progress(1.0)
     return FinishedMorphingMap(
         *(grid, lines.anchors, parameters, answer),
         found.altitude_m,

@@ -2,114 +2,71 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+import numpy as np
+
+from service.errors import RequestError
+from service.files.cog import common_tags
 from service.files.layer import COG, GEOJSON, PNG, Layer
 from service.files.zones import write_contours, write_no_go_zones
-from visibility.air import ColumnState
+from service.parts.air_layers import air_layers
+from service.parts.product_parts import Raster
+from service.parts.ranging_sources import limit_of, lines_to
+from visibility import control_volume
+from visibility.air import ColumnState, Isosurface, isosurface
 
 from .calculate import FinishedMorphingMap
 from .frames import AVAILABLE_BANDS, available_at, frame_words
 
-__all__ = ["LAYERS"]
+__all__ = ["LAYERS", "surface_of"]
+
+# glTF's y is up and its z points south
+ENU_TO_GLTF = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+STATES = "class: " + ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
+FLAGS = ["state", "no-flight intervals"]  # every value says something, also those of unknown air
+AVAILABLE = [name.replace("_", " ").removesuffix(" s") for name in AVAILABLE_BANDS]
 
 
-def write_altitude(finished: FinishedMorphingMap, path: Path) -> None:
-    """float32 metres: altitude above which all is flyable up to the ceiling; NaN (nodata) where there is none."""
-    tags = {**_tags(finished), "units": "metre"}
-    write_cog(path, finished.grid, [finished.altitude_m], ["flyable above"], float("nan"), tags, FLOATS)
+def _write_mesh(finished: FinishedMorphingMap, path: Path, file_type: Literal["glb", "stl"]) -> None:
+    """Binary glTF or STL of the surface, less an origin because meshes hold float32. Raises what surface_of raises."""
+    import trimesh  # takes a second to load
+
+    surface = surface_of(finished)
+    west_m, south_m, _, _ = finished.grid.bounds_m
+    origin_m = west_m, south_m, 0.0
+    mesh = trimesh.Trimesh(surface.vertices_m - np.array(origin_m), surface.faces, process=False)
+    if file_type == "glb":
+        mesh.apply_transform(ENU_TO_GLTF)
+        mesh.metadata["origin_east_north_altitude_m"] = list(origin_m)
+    whole = trimesh.Scene(mesh) if file_type == "glb" else mesh
+    path.write_bytes(whole.export(file_type=file_type))
 
 
-def write_above_ground(finished: FinishedMorphingMap, path: Path) -> None:
-    """float32 metres: the same as a height above the ground."""
-    tags = {**_tags(finished), "units": "metre"}
-    bands = [finished.above_ground_m]
-    write_cog(path, finished.grid, bands, ["flyable above, over ground"], float("nan"), tags, FLOATS)
+def surface_of(finished: FinishedMorphingMap) -> Isosurface:
+    """The surface in the grid's frame. Raises RequestError where there is none, VisibilityInputError beyond limits."""
+    grid, parameters = finished.grid, finished.parameters
+    lines = lines_to(grid, finished.anchors, parameters)
+    layers = air_layers(grid, *parameters.ceiling(), layer_m=parameters.surface_layer_m)
+    volume = control_volume(lines, layers, measure=parameters.measure, kind=parameters.kind)
+    surface = isosurface(volume, limit_of(parameters))
+    if not len(surface.faces):
+        raise RequestError(
+            f"There is no surface: the whole volume is on one side of {parameters.measure} {parameters.dop_limit:g}."
+        )
+    return surface
 
 
-def write_flags(finished: FinishedMorphingMap, path: Path) -> None:
-    """uint8: state of each column of air, and how many stretches of no-flight air it has."""
-    tags = {**_tags(finished), "units": _states()}
-    bands = (finished.state, finished.no_flight_intervals)
-    # every value says something, also those of unknown air
-    write_cog(path, finished.grid, bands, ["state", "no-flight intervals"], None, tags, BYTES)
-
-
-def write_frames_altitude(finished: FinishedMorphingMap, path: Path) -> None:
-    """float32 metres, a band per frame: NaN (nodata) where there is none."""
-    tags = {**_tags(finished), "units": "metre"}
-    bands = finished.frame_altitude_m
-    write_cog(path, finished.grid, bands, frame_words(finished.parameters), float("nan"), tags, FLOATS)
-
-
-def write_frames_state(finished: FinishedMorphingMap, path: Path) -> None:
-    """uint8, a band per frame: state of each column of air."""
-    tags = {**_tags(finished), "units": _states()}
-    write_cog(
-        path,
-        finished.grid,
-        finished.frame_state,
-        frame_words(finished.parameters),
-        None,
-        tags,
-        BYTES,
-    )
-
-
-def write_availability(finished: FinishedMorphingMap, path: Path) -> None:
-    """float64: seconds of the first, last and longest availability, NaN (nodata) never; shares of the frames."""
+def _available_tags(finished: FinishedMorphingMap) -> dict[str, str]:
     assert finished.parameters.frames is not None, "the layer needs frames"
     ((height, metres),) = available_at(finished.parameters, finished.parameters.frames).items()
-    where = {"available_at": f"{height.removesuffix('_m').replace('_', ' ')} {metres:g} m"}
-    tags = {**_tags(finished), **where, "units": "second; shares 0..1"}
-    names = [name.replace("_", " ").removesuffix(" s") for name in AVAILABLE_BANDS]
-    write_cog(path, finished.grid, finished.available, names, float("nan"), tags, FLOATS)
+    return {**_tags(finished), "available_at": f"{height.removesuffix('_m').replace('_', ' ')} {metres:g} m"}
 
 
-def _write_zones(finished: FinishedMorphingMap, path: Path) -> None:
-    write_no_go_zones(finished.grid, finished.no_go, finished.parameters, path)
-
-
-def _write_contours(finished: FinishedMorphingMap, path: Path) -> None:
-    write_contours(finished.grid, finished.dop, finished.parameters, path)
-
-
-# matplotlib and trimesh take a second to load, and only a process that draws or writes meshes needs them
-
-
-def _write_picture(finished: FinishedMorphingMap, path: Path) -> None:
-    from .picture import write_morphing_picture
-
-    write_morphing_picture(finished, path)
-
-
-def _write_glb(finished: FinishedMorphingMap, path: Path) -> None:
-    from .meshes import write_glb
-
-    write_glb(finished, path)
-
-
-def _write_stl(finished: FinishedMorphingMap, path: Path) -> None:
-    from .meshes import write_stl
-
-    write_stl(finished, path)
-
-
-def _write_availability_picture(finished: FinishedMorphingMap, path: Path) -> None:
-    from .frame_pictures import write_availability_picture
-
-    write_availability_picture(finished, path)
-
-
-def _write_animation(finished: FinishedMorphingMap, path: Path) -> None:
-    from .frame_pictures import write_animation
-
-    write_animation(finished, path)
-
-
-def _states() -> str:
-    return "class: " + ", ".join(f"{state.value} {state.name.lower()}" for state in ColumnState)
+def _frames(finished: FinishedMorphingMap) -> list[str]:
+    return frame_words(finished.parameters)
 
 
 def _tags(finished: FinishedMorphingMap) -> dict[str, str]:
@@ -123,70 +80,88 @@ def _tags(finished: FinishedMorphingMap) -> dict[str, str]:
     }
 
 
+def _write_picture(finished: FinishedMorphingMap, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
+
+    from . import picture
+
+    draw = {"map": picture.draw_morphing_map, "availability": picture.draw_availability}[what]
+    save_png(draw(finished), path)
+
+
+def _write_animation(finished: FinishedMorphingMap, path: Path) -> None:
+    from .picture import write_animation
+
+    write_animation(finished, path)
+
+
 LAYERS = (
     Layer(
         "altitude.tif",
         COG,
         "float32 metres: the altitude above which positioning is good enough up to the ceiling; NaN (nodata) where "
         "there is none, see flags.tif.",
-        write_altitude,
+        Raster(_tags, lambda finished: [finished.altitude_m], lambda _: ["flyable above"], "metre"),
     ),
     Layer(
         "above_ground.tif",
         COG,
         "float32 metres: the same as a height above the ground.",
-        write_above_ground,
+        Raster(_tags, lambda finished: [finished.above_ground_m], lambda _: ["flyable above, over ground"], "metre"),
     ),
     Layer(
         "flags.tif",
         COG,
         "Band 1: state, 0 flyable nowhere, 1 from the ground up, 2 from altitude.tif up, 3 closed at the ceiling, "
         "4 ground above the ceiling, 255 unknown. Band 2: how many separate stretches of no-flight air.",
-        write_flags,
+        Raster(
+            *(_tags, lambda finished: (finished.state, finished.no_flight_intervals), lambda _: FLAGS), *(STATES, None)
+        ),
     ),
     Layer(
         "no_go.geojson",
         GEOJSON,
         "Polygons round the posts where a rover's antenna on the ground is in no-flight air, with their area.",
-        _write_zones,
+        write_no_go_zones,
     ),
     Layer(
         "contours.geojson",
         GEOJSON,
         "Lines along which the dilution at a rover's antenna is the limit, half of it and twice as much.",
-        _write_contours,
+        write_contours,
     ),
     Layer(
         "surface.glb",
         "model/gltf-binary",
         "The surface on which the dilution is the limit, overhangs included, as triangles in metres from the origin "
         "that the mesh's extras name; y is up, x east.",
-        _write_glb,
+        partial(_write_mesh, file_type="glb"),
     ),
     Layer(
         "surface.stl",
         "model/stl",
         "The same as binary STL: x east, y north, z altitude, metres from the DEM's south-west post; z from 0.",
-        _write_stl,
+        partial(_write_mesh, file_type="stl"),
     ),
     Layer(
         "map.png",
         PNG,
         "A picture of the height above ground from which one may fly, over shaded relief.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "frames_altitude.tif",
         COG,
         "float32 metres, a band for each frame: what altitude.tif is then.",
-        write_frames_altitude,
+        Raster(_tags, lambda finished: finished.frame_altitude_m, _frames, "metre"),
         needs="frames",
     ),
     Layer(
         "frames_state.tif",
         COG,
         "uint8, a band for each frame: what band 1 of flags.tif is then.",
-        write_frames_state,
+        Raster(_tags, lambda finished: finished.frame_state, _frames, STATES, None),
         needs="frames",
     ),
     Layer(
@@ -194,14 +169,14 @@ LAYERS = (
         COG,
         "float64: the first and last frame at which a place is in flyable air, from when to when the longest run of "
         "such frames lasts, all in seconds, NaN never; share of frames at which it is, and at which that is unknown.",
-        write_availability,
+        Raster(_available_tags, lambda finished: finished.available, lambda _: AVAILABLE, "second; shares 0..1"),
         needs="frames",
     ),
     Layer(
         "availability.png",
         PNG,
         "A picture of the share of the time at which each place is in flyable air, over shaded relief.",
-        _write_availability_picture,
+        partial(_write_picture, what="availability"),
         needs="frames",
     ),
     Layer(

@@ -9,6 +9,7 @@ from datetime import UTC
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field
 
 from service.parts.frames import FramesIn
 from service.parts.map_facts import curvature_of, share_of
@@ -20,11 +21,36 @@ from visibility import Anchor, MinimumVisibleAltitude
 from visibility.air import Availability, ColumnState, MorphingFrame, availability, morphing_frames
 from visibility.sight import SurfaceCache
 
-from .answer import FrameFacts, TimeFacts
-
-__all__ = ["AVAILABLE_BANDS", "FoundFrames", "available_at", "find_frames", "frame_words"]
+__all__ = ["AVAILABLE_BANDS", "FoundFrames", "FrameFacts", "TimeFacts", "available_at", "find_frames", "frame_words"]
 
 AVAILABLE_BANDS = ("first_s", "last_s", "longest_from_s", "longest_to_s", "share", "unknown_share")
+
+
+class FrameFacts(BaseModel):
+    """One frame of a morphing map over time."""
+
+    time_s: float = Field(description="When, seconds on the clock of the frames.")
+    time: str | None = Field(description="The same as an instant, where satellites give it.")
+    anchors: int = Field(description="Number of anchors then.")
+    satellites: int = Field(description="Number of satellites in view then.")
+    surfaces_computed: int = Field(
+        description="Number of anchors and satellites that had moved, so that their sight lines were calculated anew."
+    )
+    share_flyable: float | None = Field(description="Part of the known posts flyable up to the ceiling, 0..1.")
+
+
+class TimeFacts(BaseModel):
+    """What a morphing map says about time."""
+
+    frames: list[FrameFacts]
+    available_at: dict[str, float] = Field(
+        description="Height of which availability is told: altitude_m or above_ground_m, metres."
+    )
+    share_always_available: float | None = Field(
+        description="Part of the known posts in flyable air at that height in all frames, 0..1."
+    )
+    share_sometimes_available: float | None = Field(description="The same in some frames, 0..1.")
+    share_never_available: float | None = Field(description="The same in none, 0..1.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +73,7 @@ class FoundFrames:
 
 
 def find_frames(
-    grid: ElevationGrid,
-    parameters: MorphingMapParameters,
-    asked: FramesIn,
-    progress: Callable[[float], None] | None = None,
+    grid: ElevationGrid, parameters: MorphingMapParameters, asked: FramesIn, progress: Callable[[float], None]
 ) -> FoundFrames:
     """All frames that are asked for. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
     sources = moving_sources(grid, parameters, asked)
@@ -92,8 +115,7 @@ def find_frames(
                 )
             )
             computed = cache.computed
-            if progress is not None:
-                progress((number + 1) / len(times_s))
+            progress((number + 1) / len(times_s))
             yield frame
 
     height = available_at(parameters, asked)
@@ -111,9 +133,7 @@ def find_frames(
     own = tuple(warning for warning in warnings if warning not in first_lines.warnings)
     own += sources.passed_over
     elapsed_s = time.perf_counter() - started_s - first_lines.elapsed_s
-    return FoundFrames(
-        *(altitude_m, state, available, facts, first, first_lines, own, sources.unhealthy, elapsed_s),
-    )
+    return FoundFrames(*(altitude_m, state, available, facts, first, first_lines, own, sources.unhealthy, elapsed_s))
 
 
 def frame_words(parameters: MorphingMapParameters) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,11 +13,12 @@ from planning.paths import Path, PathOutcome, PathProblem, plan_path
 from service.files.missions import mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import ground_of
 from service.parts.plan_answers import finite, place_answer, validation_answer
+from service.parts.product_parts import preamble
 from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
 from service.parts.satellites import ORBIT_TEXTS
 from service.parts.source_answers import placed_anchors, placed_satellites
+from service.products import UNWATCHED, Work
 from service.products.paths.answer import PathSummary, goal_answer, totals_answer, unreachable_answer
 from service.products.paths.question import path_question, path_sources, path_tracks
 from service.products.paths.request import PathParameters
@@ -88,21 +88,15 @@ def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
 
 
 @told_as_asked
-def calculate_path(
-    grid: ElevationGrid,
-    asked: PathParameters,
-    progress: Progress | None = None,
-    stop: Callable[[], bool] | None = None,
-) -> FinishedPath:
-    """The plan that the parameters ask for on this grid; progress is called with the finished share 0..1.
+def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWATCHED) -> FinishedPath:
+    """The plan that the parameters ask for on this grid, or the best found until work.stop.
 
-    stop: once it says True, the plan ends with the best path that it has.
     Raises PathError, RequestError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s = time.perf_counter()
-    mapped = _mapped(grid, asked, _part(progress, 0.0, SHARE_OF_SIGHT_LINES))
+    mapped = _mapped(grid, asked, work.part(0.0, SHARE_OF_SIGHT_LINES))
     problem, lines = mapped.problem, mapped.lines
-    outcome = plan_path(problem, progress=_part(progress, SHARE_OF_SIGHT_LINES, SHARE_OF_PLAN), stop=stop)
+    outcome = plan_path(problem, progress=work.part(SHARE_OF_SIGHT_LINES, SHARE_OF_PLAN), stop=work.stop)
     dop, count = np.full(grid.shape, np.nan, np.float32), np.zeros(grid.shape, np.uint16)
     if lines is not None:
         limits = problem.limits
@@ -114,8 +108,7 @@ def calculate_path(
         dop, count = found.dop, found.count
     path = outcome.path
     answer = _answer(grid, asked, mapped, outcome, started_s)
-    if progress is not None:
-        progress(1.0)
+    work.progress(1.0)
     return FinishedPath(
         grid,
         mapped.standing,
@@ -140,7 +133,7 @@ class _Mapped:
     warnings: tuple[str, ...]
 
 
-def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress | None) -> _Mapped:
+def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> _Mapped:
     if asked.morphing_map is not None:
         lines, sources = sight_lines(grid, asked.morphing_map, progress, 1.0)
         ceiling_m, above_ground = asked.morphing_map.ceiling()
@@ -165,19 +158,15 @@ def _answer(
     told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
     told += () if path is None else mission_warnings("path", grid)
     return PathSummary(
-        version=importlib.metadata.version("sightline"),
-        mode=asked.mode,
-        error_statement="" if lines is None else lines.error_statement,
-        curvature="" if lines is None else lines.curvature.sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=list(dict.fromkeys((*grid.provenance.warnings, *mapped.warnings, *outcome.warnings, *told))),
+        **preamble(
+            *(grid, asked, lines, (*mapped.warnings, *outcome.warnings, *told)),
+            besides={**ORBITS, "morphing_map": ORBITS},
+        ),
         timing={
             "calculation_s": time.perf_counter() - started_s,
             "first_path_s": finite(outcome.first_path_s),
             "plan_s": outcome.elapsed_s,
         },
-        parameters=asked.model_dump(mode="json", exclude_none=True, exclude={**ORBITS, "morphing_map": ORBITS}),
         status=outcome.status,
         sentence=outcome.sentence,
         totals=None if path is None else totals_answer(path),
@@ -205,9 +194,3 @@ def _vertex_table(path: Path | None) -> npt.NDArray[np.float64]:
     if path is None:
         return np.zeros((0, len(VERTEX_COLUMNS)))
     return np.column_stack([np.asarray(getattr(path, name), np.float64) for name in VERTEX_COLUMNS])
-
-
-def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda share: progress(begin + (end - begin) * share)

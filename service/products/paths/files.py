@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +17,13 @@ from service.files.qgroundcontrol import ROVER, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut
+from service.parts.product_parts import Feature, feature, place_in_file
 from service.products.paths.answer import PathAreaOut
 from service.products.paths.calculate import VERTEX_COLUMNS, FinishedPath
 from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
 
-Json = dict[str, object]
 DECIMALS_DEG, DECIMALS_M, DECIMALS = 8, 3, 4
 # told by the geometry
 PLACE = ("east_m", "north_m")
@@ -58,7 +59,7 @@ def _write_csv(finished: FinishedPath, path: Path) -> None:
         TableWriter(file).rows(list(rows[0]), rows)
 
 
-def _vertex_properties(finished: FinishedPath) -> list[Json]:
+def _vertex_properties(finished: FinishedPath) -> list[Feature]:
     """What holds at each vertex, ready for JSON: angles in degrees, None where there is no number."""
     ids = np.array(finished.answer.ranged_to)
     columns: dict[str, list[object]] = {}
@@ -74,7 +75,7 @@ def _vertex_properties(finished: FinishedPath) -> list[Json]:
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def _line(finished: FinishedPath) -> Json:
+def _line(finished: FinishedPath) -> Feature:
     answer = finished.answer
     assert answer.totals is not None, "a found path has totals"
     properties = {
@@ -86,29 +87,33 @@ def _line(finished: FinishedPath) -> Json:
         "corners": finished.corners.tolist(),
         "vertices": _vertex_properties(finished),
     }
-    return _feature("LineString", _coordinates(finished), properties)
+    return feature("LineString", _coordinates(finished), properties)
 
 
-def _points(finished: FinishedPath) -> list[Json]:
+def _points(finished: FinishedPath) -> list[Feature]:
     places = _coordinates(finished)
     return [
-        _feature("Point", place, {"what": "vertex", "number": number, **properties})
+        feature("Point", place, {"what": "vertex", "number": number, **properties})
         for number, (place, properties) in enumerate(zip(places, _vertex_properties(finished), strict=True))
     ]
 
 
-def _blocked(finished: FinishedPath) -> list[Json]:
+def _blocked(finished: FinishedPath) -> list[Feature]:
     """Start and goals, and where the way is cut and by what."""
     answer = finished.answer
     cut = answer.unreachable
-    named: list[tuple[str, PathPlaceOut | PathAreaOut, Json]] = [
+    named: list[tuple[str, PathPlaceOut | PathAreaOut, Feature]] = [
         ("start", answer.start, {}),
         *(("goal", goal, {}) for goal in answer.goals),
     ]
     if cut is not None:
         named.append(("blocked", cut.where, cut.model_dump(exclude={"where"})))
     return [
-        _feature("Point", _place(finished, at), {"what": what, "status": answer.status, **more})
+        feature(
+            "Point",
+            place_in_file(finished.grid, at.east_m, at.north_m),
+            {"what": what, "status": answer.status, **more},
+        )
         for what, at, more in named
     ]
 
@@ -122,17 +127,6 @@ def _coordinates(finished: FinishedPath) -> list[list[float]]:
     places = np.column_stack([np.round(lon_deg, DECIMALS_DEG), np.round(lat_deg, DECIMALS_DEG), np.round(up_m, 2)])
     degrees: list[list[float]] = places.tolist()
     return degrees
-
-
-def _place(finished: FinishedPath, at: PathPlaceOut | PathAreaOut) -> list[float]:
-    if finished.grid.crs is None:
-        return [round(at.east_m, DECIMALS_M), round(at.north_m, DECIMALS_M)]
-    lon_deg, lat_deg = to_lon_lat(finished.grid, at.east_m, at.north_m)
-    return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG)]
-
-
-def _feature(kind: str, coordinates: list[float] | list[list[float]], properties: Json) -> Json:
-    return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
 
 
 def _write_gpx(finished: FinishedPath, path: Path) -> None:
@@ -189,19 +183,14 @@ def _vertices(finished: FinishedPath) -> list[tuple[float, float, float, float]]
     return list(rows)
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
+def _write_picture(finished: FinishedPath, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture, profile
 
-def _write_picture(finished: FinishedPath, path: Path) -> None:
-    from .picture import write_path_picture
-
-    write_path_picture(finished, path)
-
-
-def _write_profile(finished: FinishedPath, path: Path) -> None:
-    from .profile import write_profile
-
-    write_profile(finished, path)
+    draw = {"map": picture.draw_path, "profile": profile.draw_profile}[what]
+    save_png(draw(finished), path)
 
 
 LAYERS = (
@@ -240,13 +229,13 @@ LAYERS = (
         "map.png",
         PNG,
         "The path over shaded relief with the dilution of precision and the ground that may not be driven.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "profile.png",
         PNG,
         "Height, slope, anchors in sight, dilution and clearances along the path.",
-        _write_profile,
+        partial(_write_picture, what="profile"),
         status=FOUND,
     ),
 )

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
-from pathlib import Path
 
 import matplotlib.path
 import numpy as np
@@ -20,18 +18,17 @@ from matplotlib.patheffects import Normal, Stroke
 from planning.paths.fields import bit_of
 from planning.paths.outcomes import Reason
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
-from service.drawing.classes import NONE_COLOUR
 from service.drawing.furniture import INK
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut, time_words
 from service.parts.shapes import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
-from service.products.dop.picture import BOUNDS, COLOURS
+from service.products.dop.picture import dilution_classes
 from service.products.paths.calculate import FinishedPath
 from service.products.paths.question import path_tracks
 
-__all__ = ["draw_path", "write_path_picture"]
+__all__ = ["draw_path"]
 
 # Without a limit on the dilution the classes are round about these.
 USUAL_LIMIT = 5.0
@@ -39,11 +36,6 @@ GROUND_COLOUR, BARRED_COLOUR = "#d9d2c0", "#7d6a70"
 WAY_COLOUR, DARK_COLOUR, NO_GO_COLOUR, KEEP_IN_COLOUR = "#e6007e", "#2b0a1c", "#c01818", "#176b2c"
 # reasons that the ground itself gives; the others show in the dilution, or as areas
 OF_GROUND = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.BORDER)
-
-
-def write_path_picture(finished: FinishedPath, path: Path) -> None:
-    """Draw the path into a PNG."""
-    save_png(draw_path(finished), path)
 
 
 def draw_path(finished: FinishedPath) -> Figure:
@@ -83,14 +75,8 @@ def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uin
         title = "Ground"
     else:
         limit = asked.limits.dop_limit or USUAL_LIMIT
-        edges = [limit * bound for bound in BOUNDS]
-        labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
-        labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
-        classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
-        classes += [MapClass("no fix", NONE_COLOUR), MapClass("too steep", BARRED_COLOUR)]
-        numbers = np.digitize(finished.dop, np.array(edges[1:], np.float32)).astype(np.uint8)
-        numbers[np.isinf(finished.dop)] = len(classes) - 2
-        numbers[np.isnan(finished.dop)] = UNDECIDED
+        classes, numbers = dilution_classes(finished.dop, limit)
+        classes.append(MapClass("too steep", BARRED_COLOUR))
         numbers[barred] = len(classes) - 1
         title = asked.limits.measure.upper()
     numbers[np.isnan(grid.heights_m)] = UNDECIDED
@@ -102,11 +88,7 @@ def _subtitle(finished: FinishedPath) -> str:
     totals = answer.totals
     if totals is None:
         return answer.sentence[:150]
-    words = [
-        f"{totals.length_m / 1000.0:.2f} km",
-        f"{totals.climb_m:.0f} m up",
-        time_words(totals.time_s),
-    ]
+    words = [f"{totals.length_m / 1000.0:.2f} km", f"{totals.climb_m:.0f} m up", time_words(totals.time_s)]
     if finished.answer.ranged_to:
         words.append(f"longest out of sight {time_words(totals.longest_out_of_sight_s)}")
         worst = totals.worst_dop

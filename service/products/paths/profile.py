@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -13,23 +12,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from service.drawing.furniture import INK
-from service.drawing.sheet import DPI, save_png
+from service.drawing.sheet import DPI
 from service.parts.map_facts import dem_name
 from service.products.paths.calculate import FinishedPath
 from service.products.paths.picture import DARK_COLOUR, WAY_COLOUR
 
-__all__ = ["draw_profile", "write_profile"]
+__all__ = ["draw_profile"]
 
 WIDTH_IN, PANEL_IN, HEAD_IN, FOOT_IN = 11.0, 1.6, 0.75, 0.6
 GROUND_COLOUR, SLOPE_COLOUR, COUNT_COLOUR, CLEAR_COLOUR = "#b9a98a", "#8a4b12", "#2b7bba", "#3a7d44"
 LIMIT_COLOUR = "#c01818"
 # larger dilutions are drawn at the top edge
 HIGHEST_DOP = 20.0
-
-
-def write_profile(finished: FinishedPath, path: Path) -> None:
-    """Draw the profile of a found path into a PNG."""
-    save_png(draw_profile(finished), path)
 
 
 def draw_profile(finished: FinishedPath) -> Figure:

@@ -86,27 +86,14 @@ def rover_of(asked: RoverIn) -> RoverModel:
 
 def limits_of(asked: PathLimitsIn) -> PathLimits:
     """The limits on positioning. Raises PathProblemError."""
-    return PathLimits(
-        min_anchors=asked.min_anchors,
-        dop_limit=_unlimited(asked.dop_limit),
-        kind=asked.kind,
-        measure=asked.measure,
-        on_surface=asked.on_surface,
-        in_sight_from=asked.in_sight_from,
-        bubble_epsilon=asked.bubble_epsilon,
-        dem_sigma_m=asked.dem_sigma_m,
-    )
+    return PathLimits(**asked.model_dump(exclude={"dop_limit"}), dop_limit=_unlimited(asked.dop_limit))
 
 
 def navigation_of(asked: NavigationIn) -> NavigationModel:
     """The filter. Raises PathProblemError."""
     motion = MotionNoise(*[asked.motion_m2_per_s3] * 3)
     return NavigationModel(
-        motion,
-        asked.interval_s,
-        asked.initial_sigma_m,
-        asked.ground_sigma_m,
-        asked.initial_velocity_sigma_m_per_s,
+        motion, asked.interval_s, asked.initial_sigma_m, asked.ground_sigma_m, asked.initial_velocity_sigma_m_per_s
     )
 
 

@@ -13,7 +13,7 @@ from service.parts.frames import TrackIn
 from service.parts.map_answers import DEM_ID, DemId
 from service.parts.older_names import WithOlderNames
 from service.parts.points import NotNegative, NotNegativeMetres, Positive, StrictModel
-from service.parts.positioning import MorphingMapParameters, RangingParameters
+from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters, RangingParameters
 
 __all__ = [
     "REQUEST",
@@ -32,16 +32,11 @@ SteepestDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, l
 SlopeDeg = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-90.0, lt=90.0)]
 Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]
 NAVIGATION = NavigationModel()
-ANCHORS: list[JsonValue] = [
-    {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
-    {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
-    {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
-]
 REQUEST: dict[str, JsonValue] = {
     "dem_id": DEM_ID,
     "start": {"east_m": 403000.0, "north_m": 3796000.0},
     "goals": [{"type": "Point", "coordinates": [-117.95, 34.33]}],
-    "anchors": ANCHORS,
+    "anchors": EXAMPLE_ANCHORS,
     "rover": {"max_slope_deg": 25.0, "footprint_radius_m": 0.8, "speed_m_per_s": 0.5},
     "limits": {"min_anchors": 2},
     "weights": {"climb": 2.0, "out_of_sight": 3.0},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,8 +25,9 @@ from service.errors import RequestError
 from service.files.missions import above_sea_level, mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import ground_of
+from service.parts.product_parts import preamble
 from service.parts.source_answers import placed_anchors
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import Anchor
 
@@ -70,16 +71,11 @@ class FinishedPlacement:
 
 @told_as_asked
 def calculate_placement(
-    grid: ElevationGrid,
-    parameters: PlacementParameters,
-    progress: Callable[[float], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-    scheduler: str | None = None,
+    grid: ElevationGrid, parameters: PlacementParameters, work: Work = UNWATCHED
 ) -> FinishedPlacement:
-    """The placement that the parameters ask for on this grid; progress is called with the finished share 0..1.
+    """The placement that the parameters ask for on this grid, or the best found until work.stop.
 
-    stop: once it says True, the best so far is the answer. scheduler: address of the Dask scheduler that the request
-    may ask for. Raises PlacementError, ClusterError, RequestError, FrameError, AnchorError.
+    Raises PlacementError, ClusterError, RequestError, FrameError, AnchorError.
     """
     started_s = time.perf_counter()
     question = placement_question(grid, parameters)
@@ -95,14 +91,13 @@ def calculate_placement(
         fixed=question.fixed,
         sight=question.sight,
         options=question.options,
-        progress=None if progress is None else lambda share: progress(SHARE_OF_SEARCH * share),
-        cluster=cluster_of(parameters, scheduler),
-        stop=lambda: time.perf_counter() > deadline_s or (stop is not None and stop()),
+        progress=work.part(0.0, SHARE_OF_SEARCH),
+        cluster=cluster_of(parameters, work.scheduler),
+        stop=lambda: time.perf_counter() > deadline_s or work.stop(),
     )
     maps = placement_maps(grid, placement, parameters.unknown)
     answer = _answer(grid, parameters, placement, placement_geometry(grid, placement), maps, started_s)
-    if progress is not None:
-        progress(1.0)
+    work.progress(1.0)
     return FinishedPlacement(
         grid,
         question.fixed,
@@ -160,15 +155,8 @@ def _answer(
     ]
     more = () if geometry.warning is None else (geometry.warning,)
     return PlacementSummary(
-        version=placement.version,
-        mode=asked.mode,
-        error_statement=maps.error_statement,
-        curvature=maps.curvature.sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=[*grid.provenance.warnings, *placement.warnings, *more, *_warnings(grid, asked, placed)],
+        **preamble(grid, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),
         timing={"calculation_s": time.perf_counter() - started_s, **placement.timing_s},
-        parameters=asked.model_dump(mode="json", exclude_none=True),
         objective=goal.objective,
         goal=goal.sentence(),
         placed=placed,
@@ -192,10 +180,7 @@ def _answer(
         fixed=placed_anchors(grid, placement.fixed),
         fewest_possible=placement.needed,
         targets=TargetsOut(
-            what=targets.what,
-            points=len(targets),
-            left_out=targets.left_out,
-            within_limits_m=placement.within_limits_m,
+            what=targets.what, points=len(targets), left_out=targets.left_out, within_limits_m=placement.within_limits_m
         ),
         **told(
             before=placement.before,

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.cog import common_tags
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, PNG, Layer
 from service.files.missions import MISSIONS, above_sea_level
 from service.files.qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text, zip_plans
 from service.files.tables import TableWriter
+from service.parts.product_parts import Raster, feature
 from terrain import height_at, to_lon_lat, true_offsets
 
 from .answer import PlacedOut
@@ -36,17 +41,8 @@ def _write_geojson(finished: FinishedPlacement, path: Path) -> None:
         position = (placed.east_m, placed.north_m)
         worth = placed.model_dump(exclude={"id", "what", "east_m", "north_m", "altitude_m", "above_ground_m"})
         properties = {"id": placed.id, "altitude_m": placed.altitude_m, "what": placed.what, **worth}
-        features.append(
-            {
-                "type": "Feature",
-                "id": placed.id,
-                "geometry": {
-                    "type": "Point",
-                    "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
-                },
-                "properties": properties | measured_with,
-            }
-        )
+        coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
+        features.append(feature("Point", coordinates, properties | measured_with, placed.id))
     write_collection(grid, features, path, indent=1)
 
 
@@ -132,49 +128,22 @@ def _plan_above_ground(finished: FinishedPlacement, placed: PlacedOut) -> str:
     return plan_text(items, items[0], above_ground=True)
 
 
-def _write_count(finished: FinishedPlacement, path: Path) -> None:
-    """uint8: anchors surely in sight; 255 (nodata) where no ground is known."""
+def _tags(finished: FinishedPlacement) -> dict[str, str]:
+    return common_tags(finished.grid, finished.answer, "sightline placement")
+
+
+def _counts(finished: FinishedPlacement) -> list[npt.NDArray[np.uint8]]:
     no_ground = np.isnan(finished.grid.heights_m)
-    bands = [np.where(no_ground, np.uint8(NO_GROUND), some) for some in (finished.count_before, finished.count_after)]
-    tags = {**common_tags(finished.grid, finished.answer, "sightline placement"), "units": "anchors"}
-    write_cog(path, finished.grid, bands, BANDS, NO_GROUND, tags, BYTES)
+    return [np.where(no_ground, np.uint8(NO_GROUND), some) for some in (finished.count_before, finished.count_after)]
 
 
-def _write_dop(finished: FinishedPlacement, path: Path) -> None:
-    """float32: the dilution; NaN unknown (nodata), +inf no fix."""
-    tags = {
-        **common_tags(finished.grid, finished.answer, "sightline placement"),
-        "units": "1",
-        "infinity": "no fix",
-    }
-    write_cog(path, finished.grid, [finished.dop_before, finished.dop_after], BANDS, float("nan"), tags, FLOATS)
+def _write_picture(finished: FinishedPlacement, path: Path, what: Literal["count", "dop"], *, after: bool) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture
 
-# matplotlib takes a second to load, and only a process that draws needs it
-
-
-def _write_after(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "count", after=True)
-
-
-def _write_before(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "count", after=False)
-
-
-def _write_dop_after(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "dop", after=True)
-
-
-def _write_dop_before(finished: FinishedPlacement, path: Path) -> None:
-    from .picture import write_placement
-
-    write_placement(finished, path, "dop", after=False)
+    save_png(picture.draw_placement(finished, what, after=after), path)
 
 
 LAYERS = (
@@ -204,16 +173,29 @@ LAYERS = (
         "count.tif",
         COG,
         "Band 1 how many anchors are surely in sight before, band 2 after; 255 (nodata) no ground.",
-        _write_count,
+        Raster(_tags, _counts, lambda _: BANDS, "anchors", NO_GROUND),
     ),
     Layer(
         "dop.tif",
         COG,
         "float32: dilution of precision, band 1 before, band 2 after; +inf no fix, NaN (nodata) unknown.",
-        _write_dop,
+        Raster(
+            *(_tags, lambda finished: (finished.dop_before, finished.dop_after), lambda _: BANDS),
+            *("1", math.nan, "no fix"),
+        ),
     ),
-    Layer("map.png", PNG, "How many anchors are in sight after, over shaded relief.", _write_after),
-    Layer("before.png", PNG, "The same before.", _write_before),
-    Layer("dop.png", PNG, "The dilution of precision after, over shaded relief.", _write_dop_after),
-    Layer("dop_before.png", PNG, "The same before.", _write_dop_before),
+    Layer(
+        "map.png",
+        PNG,
+        "How many anchors are in sight after, over shaded relief.",
+        partial(_write_picture, what="count", after=True),
+    ),
+    Layer("before.png", PNG, "The same before.", partial(_write_picture, what="count", after=False)),
+    Layer(
+        "dop.png",
+        PNG,
+        "The dilution of precision after, over shaded relief.",
+        partial(_write_picture, what="dop", after=True),
+    ),
+    Layer("dop_before.png", PNG, "The same before.", partial(_write_picture, what="dop", after=False)),
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-from pathlib import Path
 from typing import Literal
 
 import matplotlib
@@ -18,20 +16,15 @@ from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_p
 from service.drawing.classes import NONE_COLOUR, RAMP, RAMP_FROM, RAMP_TO
 from service.drawing.furniture import INK
 from service.drawing.relief import Sampling
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
-from service.products.dop.picture import BOUNDS, COLOURS
+from service.products.dop.picture import dilution_classes
 
 from .calculate import FinishedPlacement
 
-__all__ = ["draw_placement", "write_placement"]
+__all__ = ["draw_placement"]
 
 MOST_CLASSES = 8
-
-
-def write_placement(finished: FinishedPlacement, path: Path, what: Literal["count", "dop"], *, after: bool) -> None:
-    """Counts or dilutions, before or after, into a PNG."""
-    save_png(draw_placement(finished, what, after=after), path)
 
 
 def draw_placement(finished: FinishedPlacement, what: Literal["count", "dop"], *, after: bool) -> Figure:
@@ -71,14 +64,7 @@ def _counts(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], n
 def _dilutions(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
     dop = finished.dop_after if after else finished.dop_before
     goal = finished.parameters.goal
-    edges = [goal.dop_limit * bound for bound in BOUNDS]
-    labels = [f"{low:.3g}–{high:.3g}" for low, high in pairwise(edges)]
-    labels = [f"< {edges[1]:.3g}", *labels[1:], f"≥ {edges[-1]:.3g}"]
-    classes = [*(MapClass(label, c) for label, c in zip(labels, COLOURS, strict=True)), MapClass("no fix", NONE_COLOUR)]
-    numbers = np.digitize(dop, np.array(edges[1:], np.float32)).astype(np.uint8)
-    numbers[np.isinf(dop)] = len(classes) - 1
-    numbers[np.isnan(dop)] = UNDECIDED
-    return classes, numbers, goal.measure.upper()
+    return *dilution_classes(dop, goal.dop_limit), goal.measure.upper()
 
 
 def _target_outline(axes: Axes, finished: FinishedPlacement) -> list[tuple[str, Line2D]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from planning.placement import (
     Candidates,
@@ -71,16 +70,22 @@ def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> Place
 
 def _candidates(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candidates:
     """One set of candidates."""
-    heights: dict[str, Any] = {
-        "above_ground_m": asked.above_ground_m,
-        "altitude_m": asked.altitude_m,
-        "what": asked.what,
-    }
     if asked.places is not None:
-        return candidate_points(grid, places_in_grid(grid, asked.places), **heights)
+        return candidate_points(
+            *(grid, places_in_grid(grid, asked.places)),
+            above_ground_m=asked.above_ground_m,
+            altitude_m=asked.altitude_m,
+            what=asked.what,
+        )
     assert asked.spacing_m is not None, "the schema has seen to it"
     area = None if asked.area is None else polygon_in_grid(grid, asked.area, f"candidates[{number}].area")
-    return candidate_grid(grid, asked.spacing_m, area=area, **heights)
+    return candidate_grid(
+        *(grid, asked.spacing_m),
+        above_ground_m=asked.above_ground_m,
+        altitude_m=asked.altitude_m,
+        area=area,
+        what=asked.what,
+    )
 
 
 def _targets(grid: ElevationGrid, asked: TargetsIn) -> Targets:
@@ -98,17 +103,7 @@ def _targets(grid: ElevationGrid, asked: TargetsIn) -> Targets:
 
 def goal_of(asked: GoalIn) -> Goal:
     """What is good."""
-    return Goal(
-        objective=asked.objective,
-        min_anchors=asked.min_anchors,
-        dop_limit=asked.dop_limit,
-        measure=asked.measure,
-        kind=asked.kind,
-        on_surface=asked.on_surface,
-        spare=asked.spare,
-        ranging_sigma_m=asked.ranging_sigma_m,
-        worst_counted_m=asked.worst_counted_m,
-    )
+    return Goal(**asked.model_dump())
 
 
 def rules_of(grid: ElevationGrid, asked: RulesIn) -> PlacementRules:

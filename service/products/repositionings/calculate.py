@@ -2,35 +2,96 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
 from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
 from service.files.missions import mission_warnings
 from service.parts.areas_without_posts import told_of_areas
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import curvature_of, ground_of
+from service.parts.map_answers import MapSummary
+from service.parts.map_facts import curvature_of
 from service.parts.positions import resolve_anchor
+from service.parts.product_parts import preamble
 from service.parts.shapes_in_grid import places_in_grid
-from service.parts.source_answers import placed_anchors
+from service.parts.source_answers import PlacedAnchor, placed_anchors
+from service.products import UNWATCHED, Work
 from service.products.placements.question import areas_of_rules, goal_of, rules_of, sight_of
 from terrain import ElevationGrid
 from visibility import Anchor, Curvature
 from visibility.sight import check_anchors
 from visibility.sight.sight_lines import ERROR_STATEMENT
 
-from .answer import MoveOut, RepositioningSummary, StretchOut
 from .request import DroneFlightIn, RepositioningParameters
 
-__all__ = ["FinishedRepositioning", "calculate_repositioning", "path_ahead"]
+__all__ = [
+    "FinishedRepositioning",
+    "MoveOut",
+    "RepositioningSummary",
+    "StretchOut",
+    "calculate_repositioning",
+    "path_ahead",
+]
 
 Floats = npt.NDArray[np.float64]
+
+
+class MoveOut(BaseModel):
+    """One drone's move."""
+
+    model_config = ConfigDict(serialize_by_alias=True)
+
+    anchor_id: str = Field(description="Which drone.")
+    from_: PlacedAnchor = Field(
+        validation_alias=AliasChoices("from", "from_"), serialization_alias="from", description="Where it stood."
+    )
+    to: PlacedAnchor = Field(description="Where it goes.")
+    flight_m: float = Field(description="Metres of its flight: up, level, down.")
+    flight_s: float = Field(description="Seconds that it takes.")
+    start_s: float = Field(description="When it leaves, seconds since the rover's start.")
+    end_s: float = Field(description="When it has arrived, seconds since the rover's start.")
+    stretch: int = Field(description="Number of the stretch that it is for.")
+
+
+class StretchOut(BaseModel):
+    """A stretch of the path."""
+
+    from_m: float = Field(description="Where it begins, metres along the path.")
+    to_m: float = Field(description="Where it ends, metres along the path.")
+    depart_s: float = Field(description="When the rover leaves its beginning, seconds since the start.")
+    arrive_s: float = Field(description="When it reaches its end, seconds since the start.")
+    waited_s: float = Field(description="How long it waits for drones before, seconds.")
+    before_share: float = Field(description="Part of it that is good when nobody moves, 0..1.")
+    after_share: float = Field(description="Part of it that is good with the moves, 0..1.")
+
+
+class RepositioningSummary(MapSummary):
+    """Who moves where, and what it brings."""
+
+    goal: str = Field(description="What shall hold, in words.")
+    occluded: list[str] = Field(description="Anchors that were taken as hidden for good.")
+    before_share: float = Field(description="Part of the path where it holds when nobody moves, 0..1.")
+    after_share: float = Field(description="Part of the path where it holds with the moves, 0..1.")
+    restored: bool = Field(description="Whether the share asked for is reached, on every stretch.")
+    sentence: str = Field(description="The answer in words.")
+    moves: list[MoveOut]
+    anchors: list[PlacedAnchor] = Field(description="All anchors after the last move.")
+    stretches: list[StretchOut]
+    flight_m: float = Field(description="Metres that all drones fly.")
+    waited_s: float = Field(description="Seconds that the rover waits for them.")
+
+
+@dataclass(frozen=True, slots=True)
+class ExactSight:
+    """What values along a path stand on: sight lines one by one."""
+
+    curvature: Curvature
+    error_statement: str = ERROR_STATEMENT
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +112,9 @@ class FinishedRepositioning:
 
 @told_as_asked
 def calculate_repositioning(
-    grid: ElevationGrid, parameters: RepositioningParameters, progress: Callable[[float], None] | None = None
+    grid: ElevationGrid, parameters: RepositioningParameters, work: Work = UNWATCHED
 ) -> FinishedRepositioning:
-    """Who moves where; progress is called with the finished share 0..1.
+    """Who moves where.
 
     Raises PlacementError, FrameError, AnchorError.
     """
@@ -76,7 +137,7 @@ def calculate_repositioning(
         flight=_flight(parameters.flight),
         rules=rules_of(grid, parameters.rules),
         sight=sight_of(parameters),
-        progress=progress,
+        progress=work.progress,
     )
     told = (*told_of_areas(grid, areas_of_rules(parameters.rules)), *mission_warnings("repositioning", grid))
     answer = _answer(grid, parameters, plan, (*warnings, *told), time.perf_counter() - started_s)
@@ -107,15 +168,8 @@ def _answer(
 ) -> RepositioningSummary:
     schedule = plan.schedule
     return RepositioningSummary(
-        version=importlib.metadata.version("sightline"),
-        mode=asked.mode,
-        error_statement=ERROR_STATEMENT,
-        curvature=(curvature_of(asked) or Curvature.of(grid)).sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=[*grid.provenance.warnings, *warnings],
+        **preamble(grid, asked, ExactSight(curvature_of(asked) or Curvature.of(grid)), warnings),
         timing={"calculation_s": elapsed_s},
-        parameters=asked.model_dump(mode="json", exclude_none=True),
         goal=goal_of(asked.goal).sentence(),
         occluded=list(asked.occluded),
         before_share=schedule.share_unmoved,

@@ -10,11 +10,11 @@ from service.files.layer import GEOJSON, PNG, Layer
 from service.files.missions import MISSIONS
 from service.files.qgroundcontrol import LOITER, WAYPOINT, PlanItem, plan_text, zip_plans
 from service.files.tables import TableWriter
+from service.parts.product_parts import feature
 from service.parts.source_answers import PlacedAnchor
 from terrain import ElevationGrid, to_lon_lat
 
-from .answer import MoveOut
-from .calculate import FinishedRepositioning
+from .calculate import FinishedRepositioning, MoveOut
 
 __all__ = ["LAYERS"]
 
@@ -31,20 +31,9 @@ def _write_moves(finished: FinishedRepositioning, path: Path) -> None:
     features = []
     for move in finished.answer.moves:
         ends = [(end.east_m, end.north_m) for end in (move.from_, move.to)]
-        features.append(
-            {
-                "type": "Feature",
-                "geometry": {
-                    "type": "LineString",
-                    "coordinates": ends if grid.crs is None else [to_lon_lat(grid, *end) for end in ends],
-                },
-                "properties": {
-                    **move.model_dump(exclude={"from_", "to"}),
-                    "from_altitude_m": move.from_.altitude_m,
-                    "to_altitude_m": move.to.altitude_m,
-                },
-            }
-        )
+        line = ends if grid.crs is None else [to_lon_lat(grid, *end) for end in ends]
+        heights = {"from_altitude_m": move.from_.altitude_m, "to_altitude_m": move.to.altitude_m}
+        features.append(feature("LineString", line, move.model_dump(exclude={"from_", "to"}) | heights))
     write_collection(grid, features, path, indent=1)
 
 
@@ -139,10 +128,5 @@ LAYERS = (
         _write_plans,
         mission=PLANS,
     ),
-    Layer(
-        "map.png",
-        PNG,
-        "The path with what is restored of it, and the moves, over shaded relief.",
-        _write_picture,
-    ),
+    Layer("map.png", PNG, "The path with what is restored of it, and the moves, over shaded relief.", _write_picture),
 )

@@ -5,34 +5,37 @@ from __future__ import annotations
 import functools
 import importlib.metadata
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field, JsonValue
 
 from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
 from service.parts.asked_frame import told_as_asked
+from service.parts.map_answers import Ground
 from service.parts.map_facts import curvature_of, ground_of
+from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import Source
-from service.parts.source_answers import placed_anchors, placed_satellites
-from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation, SafetyBubblesSummary
-from service.products.safety_bubbles.question import (
-    bubble_sources,
-    buildings_of,
-    check_bubble_question,
-    given_covariances,
-)
-from service.products.safety_bubbles.request import BubbleParameters
+from service.parts.source_answers import PlacedAnchor, PlacedSatellite, placed_anchors, placed_satellites
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import Buildings
 
-__all__ = ["FinishedBubbles", "calculate_bubbles"]
+from .request import BubbleParameters, bubble_sources, buildings_of, check_bubble_question, given_covariances
+
+__all__ = [
+    "BubbleOut",
+    "BuildingFacts",
+    "FinishedBubbles",
+    "FirstViolation",
+    "SafetyBubblesSummary",
+    "calculate_bubbles",
+]
 
 Array = npt.NDArray[np.float64]
-Point = dict[str, Any]  # as BubbleOut has it: a hundred thousand models would take seconds
 Verdict = Literal["ok", "violated", "unknown"]
 WORDS: dict[BubbleVerdict, Verdict] = {
     BubbleVerdict.OK: "ok",
@@ -40,7 +43,78 @@ WORDS: dict[BubbleVerdict, Verdict] = {
     BubbleVerdict.UNKNOWN: "unknown",
 }
 DECIMALS = 6
-QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
+
+
+class BubbleOut(BaseModel):
+    """The bubble at one point."""
+
+    time_s: float = Field(description="When, seconds.")
+    distance_m: float = Field(description="Way along the path up to here, metres.")
+    east_m: float = Field(description="East in the DEM's metric CRS, metres.")
+    north_m: float = Field(description="North in the DEM's metric CRS, metres.")
+    altitude_m: float = Field(description="Altitude in the DEM's vertical datum, metres.")
+    radius_m: float = Field(description="Radius of the bubble, metres.")
+    promise: float = Field(
+        description="Probability that a bubble of this covariance, without dem_sigma_m, holds it, 0..1."
+    )
+    clearance_m: float = Field(
+        description="Distance to the nearest ground or building in space, metres; negative: below or inside."
+    )
+    margin_m: float = Field(description="Clearance less radius, metres.")
+    nearest: Literal["ground", "building"] = Field("ground", description="What that nearest place belongs to.")
+    verdict: Literal["ok", "violated", "unknown"] = Field(
+        description="unknown: unknown ground may be nearer than the radius."
+    )
+    push: tuple[float, float, float] = Field(
+        description="Unit vector away from that place, or out through it: east, north, up."
+    )
+    push_m: float = Field(description="How far to go that way, metres; 0 where all is well.")
+    in_sight: list[str] | None = Field(description="Anchors surely in sight; null in a history of poses.")
+
+
+class FirstViolation(BaseModel):
+    """The first point whose bubble touches the ground or a building."""
+
+    point: int = Field(description="Its number, 0 the first.")
+    time_s: float = Field(description="When, seconds.")
+    distance_m: float = Field(description="Way along the path up to there, metres.")
+    radius_m: float = Field(description="Radius, metres.")
+    clearance_m: float = Field(description="Clearance, metres.")
+    margin_m: float = Field(description="Clearance less radius, metres.")
+    nearest: Literal["ground", "building"] = Field("ground", description="What it touches.")
+    in_sight: list[str] | None = Field(description="Anchors surely in sight there; null in a history of poses.")
+
+
+class BuildingFacts(BaseModel):
+    """A building mesh."""
+
+    name: str = Field(description="Name of its file.")
+    bodies: int = Field(description="Number of bodies.")
+    triangles: int = Field(description="Number of triangles.")
+    points_nearest: int = Field(description="Number of points that it is nearest to.")
+
+
+class SafetyBubblesSummary(BaseModel):
+    """All bubbles in numbers, and how far to trust them."""
+
+    points: int = Field(description="Number of points.")
+    ok: int = Field(description="Number of points whose bubble is clear of ground and buildings.")
+    violated: int = Field(description="Number of points whose bubble is not.")
+    unknown: int = Field(description="Number of points near unknown ground.")
+    first_violation: FirstViolation | None = Field(description="The first violated point; null where there is none.")
+    least_margin_m: float = Field(description="Smallest margin, metres.")
+    radius_quantiles_m: dict[str, float] = Field(description="p05, p50 and p95 of the radius, metres.")
+    epsilon: float = Field(description="How many sigmas the radius is, no unit.")
+    least_promise: float = Field(description="Smallest promise of all points, 0..1.")
+    error_statement: str | None = Field(description="Error of the sight lines; null in a history of poses.")
+    curvature: str | None = Field(description="Curvature and refraction that were used; null in a history of poses.")
+    dem: Ground
+    buildings: BuildingFacts | None = Field(None, description="The building mesh; null without one.")
+    anchors: list[PlacedAnchor]
+    satellites: list[PlacedSatellite]
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
+    timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
+    version: str = Field(description="Version of Sightline that calculated it.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,22 +150,25 @@ class FinishedBubbles:
         }
 
     @functools.cached_property
-    def points(self) -> list[Point]:
-        """One entry per point, as ``BubbleOut`` has it; made column by column, because there may be 100 000."""
+    def columns(self) -> dict[str, list[Any]]:
+        """The fields of ``BubbleOut``, each with a value per point; models would take seconds for 100 000 points."""
         check = self.bubbles.check
         columns: dict[str, list[Any]] = {name: _rounded(values) for name, values in self.numbers().items()}
         columns["nearest"] = list(self.bubbles.around.words())
         columns["verdict"] = [WORDS[BubbleVerdict(int(verdict))] for verdict in check.verdict]
         columns["push"], columns["push_m"] = _rounded(check.push), _rounded(check.push_m)
         columns["in_sight"] = [_in_sight(self.anchors, self.bubbles, point) for point in range(len(self.points_m))]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        return columns
+
+    @functools.cached_property
+    def points(self) -> list[dict[str, JsonValue]]:
+        """One entry per point, as ``BubbleOut`` has it."""
+        return [dict(zip(self.columns, row, strict=True)) for row in zip(*self.columns.values(), strict=True)]
 
 
 @told_as_asked
-def calculate_bubbles(
-    grid: ElevationGrid, parameters: BubbleParameters, progress: Callable[[float], None] | None = None
-) -> FinishedBubbles:
-    """The bubbles that are asked for; progress is called with the finished share. Raises as check_bubble_question."""
+def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: Work = UNWATCHED) -> FinishedBubbles:
+    """The bubbles that are asked for. Raises as check_bubble_question."""
     started_s = time.perf_counter()
     _, points_m, times_s = check_bubble_question(grid, parameters)
     sources = bubble_sources(grid, parameters)
@@ -122,7 +199,7 @@ def calculate_bubbles(
         mode=parameters.mode,
         curvature=curvature_of(parameters),
         unknown=parameters.unknown,
-        progress=progress,
+        progress=work.progress,
     )
     check, sight = found.check, found.sight
     answer = SafetyBubblesSummary(

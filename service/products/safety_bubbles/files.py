@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, JSON, PNG, Layer
 from service.files.tables import TableWriter
+from service.parts.product_parts import feature
 from service.products.safety_bubbles.calculate import FinishedBubbles
 from terrain import to_lon_lat
 
@@ -25,10 +27,10 @@ def _write_csv(finished: FinishedBubbles, path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         table = TableWriter(file, end="\r\n")
         table.row([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
-        for point in finished.points:
-            sight = "" if point["in_sight"] is None else " ".join(point["in_sight"])
-            cells = [*(point[name] for name in names), point["nearest"], point["verdict"], *point["push"]]
-            table.row([*cells, point["push_m"], sight])
+        columns = finished.columns
+        told = (columns[name] for name in (*names, "nearest", "verdict"))
+        for *cells, push, push_m, ids in zip(*told, *(columns[n] for n in ("push", "push_m", "in_sight")), strict=True):
+            table.row([*cells, *push, push_m, " ".join(ids or ())])
 
 
 def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
@@ -38,11 +40,11 @@ def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
     if grid.crs is not None:
         across = np.round(np.column_stack(to_lon_lat(grid, *finished.points_m[:, :2].T)), 8).tolist()
     features = [
-        {
-            "type": "Feature",
-            "geometry": {"type": "Point", "coordinates": [*place, point["altitude_m"]]},
-            "properties": {name: value for name, value in point.items() if name not in ("east_m", "north_m")},
-        }
+        feature(
+            "Point",
+            [*place, point["altitude_m"]],
+            {name: value for name, value in point.items() if name not in ("east_m", "north_m")},
+        )
         for place, point in zip(across, finished.points, strict=True)
     ]
     write_collection(grid, features, path)
@@ -66,19 +68,14 @@ def _write_npz(finished: FinishedBubbles, path: Path) -> None:
         )
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
+def _write_picture(finished: FinishedBubbles, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from service.drawing.sheet import save_png
 
+    from . import picture
 
-def _write_profile(finished: FinishedBubbles, path: Path) -> None:
-    from .picture import write_bubble_profile
-
-    write_bubble_profile(finished, path)
-
-
-def _write_map(finished: FinishedBubbles, path: Path) -> None:
-    from .picture import write_bubble_map
-
-    write_bubble_map(finished, path)
+    draw = {"map": picture.draw_bubble_map, "profile": picture.draw_bubble_profile}[what]
+    save_png(draw(finished), path)
 
 
 LAYERS = (
@@ -86,6 +83,6 @@ LAYERS = (
     Layer("points.csv", "text/csv", "The same as a table.", _write_csv),
     Layer("points.geojson", GEOJSON, "The same as points in longitude, latitude and altitude.", _write_geojson),
     Layer("points.npz", "application/x-npz", "The same as arrays for numpy, with covariances.", _write_npz),
-    Layer("profile.png", PNG, "Radius and clearance along the way.", _write_profile),
-    Layer("map.png", PNG, "The way on the map, with its bubbles.", _write_map),
+    Layer("profile.png", PNG, "Radius and clearance along the way.", partial(_write_picture, what="profile")),
+    Layer("map.png", PNG, "The way on the map, with its bubbles.", partial(_write_picture, what="map")),
 )

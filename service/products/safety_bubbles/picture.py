@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -14,11 +12,11 @@ from matplotlib.lines import Line2D
 from navigation import BubbleVerdict
 from service.drawing.furniture import INK
 from service.drawing.relief import Sampling
-from service.drawing.sheet import anchor_handle, ground_figure, lit_ground, margin_legend, save_png
+from service.drawing.sheet import anchor_handle, ground_figure, lit_ground, margin_legend
 from service.parts.map_facts import dem_name
 from service.products.safety_bubbles.calculate import FinishedBubbles
 
-__all__ = ["draw_bubble_map", "draw_bubble_profile", "write_bubble_map", "write_bubble_profile"]
+__all__ = ["draw_bubble_map", "draw_bubble_profile"]
 
 GROUND_RGB = (226, 221, 208)
 UNKNOWN_RGB = (140, 140, 140)
@@ -32,16 +30,6 @@ VERDICTS = {
 MOST_CIRCLES = 60
 # Where the radius is so many times the clearance, a linear axis would press the clearance flat.
 TOO_TALL = 5.0
-
-
-def write_bubble_profile(finished: FinishedBubbles, path: Path) -> None:
-    """Draw radius and clearance along the way into a PNG."""
-    save_png(draw_bubble_profile(finished), path)
-
-
-def write_bubble_map(finished: FinishedBubbles, path: Path) -> None:
-    """Draw the way on the map into a PNG."""
-    save_png(draw_bubble_map(finished), path)
 
 
 def draw_bubble_profile(finished: FinishedBubbles) -> Figure:

@@ -3,25 +3,75 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field
 
 from service.parts.asked_frame import told_as_asked
-from service.parts.map_facts import curvature_of, ground_of, share_of
+from service.parts.map_answers import MapSummary
+from service.parts.map_facts import curvature_of, share_of
 from service.parts.positions import resolve_anchor
-from service.products.visibility.answer import AnchorSummary, CountShare, ReceiverHeight, VisibilityMapSummary
-from service.products.visibility.request import VisibilityMapParameters
+from service.parts.product_parts import preamble
+from service.products import UNWATCHED, Work
 from terrain import ElevationGrid, height_at
 from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
 
-__all__ = ["VisibilityMap", "calculate"]
+from .request import VisibilityMapParameters
+
+__all__ = [
+    "AnchorSummary",
+    "CountShare",
+    "ReceiverHeight",
+    "VisibilityMap",
+    "VisibilityMapSummary",
+    "calculate_visibility_map",
+]
 
 # What is left for counting once the sight lines are done.
 SHARE_OF_SIGHT_LINES = 0.95
+
+
+class AnchorSummary(BaseModel):
+    """One anchor in the DEM's frame, and what part of the known ground sees it."""
+
+    id: str = Field(description="Name of the anchor.")
+    east_m: float = Field(description="East in the DEM's metric CRS, metres.")
+    north_m: float = Field(description="North in the DEM's metric CRS, metres.")
+    altitude_m: float = Field(description="Height in the DEM's vertical datum, metres.")
+    above_ground_m: float | None = Field(description="Height above known ground, metres.")
+    visible_share: float | None = Field(description="Part of the known posts where it is visible, 0..1.")
+    hidden_share: float | None = Field(description="Part of the known posts where it is hidden, 0..1.")
+    unknown_share: float | None = Field(description="Part of the known posts where its sight is unknown, 0..1.")
+
+
+class CountShare(BaseModel):
+    """How many posts see exactly so many anchors."""
+
+    visible_anchors: int = Field(description="Number of anchors surely visible.")
+    posts: int = Field(description="Known posts with that number.")
+    share: float | None = Field(description="The same as part of all known posts, 0..1.")
+
+
+class ReceiverHeight(BaseModel):
+    """Height of the receiver: one of both."""
+
+    above_ground_m: float | None = Field(description="Above the ground of each post, metres.")
+    altitude_m: float | None = Field(description="One altitude everywhere, metres.")
+
+
+class VisibilityMapSummary(MapSummary):
+    """What the map says in numbers, and how far to trust it."""
+
+    receiver: ReceiverHeight
+    anchors: list[AnchorSummary]
+    count_histogram: list[CountShare]
+    undecided_posts: int = Field(
+        description="Known posts where nobody is surely visible but somebody may be; 0 visible_anchors counts them too."
+    )
+    posts_with_unknown_anchors: int = Field(description="Posts where the sight of at least one anchor is unknown.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +100,10 @@ class VisibilityMap:
 
 
 @told_as_asked
-def calculate(
-    grid: ElevationGrid,
-    parameters: VisibilityMapParameters,
-    progress: Callable[[float], None] | None = None,
+def calculate_visibility_map(
+    grid: ElevationGrid, parameters: VisibilityMapParameters, work: Work = UNWATCHED
 ) -> VisibilityMap:
-    """The map that the parameters ask for on this grid; progress is called with the finished share 0..1.
+    """The map that the parameters ask for on this grid.
 
     Raises AnchorError, VisibilityInputError, FrameError.
     """
@@ -66,7 +114,7 @@ def calculate(
         parameters.mode,
         curvature_of(parameters),
         unknown=parameters.unknown,
-        progress=None if progress is None else lambda share: progress(SHARE_OF_SIGHT_LINES * share),
+        progress=work.part(0.0, SHARE_OF_SIGHT_LINES),
     )
     visible = found.visible(
         above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
@@ -75,29 +123,19 @@ def calculate(
     known = None if grid.unknown_posts == 0 else ~np.isnan(grid.heights_m)
     known_posts = grid.rows * grid.cols - grid.unknown_posts
     answer = VisibilityMapSummary(
-        version=found.version,
-        mode=parameters.mode,
-        error_statement=found.error_statement,
-        curvature=found.curvature.sentence(),
-        unknown=parameters.unknown,
+        **preamble(
+            *(grid, parameters, found), (*found.warnings, *_receiver_warnings(grid, parameters.receiver_altitude_m))
+        ),
+        timing={"calculation_s": found.elapsed_s},
         receiver=ReceiverHeight(
             above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
         ),
-        dem=ground_of(grid),
         anchors=[_anchor(grid, anchor, visible[number], known, known_posts) for number, anchor in enumerate(anchors)],
         count_histogram=_count_histogram(count, known, known_posts, len(anchors)),
         undecided_posts=int(np.count_nonzero(_undecided(grid, count, unknown_count))),
         posts_with_unknown_anchors=int(np.count_nonzero(unknown_count)),
-        warnings=[
-            *grid.provenance.warnings,
-            *found.warnings,
-            *_receiver_warnings(grid, parameters.receiver_altitude_m),
-        ],
-        timing={"calculation_s": found.elapsed_s},
-        parameters=parameters.model_dump(mode="json", exclude_none=True),
     )
-    if progress is not None:
-        progress(1.0)
+    work.progress(1.0)
     return VisibilityMap(grid, anchors, parameters, answer, visible, found.altitude_m, count, unknown_count)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,32 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from service.files.arrays import add_array
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.cog import BYTES, common_tags, write_cog
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.parts.product_parts import Raster, feature
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
 from visibility import UNKNOWN
 
-__all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count", "write_min_visible_altitude", "write_visible"]
+__all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count"]
 
 # told by the geometry and by the altitude that came of it
 TWICE = {"above_ground_m"}  # an anchor has one height; with two a file would be refused when it is read
 POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m"}
-
-
-def write_visible(finished: VisibilityMap, path: Path) -> None:
-    """uint8, a band per anchor: 1 visible, 0 hidden, 255 unknown (nodata)."""
-    ids = [anchor.id for anchor in finished.anchors]
-    tags = {**_tags(finished), "units": "class: 1 visible, 0 hidden, 255 unknown"}
-    write_cog(path, finished.grid, finished.visible, ids, int(UNKNOWN), tags, BYTES)
-
-
-def write_min_visible_altitude(finished: VisibilityMap, path: Path) -> None:
-    """float32 metres, a band per anchor: NaN unknown (nodata), +inf at no altitude."""
-    ids = [anchor.id for anchor in finished.anchors]
-    tags = {**_tags(finished), "units": "metre", "infinity": "in sight at no altitude"}
-    write_cog(path, finished.grid, finished.altitude_m, ids, float("nan"), tags, FLOATS)
 
 
 def write_count(finished: VisibilityMap, path: Path) -> None:
@@ -75,49 +63,20 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
     Its properties are those that ``--anchors`` reads, so the file can be the next request's input.
     """
     grid = finished.grid
-    features: list[dict[str, Any]] = []
+    features = []
     for anchor, asked, found in zip(
         finished.anchors, finished.parameters.anchors, finished.answer.anchors, strict=True
     ):
         position = (anchor.east_m, anchor.north_m)
         limits = asked.model_dump(exclude_none=True, exclude=POSITION)
-        features.append(
-            {
-                "type": "Feature",
-                "id": anchor.id,
-                "geometry": {
-                    "type": "Point",
-                    "coordinates": position if grid.crs is None else to_lon_lat(grid, *position),
-                },
-                "properties": {
-                    **found.model_dump(exclude={"above_ground_m"}),
-                    **limits,
-                    "altitude_m": anchor.altitude_m,
-                },
-            }
-        )
+        properties = {**found.model_dump(exclude=TWICE), **limits, "altitude_m": anchor.altitude_m}
+        coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
+        features.append(feature("Point", coordinates, properties, anchor.id))
     write_collection(grid, features, path, indent=1)
 
 
-# matplotlib takes a second to load, and only a process that draws needs it
-
-
-def _write_picture(finished: VisibilityMap, path: Path) -> None:
-    from .picture import write_map_picture
-
-    write_map_picture(finished, path)
-
-
-def _write_overlay(finished: VisibilityMap, path: Path) -> None:
-    from .picture import write_count_overlay
-
-    write_count_overlay(finished, path)
-
-
-def _write_legend(finished: VisibilityMap, path: Path) -> None:
-    from .picture import write_count_legend
-
-    write_count_legend(finished, path)
+def _ids(finished: VisibilityMap) -> list[str]:
+    return [anchor.id for anchor in finished.anchors]
 
 
 def _tags(finished: VisibilityMap) -> dict[str, str]:
@@ -130,19 +89,31 @@ def _tags(finished: VisibilityMap) -> dict[str, str]:
     return {**common_tags(finished.grid, finished.answer, "sightline visibility map"), "receiver": receiver}
 
 
+def _write_picture(finished: VisibilityMap, path: Path, what: str) -> None:
+    # matplotlib takes a second to load, and only a process that draws needs it
+    from . import picture
+
+    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
+    writers[what](finished, path)
+
+
 LAYERS = (
     Layer(
         "visible.tif",
         COG,
         "One uint8 band per anchor: 1 visible, 0 hidden, 255 (nodata) unknown, at the receiver height asked for.",
-        write_visible,
+        Raster(
+            *(_tags, lambda finished: finished.visible, _ids),
+            "class: 1 visible, 0 hidden, 255 unknown",
+            nodata=int(UNKNOWN),
+        ),
     ),
     Layer(
         "min_visible_altitude.tif",
         COG,
         "One float32 band per anchor: lowest altitude in metres from which it is in sight; NaN (nodata) unknown, "
         "+inf at no altitude.",
-        write_min_visible_altitude,
+        Raster(*(_tags, lambda finished: finished.altitude_m, _ids), "metre", infinity="in sight at no altitude"),
     ),
     Layer(
         "count.tif",
@@ -155,20 +126,20 @@ LAYERS = (
         "map.png",
         PNG,
         "A picture of the count over shaded relief, with anchors and legend.",
-        _write_picture,
+        partial(_write_picture, what="map"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
-        _write_overlay,
+        partial(_write_picture, what="overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
-        _write_legend,
+        partial(_write_picture, what="legend"),
         for_screens=True,
     ),
     Layer(
@@ -177,10 +148,5 @@ LAYERS = (
         "All arrays for numpy: heights_m, visible, min_visible_altitude_m, count, unknown_count, positions.",
         write_arrays,
     ),
-    Layer(
-        "anchors.geojson",
-        GEOJSON,
-        "The anchors as points, with what part of the map sees each.",
-        write_anchors,
-    ),
+    Layer("anchors.geojson", GEOJSON, "The anchors as points, with what part of the map sees each.", write_anchors),
 )

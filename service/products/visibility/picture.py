@@ -9,18 +9,18 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from service.drawing import overlay
 from service.drawing.class_map import ClassShare, share_legend
 from service.drawing.classes import NO_GROUND_COLOUR, UNKNOWN_COLOUR, CountClass, count_classes, lookup_table
-from service.drawing.overlay import write_legend, write_pixels
 from service.drawing.relief import Sampling, pick
 from service.drawing.sheet import ground_figure, hatching, lit_ground, rgb, save_png
 from service.parts.map_facts import dem_name
 from service.products.visibility.calculate import VisibilityMap
 
-__all__ = ["count_pixels", "count_shares", "draw_map", "write_count_legend", "write_count_overlay", "write_map_picture"]
+__all__ = ["count_pixels", "count_shares", "draw_map", "write_legend", "write_map", "write_overlay"]
 
 
-def write_map_picture(finished: VisibilityMap, path: Path) -> None:
+def write_map(finished: VisibilityMap, path: Path) -> None:
     """Draw the map into a PNG."""
     save_png(draw_map(finished), path)
 
@@ -80,11 +80,11 @@ def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]
     share_legend(axes, count_shares(finished, classes), "Anchors in sight")
 
 
-def write_count_overlay(finished: VisibilityMap, path: Path) -> None:
+def write_overlay(finished: VisibilityMap, path: Path) -> None:
     """The count of anchors in sight in the colours of its classes, darkened by relief."""
-    write_pixels(finished.grid, count_pixels(finished, count_classes(len(finished.anchors))), path)
+    overlay.write_pixels(finished.grid, count_pixels(finished, count_classes(len(finished.anchors))), path)
 
 
-def write_count_legend(finished: VisibilityMap, path: Path) -> None:
+def write_legend(finished: VisibilityMap, path: Path) -> None:
     """Its classes, most anchors first."""
-    write_legend("Anchors in sight", count_shares(finished, count_classes(len(finished.anchors))), path)
+    overlay.write_legend("Anchors in sight", count_shares(finished, count_classes(len(finished.anchors))), path)

@@ -18,12 +18,7 @@ ANCHORS: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0},
     {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "altitude_m": 1612.0},
 ]
-REQUEST: dict[str, JsonValue] = {
-    "dem_id": DEM_ID,
-    "anchors": ANCHORS,
-    "receiver_above_ground_m": 1.5,
-    "mode": "fast",
-}
+REQUEST: dict[str, JsonValue] = {"dem_id": DEM_ID, "anchors": ANCHORS, "receiver_above_ground_m": 1.5, "mode": "fast"}
 
 
 class VisibilityMapParameters(SightParameters):

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, RoverModel, plan_path
-from planning.paths.triangles import middles, steepest_rad
+from planning.paths.places import middles, steepest_rad
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import fractal
 from visibility import VISIBLE, anchor_above_ground, dop, lines_of_sight, min_visible_altitude
@@ -47,8 +47,10 @@ def test_the_steepest_slope_is_that_of_the_steepest_triangle_on_the_way(corners)
         return
     found, sampled = steepest_rad(GRID, places), slope_rad(dense(places)).max()
     assert found >= sampled - 1e-9
-    # what lies between two samples is a corner of a triangle that the way cuts
-    assert found <= slope_rad(np.vstack([dense(places, 4000), middles(places)[0]])).max() + 1e-9
+    # what lies between two samples is a corner of a triangle that the way cuts; along an edge both sides count
+    hair = [(down, across) for down in (-1e-6, 0.0, 1e-6) for across in (-1e-6, 0.0, 1e-6)]
+    around = np.vstack([np.vstack([dense(places, 4000), middles(places)[0]]) + step for step in hair])
+    assert found <= np.nanmax(slope_rad(around)) + 1e-9
 
 
 def test_a_way_along_an_edge_is_as_steep_as_the_steeper_side():

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planning.kernels.path_proof import least_worst_way
 from planning.kernels.path_segments import CLEAR, segment_cost, step_cost
+from planning.kernels.searches import least_worst_way
 from planning.paths import CostWeights, PathProblem, PathStatus, RoverModel, plan_path
 from planning.paths.ends import ends_of
 from planning.paths.fields import CostField, cost_field

@@ -13,7 +13,8 @@ from planning.paths import PathProblem, PathStatus, PlanBudget, RoverModel, plan
 from planning.paths.corridors import Corridor, CorridorTask
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field
-from planning.paths.own_process import OwnProcess
+from planning.paths.places import Cells
+from planning.paths.sampling import OwnProcess
 from planning.paths.ways import cost_of, grid_way
 from terrain.synthetic import fractal
 
@@ -126,7 +127,7 @@ def test_a_process_that_dies_is_told_as_an_error() -> None:
 
 def test_places_of_a_corridor_are_those_of_the_way_and_beside_it() -> None:
     way = np.array([[10.5, 2.25], [10.5, 12.25]])
-    corridor = Corridor(way, (30.0, 20.0))
+    corridor = Corridor(way, Cells(30.0, 20.0))
     assert corridor.length_m == pytest.approx(300.0)
     assert corridor.place(0.0, 0.0) == (10.5, 2.25)
     assert corridor.place(300.0, 0.0) == (10.5, 12.25)

@@ -126,8 +126,8 @@ def test_an_address_that_is_none_is_refused() -> None:
 
 def test_the_parcels_of_a_range_limit_see_what_the_whole_ground_sees() -> None:
     from planning.placement import SightOptions
+    from planning.placement.cluster import sight_table
     from planning.placement.sight import parcel_bits, parcels
-    from planning.placement.working_out import sight_table
 
     options = SightOptions("exact", max_range_m=500.0)
     table = sight_table(GRID, TARGETS, CANDIDATES.position_m, options).table

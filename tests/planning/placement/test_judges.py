@@ -16,10 +16,10 @@ from planning.placement import (
     place_anchors,
     placement_geometry,
 )
+from planning.placement.cluster import sight_table
 from planning.placement.judges import CountJudge, GeometryJudge, Problem, judge_of, shown_value
 from planning.placement.placing import anchor_rows
 from planning.placement.sight import sampled_targets
-from planning.placement.working_out import sight_table
 from terrain import ElevationGrid
 from tests.planning.placement.grounds import small_question
 from tests.reference import placement as oracle

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from planning.questions.limits import PathLimits
+from planning.questions.models import PathLimits, RoverModel
 from planning.questions.problems import PathProblem
-from planning.questions.rovers import RoverModel
 from planning.validation import LimitCheck, PathLimit, validate_path
 from terrain import ElevationGrid
 from visibility import Anchor

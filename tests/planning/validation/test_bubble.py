@@ -10,8 +10,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planning.questions.limits import PathLimits
-from planning.questions.navigation_models import NavigationModel
+from planning.questions.models import NavigationModel, PathLimits
 from planning.validation import PathLimit
 from planning.validation.bubble import room_m
 from planning.validation.walking import walk_along

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planning.errors import PathError, PathProblemError
-from planning.questions.limits import PathLimits
+from planning.questions.models import PathLimits
 from planning.validation import PathLimit, validate_path
 from planning.validation.sight import dilution_along, sight_along
 from terrain.synthetic import fractal

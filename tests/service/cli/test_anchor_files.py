@@ -8,7 +8,7 @@ from service.cli.anchor_files import anchors_from_file
 from service.cli.anchor_texts import anchor_from_text
 from service.parts.anchors import AnchorIn
 from service.parts.positions import resolve_anchor
-from service.products.visibility.product import VISIBILITY_MAP
+from service.products.visibility import VISIBILITY_MAP
 from tests.service.small_maps import small_map
 
 MILLIMETRE = 1e-3

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import service.cli.maps
+import service.products.visibility
 import service.products.visibility.files
-import service.products.visibility.product
 from tests.service.small_maps import NORTH_M, WEST_M
 
 GOOD = f"D1,{WEST_M + 95},{NORTH_M - 305},12agl"
@@ -200,20 +200,20 @@ def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, t
 
 
 def test_an_unforeseen_fault_shows_where_it_happened(dem_file, monkeypatch):
-    def stumble(*_):
+    def stumble(*_, **__):
         raise ZeroDivisionError("a mistake of ours")
 
-    monkeypatch.setattr(service.products.visibility.product, "calculate", stumble)
+    monkeypatch.setattr("service.products.visibility.calculate.min_visible_altitude", stumble)
     monkeypatch.setattr("sys.argv", ["sightline", "visibility", str(dem_file), "--anchor", GOOD])
     with pytest.raises(ZeroDivisionError, match="a mistake of ours"):
         service.cli.main()
 
 
 def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
-    def interrupt(*_):
+    def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(service.products.visibility.product, "calculate", interrupt)
+    monkeypatch.setattr("service.products.visibility.calculate.min_visible_altitude", interrupt)
     ended = sightline("visibility", dem_file, "--anchor", GOOD)
     assert (ended.code, ended.stderr) == (130, "Interrupted.\n")
 

@@ -1,0 +1,135 @@
+"""What products that lie on a grid have in common: the preamble of their answers, their rasters, their features."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypedDict, TypeVar
+
+import numpy.typing as npt
+from pydantic import JsonValue
+
+from service.files.cog import BYTES, FLOATS, write_cog
+from service.parts.map_answers import Ground
+from service.parts.map_facts import ground_of
+from service.parts.sight import SightParameters
+from terrain import ElevationGrid, to_lon_lat
+from visibility import Curvature
+
+__all__ = ["QUANTILES", "Feature", "Preamble", "Raster", "feature", "place_in_file", "preamble"]
+
+QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
+DECIMALS_DEG, DECIMALS_M = 8, 3
+
+Feature = dict[str, object]
+
+
+class OnAGrid(Protocol):
+    """A finished product that lies on a grid."""
+
+    @property
+    def grid(self) -> ElevationGrid:
+        """The ground it lies on."""
+        ...
+
+
+class SightLines(Protocol):
+    """Sight lines that say how far to trust them."""
+
+    @property
+    def error_statement(self) -> str:
+        """Measured error of their mode."""
+        ...
+
+    @property
+    def curvature(self) -> Curvature:
+        """Curvature and refraction that were used."""
+        ...
+
+
+class Preamble(TypedDict):
+    """The fields of ``MapSummary``, but how long what took."""
+
+    version: str
+    mode: str
+    error_statement: str
+    curvature: str
+    unknown: str
+    dem: Ground
+    warnings: list[str]
+    parameters: dict[str, JsonValue]
+
+
+def preamble(
+    grid: ElevationGrid,
+    asked: SightParameters,
+    lines: SightLines | None,
+    warnings: Iterable[str],
+    *,
+    shown: SightParameters | None = None,
+    besides: Mapping[str, Any] | None = None,
+) -> Preamble:
+    """How far to trust an answer, and what it was made from.
+
+    lines: what it stands on, None where nothing is ranged to. warnings: besides those of the grid's provenance; each
+    is told once. shown: whose parameters are told, those asked for where left out, without what
+    ``besides`` names.
+    """
+    return Preamble(
+        version=importlib.metadata.version("sightline"),
+        mode=asked.mode,
+        error_statement="" if lines is None else lines.error_statement,
+        curvature="" if lines is None else lines.curvature.sentence(),
+        unknown=asked.unknown,
+        dem=ground_of(grid),
+        warnings=list(dict.fromkeys((*grid.provenance.warnings, *warnings))),
+        parameters=(shown or asked).model_dump(
+            mode="json", exclude_none=True, exclude=None if besides is None else dict(besides)
+        ),
+    )
+
+
+Finished = TypeVar("Finished", bound=OnAGrid)
+
+
+@dataclass(frozen=True, slots=True)
+class Raster(Generic[Finished]):
+    """A layer's writer: bands over the grid's posts as a GeoTIFF, each (rows, cols), with their names.
+
+    tags: what is told about them besides the unit. nodata: NaN for floats, a value of whole numbers, None where every
+    value says something. infinity: what +inf means.
+    """
+
+    tags: Callable[[Finished], dict[str, str]]
+    bands: Callable[[Finished], Iterable[npt.NDArray[Any]]]
+    names: Callable[[Finished], list[str]]
+    units: str
+    nodata: float | None = math.nan
+    infinity: str | None = None
+
+    def __call__(self, finished: Finished, path: Path) -> None:
+        """Write it."""
+        tags = {**self.tags(finished), "units": self.units}
+        if self.infinity is not None:
+            tags["infinity"] = self.infinity
+        compression = FLOATS if self.nodata is not None and math.isnan(self.nodata) else BYTES
+        bands, names = self.bands(finished), self.names(finished)
+        write_cog(path, finished.grid, bands, names, self.nodata, tags, compression)
+
+
+def feature(kind: str, coordinates: object, properties: Mapping[str, object], id: str | None = None) -> Feature:
+    """A feature of GeoJSON with a geometry of that kind."""
+    named: Feature = {} if id is None else {"id": id}
+    geometry = {"type": kind, "coordinates": coordinates}
+    return {"type": "Feature", **named, "geometry": geometry, "properties": dict(properties)}
+
+
+def place_in_file(grid: ElevationGrid, east_m: float, north_m: float) -> list[float]:
+    """[longitude, latitude] in degrees to about a millimetre; without a CRS [east, north] in metres to one."""
+    if grid.crs is None:
+        return [round(east_m, DECIMALS_M), round(north_m, DECIMALS_M)]
+    lon_deg, lat_deg = to_lon_lat(grid, east_m, north_m)
+    return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG)]
