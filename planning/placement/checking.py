@@ -222,7 +222,7 @@ def placement_maps(
     unknown: what a line over unknown ground is; as the placement took it by default. Raises AnchorError.
     """
     sight, goal = placement.sight, placement.goal
-    curvature, told = sight.curvature or Curvature.of(grid), ""
+    curvature, told = Curvature.over(grid, sight.curvature), ""
     maps: list[tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]] = []
     for anchors in (placement.fixed, (*placement.fixed, *placement.anchors)):
         count = np.zeros(grid.shape, np.uint8)

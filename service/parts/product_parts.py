@@ -12,9 +12,8 @@ from typing import Any, Generic, Protocol, TypedDict, TypeVar
 import numpy.typing as npt
 from pydantic import JsonValue
 
-from service.files.cog import BYTES, FLOATS, write_cog
-from service.parts.map_answers import Ground
-from service.parts.map_facts import ground_of
+from service.files.rasters import BYTES, FLOATS, write_cog
+from service.parts.map_facts import Ground, ground_of
 from service.parts.sight import SightParameters
 from terrain import ElevationGrid, to_lon_lat
 from visibility import Curvature

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, share_of
-from service.parts.point_arrays import points_in_grid
 from service.parts.positioning_answers import PositioningSummary, positioning_summary
+from service.parts.positions import points_in_grid
 from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
+from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import (

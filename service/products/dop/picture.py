@@ -16,11 +16,18 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from service.drawing import overlay
-from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels, class_shares
-from service.drawing.classes import NONE_COLOUR, UNKNOWN_COLOUR, count_classes
+from service.drawing.class_map import (
+    NONE_COLOUR,
+    UNDECIDED,
+    UNKNOWN_COLOUR,
+    MapClass,
+    class_legend,
+    class_pixels,
+    class_shares,
+    count_classes,
+)
 from service.drawing.furniture import ANCHOR_COLOUR, HALO, INK
-from service.drawing.relief import Sampling
-from service.drawing.sheet import DPI, ground_figure, lit_ground, save_png, sources_words
+from service.drawing.sheet import DPI, Sampling, ground_figure, lit_ground, save_png, sources_words
 from service.parts.map_facts import crs_label, dem_name
 from terrain import ElevationGrid
 from visibility import Anchor

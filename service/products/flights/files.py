@@ -8,8 +8,7 @@ from pathlib import Path
 
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import MISSIONS
-from service.files.qgroundcontrol import COPTER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
+from service.files.missions import COPTER, MISSIONS, TAKE_OFF, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
 from service.parts.product_parts import Feature, feature, place_in_file
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pydantic import ConfigDict, JsonValue
 
 from service.estimates import refuse_frames, refuse_map
-from service.parts.map_answers import DemId
-from service.parts.moving_sources import check_moving_sources, moving_sources
+from service.parts.map_facts import DemId
 from service.parts.positioning import POSITIONING_EXAMPLE, MorphingMapParameters
-from service.parts.ranging_sources import check_sources, ranging_sources
+from service.parts.ranging_sources import check_moving_sources, check_sources, moving_sources, ranging_sources
 from service.products import Product
 from service.settings import Settings
 from terrain import ElevationGrid

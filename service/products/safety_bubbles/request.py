@@ -11,13 +11,13 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 import navigation
 from navigation import BubbleError, MeasurementError
 from planning.bubbles import surroundings, way_m
-from service.parts.asked_frame import told_as_asked
-from service.parts.buildings import BuildingsIn
-from service.parts.map_answers import DEM_ID, DemId
-from service.parts.point_arrays import points_in_grid
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from service.parts.positioning import RangingParameters
+from service.parts.positions import points_in_grid
 from service.parts.ranging_sources import RangingSources, ranging_sources
+from service.parts.sentences import told_as_asked
+from service.products.safety_bubbles.request import BuildingsIn
 from terrain import ElevationGrid
 from visibility import Buildings
 from visibility.cover import parse_buildings
