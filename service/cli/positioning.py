@@ -13,7 +13,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 from service.parts.anchors import AnchorIn
-from service.parts.source_answers import PlacedAnchor, PlacedSatellite
+from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
 from service.products.dop.answer import DopMapSummary
 from service.products.morphing.answer import MorphingMapSummary
 

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from service.errors import RequestError
 from service.files.read_tables import read_table
-from service.parts.frames import TrackIn, TrackPointIn
+from service.parts.anchors import TrackIn, TrackPointIn
 from service.parts.sentences import sentence_of
 
 from .height_words import HEIGHT

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import rasterio
 from rasterio.transform import Affine
 
-from service.parts.map_answers import MapSummary
+from service.parts.map_facts import MapSummary
 from terrain import ElevationGrid
 
 __all__ = ["BYTES", "FLOATS", "common_tags", "transform_of", "write_cog"]

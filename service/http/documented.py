@@ -5,7 +5,7 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import Any
 
-from service.http.problem_answer import Problem
+from service.http.answers import Problem
 
 from .problems import FRAMEWORK_KINDS, MEDIA_TYPE, PROBLEMS
 

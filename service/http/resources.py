@@ -12,19 +12,18 @@ from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
 from service.files.layer import Layer
+from service.http.answers import LayerLink, Limit, MapOut, Offset, Page
 from service.jobs.records import JobRecord, JobStatus
-from service.parts.map_answers import LayerLink, MapOut
-from service.parts.pages import Limit, Offset, Page
-from service.parts.satellites import ORBIT_TEXTS
+from service.parts.positioning import ORBIT_TEXTS
 from service.products.product import Needs, Product
 
+from .answers import list_model, out_model, state_model
 from .bodies import body_of, json_body, long_body
 from .context import Service, ServiceDep
 from .documented import LOCATION, problem_responses
 from .files import file_answer
 from .jobs import after_waiting, finished, path_of, state_of
 from .prefer import WaitDep
-from .product_models import list_model, out_model, state_model
 from .spliced import spliced_answer
 
 __all__ = ["product_router"]

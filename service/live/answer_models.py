@@ -7,9 +7,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from detection import Classification, OdometryCondition, PlanningStatus, Rejection, Say, Sight, Witness
-from service.parts.pages import Page
 
-__all__ = ["DetectionOut", "DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
+__all__ = ["DetectionOut", "DetectorOut", "DetectorStateful", "EpochOut", "EpochsOut"]
 
 
 class Exact(BaseModel):
@@ -165,9 +164,3 @@ class DetectorStateful(DetectorOut):
     """A session with what its detector remembers."""
 
     state: DetectorStateOut
-
-
-class DetectorList(Page):
-    """One page of sessions, newest first, without their states."""
-
-    detectors: list[DetectorOut]

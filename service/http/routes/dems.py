@@ -15,6 +15,7 @@ from fastapi.responses import FileResponse
 
 from dem_samples import sample_manifest
 from service.errors import BusyError, RequestError
+from service.http.answers import Limit, Offset
 from service.http.context import Service, ServiceDep
 from service.http.dem_answers import DemList, DemOut
 from service.http.documented import LOCATION, problem_responses
@@ -23,7 +24,6 @@ from service.http.uploads import receive
 from service.jobs.folder import move_into_place
 from service.jobs.notes import note_dem
 from service.jobs.records import DemRecord
-from service.parts.pages import Limit, Offset
 
 __all__ = ["router"]
 

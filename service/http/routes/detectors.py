@@ -7,18 +7,24 @@ import asyncio
 from fastapi import APIRouter, Request, Response
 from pydantic_core import from_json
 
+from service.http.answers import Limit, Offset, Page
 from service.http.bodies import body_of, json_body
 from service.http.context import Service, ServiceDep
 from service.http.documented import LOCATION, problem_responses
 from service.jobs.bodies import model_of, validated
-from service.live.answer_models import DetectorList, DetectorOut, DetectorStateful, EpochsOut
+from service.live.answer_models import DetectorOut, DetectorStateful, EpochsOut
 from service.live.answers import as_json
 from service.live.request import DetectorIn, EpochIn, EpochsIn
-from service.parts.pages import Limit, Offset
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/detectors", tags=["Detectors"])
+
+
+class DetectorList(Page):
+    """One page of sessions, newest first, without their states."""
+
+    detectors: list[DetectorOut]
 
 
 @router.post(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from service.errors import NotFoundError
+from service.http.answers import ProblemType
 from service.http.documented import problem_responses
-from service.http.problem_answer import ProblemType
 from service.http.problems import METHOD, PROBLEMS
 
 __all__ = ["router"]

@@ -14,8 +14,7 @@ from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_p
 from service.drawing.classes import NONE_COLOUR
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
-from service.parts.moving_sources import check_moving_sources
-from service.parts.ranging_sources import Source
+from service.parts.ranging_sources import Source, check_moving_sources
 from visibility import Anchor
 
 from .calculate import FinishedMorphingMap

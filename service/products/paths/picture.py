@@ -25,7 +25,7 @@ from service.drawing.furniture import INK
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut, time_words
-from service.parts.shapes import PolygonIn
+from service.parts.points import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
 from service.products.dop.picture import BOUNDS, COLOURS
 from service.products.paths.calculate import FinishedPath

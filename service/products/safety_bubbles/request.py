@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import ConfigDict, Field, JsonValue, model_validator
+from pydantic import Base64Bytes, ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.buildings import BuildingsIn
-from service.parts.map_answers import DEM_ID, DemId
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from service.parts.positioning import RangingParameters
 
-__all__ = ["PATH", "BubbleParameters", "MotionIn", "SafetyBubblesIn"]
+__all__ = ["PATH", "BubbleParameters", "BuildingsIn", "MotionIn", "SafetyBubblesIn"]
 
 ANCHORS: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0, "ranging_sigma_m": 0.5},
@@ -41,6 +40,28 @@ class MotionIn(StrictModel):
     horizontal_m2_per_s3: NotNegative = Field(0.1, description="Of the acceleration east and north each, metres²/s³.")
     up_m2_per_s3: NotNegative = Field(0.1, description="Of the acceleration upwards, metres²/s³.")
     clock_m2_per_s3: NotNegative = Field(0.1, description="Of the receiver's clock, metres²/s³; for pseudoranges.")
+
+
+class BuildingsIn(StrictModel):
+    """Buildings that stand on the DEM, in one .stl, .obj, .ply or .glb file, in metres."""
+
+    name: str = Field(
+        min_length=5,
+        max_length=200,
+        pattern=r"^[^/\\]*\.([sS][tT][lL]|[oO][bB][jJ]|[pP][lL][yY]|[gG][lL][bB])$",
+        description="What the file is called; its ending tells the format: .stl, .obj, .ply or .glb.",
+    )
+    base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
+    heights: Literal["above_ground", "absolute"] = Field(
+        "above_ground",
+        description="Each separate body stands on the ground under the middle of its footprint, or the file's heights "
+        "are altitudes.",
+    )
+    up: Literal["y", "z"] | None = Field(
+        None, description="The file's upward axis; left out: y for .glb, as that format says, z for the others."
+    )
+    origin_east_m: Metres = Field(0.0, description="East of the file's own origin in the DEM's metric CRS, metres.")
+    origin_north_m: Metres = Field(0.0, description="North of it, metres.")
 
 
 class BubbleParameters(RangingParameters):

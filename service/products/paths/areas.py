@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import RequestError
 from service.files.geojson_shapes import GeoJsonShape, polygons_of, shapes_of
-from service.parts.shapes import PlaceIn, PolygonIn
+from service.parts.points import PlaceIn, PolygonIn
 
 __all__ = ["Areas", "GeoJson", "GoalIn", "StandingPlace"]
 
