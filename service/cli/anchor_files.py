@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
-from service.files.geojson_shapes import GeoJsonShape, shapes_of
+from service.files.geojson_reading import GeoJsonShape, shapes_of
 from service.files.read_tables import read_table
 from service.parts.anchors import AnchorIn
 from service.parts.sentences import sentence_of

@@ -11,7 +11,7 @@ import httpx
 
 from dem_samples import sample_path
 from service.errors import ServiceError
-from service.files.replacing import replacing
+from service.files.layer import replacing
 from service.products.visibility.answer import VisibilityMapSummary
 from service.products.visibility.product import VISIBILITY_MAP
 from service.warm_up import warm_up

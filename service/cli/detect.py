@@ -14,9 +14,9 @@ from rich.table import Table
 
 from detection import AnchorVerdict, Cause, Detector, EpochResult, Suspicion, diagnose
 from service.errors import RequestError
+from service.files.layer import replacing
 from service.files.range_log import LENGTHS_M, TIMES_S, LogForm
-from service.files.range_log_messages import read_epochs
-from service.files.replacing import replacing
+from service.files.range_log_epochs import read_epochs
 from service.files.tables import TableWriter
 from service.live.replay import Replay, replay
 from service.live.settings import DetectorSettingsIn

@@ -15,8 +15,7 @@ from pydantic import BaseModel
 from rich.table import Table
 
 from service.errors import RequestError
-from service.files.layer import Layer
-from service.files.replacing import replacing
+from service.files.layer import Layer, replacing
 from service.parts.anchors import AnchorIn
 from service.products.product import Finished, Product, Work
 from terrain import read_dem

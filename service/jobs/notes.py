@@ -14,7 +14,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from service.files.replacing import replacing
+from service.files.layer import replacing
 
 from .folder import DataFolder
 from .records import JobStatus

@@ -36,7 +36,7 @@ def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Map
 
 def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
     """Draw a DEM that was read into the work folder; raises NotFoundError when it was just deleted."""
-    from service.drawing.overlay import write_hillshade  # heavy, and reading does without
+    from service.drawing.class_map import write_hillshade  # heavy, and reading does without
 
     grid = context.grid(arguments["dem_id"])
     context.work.mkdir(parents=True)

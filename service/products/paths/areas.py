@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import RequestError
-from service.files.geojson_shapes import GeoJsonShape, polygons_of, shapes_of
+from service.files.geojson_reading import GeoJsonShape, polygons_of, shapes_of
 from service.parts.points import PlaceIn, PolygonIn
 
 __all__ = ["Areas", "GeoJson", "GoalIn", "StandingPlace"]
