@@ -19,9 +19,9 @@ from service.errors import DataFolderError, DataFolderInUseError, RequestError
 from .folder import DataFolder, make_durable, move_into_place
 from .kept_files import copy_files, is_sound
 from .marker import STORE, FolderKind, kind_of, mark, read_marker
-from .notes import adopt
 from .quarantine import Quarantine
 from .records import Known
+from .recovery import adopt
 from .store import Store
 from .store_file import SIDE_FILES, copied, dem_digests_in, forget, known_to, settle, snapshot
 

@@ -15,7 +15,7 @@ from typing import Any, Literal
 from service.errors import DataFolderError, InUseError, NotFoundError
 
 from .records import DemRecord, Failure, JobRecord, JobStatus, Known
-from .store_schema import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, read_known
+from .store_file import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, read_known
 
 __all__ = ["Store"]
 

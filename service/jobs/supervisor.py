@@ -24,11 +24,10 @@ from service.errors import (
 from service.settings import Settings
 
 from .folder import DataFolder, move_into_place
-from .notes import note_job, unnote_job
 from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied
 from .records import Failure, JobRecord, JobStatus
-from .recovery import interrupted, recover
+from .recovery import interrupted, note_job, recover, unnote_job
 from .store import Store
 
 __all__ = ["Supervisor"]

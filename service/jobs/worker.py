@@ -14,25 +14,39 @@ import resource
 import shutil
 import signal
 import sys
+import tempfile
 import threading
 import time
 import uuid
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any, BinaryIO
 
-from service.error_roots import domain_errors
-from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
-from service.products.registry import all_products
-from service.settings import GIB, Settings
+import numpy as np
+import pyproj
+
+from service.errors import (
+    DataFolderError,
+    InternalError,
+    MemoryLimitError,
+    ServiceError,
+    StorageFullError,
+    domain_errors,
+)
+from service.products.product import Work
+from service.products.registry import PRODUCTS, all_products
+from service.settings import GIB, Rehearsal, Settings
+from service.warm_up import warm_up
+from terrain import ElevationGrid
 
 from .channel import decode, encode
 from .folder import DataFolder, is_full
 from .records import Failure
-from .rehearsal import rehearse
+from .results import load, save
 from .tasks import Task, TaskContext, tasks_for
 
-__all__ = ["main"]
+__all__ = ["main", "rehearse"]
 
 logger = logging.getLogger("sightline.worker")
 
@@ -71,6 +85,24 @@ def main() -> None:
         context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token))
         _tell(answers, _done(tasks[order["task"]], order, context))
         stopped.discard(token)
+
+
+def rehearse(what: Rehearsal, *, first: bool) -> None:
+    """Load kernels, projections and raster drivers by using each once; one small map goes from start to end.
+
+    first: of all workers; it also compiles what the processes of sampled plans need, for itself and all others.
+    Raises OSError when nothing can be written.
+    """
+    warm_up(what, own_processes=first)
+    utm = pyproj.CRS.from_epsg(32611)
+    grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
+    anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}
+    product = PRODUCTS["visibility-map"]
+    with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
+        finished = product.calculate(grid, product.parameters.model_validate({"anchors": [anchor]}), Work())
+        save(product, finished, Path(folder))
+        _, kept = load(PRODUCTS, Path(folder))
+        product.layer["visible.tif"].write(kept, Path(folder) / "visible.tif")
 
 
 def _done(task: Task, order: Mapping[str, Any], context: TaskContext) -> dict[str, Any]:

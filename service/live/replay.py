@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from detection import Detector, DetectorSettings, DetectorState, EpochResult, PlanningStatus, RangeEpoch, RangingAnchor
-from service.live.rehearsal import rehearse
+from service.live.sessions import rehearse
 
 __all__ = ["Episode", "Replay", "replay"]
 

@@ -22,8 +22,8 @@ from service.http.documented import LOCATION, problem_responses
 from service.http.files import file_answer
 from service.http.uploads import receive
 from service.jobs.folder import move_into_place
-from service.jobs.notes import note_dem
 from service.jobs.records import DemRecord
+from service.jobs.recovery import note_dem
 
 __all__ = ["router"]
 

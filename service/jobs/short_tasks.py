@@ -1,19 +1,37 @@
-"""Pictures and files of DEMs and finished results: drawn when first asked for, once, however many ask at once."""
+"""Short tasks that worker processes do beside the jobs: requests are checked, layers and pictures drawn once."""
 
 from __future__ import annotations
 
 import asyncio
 import uuid
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 from service.errors import NotFoundError
+from service.settings import Settings
 
 from .folder import DataFolder, move_into_place
+from .pool import Lane
 from .supervisor import Supervisor
 
-__all__ = ["Drawings"]
+__all__ = ["Checks", "Drawings"]
+
+
+class Checks:
+    """Has requests checked; big ones never hold every process that others need."""
+
+    def __init__(self, settings: Settings, supervisor: Supervisor) -> None:
+        self._supervisor = supervisor
+        self._big_ones = asyncio.Semaphore(max(1, settings.file_workers - 1))
+
+    async def ask(
+        self, task: str, arguments: Mapping[str, Any], token: str | None = None, *, big: bool = False
+    ) -> dict[str, Any]:
+        """What the check tells. Raises as Supervisor.ask."""
+        async with self._big_ones if big else nullcontext():
+            return await self._supervisor.ask(task, arguments, token, Lane.CHECKS)
 
 
 class Drawings:
