@@ -7,8 +7,9 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.http.answers import Page
 from service.jobs.records import DemRecord
+
+from .answers import Page
 
 __all__ = ["Bounds", "DemList", "DemOut"]
 

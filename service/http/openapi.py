@@ -1,18 +1,53 @@
-"""What OpenAPI says beyond what the routes say by themselves."""
+"""What OpenAPI says beyond what the routes say by themselves: problems, headers, bodies that are read here."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from http import HTTPStatus
 from typing import Any
 
 from fastapi import FastAPI
 from pydantic import BaseModel
 
-from service.http.answers import Problem
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
 from service.products.product import Product
 
-__all__ = ["describe", "tags_of"]
+from .answers import Problem
+from .problems import FRAMEWORK_KINDS, MEDIA_TYPE, PROBLEMS
+
+__all__ = ["LOCATION", "body_of", "describe", "problem_responses", "tags_of"]
+
+LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"type": "string"}}}
+
+
+def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI responses for these statuses and for what may happen everywhere, each a problem of some kinds."""
+    return {status: _response(status) for status in sorted({*statuses, 500, 503})}
+
+
+def _response(status: int) -> dict[str, Any]:
+    kinds = {kind.name: kind for kind in (*PROBLEMS.values(), *FRAMEWORK_KINDS.values()) if kind.status == status}
+    told = ", ".join(f"`/problems/{name}`" for name in sorted(kinds))
+    documented: dict[str, Any] = {
+        "description": f"{HTTPStatus(status).phrase}: {told}.",
+        "content": {
+            MEDIA_TYPE: {
+                "schema": {"$ref": f"#/components/schemas/{Problem.__name__}"},
+            }
+        },
+    }
+    if status == 503:
+        documented["headers"] = {
+            "Retry-After": {"description": "Seconds after which to try again.", "schema": {"type": "integer"}}
+        }
+    return documented
+
+
+def body_of(model: type[BaseModel]) -> dict[str, Any]:
+    """How OpenAPI documents a body that is read here."""
+    content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}}}
+    return {"requestBody": {"required": True, "content": content}}
+
 
 GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
 OTHERS = [

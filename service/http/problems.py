@@ -33,7 +33,16 @@ from visibility import errors as of_visibility
 
 from .bodies import is_json
 
-__all__ = ["FRAMEWORK_KINDS", "MEDIA_TYPE", "METHOD", "PROBLEMS", "FailedJob", "ProblemKind", "install", "problem_of"]
+__all__ = [
+    "FRAMEWORK_KINDS",
+    "MEDIA_TYPE",
+    "METHOD",
+    "PROBLEMS",
+    "FailedJob",
+    "ProblemKind",
+    "answer_with_problems",
+    "problem_of",
+]
 
 logger = logging.getLogger("sightline.http")
 
@@ -142,7 +151,7 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
     return _body(kind, failure.detail, instance, failure.data)
 
 
-def install(app: FastAPI) -> None:
+def answer_with_problems(app: FastAPI) -> None:
     """Answer every error of the app with a problem."""
     for base in (*domain_errors().values(), ours.ServiceError):
         app.add_exception_handler(base, _domain_error)

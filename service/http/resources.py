@@ -11,20 +11,15 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
-from service.files.layer import Layer
-from service.http.answers import LayerLink, Limit, MapOut, Offset, Page
 from service.jobs.records import JobRecord, JobStatus
-from service.parts.positioning import ORBIT_TEXTS
 from service.products.product import Needs, Product
 
-from .answers import list_model, out_model, state_model
-from .bodies import body_of, json_body, long_body
+from .answers import Limit, MapOut, Offset, Page, list_model, out_model, state_model
+from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
-from .documented import LOCATION, problem_responses
 from .files import file_answer
-from .jobs import after_waiting, finished, path_of, state_of
-from .prefer import WaitDep
-from .spliced import spliced_answer
+from .jobs import after_waiting, answer_of, finished, has_layer, path_of, whole_answer
+from .openapi import LOCATION, body_of, problem_responses
 
 __all__ = ["product_router"]
 
@@ -73,7 +68,7 @@ def _add_asking(router: APIRouter, product: Product) -> None:
             inputs=service.folder.work(token) if checked["has_inputs"] else None,
         )
         job = await after_waiting(request, response, service, job, wait_s)
-        return _whole(service, product, job, response.status_code or 201, dict(response.headers))
+        return whole_answer(service, product, job, response.status_code or 201, dict(response.headers))
 
 
 async def _checked(
@@ -134,7 +129,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
         page = Page(total=total, limit=limit, offset=offset).model_dump_json().removesuffix("}")
         # what was asked may be long, and there may be many: written one by one, beside whoever else is answered
         entries = await asyncio.to_thread(
-            lambda: ",".join(_answer(service, product, job).model_dump_json(by_alias=True) for job in jobs)
+            lambda: ",".join(answer_of(service, product, job).model_dump_json(by_alias=True) for job in jobs)
         )
         return Response(f'{page},"{many}":[{entries}]}}', media_type=JSON)
 
@@ -148,7 +143,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
     )
     async def get_one(job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.in_store(service.store.job, product.name, job_id)
-        return _whole(service, product, job, 200, {})
+        return whole_answer(service, product, job, 200, {})
 
     @router.delete(
         "/{job_id}",
@@ -167,7 +162,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
         cancelled = await service.supervisor.remove(product.name, job_id)
         if cancelled is None:
             return Response(status_code=204)
-        return JSONResponse(_answer(service, product, cancelled).model_dump(mode="json"))
+        return JSONResponse(answer_of(service, product, cancelled).model_dump(mode="json"))
 
 
 def _add_files(router: APIRouter, product: Product) -> None:
@@ -197,7 +192,7 @@ def _add_files(router: APIRouter, product: Product) -> None:
     )
     async def download_layer(job_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
         job = await finished(service, product.name, job_id)
-        if layer not in layers or not _has(job, layers[layer]):
+        if layer not in layers or not has_layer(job, layers[layer]):
             raise NotFoundError("layer", layer)
         assert job.digest is not None
         path = service.folder.result(job.digest) / layer
@@ -230,7 +225,7 @@ def _add_stop(router: APIRouter, product: Product) -> None:
     async def stop_one(job_id: str, response: Response, service: ServiceDep) -> MapOut:
         job = await service.supervisor.finish_early(product.name, job_id)
         response.headers["Location"] = path_of(service, job)
-        return _answer(service, product, job)
+        return answer_of(service, product, job)
 
 
 def _singular(product: Product) -> str:
@@ -239,54 +234,3 @@ def _singular(product: Product) -> str:
 
 def _article(product: Product) -> str:
     return product.title if product.inline is not None else f"a {product.title}"
-
-
-def _has(job: JobRecord, layer: Layer) -> bool:
-    return layer.is_of(job.request["parameters"]) and layer.is_in(job.summary or {})
-
-
-def _answer(service: Service, product: Product, job: JobRecord) -> MapOut:
-    links = [
-        LayerLink(
-            name=layer.name,
-            href=f"{path_of(service, job)}/layers/{layer.name}",
-            media_type=layer.media_type,
-            description=layer.description,
-        )
-        for layer in product.layers
-        if job.summary is not None and _has(job, layer)
-    ]
-    told: dict[str, Any] = {
-        **state_of(service, job),
-        "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
-        "result": _with_notes(job),
-        "layers": links,
-    }
-    if product.inline is not None:
-        told["files"] = [f"{path_of(service, job)}/files/{link.name}" for link in links]
-    return state_model(product).model_validate(told)
-
-
-def _with_notes(job: JobRecord) -> Mapping[str, Any] | None:
-    """The result, whose warnings also tell of older names that the request used."""
-    notes = job.request.get("notes")
-    if job.summary is None or not notes:
-        return job.summary
-    return {**job.summary, "warnings": [*job.summary.get("warnings", []), *notes]}
-
-
-def _whole(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
-    answer = _answer(service, product, job)
-    if product.inline is None:
-        kept = {key: value for key, value in headers.items() if key not in ("content-length", "content-type")}
-        return Response(answer.model_dump_json(), status, kept, JSON)
-    path = None if job.digest is None else service.folder.result(job.digest) / product.inline.layer
-    return spliced_answer(answer, product.inline.name, path, status, headers)
-
-
-def _without_orbits(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What was asked, without the text of satellites' orbits, which is long and the client's own."""
-    satellites = parameters.get("satellites")
-    if satellites is None:
-        return parameters
-    return {**parameters, "satellites": {k: v for k, v in satellites.items() if k not in ORBIT_TEXTS}}

@@ -15,15 +15,16 @@ from fastapi.responses import FileResponse
 
 from dem_samples import sample_manifest
 from service.errors import BusyError, RequestError
-from service.http.answers import Limit, Offset
-from service.http.context import Service, ServiceDep
-from service.http.dem_answers import DemList, DemOut
-from service.http.documented import LOCATION, problem_responses
-from service.http.files import file_answer
-from service.http.uploads import receive
 from service.jobs.folder import move_into_place
 from service.jobs.records import DemRecord
 from service.jobs.recovery import note_dem
+
+from .answers import Limit, Offset
+from .context import Service, ServiceDep
+from .dem_answers import DemList, DemOut
+from .files import file_answer
+from .openapi import LOCATION, problem_responses
+from .uploads import receive
 
 __all__ = ["router"]
 

@@ -13,12 +13,13 @@ from typing import Any
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 
 from service.errors import BodyTooLargeError, InternalError, NotJsonError, ServiceError
-from service.http.context import Service
-from service.http.problems import MEDIA_TYPE, problem_of
 from service.jobs.bodies import model_of
 from service.jobs.records import Failure
 from service.live.request import EpochIn
 from service.live.sessions import DetectorSession
+
+from .context import Service
+from .problems import MEDIA_TYPE, problem_of
 
 __all__ = ["router"]
 
