@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -17,15 +18,59 @@ from service.parts.positioning import PositioningParameters
 from terrain import ElevationGrid, to_lon_lat
 from visibility import NO_GO, contour_lines, zones
 
-__all__ = ["cut", "write_collection", "write_contours", "write_no_go_zones"]
+__all__ = [
+    "Feature",
+    "Geometry",
+    "coordinates_of",
+    "cut",
+    "feature",
+    "write_collection",
+    "write_contours",
+    "write_no_go_zones",
+]
 
 Floats = npt.NDArray[np.float64]
-DECIMALS_DEG = 8
+DECIMALS_DEG, DECIMALS_M, DECIMALS_HEIGHT_M = 8, 3, 2
+LEVELS_PER_LIMIT = (0.5, 1.0, 2.0)
+LOCAL_METRES = "metres east and north in the DEM's local frame, which has no CRS"
 HALF, TURN = 180.0, 360.0
 TURNS = (-1, 0, 1)
 
 
-def cut(geometry: dict[str, Any]) -> dict[str, Any]:
+class Geometry(TypedDict):
+    """A geometry of RFC 7946. coordinates: of a place, or of places nested as its type says."""
+
+    type: str
+    coordinates: list[Any]
+
+
+class Feature(TypedDict):
+    """A geometry and what is told of it."""
+
+    type: Literal["Feature"]
+    geometry: Geometry
+    properties: Mapping[str, object]
+
+
+def feature(kind: str, coordinates: list[Any], properties: Mapping[str, object]) -> Feature:
+    """A feature of one geometry of that kind."""
+    return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
+
+
+def coordinates_of(grid: ElevationGrid, places_m: npt.NDArray[np.float64]) -> list[list[float]]:
+    """Places (n, 2) or (n, 3) east, north, altitude in the grid's frame, metres, as GeoJSON writes them.
+
+    In longitude and latitude, degrees; without a CRS in the grid's metres. Altitudes stay in its vertical datum.
+    """
+    if grid.crs is None:
+        metres: list[list[float]] = np.round(places_m, DECIMALS_M).tolist()
+        return metres
+    lon_lat_deg = np.round(np.column_stack(to_lon_lat(grid, places_m[:, 0], places_m[:, 1])), DECIMALS_DEG)
+    degrees: list[list[float]] = np.column_stack([lon_lat_deg, np.round(places_m[:, 2:], DECIMALS_HEIGHT_M)]).tolist()
+    return degrees
+
+
+def cut(geometry: Geometry) -> Geometry:
     """The same geometry, in parts where it crosses 180°; coordinates are degrees in −180…180, heights may follow.
 
     Neighbouring corners are joined the short way. A ring round a pole has the pole inside.
@@ -40,7 +85,7 @@ def cut(geometry: dict[str, Any]) -> dict[str, Any]:
     return geometry
 
 
-def _one_or_many(single: str, kind: str, parts: list[Any]) -> dict[str, Any]:
+def _one_or_many(single: str, kind: str, parts: list[Any]) -> Geometry:
     if kind == single and len(parts) == 1:
         return {"type": single, "coordinates": parts[0]}
     return {"type": f"Multi{single}", "coordinates": parts}
@@ -116,20 +161,16 @@ def _rings_of(polygon: shapely.Polygon) -> list[list[list[float]]]:
     return [np.round(shapely.get_coordinates(ring), DECIMALS_DEG).tolist() for ring in rings]
 
 
-LOCAL_METRES = "metres east and north in the DEM's local frame, which has no CRS"
-
-
 def write_collection(
-    grid: ElevationGrid, features: list[dict[str, Any]], path: Path, indent: int | None = None
+    grid: ElevationGrid, features: Iterable[Mapping[str, Any]], path: Path, indent: int | None = None
 ) -> None:
     """Features of a grid: in longitude and latitude, without a CRS in the grid's metres.
 
     Beside the features stand the body where it is not the Earth, what altitudes count from, and where the grid's north
     lies, from which azimuths and headings in properties count.
     """
-    if grid.crs is not None:
-        features = [{**feature, "geometry": cut(feature["geometry"])} for feature in features]
-    collection = {"type": "FeatureCollection", **_meaning(grid), "features": features}
+    cuts = (one if grid.crs is None else {**one, "geometry": cut(one["geometry"])} for one in features)
+    collection = {"type": "FeatureCollection", **_meaning(grid), "features": list(cuts)}
     path.write_text(json.dumps(collection, allow_nan=False, indent=indent), encoding="utf-8")
 
 
@@ -155,18 +196,14 @@ def _datum(grid: ElevationGrid) -> str:
     return f"the DEM's vertical datum: {grid.vertical_datum}"
 
 
-DECIMALS_M = 3
-LEVELS_PER_LIMIT = (0.5, 1.0, 2.0)
-
-
 def write_no_go_zones(
     grid: ElevationGrid, no_go: npt.NDArray[np.uint8], parameters: PositioningParameters, path: Path
 ) -> None:
     """Polygons in degrees round the no-go posts; without a CRS in the DEM's local metres, and says so."""
     features = [
-        _feature(
+        feature(
             "Polygon",
-            [_coordinates(grid, ring) for ring in (zone.exterior, *zone.holes)],
+            [coordinates_of(grid, ring) for ring in (zone.exterior, *zone.holes)],
             {"area_m2": round(zone.area_m2, 1), **_limit(parameters)},
         )
         for zone in zones(grid, no_go == NO_GO)
@@ -181,9 +218,9 @@ def write_contours(
     levels = [parameters.dop_limit * part for part in LEVELS_PER_LIMIT]
     lines = contour_lines(grid, dop, levels) if min(grid.shape) > 1 else dict.fromkeys(levels, ())
     features = [
-        _feature(
+        feature(
             "MultiLineString",
-            [_coordinates(grid, line) for line in lines[level]],
+            [coordinates_of(grid, line) for line in lines[level]],
             {"dop": level, **_limit(parameters)},
         )
         for level in levels
@@ -193,17 +230,3 @@ def write_contours(
 
 def _limit(parameters: PositioningParameters) -> dict[str, str | float]:
     return {"measure": parameters.measure, "kind": parameters.kind, "dop_limit": parameters.dop_limit}
-
-
-def _coordinates(grid: ElevationGrid, line_m: npt.NDArray[np.float64]) -> list[list[float]]:
-    if grid.crs is None:
-        metres: list[list[float]] = np.round(line_m, DECIMALS_M).tolist()
-        return metres
-    degrees: list[list[float]] = np.round(
-        np.column_stack(to_lon_lat(grid, line_m[:, 0], line_m[:, 1])), DECIMALS_DEG
-    ).tolist()
-    return degrees
-
-
-def _feature(kind: str, coordinates: list[list[list[float]]], properties: dict[str, str | float]) -> dict[str, object]:
-    return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}

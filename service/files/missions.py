@@ -15,6 +15,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from pydantic import JsonValue
+
 from service.parts.map_facts import body_name
 from terrain import ElevationGrid, HeightReference, height_reference_of
 
@@ -165,7 +167,7 @@ def _unused(name: str, archive: zipfile.ZipFile) -> str:
     return next(one for one in (plain, *others) if one.casefold() not in taken)
 
 
-def _item(number: int, item: PlanItem, frame: int, mode: int) -> dict[str, Any]:
+def _item(number: int, item: PlanItem, frame: int, mode: int) -> dict[str, JsonValue]:
     # params 1 to 4 belong to the command; param 4 of None keeps the heading
     return {
         "type": "SimpleItem",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from types import GenericAlias
@@ -125,6 +126,7 @@ def moment(seconds: float | None) -> datetime | None:
 
 
 Summary = TypeVar("Summary", bound=BaseModel)
+Model = TypeVar("Model", bound=BaseModel)
 
 
 class OlderResult(BaseModel):
@@ -164,7 +166,7 @@ class MapOut(JobOut):
     layers: list[LayerLink] = Field(description="What can be downloaded; empty until it succeeded.")
 
 
-def running_example(path: str, request: dict[str, JsonValue]) -> dict[str, Any]:
+def running_example(path: str, request: dict[str, JsonValue]) -> dict[str, JsonValue]:
     """A map that is being calculated, as an example for OpenAPI."""
     return {
         "id": JOB_ID,
@@ -187,15 +189,13 @@ def running_example(path: str, request: dict[str, JsonValue]) -> dict[str, Any]:
 @cache
 def state_model(product: Product) -> type[MapOut]:
     """How a calculation stands, and its result; what is long is left out."""
-    result = or_older(product.answer)
-    fields: dict[str, Any] = {"result": (result, Field(description="What came out; null until it succeeded."))}
-    if product.inline is not None:
-        fields["files"] = (list[str], Field(description="The same as layers, under their older paths."))
-    model = create_model(
+    result = or_older(product.answer), Field(description="What came out; null until it succeeded.")
+    files = list[str], Field(description="The same as layers, under their older paths.")
+    model = _made(
         f"{product.model}{'Out' if product.inline is None else 'State'}",
-        __doc__=f"How the calculation of {product.title} stands, and its result when there is one.",
-        __base__=MapOut,
-        **fields,
+        f"How the calculation of {product.title} stands, and its result when there is one.",
+        MapOut,
+        {"result": result} if product.inline is None else {"result": result, "files": files},
     )
     if product.example:
         example = running_example(product.path, dict(product.example))
@@ -211,25 +211,28 @@ def out_model(product: Product) -> type[MapOut]:
     if product.inline is None:
         return state_model(product)
     inline = product.inline
-    fields: dict[str, Any] = {inline.name: (_list_of(inline.model) | None, Field(description=inline.description))}
-    return create_model(
+    return _made(
         f"{product.model}Out",
-        __doc__=f"How {product.title} stand, with every one of the {inline.name}.",
-        __base__=state_model(product),
-        **fields,
+        f"How {product.title} stand, with every one of the {inline.name}.",
+        state_model(product),
+        {inline.name: (_list_of(inline.model) | None, Field(description=inline.description))},
     )
 
 
 @cache
 def list_model(product: Product) -> type[Page]:
     """One page of them, newest first."""
-    fields: dict[str, Any] = {product.plural: (_list_of(state_model(product)), ...)}
-    return create_model(
+    return _made(
         f"{product.model}List",
-        __doc__=f"One page of {product.plural.replace('_', ' ')}, newest first.",
-        __base__=Page,
-        **fields,
+        f"One page of {product.plural.replace('_', ' ')}, newest first.",
+        Page,
+        {product.plural: (_list_of(state_model(product)), ...)},
     )
+
+
+def _made(name: str, doc: str, base: type[Model], fields: Mapping[str, Any]) -> type[Model]:
+    """A model made at run time. fields: (type, what pydantic is told of it) by name."""
+    return create_model(name, __doc__=doc, __base__=base, **fields)
 
 
 def _list_of(model: Any) -> Any:

@@ -13,6 +13,7 @@ from typing import Annotated
 from fastapi import Depends, Header, Request
 
 from service.errors import BusyError, MediaTypeError, NotJsonError
+from service.jobs.channel import BodyArguments
 
 from .context import Service, ServiceDep
 from .uploads import receive
@@ -61,7 +62,7 @@ async def json_body(request: Request) -> str:
 
 
 @asynccontextmanager
-async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[dict[str, str], bool]]:
+async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[BodyArguments, bool]]:
     """(the body as arguments of a check, whether it is big): a file inside the block, or its text where it is short.
 
     It may have max_pairs_bytes. Raises MediaTypeError, NotJsonError, BodyTooLargeError, BusyError.

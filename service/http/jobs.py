@@ -5,11 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from fastapi import Request, Response
 from fastapi.responses import StreamingResponse
-from pydantic import BaseModel
+from pydantic import BaseModel, JsonValue
 
 from service.errors import NotReadyError
 from service.files.layer import Layer
@@ -23,13 +22,15 @@ from .problems import FailedJob, problem_of
 
 __all__ = ["after_waiting", "answer_of", "finished", "has_layer", "path_of", "spliced_answer", "whole_answer"]
 
+JSON = "application/json"
 BLOCK_BYTES = 1024 * 1024
+RETRY_AFTER_S = 1
 
 
 def spliced_answer(state: BaseModel, name: str, path: Path | None, status: int, headers: dict[str, str]) -> Response:
     """The state with one field more, the content of the file; null where there is none yet."""
     kept = {key: value for key, value in headers.items() if key not in ("content-length", "content-type")}
-    return StreamingResponse(_spliced(state.model_dump_json(), name, path), status, kept, "application/json")
+    return StreamingResponse(_spliced(state.model_dump_json(), name, path), status, kept, JSON)
 
 
 async def _spliced(state: str, name: str, path: Path | None) -> AsyncIterator[bytes]:
@@ -43,19 +44,14 @@ async def _spliced(state: str, name: str, path: Path | None) -> AsyncIterator[by
     yield b"}"
 
 
-JSON = "application/json"
-RETRY_AFTER_S = 1
-
-
 def path_of(service: Service, job: JobRecord) -> str:
     """Where the job is found."""
     return f"{service.products[job.kind].path}/{job.id}"
 
 
-def state_of(service: Service, job: JobRecord) -> dict[str, Any]:
-    """The fields of JobOut."""
+def _state_of(service: Service, job: JobRecord) -> JobOut:
     ran = job.started_at_s is not None and job.finished_at_s is not None
-    fields = JobOut.model_construct(
+    return JobOut.model_construct(
         id=job.id,
         status=job.status,
         progress=service.supervisor.progress(job),
@@ -68,7 +64,6 @@ def state_of(service: Service, job: JobRecord) -> dict[str, Any]:
         problem=None if job.failure is None else problem_of(job.failure, path_of(service, job)),
         links={"self": path_of(service, job), "dem": f"/dems/{job.dem_id}"},
     )
-    return dict(fields)
 
 
 async def after_waiting(
@@ -116,8 +111,8 @@ def answer_of(service: Service, product: Product, job: JobRecord) -> MapOut:
         for layer in product.layers
         if job.summary is not None and has_layer(job, layer)
     ]
-    told: dict[str, Any] = {
-        **state_of(service, job),
+    told: dict[str, object] = {
+        **dict(_state_of(service, job)),
         "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
         "result": _with_notes(job),
         "layers": links,
@@ -127,12 +122,13 @@ def answer_of(service: Service, product: Product, job: JobRecord) -> MapOut:
     return state_model(product).model_validate(told)
 
 
-def _with_notes(job: JobRecord) -> Mapping[str, Any] | None:
+def _with_notes(job: JobRecord) -> Mapping[str, JsonValue] | None:
     """The result, whose warnings also tell of older names that the request used."""
     notes = job.request.get("notes")
     if job.summary is None or not notes:
         return job.summary
-    return {**job.summary, "warnings": [*job.summary.get("warnings", []), *notes]}
+    warnings = job.summary.get("warnings")
+    return {**job.summary, "warnings": [*(warnings if isinstance(warnings, list) else ()), *notes]}
 
 
 def whole_answer(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
@@ -145,9 +141,9 @@ def whole_answer(service: Service, product: Product, job: JobRecord, status: int
     return spliced_answer(answer, product.inline.name, path, status, headers)
 
 
-def _without_orbits(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
+def _without_orbits(parameters: Mapping[str, JsonValue]) -> Mapping[str, JsonValue]:
     """What was asked, without the text of satellites' orbits, which is long and the client's own."""
     satellites = parameters.get("satellites")
-    if satellites is None:
+    if not isinstance(satellites, dict):
         return parameters
     return {**parameters, "satellites": {k: v for k, v in satellites.items() if k not in ORBIT_TEXTS}}

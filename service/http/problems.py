@@ -10,10 +10,11 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any
+from typing import TypedDict, cast
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from pydantic import JsonValue
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
@@ -39,6 +40,7 @@ __all__ = [
     "METHOD",
     "PROBLEMS",
     "FailedJob",
+    "ProblemFields",
     "ProblemKind",
     "answer_with_problems",
     "problem_of",
@@ -56,6 +58,16 @@ class ProblemKind:
     name: str
     status: int
     title: str
+
+
+class ProblemFields(TypedDict):
+    """The fields of every problem; numbers of its error, and what is wrong with which field, may stand beside them."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str | None
 
 
 PROBLEMS: Mapping[type[Exception], ProblemKind] = {
@@ -142,7 +154,7 @@ class FailedJob(Exception):  # noqa: N818 - a job's outcome on its way to becomi
         self.path = path
 
 
-def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
+def problem_of(failure: Failure, instance: str | None) -> ProblemFields:
     """The problem that a failure is; an error that the table does not know shows nothing of itself."""
     kind = KIND_BY_ERROR_NAME.get(failure.error) or KIND_BY_PACKAGE.get(failure.error.partition(".")[0])
     if kind is None:
@@ -187,7 +199,7 @@ async def _not_valid(request: Request, error: Exception) -> Response:
     if details[0]["loc"] == ("body",) and not is_json(request):
         sentence = "The body must be JSON and say so, with the header 'Content-Type: application/json'."
         return _respond(_body(PROBLEMS[ours.MediaTypeError], sentence, request.url.path))
-    fields = [
+    fields: list[JsonValue] = [
         {"field": place_of(detail["loc"]), "detail": str(detail["msg"]).removeprefix("Value error, ")}
         for detail in details[:MOST_FIELDS]
     ]
@@ -244,9 +256,9 @@ def _why_unusable(request: Request) -> ours.DataFolderError | None:
 
 
 def _body(
-    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, Any] | None = None
-) -> dict[str, Any]:
-    return {
+    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, JsonValue] | None = None
+) -> ProblemFields:
+    fields = {
         **(more or {}),
         "type": f"/problems/{kind.name}",
         "title": kind.title,
@@ -254,9 +266,10 @@ def _body(
         "detail": detail,
         "instance": instance,
     }
+    return cast(ProblemFields, fields)
 
 
-def _respond(problem: Mapping[str, Any], headers: Mapping[str, str] | None = None) -> Response:
+def _respond(problem: ProblemFields, headers: Mapping[str, str] | None = None) -> Response:
     headers = dict(headers or {})
     if problem["status"] == 503:
         headers["Retry-After"] = str(ours.BusyError.retry_after_s)

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import uuid
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
+from typing import cast
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
+from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFields, NeedsFields
 from service.jobs.records import JobRecord, JobStatus
-from service.products.product import Needs, Product
+from service.products.product import Product
 
 from .answers import Limit, MapOut, Offset, Page, list_model, out_model, state_model
 from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
 from .files import file_answer
 from .jobs import after_waiting, answer_of, finished, has_layer, path_of, whole_answer
-from .openapi import LOCATION, body_of, problem_responses
+from .openapi import LOCATION, Responses, body_of, problem_responses
 
 __all__ = ["product_router"]
 
@@ -64,52 +65,48 @@ def _add_asking(router: APIRouter, product: Product) -> None:
         job = await service.supervisor.submit(
             product.name,
             checked["dem_id"],
-            {key: checked[key] for key in ("parameters", "has_inputs", "notes")},
-            inputs=service.folder.work(token) if checked["has_inputs"] else None,
+            checked["request"],
+            inputs=service.folder.work(token) if checked["request"].get("has_inputs") else None,
         )
         job = await after_waiting(request, response, service, job, wait_s)
         return whole_answer(service, product, job, response.status_code or 201, dict(response.headers))
 
 
-async def _checked(
-    service: Service, product: Product, body: Mapping[str, str], token: str, big: bool
-) -> dict[str, Any]:
+async def _checked(service: Service, product: Product, body: BodyArguments, token: str, big: bool) -> Checked:
     """What a worker makes of a body: parameters that can be calculated. Raises what is wrong with it."""
-    asked = {"product": product.name, **body}
-    checked = await service.checks.ask("check-request", asked, token, big=big)
+    asked: CheckArguments = {**body, "product": product.name}
+    checked = cast(Checked, await service.checks.ask("check-request", asked, token, big=big))
     if "needs" in checked:
-        given = await _found(service, Needs(**checked["needs"]), checked["dem_id"])
-        checked = await service.checks.ask("check-request", {**asked, "given": given}, token, big=big)
+        asked["given"] = await _found(service, checked["needs"], checked["dem_id"])
+        checked = cast(Checked, await service.checks.ask("check-request", asked, token, big=big))
     return checked
 
 
-async def _found(service: Service, needs: Needs, dem_id: str) -> dict[str, Any]:
+async def _found(service: Service, needs: NeedsFields, dem_id: str) -> GivenFields:
     """What a request refers to. Raises NotFoundError, GoneError, NotReadyError, RequestError."""
-    given: dict[str, Any] = {}
-    if needs.map_id is not None:
-        job = await service.supervisor.in_store(_map_of, service, needs)
+    given = GivenFields()
+    if needs["map_id"] is not None:
+        job = await service.supervisor.in_store(_map_of, service, needs["map_id"], needs["map_kinds"])
         if job.dem_id != dem_id:
             raise RequestError(f"The {service.products[job.kind].title} {job.id} is of another DEM, {job.dem_id}.")
-        given |= {"map_kind": job.kind, "map_parameters": job.request["parameters"]}
-    if needs.detector_id is not None:
-        found = service.detectors.get(needs.detector_id).occlusions.lasting(needs.persistent_s)
-        given["occluded"] = list(found)
+        given["map_kind"], given["map_parameters"] = job.kind, job.request["parameters"]
+    if needs["detector_id"] is not None:
+        given["occluded"] = service.detectors.get(needs["detector_id"]).occlusions.lasting(needs["persistent_s"])
     return given
 
 
-def _map_of(service: Service, needs: Needs) -> JobRecord:
-    assert needs.map_id is not None
-    for kind in needs.map_kinds:
+def _map_of(service: Service, map_id: str, kinds: Sequence[str]) -> JobRecord:
+    for kind in kinds:
         try:
-            job = service.store.job(kind, needs.map_id)
+            job = service.store.job(kind, map_id)
         except NotFoundError:
             continue
         if job.status is not JobStatus.SUCCEEDED:
             raise NotReadyError(
-                f"The {service.products[kind].title} {needs.map_id} is {job.status}, so nothing can be planned on it."
+                f"The {service.products[kind].title} {map_id} is {job.status}, so nothing can be planned on it."
             )
         return job
-    raise NotFoundError(needs.map_kinds[0] if len(needs.map_kinds) == 1 else "map", needs.map_id)
+    raise NotFoundError(kinds[0] if len(kinds) == 1 else "map", map_id)
 
 
 def _add_following(router: APIRouter, product: Product) -> None:
@@ -167,19 +164,16 @@ def _add_following(router: APIRouter, product: Product) -> None:
 
 def _add_files(router: APIRouter, product: Product) -> None:
     one, layers = _singular(product), product.layer
-    documented: dict[str, Any] = {
-        "response_class": FileResponse,
-        "responses": {
-            200: {
-                "description": "The file.",
-                "content": {
-                    layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
-                },
-                "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
+    responses: Responses = {
+        200: {
+            "description": "The file.",
+            "content": {
+                layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
             },
-            304: {"description": "You have it already (If-None-Match)."},
-            **problem_responses(404, 409, 416, 422, 503, 507),
+            "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
         },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 409, 416, 422, 503, 507),
     }
 
     @router.get(
@@ -188,7 +182,8 @@ def _add_files(router: APIRouter, product: Product) -> None:
         summary=f"Download a layer of {_article(product)}",
         description="A file of the result. It is written when it is first asked for; ranges and If-None-Match are "
         "understood.",
-        **documented,
+        response_class=FileResponse,
+        responses=responses,
     )
     async def download_layer(job_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
         job = await finished(service, product.name, job_id)
@@ -208,7 +203,8 @@ def _add_files(router: APIRouter, product: Product) -> None:
             summary=f"Download a file of {_article(product)}",
             description="The same as `/layers/`, under its older name.",
             deprecated=True,
-            **documented,
+            response_class=FileResponse,
+            responses=responses,
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,6 +12,8 @@ from pydantic_core import from_json
 from service.errors import LimitError, NotJsonError, NotValidError
 from service.parts.sentences import fields_of, sentence_of
 from service.settings import Settings
+
+from .channel import BodyArguments
 
 __all__ = ["body_in", "model_of", "read_body", "validated"]
 
@@ -51,9 +53,9 @@ def validated(model: type[Body], fields: Any) -> Body:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
 
 
-def body_in(arguments: Mapping[str, Any]) -> str | bytes:
+def body_in(arguments: BodyArguments) -> str | bytes:
     """The body that came along, or that lies in a file because it is big."""
-    return str(arguments["body"]) if "body" in arguments else Path(arguments["path"]).read_bytes()
+    return arguments["body"] if "body" in arguments else Path(arguments["path"]).read_bytes()
 
 
 def read_body(model: type[Body], data: bytes | str, settings: Settings) -> Body:

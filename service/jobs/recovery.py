@@ -9,10 +9,9 @@ import json
 import logging
 import re
 import sqlite3
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 from service.errors import JobInterruptedError
 from service.files.layer import replacing
@@ -20,6 +19,7 @@ from service.files.layer import replacing
 from .folder import DataFolder
 from .records import Failure, JobRecord, JobStatus
 from .store import Store
+from .store_file import StoredRow
 
 __all__ = ["NOTES", "adopt", "interrupted", "note_all", "note_dem", "note_job", "recover", "unnote_job"]
 
@@ -70,14 +70,14 @@ def adopt(store: Path, folders: Iterable[Path]) -> int:
     return new
 
 
-def _insert(connection: sqlite3.Connection, table: str, row: Mapping[str, Any]) -> int:
+def _insert(connection: sqlite3.Connection, table: str, row: StoredRow) -> int:
     columns = [column[1] for column in connection.execute(f"PRAGMA table_info({table})")]
     marks = ", ".join("?" * len(columns))
     values = [row[column] for column in columns]
     return connection.execute(f"INSERT INTO {table} VALUES ({marks}) ON CONFLICT (id) DO NOTHING", values).rowcount
 
 
-def _write(folder: Path, name: str, row: Mapping[str, Any] | None) -> None:
+def _write(folder: Path, name: str, row: StoredRow | None) -> None:
     if row is None or not folder.is_dir():
         return
     try:
@@ -89,7 +89,7 @@ def _write(folder: Path, name: str, row: Mapping[str, Any] | None) -> None:
         logger.error("no note of %s could be written: %s", name, error)
 
 
-def _read(note: Path, owner: str) -> dict[str, Any]:
+def _read(note: Path, owner: str) -> StoredRow:
     """The row in a note. Raises OSError; ValueError, KeyError, TypeError unless it is of that DEM or result."""
     row = json.loads(note.read_text(encoding="utf-8"))
     if not ID.fullmatch(row["id"]) or owner != row.get("digest", row["id"]):

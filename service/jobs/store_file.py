@@ -7,7 +7,7 @@ import re
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -20,6 +20,7 @@ __all__ = [
     "SCHEMA",
     "SCHEMA_VERSION",
     "SIDE_FILES",
+    "StoredRow",
     "copied",
     "dem_digests_in",
     "error_of_store",
@@ -30,6 +31,9 @@ __all__ = [
     "settle",
     "snapshot",
 ]
+
+# a DEM or a job as it is stored, by column
+StoredRow = Mapping[str, str | int | float | None]
 
 SCHEMA_VERSION = 1
 SCHEMA = """

@@ -4,30 +4,42 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import JsonValue, ValidationError
 
 from dem_samples import sample_path
 from service.errors import NotFoundError, NotReadyError, NotValidError
 from service.jobs.bodies import model_of
 from service.jobs.folder import DataFolder, digest_of, make_durable
 from service.jobs.kept_files import load_grid, save_grid
+from service.jobs.records import JobRequest
 from service.jobs.results import load, save
 from service.live.limits import DetectorLimits
 from service.live.request import EpochsIn
-from service.parts.map_facts import dem_summary
+from service.parts.map_facts import ground_of
 from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import fields_of, sentence_of
-from service.products.product import Given, Product, Work
+from service.products.product import Given, Needs, Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid, read_dem
 
 from .bodies import body_in, read_body
+from .channel import (
+    BodyArguments,
+    CalculateArguments,
+    Calculated,
+    CheckArguments,
+    Checked,
+    DemArguments,
+    LayerArguments,
+    NeedsFields,
+    ReadDemArguments,
+)
 
 __all__ = [
     "Task",
@@ -70,7 +82,8 @@ class TaskContext:
             raise NotFoundError("DEM", dem_id) from error
 
 
-Task = Callable[[TaskContext, Mapping[str, Any]], Mapping[str, Any]]
+# each task knows the arguments that it takes; see ``channel``
+Task = Callable[[TaskContext, Any], Mapping[str, object]]
 
 
 @lru_cache(maxsize=2)
@@ -78,22 +91,28 @@ def _grid(folder: Path) -> ElevationGrid:
     return load_grid(folder)
 
 
-def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+def read_uploaded_dem(context: TaskContext, arguments: ReadDemArguments) -> Mapping[str, object]:
     """Read the file at ``path``, or the bundled DEM ``sample``, keep the grid in the work folder, and tell about it.
 
     Raises DemReadError, FrameError, SampleError.
     """
     path = sample_path(arguments["sample"]) if "sample" in arguments else Path(arguments["path"])
-    options = dict(arguments["options"])
-    if "nodata" in options:
-        options["nodata"] = float(options["nodata"])
-    grid = read_dem(path, max_cells=context.settings.max_dem_cells, **options)
+    options = arguments["options"]
+    grid = read_dem(
+        path,
+        nodata=float(options["nodata"]) if "nodata" in options else None,
+        crs=options.get("crs"),
+        height_unit=options.get("height_unit"),
+        band=options.get("band"),
+        cell_m=options.get("cell_m"),
+        max_cells=context.settings.max_dem_cells,
+    )
     save_grid(grid, context.work)
     make_durable(context.work)
     return _summary(grid)
 
 
-def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+def draw_hillshade(context: TaskContext, arguments: DemArguments) -> Mapping[str, object]:
     """Draw a DEM that was read into the work folder; raises NotFoundError when it was just deleted."""
     from service.drawing.class_map import write_hillshade  # heavy, and reading does without
 
@@ -104,13 +123,11 @@ def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mappin
     return {}
 
 
-def _summary(grid: ElevationGrid) -> dict[str, Any]:
+def _summary(grid: ElevationGrid) -> dict[str, JsonValue]:
     known = grid.unknown_posts < grid.heights_m.size
-    ground = dem_summary(grid)
-    # the resource has the name that the file came under
-    del ground["name"]
     return {
-        **ground,
+        # the resource has the name that the file came under
+        **ground_of(grid).model_dump(mode="json", exclude={"name"}),
         "driver": grid.provenance.driver,
         "cells": grid.heights_m.size,
         "lowest_m": float(np.nanmin(grid.heights_m)) if known else None,
@@ -119,13 +136,13 @@ def _summary(grid: ElevationGrid) -> dict[str, Any]:
     }
 
 
-def check_epochs(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+def check_epochs(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
     """Raises NotJsonError, LimitError, NotValidError; nothing comes back."""
     model_of(EpochsIn, body_in(arguments), DetectorLimits.of(context.settings).refuse_long_epochs)
     return {}
 
 
-def check_request(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
     """Read a body and refuse what cannot be calculated or is beyond the limits, before a job exists.
 
     given: what the request refers to; without it ``needs`` comes back where there is something to find first. What is
@@ -136,9 +153,9 @@ def check_request(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping
     asked: Any = read_body(product.asked, body_in(arguments), context.settings)
     needs = product.needs(asked)
     if needs is not None and "given" not in arguments:
-        return {"dem_id": asked.dem_id, "needs": asdict(needs)}
+        return {"dem_id": asked.dem_id, "needs": _fields_of(needs)}
     try:
-        parameters = product.completed(asked, Given(**arguments.get("given", {})))
+        parameters = product.completed(asked, _given(arguments))
     except ValidationError as error:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
     grid = context.grid(asked.dem_id)
@@ -147,13 +164,28 @@ def check_request(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping
     if context.work.exists():
         make_durable(context.work)
     notes = notes_on_older_names(asked)
-    return {"dem_id": asked.dem_id, "parameters": packed, "has_inputs": context.work.exists(), "notes": notes}
+    request = JobRequest(parameters=packed, has_inputs=context.work.exists(), notes=notes)
+    return {"dem_id": asked.dem_id, "request": request}
+
+
+def _given(arguments: CheckArguments) -> Given:
+    found = arguments.get("given", {})
+    return Given(found.get("map_kind"), found.get("map_parameters", {}), tuple(found.get("occluded", ())))
+
+
+def _fields_of(needs: Needs) -> NeedsFields:
+    return NeedsFields(
+        map_id=needs.map_id,
+        map_kinds=needs.map_kinds,
+        detector_id=needs.detector_id,
+        persistent_s=needs.persistent_s,
+    )
 
 
 def calculation_of(product: Product) -> Task:
     """The task that calculates one product: files into the work folder; their digest and the answer come back."""
 
-    def calculate(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    def calculate(context: TaskContext, arguments: CalculateArguments) -> Calculated:
         parameters = product.unpacked(arguments["parameters"], context.folder.inputs(arguments["job_id"]))
         work = Work(context.progress, context.stop, context.settings.dask_scheduler)
         finished = product.calculate(context.grid(arguments["dem_id"]), parameters, work)
@@ -169,7 +201,7 @@ def calculation_of(product: Product) -> Task:
     return calculate
 
 
-def draw_layer(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+def draw_layer(context: TaskContext, arguments: LayerArguments) -> Mapping[str, object]:
     """Write one layer of a finished result into the work folder; raises NotFoundError when it was just deleted."""
     try:
         product, finished = load(context.products, context.folder.result(arguments["digest"]), arguments["summary"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -156,7 +156,7 @@ class DetectorOut(Exact):
     streams: int = Field(description="How many streams are open.")
     malformed_messages: int = Field(description="How many messages on streams could not be read.")
     anchors: list[str] = Field(description="Ids of the anchors.")
-    settings: dict[str, Any] = Field(description="What the detector was told, in the words of the request.")
+    settings: dict[str, object] = Field(description="What the detector was told, in the words of the request.")
     links: dict[Literal["self", "epochs", "stream"], str] = Field(description="Paths: the session, epochs, stream.")
 
 

@@ -7,7 +7,7 @@ import datetime
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from detection import Detector, EpochResult
 from service.errors import RequestError, TooManyError
@@ -177,7 +177,7 @@ class DetectorSession:
         """Seconds until it expires; None while a stream is open."""
         return None if self._streams else self._used_at_s + self.idle_timeout_s - self._clock()
 
-    def description(self) -> dict[str, Any]:
+    def description(self) -> dict[str, object]:
         """The session in the words of ``DetectorOut``."""
         path = f"/detectors/{self.id}"
         left_s = self.idle_left_s
@@ -194,12 +194,12 @@ class DetectorSession:
             "links": {"self": path, "epochs": f"{path}/epochs", "stream": f"{path}/stream"},
         }
 
-    async def state_between_epochs(self) -> dict[str, Any]:
+    async def state_between_epochs(self) -> dict[str, object]:
         """``state``, not while an epoch is judged: the detector is half in the one before it then."""
         async with self._judging:
             return self.state()
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> dict[str, object]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""
         return {**self.description(), "state": state_answer(self._detector.state, self._detector.suspicions())}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import PurePath
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
@@ -128,7 +128,7 @@ def ground_of(grid: ElevationGrid) -> Ground:
     )
 
 
-def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+def dem_summary(grid: ElevationGrid) -> dict[str, JsonValue]:
     """The same, ready for JSON."""
     return ground_of(grid).model_dump(mode="json")
 
