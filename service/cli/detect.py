@@ -16,8 +16,8 @@ from detection import AnchorVerdict, Cause, Detector, EpochResult, Suspicion, di
 from service.errors import RequestError
 from service.files.layer import replacing
 from service.files.range_log import LENGTHS_M, TIMES_S, LogForm
-from service.files.range_log_epochs import read_epochs
 from service.files.tables import TableWriter
+from service.live.epoch_logs import read_epochs
 from service.live.replay import Replay, replay
 from service.live.settings import DetectorSettingsIn
 from service.live.verdict_picture import write_verdict_picture

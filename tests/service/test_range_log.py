@@ -7,7 +7,7 @@ import pytest
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from service.errors import RequestError
 from service.files.range_log import COLUMNS, read_range_log
-from service.files.range_log_epochs import epochs_of, read_epochs
+from service.live.epoch_logs import epochs_of, read_epochs
 
 
 def rows_of(tmp_path, *lines):
