@@ -30,7 +30,6 @@ ServiceError
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 
 __all__ = [
@@ -60,7 +59,6 @@ __all__ = [
     "StoreLockedError",
     "TimeLimitError",
     "TooManyError",
-    "domain_errors",
 ]
 
 
@@ -187,18 +185,3 @@ class InternalError(JobError):
     def __init__(self, reference: str) -> None:
         super().__init__(f"An internal error occurred; the service's log tells more under {reference}.")
         self.reference = reference
-
-
-ROOTS = {
-    "terrain": "TerrainError",
-    "gnss": "GnssError",
-    "visibility": "VisibilityError",
-    "detection": "DetectionError",
-    "navigation": "NavigationError",
-    "planning": "PlanningError",
-}
-
-
-def domain_errors() -> dict[str, type[Exception]]:
-    """The roots by package; one that was never imported has raised nothing."""
-    return {name: getattr(sys.modules[name], root) for name, root in ROOTS.items() if name in sys.modules}

@@ -14,7 +14,6 @@ from typing import TypedDict, cast
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from pydantic import JsonValue
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
@@ -23,7 +22,7 @@ from gnss import errors as of_gnss
 from navigation import errors as of_navigation
 from planning import errors as of_planning
 from service import errors as ours
-from service.errors import domain_errors
+from service.error_roots import domain_errors
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
@@ -199,7 +198,7 @@ async def _not_valid(request: Request, error: Exception) -> Response:
     if details[0]["loc"] == ("body",) and not is_json(request):
         sentence = "The body must be JSON and say so, with the header 'Content-Type: application/json'."
         return _respond(_body(PROBLEMS[ours.MediaTypeError], sentence, request.url.path))
-    fields: list[JsonValue] = [
+    fields = [
         {"field": place_of(detail["loc"]), "detail": str(detail["msg"]).removeprefix("Value error, ")}
         for detail in details[:MOST_FIELDS]
     ]
@@ -256,7 +255,7 @@ def _why_unusable(request: Request) -> ours.DataFolderError | None:
 
 
 def _body(
-    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, JsonValue] | None = None
+    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, object] | None = None
 ) -> ProblemFields:
     fields = {
         **(more or {}),

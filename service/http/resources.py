@@ -74,7 +74,7 @@ def _add_asking(router: APIRouter, product: Product) -> None:
 
 async def _checked(service: Service, product: Product, body: BodyArguments, token: str, big: bool) -> Checked:
     """What a worker makes of a body: parameters that can be calculated. Raises what is wrong with it."""
-    asked: CheckArguments = {**body, "product": product.name}
+    asked = CheckArguments(product=product.name, body=body)
     checked = cast(Checked, await service.checks.ask("check-request", asked, token, big=big))
     if "needs" in checked:
         asked["given"] = await _found(service, checked["needs"], checked["dem_id"])

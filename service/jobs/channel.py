@@ -97,7 +97,7 @@ class FailureFields(TypedDict):
 
     error: str
     detail: str
-    data: Mapping[str, JsonValue]
+    data: Mapping[str, object]
 
 
 @final
@@ -159,10 +159,11 @@ class GivenFields(TypedDict, total=False):
     occluded: Sequence[str]
 
 
-class CheckArguments(BodyArguments):
+class CheckArguments(TypedDict):
     """A request for a product, and what it refers to once that was found."""
 
     product: str
+    body: BodyArguments
     given: NotRequired[GivenFields]
 
 

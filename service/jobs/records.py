@@ -37,14 +37,14 @@ class Failure:
 
     error: str
     detail: str
-    data: Mapping[str, JsonValue] = field(default_factory=dict)
+    data: Mapping[str, object] = field(default_factory=dict)
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
         """The same from an exception; numbers and words that it carries come along."""
         name = f"{type(error).__module__.partition('.')[0]}.{type(error).__name__}"
         told = (int, float, str, dict, tuple)
-        data: dict[str, JsonValue] = {key: value for key, value in vars(error).items() if isinstance(value, told)}
+        data = {key: value for key, value in vars(error).items() if isinstance(value, told)}
         return cls(name, str(error), data)
 
 

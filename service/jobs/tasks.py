@@ -150,7 +150,7 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
     what the product's check raises.
     """
     product = context.products[arguments["product"]]
-    asked: Any = read_body(product.asked, body_in(arguments), context.settings)
+    asked: Any = read_body(product.asked, body_in(arguments["body"]), context.settings)
     needs = product.needs(asked)
     if needs is not None and "given" not in arguments:
         return {"dem_id": asked.dem_id, "needs": _fields_of(needs)}
