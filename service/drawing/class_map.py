@@ -44,6 +44,8 @@ NONE_COLOUR = "#bd8468"
 UNKNOWN_COLOUR = "#b9b9b9"
 NO_GROUND_COLOUR = "#e4e4e4"
 RAMP, RAMP_FROM, RAMP_TO = "YlGnBu", 0.12, 0.86
+# in an array of class numbers: what is unknown
+UNDECIDED = np.uint8(255)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +82,6 @@ def count_classes(n_anchors: int, fewest: int = 1) -> tuple[CountClass, ...]:
 def lookup_table(classes: tuple[CountClass, ...]) -> npt.NDArray[np.float32]:
     """(n_anchors + 1, 3) colour of each count."""
     return np.array([c.rgb for c in classes for _ in range(c.first, c.last + 1)], np.float32)
-
-
-# in an array of class numbers: what is unknown
-UNDECIDED = np.uint8(255)
 
 
 @dataclass(frozen=True, slots=True)

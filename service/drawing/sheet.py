@@ -44,6 +44,15 @@ SUN_AZIMUTH_RAD = math.radians(315.0)
 SUN_ELEVATION_RAD = math.radians(45.0)
 # Relief is exaggerated until the typical slope looks like this one: plains stay readable, mountains do not clip.
 TYPICAL_SLOPE = 0.45
+# Names come from outside: a dollar sign in one is a dollar sign, never the beginning of a formula.
+rcParams["text.parse_math"] = False
+DPI = 110
+LONGER_SIDE_IN = 9.0
+SHORTEST_SIDE_IN = 3.6
+LEGEND_IN, LEFT_IN, BOTTOM_IN, TOP_IN = 2.15, 1.0, 0.65, 0.8
+# Part of a colour that relief may darken.
+RELIEF_STRENGTH = 0.62
+HATCH_PERIOD_PX, HATCH_WIDTH_PX = 12, 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,18 +118,6 @@ def shaded_relief(
         1.0 + slope_east * slope_east + slope_north * slope_north
     )
     return np.where(np.isnan(facing), flat, np.clip(facing, 0.0, 1.0)).astype(np.float32)
-
-
-# Names come from outside: a dollar sign in one is a dollar sign, never the beginning of a formula.
-rcParams["text.parse_math"] = False
-
-DPI = 110
-LONGER_SIDE_IN = 9.0
-SHORTEST_SIDE_IN = 3.6
-LEGEND_IN, LEFT_IN, BOTTOM_IN, TOP_IN = 2.15, 1.0, 0.65, 0.8
-# Part of a colour that relief may darken.
-RELIEF_STRENGTH = 0.62
-HATCH_PERIOD_PX, HATCH_WIDTH_PX = 12, 3
 
 
 def save_png(figure: Figure, path: Path) -> None:

@@ -37,6 +37,11 @@ SPELLINGS = tuple(
     )
 )
 
+# the member by which Sightline's own files say so where RFC 7946 does not
+COORDINATES_ARE = "coordinates_are"
+Pairs = list[tuple[float, float]]
+WGS_84 = {("EPSG", "4326"), ("OGC", "CRS84")}
+
 
 def _crs_of_name(name: str, called: str) -> pyproj.CRS:
     """The CRS of "EPSG:25832", "urn:ogc:def:crs:OGC:1.3:CRS84" and the like. Raises RequestError.
@@ -54,12 +59,6 @@ def _crs_of_name(name: str, called: str) -> pyproj.CRS:
         f"{called} is in the CRS {name[:80]!r}; a CRS is named by authority and code, such as EPSG:25832 or "
         "urn:ogc:def:crs:OGC:1.3:CRS84."
     )
-
-
-# the member by which Sightline's own files say so where RFC 7946 does not
-COORDINATES_ARE = "coordinates_are"
-Pairs = list[tuple[float, float]]
-WGS_84 = {("EPSG", "4326"), ("OGC", "CRS84")}
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,12 @@ from service.files.missions import Mission
 
 __all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "replacing"]
 
+Writer = Callable[[Any, Path], None]
+COG = "image/tiff; application=geotiff; profile=cloud-optimized"
+PNG = "image/png"
+GEOJSON = "application/geo+json"
+JSON = "application/json"
+
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
@@ -30,13 +36,6 @@ def replacing(path: Path) -> Iterator[Path]:
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
-
-
-Writer = Callable[[Any, Path], None]
-COG = "image/tiff; application=geotiff; profile=cloud-optimized"
-PNG = "image/png"
-GEOJSON = "application/geo+json"
-JSON = "application/json"
 
 
 @dataclass(frozen=True, slots=True)

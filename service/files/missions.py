@@ -35,6 +35,17 @@ __all__ = [
     "zip_plans",
 ]
 
+# MAV_CMD
+WAYPOINT, LOITER, TAKE_OFF = 16, 17, 22
+# MAV_TYPE
+COPTER, ROVER = 2, 10
+GENERIC_FIRMWARE = 0  # MAV_AUTOPILOT
+# (MAV_FRAME, QGroundControl's AltMode): MAV_FRAME_GLOBAL counts from mean sea level, MAV_FRAME_GLOBAL_TERRAIN_ALT from
+# the ground below. MAV_FRAME_GLOBAL_RELATIVE_ALT, which counts from wherever the vehicle is armed, is never written.
+SEA_LEVEL, GROUND = (0, 2), (10, 4)
+# a zip's entries carry a time; one for all makes files of equal plans equal
+ZIP_TIME = (2020, 1, 1, 0, 0, 0)
+
 
 @dataclass(frozen=True, slots=True)
 class Mission:
@@ -89,18 +100,6 @@ def mission_warnings(product: str, grid: ElevationGrid) -> tuple[str, ...]:
 
 def _the(body: str | None) -> str:
     return "the Moon" if body == "Moon" else str(body)
-
-
-# MAV_CMD
-WAYPOINT, LOITER, TAKE_OFF = 16, 17, 22
-# MAV_TYPE
-COPTER, ROVER = 2, 10
-GENERIC_FIRMWARE = 0  # MAV_AUTOPILOT
-# (MAV_FRAME, QGroundControl's AltMode): MAV_FRAME_GLOBAL counts from mean sea level, MAV_FRAME_GLOBAL_TERRAIN_ALT from
-# the ground below. MAV_FRAME_GLOBAL_RELATIVE_ALT, which counts from wherever the vehicle is armed, is never written.
-SEA_LEVEL, GROUND = (0, 2), (10, 4)
-# a zip's entries carry a time; one for all makes files of equal plans equal
-ZIP_TIME = (2020, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)

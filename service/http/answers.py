@@ -33,6 +33,12 @@ __all__ = [
     "state_model",
 ]
 
+Limit = Annotated[int, Field(ge=1, le=200, description="At most so many entries in one answer.")]
+Offset = Annotated[int, Field(ge=0, le=1_000_000_000, description="Leave out so many entries from the start.")]
+Summary = TypeVar("Summary", bound=BaseModel)
+Model = TypeVar("Model", bound=BaseModel)
+JOB_ID = "9b2d4c55f0c94f5c8f3d0d3d7f7e6a01"
+
 
 class FieldProblem(BaseModel):
     """One thing wrong with one field of the request."""
@@ -89,10 +95,6 @@ class ProblemType(BaseModel):
     description: str = Field(description="What it means.")
 
 
-Limit = Annotated[int, Field(ge=1, le=200, description="At most so many entries in one answer.")]
-Offset = Annotated[int, Field(ge=0, le=1_000_000_000, description="Leave out so many entries from the start.")]
-
-
 class Page(BaseModel):
     """Where in the whole list this page is."""
 
@@ -125,10 +127,6 @@ def moment(seconds: float | None) -> datetime | None:
     return None if seconds is None else datetime.fromtimestamp(seconds, UTC)
 
 
-Summary = TypeVar("Summary", bound=BaseModel)
-Model = TypeVar("Model", bound=BaseModel)
-
-
 class OlderResult(BaseModel):
     """What an older Sightline stored; fields that were added since are missing. Ask again for a result with all."""
 
@@ -144,9 +142,6 @@ OrOlder = Annotated[Summary | OlderResult | None, Field(union_mode="left_to_righ
 def or_older(answer: Any) -> Any:
     """The type of a field for an answer whose model is known at run time only."""
     return cast(Any, OrOlder)[answer]
-
-
-JOB_ID = "9b2d4c55f0c94f5c8f3d0d3d7f7e6a01"
 
 
 class LayerLink(BaseModel):

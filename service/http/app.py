@@ -32,6 +32,19 @@ from .resources import product_router
 
 __all__ = ["add_web_page", "allow_head", "create_app"]
 
+PAGE = Path(__file__).parent / "page"
+# Everything comes from the service itself: the page works without internet, and nothing else gets a say in it.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+PAGE_HEADERS = {
+    "Cache-Control": "no-cache",
+    "Content-Security-Policy": POLICY,
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
 
 def allow_head(router: APIRouter) -> None:
     """Answer HEAD on every route of the router that answers GET; the documentation stays as it is."""
@@ -50,20 +63,6 @@ def allow_head(router: APIRouter) -> None:
             response_class=route.response_class,
             include_in_schema=False,
         )
-
-
-PAGE = Path(__file__).parent / "page"
-# Everything comes from the service itself: the page works without internet, and nothing else gets a say in it.
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-PAGE_HEADERS = {
-    "Cache-Control": "no-cache",
-    "Content-Security-Policy": POLICY,
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-}
 
 
 class _Files(StaticFiles):

@@ -21,6 +21,8 @@ from .uploads import receive
 __all__ = ["WaitDep", "is_json", "json_body", "long_body"]
 
 WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?=$|[,;])", re.IGNORECASE)
+# Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
+BIG_BYTES = 1024 * 1024
 
 
 def _wait_s(
@@ -40,10 +42,6 @@ def _wait_s(
 
 
 WaitDep = Annotated[float | None, Depends(_wait_s)]
-
-
-# Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
-BIG_BYTES = 1024 * 1024
 
 
 def is_json(request: Request) -> bool:

@@ -18,10 +18,24 @@ from .problems import FRAMEWORK_KINDS, MEDIA_TYPE, PROBLEMS
 __all__ = ["LOCATION", "Responses", "body_of", "describe", "problem_responses", "tags_of"]
 
 LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"type": "string"}}}
-
-
 # how FastAPI is told of the responses of a route, by status
 Responses = dict[int | str, dict[str, Any]]  # JSON of OpenAPI and classes: the type is FastAPI's own
+GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
+OTHERS = [
+    {
+        "name": "Detectors",
+        "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
+        "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
+        "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
+    },
+    {"name": "Health", "description": "How the service is."},
+    {"name": "Problems", "description": "What the errors mean."},
+]
+# bodies that routes read unparsed, beside those of the products
+OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
+# Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
+FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
+TEMPLATE = "#/components/schemas/{model}"
 
 
 def problem_responses(*statuses: int) -> Responses:
@@ -51,24 +65,6 @@ def body_of(model: type[BaseModel]) -> dict[str, JsonValue]:
     """How OpenAPI documents a body that is read here."""
     content: JsonValue = {"application/json": {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}}}
     return {"requestBody": {"required": True, "content": content}}
-
-
-GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
-OTHERS = [
-    {
-        "name": "Detectors",
-        "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
-        "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
-        "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
-    },
-    {"name": "Health", "description": "How the service is."},
-    {"name": "Problems", "description": "What the errors mean."},
-]
-# bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
-# Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
-FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
-TEMPLATE = "#/components/schemas/{model}"
 
 
 def tags_of(products: Iterable[Product]) -> list[dict[str, str]]:

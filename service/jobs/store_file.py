@@ -55,6 +55,24 @@ HAS_INPUTS = (
     f"({', '.join(repr(kind) for kind in sorted(OLDER_WITH_INPUTS))}))"
 )
 
+LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
+UNUSABLE = frozenset(
+    {
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_CORRUPT,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_NOTADB,
+        sqlite3.SQLITE_PERM,
+        sqlite3.SQLITE_READONLY,
+    }
+)
+MAGIC = b"SQLite format 3\0"
+# what SQLite keeps beside a database while it is used; after a crash the write-ahead log holds the newest changes
+SIDE_FILES = ("-wal", "-shm", "-journal")
+WAIT_MS = 5000
+# ids are names of folders: none may lead elsewhere
+ID = re.compile(r"[0-9a-f]{32}")
+
 
 def read_known(connection: sqlite3.Connection) -> Known:
     """Every DEM, job and result that a store knows."""
@@ -75,19 +93,6 @@ def read_known(connection: sqlite3.Connection) -> Known:
         connection.execute("COMMIT")
 
 
-LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
-UNUSABLE = frozenset(
-    {
-        sqlite3.SQLITE_CANTOPEN,
-        sqlite3.SQLITE_CORRUPT,
-        sqlite3.SQLITE_IOERR,
-        sqlite3.SQLITE_NOTADB,
-        sqlite3.SQLITE_PERM,
-        sqlite3.SQLITE_READONLY,
-    }
-)
-
-
 def error_of_store(error: sqlite3.DatabaseError) -> ServiceError | None:
     """The error as one of ours, with its sentence; None when it is a fault."""
     # the low byte is the kind of error, the others its details
@@ -105,14 +110,6 @@ def error_of_store(error: sqlite3.DatabaseError) -> ServiceError | None:
             "the service."
         )
     return None
-
-
-MAGIC = b"SQLite format 3\0"
-# what SQLite keeps beside a database while it is used; after a crash the write-ahead log holds the newest changes
-SIDE_FILES = ("-wal", "-shm", "-journal")
-WAIT_MS = 5000
-# ids are names of folders: none may lead elsewhere
-ID = re.compile(r"[0-9a-f]{32}")
 
 
 def is_store(path: Path) -> bool:

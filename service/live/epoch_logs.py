@@ -17,6 +17,8 @@ from service.parts.sentences import sentence_of
 
 __all__ = ["SUFFIXES", "EpochLog", "epochs_of", "read_epochs"]
 
+SUFFIXES = (".jsonl", ".ndjson")
+
 
 def epochs_of(rows: Sequence[Row], epoch_s: float = 0.0) -> list[RangeEpoch]:
     """Gather rows into epochs, each with the motion since the one before.
@@ -90,9 +92,6 @@ def _heading_rad(motions: Sequence[OdometryIncrement]) -> float | None:
         east_m += math.hypot(*level_m) * math.sin(motion.heading_rad)
         north_m += math.hypot(*level_m) * math.cos(motion.heading_rad)
     return math.atan2(east_m, north_m)
-
-
-SUFFIXES = (".jsonl", ".ndjson")
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,8 @@ __all__ = ["Bench", "DetectorSession", "Occlusions", "Watcher", "rehearse"]
 Judged = TypeVar("Judged")
 # An epoch of so many ranges is searched in a millisecond or two; a thread would take it longer.
 LIGHT_RANGES = 8
+# A watcher that is so many answers behind is not coming back.
+WATCHED_ANSWERS = 256
 
 
 class Bench:
@@ -62,10 +64,6 @@ class Occlusions:
         """Ids of the anchors whose ranges have been occluded so long, in the order in which that began."""
         runs = sorted(self._runs.items(), key=lambda run: run[1])
         return [anchor_id for anchor_id, (since_s, until_s) in runs if until_s - since_s >= at_least_s]
-
-
-# A watcher that is so many answers behind is not coming back.
-WATCHED_ANSWERS = 256
 
 
 class Watcher:

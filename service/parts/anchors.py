@@ -22,6 +22,9 @@ CovarianceRow = Annotated[list[Number], Field(min_length=3, max_length=3)]
 # Ids end up in file tags, tables and pictures: nothing that ends a line, turns the direction of text or cannot be seen.
 UNSEEN = r"\x00-\x1f\x7f-\x9f\u2028-\u202e\u2060-\u206f\ufeff\ufff0-\uffff"
 PLAIN = rf"^[^\s{UNSEEN}]([^{UNSEEN}]*[^\s{UNSEEN}])?$"
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]
+MOST_FRAMES = 500
+MOST_TRACK_POINTS = 10_000
 
 
 def _plain(id: str) -> str:
@@ -114,11 +117,6 @@ class AnchorIn(AntennaIn, PointIn):
 
 def _radians_or_none(angle_deg: float | None) -> float | None:
     return None if angle_deg is None else math.radians(angle_deg)
-
-
-Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]
-MOST_FRAMES = 500
-MOST_TRACK_POINTS = 10_000
 
 
 class TrackPointIn(PointIn):

@@ -21,6 +21,11 @@ OTHERWISE = {
     "model_type": "Input should be an object",
     "timezone_aware": "a time needs its zone: add Z for UTC",
 }
+P = ParamSpec("P")
+Asked = TypeVar("Asked", bound=BaseModel)
+Answer = TypeVar("Answer")
+# whoever ranges to anchors given in degrees may still ask about places in metres
+BESIDES = frozenset({"anchors", "tracks", "morphing_map", "no_go", "keep_in"})
 
 
 def sentence_of(error: ValidationError) -> str:
@@ -61,14 +66,6 @@ def place_of(loc: Sequence[str | int]) -> str:
             continue
         place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else str(part)
     return place
-
-
-P = ParamSpec("P")
-Asked = TypeVar("Asked", bound=BaseModel)
-Answer = TypeVar("Answer")
-
-# whoever ranges to anchors given in degrees may still ask about places in metres
-BESIDES = frozenset({"anchors", "tracks", "morphing_map", "no_go", "keep_in"})
 
 
 def told_as_asked(

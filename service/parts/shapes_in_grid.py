@@ -17,6 +17,10 @@ from visibility.air.morphing_maps import check_ceiling
 
 __all__ = ["air_layers", "places_in_grid", "polygon_in_grid", "stand_off_in_grid", "told_of_areas", "weights_in_grid"]
 
+Area = PolygonIn | StandOffIn
+POSTS_AT_ONCE = 1_000_000
+MOST_LAYERS = 100
+
 
 def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn]) -> npt.NDArray[np.float64]:
     """(n, 2) east, north, metres. Raises FrameError for degrees that have no place on the grid."""
@@ -63,10 +67,6 @@ def weights_in_grid(grid: ElevationGrid, weights: Sequence[WeightIn], called: st
         shapely.prepare(polygon)
         worth[shapely.intersects_xy(polygon, *np.meshgrid(east_m, north_m))] = one.weight
     return worth
-
-
-Area = PolygonIn | StandOffIn
-POSTS_AT_ONCE = 1_000_000
 
 
 def told_of_areas(grid: ElevationGrid, areas: Mapping[str, Sequence[Area]]) -> tuple[str, ...]:
@@ -123,9 +123,6 @@ def _posts_around(grid: ElevationGrid, shape: shapely.Geometry) -> Iterator[tupl
     step = max(1, POSTS_AT_ONCE // max(1, len(cols)))
     for start in range(0, len(rows) if len(cols) else 0, step):
         yield grid.position_of(*np.meshgrid(rows[start : start + step], cols, indexing="ij"))
-
-
-MOST_LAYERS = 100
 
 
 def air_layers(
