@@ -6,7 +6,7 @@ import itertools
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, NotRequired, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -48,13 +48,17 @@ class Feature(TypedDict):
     """A geometry and what is told of it."""
 
     type: Literal["Feature"]
+    id: NotRequired[str]
     geometry: Geometry
     properties: Mapping[str, object]
 
 
-def feature(kind: str, coordinates: list[Any], properties: Mapping[str, object]) -> Feature:
+def feature(kind: str, coordinates: list[Any], properties: Mapping[str, object], id: str | None = None) -> Feature:
     """A feature of one geometry of that kind."""
-    return {"type": "Feature", "geometry": {"type": kind, "coordinates": coordinates}, "properties": properties}
+    geometry = Geometry(type=kind, coordinates=coordinates)
+    if id is None:
+        return {"type": "Feature", "geometry": geometry, "properties": properties}
+    return {"type": "Feature", "id": id, "geometry": geometry, "properties": properties}
 
 
 def coordinates_of(grid: ElevationGrid, places_m: npt.NDArray[np.float64]) -> list[list[float]]:
