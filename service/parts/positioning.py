@@ -13,6 +13,7 @@ from service.parts.points import DegreesEast, DegreesNorth, Metres, NotNegativeM
 from service.parts.sight import SightParameters
 
 __all__ = [
+    "EXAMPLE_ANCHORS",
     "ORBIT_TEXTS",
     "POSITIONING_EXAMPLE",
     "CeilingParameters",
@@ -26,14 +27,14 @@ __all__ = [
 ALMANAC_CHARACTERS, NAVIGATION_CHARACTERS = 200_000, 1_000_000
 # fields that answers leave out: long, and nobody reads them there
 ORBIT_TEXTS = frozenset({"almanac", "navigation"})
-ANCHORS: list[JsonValue] = [
+EXAMPLE_ANCHORS: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
     {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
     {"id": "D3", "east_m": 405100.0, "north_m": 3801700.0, "altitude_m": 1612.0},
 ]
 POSITIONING_EXAMPLE: dict[str, JsonValue] = {
     "dem_id": DEM_ID,
-    "anchors": ANCHORS,
+    "anchors": EXAMPLE_ANCHORS,
     "kind": "ranging",
     "measure": "pdop",
 }
