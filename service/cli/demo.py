@@ -12,8 +12,8 @@ import httpx
 from dem_samples import sample_path
 from service.errors import ServiceError
 from service.files.layer import replacing
-from service.products.visibility import VISIBILITY_MAP
-from service.products.visibility.calculate import VisibilityMapSummary
+from service.products.visibility.answer import VisibilityMapSummary
+from service.products.visibility.product import VISIBILITY_MAP
 from service.warm_up import warm_up
 
 from .maps import leaving_nothing_new, output_folder

@@ -14,8 +14,8 @@ from rich.table import Table
 from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
-from service.products.dop.calculate import DopMapSummary
-from service.products.morphing.calculate import MorphingMapSummary
+from service.products.dop.answer import DopMapSummary
+from service.products.morphing.answer import MorphingMapSummary
 
 from .maps import anchors_of, make_map
 from .output import facts_table, share_text
@@ -83,7 +83,7 @@ def make_dop_map(
 ) -> None:
     """Read, calculate, write and print; fields: of the request, None where not given. ``rest`` as for make_map."""
     asked = _asked(fields, satellites, anchors_of(anchor_texts, anchor_files, lonlat=lonlat))
-    from service.products.dop import DOP_MAP
+    from service.products.dop.product import DOP_MAP
 
     make_map(dem, DOP_MAP, DOP_MAP.parameters.model_validate(asked), _dop_tables, summary="dop.json", **rest)
 
@@ -100,7 +100,7 @@ def make_morphing_map(
 ) -> None:
     """The same for a morphing map."""
     asked = _asked(fields, satellites, anchors_of(anchor_texts, anchor_files, lonlat=lonlat))
-    from service.products.morphing import MORPHING_MAP
+    from service.products.morphing.product import MORPHING_MAP
 
     parameters = MORPHING_MAP.parameters.model_validate(asked)
     make_map(dem, MORPHING_MAP, parameters, _morphing_tables, summary="morph.json", **rest)

@@ -62,7 +62,7 @@ def restore_backup(source: Path | None, data: Path | None, as_json: bool) -> Non
             ("were in place", f"{told['kept']:,}"),
             ("from the backup", f"{told['from_backup']:,}"),
             ("from quarantine", f"{told['from_quarantine']:,}"),
-            ("put into quarantine", told["quarantine"] or "nothing"),
+            ("put into quarantine", str(done.quarantine or "nothing")),
         ]
         print_tables(facts_table(f"Data folder {root}", facts))
         print_warnings(_missing(done.missing, "neither in place nor in backup or quarantine, or damaged"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -30,7 +31,7 @@ def draw_scale_and_north(
     # inches on paper as shares of the axes
     across, up = 1.0 / width_in, 1.0 / height_in
     left, low, bar = 0.2 * across, 0.2 * up, length_m / width_m
-    box: dict[str, Any] = {"transform": axes.transAxes, "zorder": 8}
+    box: Mapping[str, Any] = {"transform": axes.transAxes, "zorder": 8}
     axes.add_patch(
         Rectangle((left - 0.1 * across, low - 0.1 * up), bar + 0.6 * across, 0.48 * up, fc="white", alpha=0.8, **box)
     )

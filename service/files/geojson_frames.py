@@ -1,26 +1,64 @@
-"""What the numbers of a GeoJSON document are: degrees on a body, metres of a DEM, or places in a CRS that it names."""
+"""What the numbers of a GeoJSON document are: degrees on a body, metres of a DEM, or places in a CRS that it names.
+
+A CRS is named by authority and code alone, for any other text may make PROJ read files of this machine.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pyproj
-from pyproj.exceptions import ProjError
+from pydantic import JsonValue
+from pyproj.exceptions import CRSError, ProjError
 
 from service.errors import RequestError
-from service.files.geojson_frames import crs_of_name
 from terrain import FrameError, body_of
 
-__all__ = ["COORDINATES_ARE", "DEGREES", "GeoJsonFrame", "Pairs", "frame_within"]
+__all__ = ["COORDINATES_ARE", "DEGREES", "Fields", "GeoJsonFrame", "Pairs", "frame_within"]
+
+# the fields of a place, or of a polygon, as a request has them
+Fields = dict[str, JsonValue]
+
+AUTHORITY, CODE = r"(?P<authority>[A-Za-z][\w.]*)", r"(?P<code>\w+)"
+SPELLINGS = tuple(
+    re.compile(spelling, re.IGNORECASE)
+    for spelling in (
+        rf"{AUTHORITY}:{CODE}",
+        rf"urn:(?:x-)?ogc:def:crs:{AUTHORITY}:[\w.]*:{CODE}",
+        rf"urn:(?:x-)?ogc:def:crs:{AUTHORITY}:{CODE}",
+        rf"https?://www\.opengis\.net/def/crs/{AUTHORITY}/[\w.]+/{CODE}",
+        rf"https?://www\.opengis\.net/gml/srs/(?P<authority>epsg)\.xml#{CODE}",
+        r"(?P<authority>)(?P<code>CRS84)",
+    )
+)
 
 # the member by which Sightline's own files say so where RFC 7946 does not
 COORDINATES_ARE = "coordinates_are"
 Pairs = list[tuple[float, float]]
 WGS_84 = {("EPSG", "4326"), ("OGC", "CRS84")}
+
+
+def _crs_of_name(name: str, called: str) -> pyproj.CRS:
+    """The CRS of "EPSG:25832", "urn:ogc:def:crs:OGC:1.3:CRS84" and the like. Raises RequestError.
+
+    called: what error sentences call the file.
+    """
+    for spelling in SPELLINGS:
+        found = spelling.fullmatch(name.strip())
+        if found is not None:
+            try:
+                return pyproj.CRS.from_authority((found["authority"] or "OGC").upper(), found["code"].upper())
+            except CRSError as error:
+                raise RequestError(f"{called} is in the CRS {name[:80]!r}, which is not known.") from error
+    raise RequestError(
+        f"{called} is in the CRS {name[:80]!r}; a CRS is named by authority and code, such as EPSG:25832 or "
+        "urn:ogc:def:crs:OGC:1.3:CRS84."
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +72,13 @@ class GeoJsonFrame:
     body: str | None = None
     crs: pyproj.CRS | None = None
 
-    def places(self, pairs: Pairs, called: str) -> list[dict[str, Any]]:
+    def places(self, pairs: Pairs, called: str) -> list[Fields]:
         """Pairs of numbers as the fields of places in a request. Raises RequestError."""
         if self.local:
             return [{"east_m": east_m, "north_m": north_m} for east_m, north_m in pairs]
         if self.crs is not None:
             pairs = _in_degrees(self.crs, pairs, called)
-        body = {} if self.body is None else {"body": self.body}
+        body: Fields = {} if self.body is None else {"body": self.body}
         for lon_deg, lat_deg in pairs:
             if not (-180.0 <= lon_deg <= 360.0 and -90.0 <= lat_deg <= 90.0):
                 raise RequestError(
@@ -55,15 +93,15 @@ class GeoJsonFrame:
 DEGREES = GeoJsonFrame()
 
 
-def frame_within(frame: GeoJsonFrame, document: dict[str, Any], called: str) -> GeoJsonFrame:
+def frame_within(frame: GeoJsonFrame, document: Mapping[str, JsonValue], called: str) -> GeoJsonFrame:
     """The frame of a part of a document: the whole's, unless the part says otherwise. Raises RequestError."""
     told = document.get(COORDINATES_ARE)
     if told is not None:
         if not str(told).startswith(("metres", "longitude")):
             raise RequestError(f"{called} says that its coordinates are {str(told)[:80]!r}, which is not understood.")
         frame = replace(frame, local=str(told).startswith("metres"))
-    if isinstance(document.get("body"), str):
-        frame = replace(frame, body=document["body"])
+    if isinstance(body := document.get("body"), str):
+        frame = replace(frame, body=body)
     if document.get("crs") is not None:
         frame = _with_crs(frame, document["crs"], called)
     return frame
@@ -78,7 +116,7 @@ def _with_crs(frame: GeoJsonFrame, member: Any, called: str) -> GeoJsonFrame:
         raise RequestError(
             f"{called} is in the CRS {name[:80]!r}, says a member crs that is not of the type 'name' (GeoJSON 2008)."
         )
-    crs = crs_of_name(name, called)
+    crs = _crs_of_name(name, called)
     if frame.local or not (crs.is_geographic or crs.is_projected):
         why = "says that its coordinates are metres of the DEM as well" if frame.local else "is no CRS of a map"
         raise RequestError(f"{called} is in the CRS {name[:80]!r}, which {why}.")

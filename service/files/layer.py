@@ -1,22 +1,41 @@
-"""One file that a map can be downloaded as."""
+"""One file that a map can be downloaded as, and files that are there whole or not at all."""
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable, Mapping
+import errno
+import os
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from service.files.layer import replacing
 from service.files.missions import Mission
 
-__all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "later"]
+__all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "replacing"]
+
 Writer = Callable[[Any, Path], None]
 COG = "image/tiff; application=geotiff; profile=cloud-optimized"
 PNG = "image/png"
 GEOJSON = "application/geo+json"
 JSON = "application/json"
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path to write to; when the block ends well it takes the place of ``path`` at once, otherwise it is removed.
+
+    It keeps the file's suffix, which some writers go by. Raises IsADirectoryError where a folder has that name.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    unfinished = path.with_name(f".{path.stem}-{uuid.uuid4().hex}{path.suffix}")
+    try:
+        yield unfinished
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +74,3 @@ class Layer:
         if self.mission is not None and not self.mission.is_of(result.get("dem", {})):
             return False
         return self.status is None or result.get("status") == self.status
-
-
-def later(module: str, function: str) -> Writer:
-    """A writer imported when it is called: --help must not wait for what is heavy (GDAL, matplotlib)."""
-
-    def write(finished: Any, path: Path) -> None:
-        getattr(importlib.import_module(module), function)(finished, path)
-
-    return write

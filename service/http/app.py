@@ -1,4 +1,4 @@
-"""The app: settings in, FastAPI application out."""
+"""The app: settings in, FastAPI application out, with the web page at ``/`` and HEAD wherever GET is."""
 
 from __future__ import annotations
 
@@ -6,23 +6,82 @@ import asyncio
 import importlib.metadata
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi.responses import FileResponse
+from fastapi.routing import APIRoute
+from starlette.staticfiles import StaticFiles
 
 from service.jobs.folder import DataFolder
 from service.live.sessions import rehearse
 from service.products.registry import all_products
 from service.settings import Settings
 
-from . import problems, web_page
 from .body_limit import BodyLimit, body_limits
 from .context import Service
-from .head import allow_head
+from .dems import router as dems
+from .detector_streams import router as detector_streams
+from .detectors import detections
+from .detectors import router as detectors
+from .meta import health_routes, problem_routes
 from .openapi import describe, tags_of
+from .problems import answer_with_problems
 from .resources import product_router
-from .routes import dems, detections, detector_streams, detectors, health, problem_list
 
-__all__ = ["create_app"]
+__all__ = ["add_web_page", "allow_head", "create_app"]
+
+PAGE = Path(__file__).parent / "page"
+# Everything comes from the service itself: the page works without internet, and nothing else gets a say in it.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+PAGE_HEADERS = {
+    "Cache-Control": "no-cache",
+    "Content-Security-Policy": POLICY,
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+def allow_head(router: APIRouter) -> None:
+    """Answer HEAD on every route of the router that answers GET; the documentation stays as it is."""
+    routes = [route for route in router.routes if isinstance(route, APIRoute)]
+    # routers outlive the app that they are part of, and serve the next one too
+    done = {route.path for route in routes if "HEAD" in (route.methods or ())}
+    for route in routes:
+        if "GET" not in (route.methods or ()) or route.path in done:
+            continue
+        router.add_api_route(
+            route.path.removeprefix(router.prefix),
+            route.endpoint,
+            methods=["HEAD"],
+            name=f"head_{route.name}",
+            response_model=route.response_model,
+            response_class=route.response_class,
+            include_in_schema=False,
+        )
+
+
+class _Files(StaticFiles):
+    """Files that a browser asks after each time, so that a new version is never mixed with an old one."""
+
+    def file_response(self, *args: Any, **kwargs: Any) -> Response:
+        answer = super().file_response(*args, **kwargs)
+        answer.headers.update(PAGE_HEADERS)
+        return answer
+
+
+def add_web_page(app: FastAPI) -> None:
+    """Add the page and its files to the app."""
+
+    async def start_page(request: Request) -> Response:
+        return FileResponse(PAGE / "index.html", headers=PAGE_HEADERS)
+
+    app.add_route("/", start_page, methods=["GET", "HEAD"], include_in_schema=False)
+    app.mount("/page", _Files(directory=PAGE))
 
 
 def create_app(settings: Settings | None = None, folder: DataFolder | None = None) -> FastAPI:
@@ -66,16 +125,16 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     routers = [
-        dems.router,
+        dems,
         *(product_router(product) for product in products.values()),
-        *(part.router for part in (detections, detectors, health, problem_list)),
+        *(detections, detectors, health_routes, problem_routes),
     ]
     for router in routers:
         allow_head(router)
         app.include_router(router)
-    app.include_router(detector_streams.router)
-    web_page.install(app)
-    problems.install(app)
+    app.include_router(detector_streams)
+    add_web_page(app)
+    answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]
     app.add_middleware(BodyLimit, limits=body_limits(chosen, long))
     describe(app, [product.asked for product in products.values()])

@@ -1,29 +1,47 @@
-"""Bodies in JSON: taken in whole and handed to a worker, for the process that answers everybody must not parse them."""
+"""What requests bring: bodies in JSON, and how long the client is willing to wait.
+
+Bodies are taken in whole and handed to a worker, for the process that answers everybody must not parse them.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Any
+from typing import Annotated
 
-from fastapi import Request
-from pydantic import BaseModel
+from fastapi import Depends, Header, Request
 
 from service.errors import BusyError, MediaTypeError, NotJsonError
+from service.jobs.channel import BodyArguments
 
-from .context import Service
+from .context import Service, ServiceDep
 from .uploads import receive
 
-__all__ = ["body_of", "is_json", "json_body", "long_body"]
+__all__ = ["WaitDep", "is_json", "json_body", "long_body"]
 
+WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?=$|[,;])", re.IGNORECASE)
 # Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
 BIG_BYTES = 1024 * 1024
 
 
-def body_of(model: type[BaseModel]) -> dict[str, Any]:
-    """How OpenAPI documents a body that is read here."""
-    content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}}}
-    return {"requestBody": {"required": True, "content": content}}
+def _wait_s(
+    service: ServiceDep,
+    prefer: Annotated[
+        str | None,
+        Header(
+            description="`wait=SECONDS`: answer when the calculation is done, or with 202 after so many seconds "
+            "(the setting SIGHTLINE_MAX_WAIT_S caps it). Without it the answer comes at once.",
+            examples=["wait=10"],
+        ),
+    ] = None,
+) -> float | None:
+    """Seconds to wait, at most what the settings allow; None when no wait is wanted or none that is understood."""
+    found = None if prefer is None else WAIT.search(prefer)
+    return None if found is None else min(float(found[1]), service.settings.max_wait_s)
+
+
+WaitDep = Annotated[float | None, Depends(_wait_s)]
 
 
 def is_json(request: Request) -> bool:
@@ -42,7 +60,7 @@ async def json_body(request: Request) -> str:
 
 
 @asynccontextmanager
-async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[dict[str, str], bool]]:
+async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[BodyArguments, bool]]:
     """(the body as arguments of a check, whether it is big): a file inside the block, or its text where it is short.
 
     It may have max_pairs_bytes. Raises MediaTypeError, NotJsonError, BodyTooLargeError, BusyError.

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Any, Self
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
-from service.http.answers import Page
 from service.jobs.records import DemRecord
+
+from .answers import Page
 
 __all__ = ["Bounds", "DemList", "DemOut"]
 
-EXAMPLE: dict[str, Any] = {
+EXAMPLE: dict[str, JsonValue] = {
     "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
     "name": "bigtujunga.tif",
     "created_at": "2026-05-01T12:00:00Z",
@@ -89,13 +90,13 @@ class DemOut(BaseModel):
     @classmethod
     def of(cls, dem: DemRecord) -> Self:
         """The DEM of a record."""
-        return cls(
-            id=dem.id,
-            name=dem.name,
-            created_at=datetime.fromtimestamp(dem.created_at_s, UTC),
-            links={"self": f"/dems/{dem.id}", "hillshade": f"/dems/{dem.id}/hillshade.png"},
-            **dem.summary,
-        )
+        own = {
+            "id": dem.id,
+            "name": dem.name,
+            "created_at": datetime.fromtimestamp(dem.created_at_s, UTC),
+            "links": {"self": f"/dems/{dem.id}", "hillshade": f"/dems/{dem.id}/hillshade.png"},
+        }
+        return cls.model_validate({**own, **dem.summary})
 
 
 class DemList(Page):

@@ -1,21 +1,47 @@
-"""What the routes of every kind of job share: the state as an answer, waiting for it, deleting it."""
+"""Jobs of every kind as answers: how one stands, waiting for it, its result, what is long spliced in from the disk."""
 
 from __future__ import annotations
 
-from typing import Any
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from pathlib import Path
 
 from fastapi import Request, Response
+from fastapi.responses import StreamingResponse
+from pydantic import BaseModel, JsonValue
 
 from service.errors import NotReadyError
-from service.http.answers import JobOut, moment
+from service.files.layer import Layer
 from service.jobs.records import JobRecord, JobStatus
+from service.parts.positioning import ORBIT_TEXTS
+from service.products import Product
 
+from .answers import JobOut, LayerLink, MapOut, moment, state_model
 from .context import Service
 from .problems import FailedJob, problem_of
 
-__all__ = ["after_waiting", "finished", "path_of", "state_of"]
+__all__ = ["after_waiting", "answer_of", "finished", "has_layer", "path_of", "spliced_answer", "whole_answer"]
 
+JSON = "application/json"
+BLOCK_BYTES = 1024 * 1024
 RETRY_AFTER_S = 1
+
+
+def spliced_answer(state: BaseModel, name: str, path: Path | None, status: int, headers: dict[str, str]) -> Response:
+    """The state with one field more, the content of the file; null where there is none yet."""
+    kept = {key: value for key, value in headers.items() if key not in ("content-length", "content-type")}
+    return StreamingResponse(_spliced(state.model_dump_json(), name, path), status, kept, JSON)
+
+
+async def _spliced(state: str, name: str, path: Path | None) -> AsyncIterator[bytes]:
+    yield state.removesuffix("}").encode() + f',"{name}":'.encode()
+    if path is None:
+        yield b"null"
+    else:
+        with await asyncio.to_thread(path.open, "rb") as file:
+            while block := await asyncio.to_thread(file.read, BLOCK_BYTES):
+                yield block
+    yield b"}"
 
 
 def path_of(service: Service, job: JobRecord) -> str:
@@ -23,10 +49,9 @@ def path_of(service: Service, job: JobRecord) -> str:
     return f"{service.products[job.kind].path}/{job.id}"
 
 
-def state_of(service: Service, job: JobRecord) -> dict[str, Any]:
-    """The fields of JobOut."""
+def _state_of(service: Service, job: JobRecord) -> JobOut:
     ran = job.started_at_s is not None and job.finished_at_s is not None
-    fields = JobOut.model_construct(
+    return JobOut.model_construct(
         id=job.id,
         status=job.status,
         progress=service.supervisor.progress(job),
@@ -39,7 +64,6 @@ def state_of(service: Service, job: JobRecord) -> dict[str, Any]:
         problem=None if job.failure is None else problem_of(job.failure, path_of(service, job)),
         links={"self": path_of(service, job), "dem": f"/dems/{job.dem_id}"},
     )
-    return dict(fields)
 
 
 async def after_waiting(
@@ -68,3 +92,58 @@ async def finished(service: Service, kind: str, job_id: str) -> JobRecord:
     if job.status is not JobStatus.SUCCEEDED:
         raise NotReadyError(f"The job is {job.status}, so it has no result" + (" yet." if job.active else "."))
     return job
+
+
+def has_layer(job: JobRecord, layer: Layer) -> bool:
+    """Whether a job's result has that layer."""
+    return layer.is_of(job.request["parameters"]) and layer.is_in(job.summary or {})
+
+
+def answer_of(service: Service, product: Product, job: JobRecord) -> MapOut:
+    """How a job stands, its result and its layers, without what is long."""
+    links = [
+        LayerLink(
+            name=layer.name,
+            href=f"{path_of(service, job)}/layers/{layer.name}",
+            media_type=layer.media_type,
+            description=layer.description,
+        )
+        for layer in product.layers
+        if job.summary is not None and has_layer(job, layer)
+    ]
+    told: dict[str, object] = {
+        **dict(_state_of(service, job)),
+        "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
+        "result": _with_notes(job),
+        "layers": links,
+    }
+    if product.inline is not None:
+        told["files"] = [f"{path_of(service, job)}/files/{link.name}" for link in links]
+    return state_model(product).model_validate(told)
+
+
+def _with_notes(job: JobRecord) -> Mapping[str, JsonValue] | None:
+    """The result, whose warnings also tell of older names that the request used."""
+    notes = job.request.get("notes")
+    if job.summary is None or not notes:
+        return job.summary
+    warnings = job.summary.get("warnings")
+    return {**job.summary, "warnings": [*(warnings if isinstance(warnings, list) else ()), *notes]}
+
+
+def whole_answer(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
+    """The same as a response, with what is long."""
+    answer = answer_of(service, product, job)
+    if product.inline is None:
+        kept = {key: value for key, value in headers.items() if key not in ("content-length", "content-type")}
+        return Response(answer.model_dump_json(), status, kept, JSON)
+    path = None if job.digest is None else service.folder.result(job.digest) / product.inline.layer
+    return spliced_answer(answer, product.inline.name, path, status, headers)
+
+
+def _without_orbits(parameters: Mapping[str, JsonValue]) -> Mapping[str, JsonValue]:
+    """What was asked, without the text of satellites' orbits, which is long and the client's own."""
+    satellites = parameters.get("satellites")
+    if not isinstance(satellites, dict):
+        return parameters
+    return {**parameters, "satellites": {k: v for k, v in satellites.items() if k not in ORBIT_TEXTS}}

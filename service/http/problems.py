@@ -10,7 +10,7 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any
+from typing import TypedDict, cast
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -33,7 +33,17 @@ from visibility import errors as of_visibility
 
 from .bodies import is_json
 
-__all__ = ["FRAMEWORK_KINDS", "MEDIA_TYPE", "METHOD", "PROBLEMS", "FailedJob", "ProblemKind", "install", "problem_of"]
+__all__ = [
+    "FRAMEWORK_KINDS",
+    "MEDIA_TYPE",
+    "METHOD",
+    "PROBLEMS",
+    "FailedJob",
+    "ProblemFields",
+    "ProblemKind",
+    "answer_with_problems",
+    "problem_of",
+]
 
 logger = logging.getLogger("sightline.http")
 
@@ -47,6 +57,16 @@ class ProblemKind:
     name: str
     status: int
     title: str
+
+
+class ProblemFields(TypedDict):
+    """The fields of every problem; numbers of its error, and what is wrong with which field, may stand beside them."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str | None
 
 
 PROBLEMS: Mapping[type[Exception], ProblemKind] = {
@@ -133,7 +153,7 @@ class FailedJob(Exception):  # noqa: N818 - a job's outcome on its way to becomi
         self.path = path
 
 
-def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
+def problem_of(failure: Failure, instance: str | None) -> ProblemFields:
     """The problem that a failure is; an error that the table does not know shows nothing of itself."""
     kind = KIND_BY_ERROR_NAME.get(failure.error) or KIND_BY_PACKAGE.get(failure.error.partition(".")[0])
     if kind is None:
@@ -142,7 +162,7 @@ def problem_of(failure: Failure, instance: str | None) -> dict[str, Any]:
     return _body(kind, failure.detail, instance, failure.data)
 
 
-def install(app: FastAPI) -> None:
+def answer_with_problems(app: FastAPI) -> None:
     """Answer every error of the app with a problem."""
     for base in (*domain_errors().values(), ours.ServiceError):
         app.add_exception_handler(base, _domain_error)
@@ -235,9 +255,9 @@ def _why_unusable(request: Request) -> ours.DataFolderError | None:
 
 
 def _body(
-    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, Any] | None = None
-) -> dict[str, Any]:
-    return {
+    kind: ProblemKind, detail: str, instance: str | None, more: Mapping[str, object] | None = None
+) -> ProblemFields:
+    fields = {
         **(more or {}),
         "type": f"/problems/{kind.name}",
         "title": kind.title,
@@ -245,9 +265,10 @@ def _body(
         "detail": detail,
         "instance": instance,
     }
+    return cast(ProblemFields, fields)
 
 
-def _respond(problem: Mapping[str, Any], headers: Mapping[str, str] | None = None) -> Response:
+def _respond(problem: ProblemFields, headers: Mapping[str, str] | None = None) -> Response:
     headers = dict(headers or {})
     if problem["status"] == 503:
         headers["Retry-After"] = str(ours.BusyError.retry_after_s)

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import uuid
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
+from typing import cast
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
-from service.files.layer import Layer
-from service.http.answers import Limit, Offset, Page
+from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFields, NeedsFields
 from service.jobs.records import JobRecord, JobStatus
-from service.parts.map_facts import LayerLink, MapOut
-from service.parts.positioning import ORBIT_TEXTS
-from service.products import Needs, Product
+from service.products import Product
 
-from .bodies import body_of, json_body, long_body
+from .answers import Limit, MapOut, Offset, Page, list_model, out_model, state_model
+from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
-from .documented import LOCATION, problem_responses
 from .files import file_answer
-from .jobs import after_waiting, finished, path_of, state_of
-from .prefer import WaitDep
-from .product_models import list_model, out_model, state_model
-from .spliced import spliced_answer
+from .jobs import after_waiting, answer_of, finished, has_layer, path_of, whole_answer
+from .openapi import LOCATION, Responses, body_of, problem_responses
 
 __all__ = ["product_router"]
 
@@ -70,52 +65,48 @@ def _add_asking(router: APIRouter, product: Product) -> None:
         job = await service.supervisor.submit(
             product.name,
             checked["dem_id"],
-            {key: checked[key] for key in ("parameters", "has_inputs", "notes")},
-            inputs=service.folder.work(token) if checked["has_inputs"] else None,
+            checked["request"],
+            inputs=service.folder.work(token) if checked["request"].get("has_inputs") else None,
         )
         job = await after_waiting(request, response, service, job, wait_s)
-        return _whole(service, product, job, response.status_code or 201, dict(response.headers))
+        return whole_answer(service, product, job, response.status_code or 201, dict(response.headers))
 
 
-async def _checked(
-    service: Service, product: Product, body: Mapping[str, str], token: str, big: bool
-) -> dict[str, Any]:
+async def _checked(service: Service, product: Product, body: BodyArguments, token: str, big: bool) -> Checked:
     """What a worker makes of a body: parameters that can be calculated. Raises what is wrong with it."""
-    asked = {"product": product.name, **body}
-    checked = await service.checks.ask("check-request", asked, token, big=big)
+    asked = CheckArguments(product=product.name, body=body)
+    checked = cast(Checked, await service.checks.ask("check-request", asked, token, big=big))
     if "needs" in checked:
-        given = await _found(service, Needs(**checked["needs"]), checked["dem_id"])
-        checked = await service.checks.ask("check-request", {**asked, "given": given}, token, big=big)
+        asked["given"] = await _found(service, checked["needs"], checked["dem_id"])
+        checked = cast(Checked, await service.checks.ask("check-request", asked, token, big=big))
     return checked
 
 
-async def _found(service: Service, needs: Needs, dem_id: str) -> dict[str, Any]:
+async def _found(service: Service, needs: NeedsFields, dem_id: str) -> GivenFields:
     """What a request refers to. Raises NotFoundError, GoneError, NotReadyError, RequestError."""
-    given: dict[str, Any] = {}
-    if needs.map_id is not None:
-        job = await service.supervisor.in_store(_map_of, service, needs)
+    given = GivenFields()
+    if needs["map_id"] is not None:
+        job = await service.supervisor.in_store(_map_of, service, needs["map_id"], needs["map_kinds"])
         if job.dem_id != dem_id:
             raise RequestError(f"The {service.products[job.kind].title} {job.id} is of another DEM, {job.dem_id}.")
-        given |= {"map_kind": job.kind, "map_parameters": job.request["parameters"]}
-    if needs.detector_id is not None:
-        found = service.detectors.get(needs.detector_id).occlusions.lasting(needs.persistent_s)
-        given["occluded"] = list(found)
+        given["map_kind"], given["map_parameters"] = job.kind, job.request["parameters"]
+    if needs["detector_id"] is not None:
+        given["occluded"] = service.detectors.get(needs["detector_id"]).occlusions.lasting(needs["persistent_s"])
     return given
 
 
-def _map_of(service: Service, needs: Needs) -> JobRecord:
-    assert needs.map_id is not None
-    for kind in needs.map_kinds:
+def _map_of(service: Service, map_id: str, kinds: Sequence[str]) -> JobRecord:
+    for kind in kinds:
         try:
-            job = service.store.job(kind, needs.map_id)
+            job = service.store.job(kind, map_id)
         except NotFoundError:
             continue
         if job.status is not JobStatus.SUCCEEDED:
             raise NotReadyError(
-                f"The {service.products[kind].title} {needs.map_id} is {job.status}, so nothing can be planned on it."
+                f"The {service.products[kind].title} {map_id} is {job.status}, so nothing can be planned on it."
             )
         return job
-    raise NotFoundError(needs.map_kinds[0] if len(needs.map_kinds) == 1 else "map", needs.map_id)
+    raise NotFoundError(kinds[0] if len(kinds) == 1 else "map", map_id)
 
 
 def _add_following(router: APIRouter, product: Product) -> None:
@@ -135,7 +126,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
         page = Page(total=total, limit=limit, offset=offset).model_dump_json().removesuffix("}")
         # what was asked may be long, and there may be many: written one by one, beside whoever else is answered
         entries = await asyncio.to_thread(
-            lambda: ",".join(_answer(service, product, job).model_dump_json(by_alias=True) for job in jobs)
+            lambda: ",".join(answer_of(service, product, job).model_dump_json(by_alias=True) for job in jobs)
         )
         return Response(f'{page},"{many}":[{entries}]}}', media_type=JSON)
 
@@ -149,7 +140,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
     )
     async def get_one(job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.in_store(service.store.job, product.name, job_id)
-        return _whole(service, product, job, 200, {})
+        return whole_answer(service, product, job, 200, {})
 
     @router.delete(
         "/{job_id}",
@@ -168,24 +159,21 @@ def _add_following(router: APIRouter, product: Product) -> None:
         cancelled = await service.supervisor.remove(product.name, job_id)
         if cancelled is None:
             return Response(status_code=204)
-        return JSONResponse(_answer(service, product, cancelled).model_dump(mode="json"))
+        return JSONResponse(answer_of(service, product, cancelled).model_dump(mode="json"))
 
 
 def _add_files(router: APIRouter, product: Product) -> None:
     one, layers = _singular(product), product.layer
-    documented: dict[str, Any] = {
-        "response_class": FileResponse,
-        "responses": {
-            200: {
-                "description": "The file.",
-                "content": {
-                    layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
-                },
-                "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
+    responses: Responses = {
+        200: {
+            "description": "The file.",
+            "content": {
+                layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
             },
-            304: {"description": "You have it already (If-None-Match)."},
-            **problem_responses(404, 409, 416, 422, 503, 507),
+            "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
         },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 409, 416, 422, 503, 507),
     }
 
     @router.get(
@@ -194,11 +182,12 @@ def _add_files(router: APIRouter, product: Product) -> None:
         summary=f"Download a layer of {_article(product)}",
         description="A file of the result. It is written when it is first asked for; ranges and If-None-Match are "
         "understood.",
-        **documented,
+        response_class=FileResponse,
+        responses=responses,
     )
     async def download_layer(job_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
         job = await finished(service, product.name, job_id)
-        if layer not in layers or not _has(job, layers[layer]):
+        if layer not in layers or not has_layer(job, layers[layer]):
             raise NotFoundError("layer", layer)
         assert job.digest is not None
         path = service.folder.result(job.digest) / layer
@@ -214,7 +203,8 @@ def _add_files(router: APIRouter, product: Product) -> None:
             summary=f"Download a file of {_article(product)}",
             description="The same as `/layers/`, under its older name.",
             deprecated=True,
-            **documented,
+            response_class=FileResponse,
+            responses=responses,
         )
 
 
@@ -231,7 +221,7 @@ def _add_stop(router: APIRouter, product: Product) -> None:
     async def stop_one(job_id: str, response: Response, service: ServiceDep) -> MapOut:
         job = await service.supervisor.finish_early(product.name, job_id)
         response.headers["Location"] = path_of(service, job)
-        return _answer(service, product, job)
+        return answer_of(service, product, job)
 
 
 def _singular(product: Product) -> str:
@@ -240,54 +230,3 @@ def _singular(product: Product) -> str:
 
 def _article(product: Product) -> str:
     return product.title if product.inline is not None else f"a {product.title}"
-
-
-def _has(job: JobRecord, layer: Layer) -> bool:
-    return layer.is_of(job.request["parameters"]) and layer.is_in(job.summary or {})
-
-
-def _answer(service: Service, product: Product, job: JobRecord) -> MapOut:
-    links = [
-        LayerLink(
-            name=layer.name,
-            href=f"{path_of(service, job)}/layers/{layer.name}",
-            media_type=layer.media_type,
-            description=layer.description,
-        )
-        for layer in product.layers
-        if job.summary is not None and _has(job, layer)
-    ]
-    told: dict[str, Any] = {
-        **state_of(service, job),
-        "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
-        "result": _with_notes(job),
-        "layers": links,
-    }
-    if product.inline is not None:
-        told["files"] = [f"{path_of(service, job)}/files/{link.name}" for link in links]
-    return state_model(product).model_validate(told)
-
-
-def _with_notes(job: JobRecord) -> Mapping[str, Any] | None:
-    """The result, whose warnings also tell of older names that the request used."""
-    notes = job.request.get("notes")
-    if job.summary is None or not notes:
-        return job.summary
-    return {**job.summary, "warnings": [*job.summary.get("warnings", []), *notes]}
-
-
-def _whole(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
-    answer = _answer(service, product, job)
-    if product.inline is None:
-        kept = {key: value for key, value in headers.items() if key not in ("content-length", "content-type")}
-        return Response(answer.model_dump_json(), status, kept, JSON)
-    path = None if job.digest is None else service.folder.result(job.digest) / product.inline.layer
-    return spliced_answer(answer, product.inline.name, path, status, headers)
-
-
-def _without_orbits(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What was asked, without the text of satellites' orbits, which is long and the client's own."""
-    satellites = parameters.get("satellites")
-    if satellites is None:
-        return parameters
-    return {**parameters, "satellites": {k: v for k, v in satellites.items() if k not in ORBIT_TEXTS}}

@@ -12,16 +12,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+
+from pydantic import JsonValue
 
 from service.errors import DataFolderError, DataFolderInUseError, RequestError
 
 from .folder import DataFolder, make_durable, move_into_place
 from .kept_files import copy_files, is_sound
 from .marker import STORE, FolderKind, kind_of, mark, read_marker
-from .notes import adopt
 from .quarantine import Quarantine
 from .records import Known
+from .recovery import adopt
 from .store import Store
 from .store_file import SIDE_FILES, copied, dem_digests_in, forget, known_to, settle, snapshot
 
@@ -39,7 +40,7 @@ class Backup:
     known: Known
     missing: tuple[str, ...]
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, JsonValue]:
         """Ready for JSON."""
         return {**self.known.counts(), "missing": list(self.missing)}
 
@@ -56,14 +57,14 @@ class Restored:
     quarantined: Counter[str] = field(default_factory=Counter)
     quarantine: Path | None = None
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, JsonValue]:
         """Ready for JSON."""
         return {
             **self.known.counts(),
             "kept": len(self.kept),
             "from_backup": len(self.from_backup),
             "from_quarantine": len(self.from_quarantine),
-            "missing": self.missing,
+            "missing": [*self.missing],
             "quarantined": dict(self.quarantined),
             "quarantine": None if self.quarantine is None else str(self.quarantine),
         }
@@ -173,7 +174,7 @@ def _resting(source: Path, root: Path) -> Iterator[Path]:
         kind = folder_of_ours(source)
     except DataFolderError as error:
         raise RequestError(f"{source} is no backup of Sightline: {error}") from error
-    if kind is FolderKind.BACKUP and not read_marker(source).get("complete"):
+    if kind is FolderKind.BACKUP and not read_marker(source).complete:
         raise RequestError(f"The backup {source} was not finished; restore another one.")
     lock = source / "lock"
     if kind is FolderKind.BACKUP or not lock.is_file():

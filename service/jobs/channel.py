@@ -1,31 +1,209 @@
 """What the service and a worker process say to each other: one JSON object per line, in both directions.
 
-service -> worker   {"settings": {...}}                                   first, once
-                    {"task": NAME, "token": WORK_FOLDER, "arguments": {...}}
-                    {"stop": WORK_FOLDER}                                 that task may end with what it has
-worker -> service   {"ready": true}                                       once, when warm
-                    {"progress": 0..1}                                    any number
-                    {"result": {...}} or {"failure": {"error", "detail", "data"}}
+service -> worker   Start                 first, once
+                    Order                 a task, its work folder and its arguments
+                    Stop                  the task of that work folder may end with what it has
+worker -> service   Ready                 once, when warm
+                    Progress              any number
+                    Done or Failed        the end of each task
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NotRequired, TypedDict, final
 
 import orjson
+from pydantic import JsonValue
 
-__all__ = ["MAX_LINE_BYTES", "decode", "encode"]
+from .records import JobRequest
+
+__all__ = [
+    "MAX_LINE_BYTES",
+    "BodyArguments",
+    "CalculateArguments",
+    "Calculated",
+    "CheckArguments",
+    "Checked",
+    "DemArguments",
+    "Done",
+    "Failed",
+    "FromWorker",
+    "GivenFields",
+    "LayerArguments",
+    "NeedsFields",
+    "Order",
+    "Progress",
+    "ReadDemArguments",
+    "ReadingOptions",
+    "Ready",
+    "Start",
+    "Stop",
+    "ToWorker",
+    "decode",
+    "encode",
+]
 
 MAX_LINE_BYTES = 64 * 1024 * 1024
 
 
-def encode(message: dict[str, Any]) -> bytes:
+@final
+class Start(TypedDict):
+    """The settings of the service; first: whether this worker compiles what no worker before it has."""
+
+    settings: Mapping[str, JsonValue]
+    first: bool
+
+
+@final
+class Order(TypedDict):
+    """A task by its name; token: names its work folder."""
+
+    task: str
+    token: str
+    arguments: Mapping[str, object]
+
+
+@final
+class Stop(TypedDict):
+    """The task of the work folder of that name is to end with what it has."""
+
+    stop: str
+
+
+@final
+class Ready(TypedDict):
+    """The worker is warm."""
+
+    ready: Literal[True]
+
+
+@final
+class Progress(TypedDict):
+    """The finished share of the task, 0..1."""
+
+    progress: float
+
+
+@final
+class Done(TypedDict):
+    """What came of a task."""
+
+    result: Mapping[str, object]
+
+
+class FailureFields(TypedDict):
+    """A ``Failure``, ready for JSON."""
+
+    error: str
+    detail: str
+    data: Mapping[str, object]
+
+
+@final
+class Failed(TypedDict):
+    """Why nothing came of a task."""
+
+    failure: FailureFields
+
+
+ToWorker = Start | Order | Stop
+FromWorker = Ready | Progress | Done | Failed
+
+
+class ReadingOptions(TypedDict, total=False):
+    """How a DEM file is read; nodata is text where JSON has no such number."""
+
+    nodata: float | str
+    crs: str
+    height_unit: str
+    band: int
+    cell_m: float
+
+
+class ReadDemArguments(TypedDict):
+    """A file by its path, or a bundled DEM by its name."""
+
+    path: NotRequired[str]
+    sample: NotRequired[str]
+    options: ReadingOptions
+
+
+class DemArguments(TypedDict):
+    """A DEM of the data folder."""
+
+    dem_id: str
+
+
+class BodyArguments(TypedDict, total=False):
+    """The body of a request: its text, or the path of the file that it lies in because it is big."""
+
+    body: str
+    path: str
+
+
+class NeedsFields(TypedDict):
+    """A product's ``Needs``, ready for JSON."""
+
+    map_id: str | None
+    map_kinds: Sequence[str]
+    detector_id: str | None
+    persistent_s: float
+
+
+class GivenFields(TypedDict, total=False):
+    """A product's ``Given``, ready for JSON."""
+
+    map_kind: str
+    map_parameters: Mapping[str, JsonValue]
+    occluded: Sequence[str]
+
+
+class CheckArguments(TypedDict):
+    """A request for a product, and what it refers to once that was found."""
+
+    product: str
+    body: BodyArguments
+    given: NotRequired[GivenFields]
+
+
+class Checked(TypedDict):
+    """A request that was checked: what a job is asked, or what has to be found first."""
+
+    dem_id: str
+    needs: NotRequired[NeedsFields]
+    request: NotRequired[JobRequest]
+
+
+class CalculateArguments(JobRequest):
+    """A job to calculate."""
+
+    dem_id: str
+    job_id: str
+
+
+class Calculated(TypedDict):
+    """A result: the digest of its files, and its answer."""
+
+    digest: str
+    summary: Mapping[str, JsonValue]
+
+
+class LayerArguments(TypedDict):
+    """A layer to draw of the result with that digest, whose answer the store has as summary."""
+
+    digest: str
+    layer: str
+    summary: Mapping[str, JsonValue]
+
+
+def encode(message: ToWorker | FromWorker) -> bytes:
     """One line; what is no number becomes null."""
     return orjson.dumps(message, option=orjson.OPT_APPEND_NEWLINE)
 
 
-def decode(line: bytes) -> dict[str, Any]:
-    """The message of a line; raises ValueError when the line is not one."""
+def decode(line: bytes) -> Any:
+    """The message of a line, ``ToWorker`` or ``FromWorker``; raises ValueError when the line is not one."""
     message = orjson.loads(line)
     if not isinstance(message, dict):
         raise ValueError(f"A message must be an object, not {type(message).__name__}.")

@@ -7,7 +7,8 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+
+from pydantic import JsonValue
 
 from service.errors import DataFolderError
 
@@ -51,7 +52,7 @@ class Check:
         """Whether everything that the store knows is there and whole."""
         return not (self.store_problem or self.missing or self.damaged)
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, JsonValue]:
         """Ready for JSON."""
         return {"sound": self.sound, **asdict(self)}
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+
+from pydantic import JsonValue
 
 from service.errors import DataFolderError
 
 from .store_file import is_store
 
-__all__ = ["MARKER", "STORE", "FolderKind", "kind_of", "mark", "read_marker"]
+__all__ = ["MARKER", "STORE", "FolderKind", "Marker", "kind_of", "mark", "read_marker"]
 
 MARKER = "sightline-folder.json"
 STORE = "sightline.sqlite3"
@@ -38,7 +40,7 @@ def kind_of(root: Path) -> FolderKind:
     if not names or (names == {MARKER} and marker.is_file() and not marker.stat().st_size):
         return FolderKind.EMPTY
     if MARKER in names:
-        return FolderKind(read_marker(root)["kind"])
+        return read_marker(root).kind
     if is_store(root / STORE):
         return FolderKind.UNMARKED
     raise DataFolderError(
@@ -47,13 +49,22 @@ def kind_of(root: Path) -> FolderKind:
     )
 
 
-def mark(root: Path, kind: FolderKind, facts: Mapping[str, Any] | None = None) -> None:
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """What a folder's marker says: what it is, by which layout; complete: of a backup, whether it was finished."""
+
+    kind: FolderKind
+    layout: int
+    complete: bool = False
+
+
+def mark(root: Path, kind: FolderKind, facts: Mapping[str, JsonValue] | None = None) -> None:
     """Say that the folder is ours, and what it is."""
     words = {"sightline": "see docs/data-folder.md", "kind": kind, "layout": LAYOUT, **(facts or {})}
     (root / MARKER).write_text(f"{json.dumps(words, indent=1)}\n", encoding="utf-8")
 
 
-def read_marker(root: Path) -> dict[str, Any]:
+def read_marker(root: Path) -> Marker:
     """What the marker says. Raises DataFolderError, OSError."""
     marker = root / MARKER
     try:
@@ -66,4 +77,4 @@ def read_marker(root: Path) -> dict[str, Any]:
         ) from error
     if layout > LAYOUT or kind not in (FolderKind.DATA, FolderKind.BACKUP):
         raise DataFolderError(f"{root} was made by a newer Sightline (layout {layout}, this one knows {LAYOUT}).")
-    return dict(words)
+    return Marker(kind, layout, bool(words.get("complete")))

@@ -7,7 +7,6 @@ import logging
 import uuid
 from collections.abc import Awaitable, Callable, Mapping
 from enum import Enum
-from typing import Any
 
 from service.errors import JobInterruptedError, TimeLimitError
 from service.settings import Settings
@@ -100,12 +99,12 @@ class WorkerPool:
         self,
         lane: Lane,
         task: str,
-        arguments: Mapping[str, Any],
+        arguments: Mapping[str, object],
         *,
         token: str | None = None,
         on_start: Callable[[], Awaitable[None]] | None = None,
         on_progress: Callable[[float], None] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Mapping[str, object]:
         """Do a task in a lane, first come, first served; cancelling it kills the process that is at it.
 
         token: names the work folder; whoever gives one takes the folder over when all went well.
@@ -136,11 +135,11 @@ class WorkerPool:
         self,
         lane: Lane,
         task: str,
-        arguments: Mapping[str, Any],
+        arguments: Mapping[str, object],
         token: str,
         on_start: Callable[[], Awaitable[None]] | None,
         on_progress: Callable[[float], None] | None,
-    ) -> dict[str, Any]:
+    ) -> Mapping[str, object]:
         worker = await self._take_idle()
         try:
             if on_start is not None:

@@ -7,11 +7,11 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from service.settings import Settings
 
-from .channel import MAX_LINE_BYTES, decode, encode
+from .channel import MAX_LINE_BYTES, FromWorker, Order, Start, Stop, ToWorker, decode, encode
 from .records import Failure
 
 __all__ = ["TaskFailed", "WorkerDied", "WorkerProcess"]
@@ -63,7 +63,7 @@ class WorkerProcess:
         )
         worker = cls(process)
         try:
-            await worker._say({"settings": settings.model_dump(mode="json"), "first": first})
+            await worker._say(Start(settings=settings.model_dump(mode="json"), first=first))
             await worker._hear()
         except BaseException:
             await worker.kill()
@@ -80,10 +80,10 @@ class WorkerProcess:
         await self._process.wait()
 
     async def do(
-        self, task: str, token: str, arguments: Mapping[str, Any], on_progress: Callable[[float], None] | None = None
-    ) -> dict[str, Any]:
+        self, task: str, token: str, arguments: Mapping[str, object], on_progress: Callable[[float], None] | None = None
+    ) -> Mapping[str, object]:
         """Do one task; raises TaskFailed and WorkerDied. When cancelled, the process is of no more use: kill it."""
-        await self._say({"task": task, "token": token, "arguments": dict(arguments)})
+        await self._say(Order(task=task, token=token, arguments=dict(arguments)))
         while True:
             message = await self._hear()
             if "progress" in message:
@@ -91,13 +91,12 @@ class WorkerProcess:
                     on_progress(message["progress"])
             elif "failure" in message:
                 raise TaskFailed(Failure(**message["failure"]))
-            else:
-                result: dict[str, Any] = message["result"]
-                return result
+            elif "result" in message:
+                return message["result"]
 
     async def ask_to_stop(self, token: str) -> None:
         """Ask the task of that work folder to end with what it has; raises WorkerDied."""
-        await self._say({"stop": token})
+        await self._say(Stop(stop=token))
 
     async def kill(self) -> None:
         """End the process at once, and wait until the system has it back."""
@@ -108,7 +107,7 @@ class WorkerProcess:
                 return
         await self._process.wait()
 
-    async def _say(self, message: dict[str, Any]) -> None:
+    async def _say(self, message: ToWorker) -> None:
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(encode(message))
@@ -116,12 +115,13 @@ class WorkerProcess:
         except (ConnectionError, RuntimeError) as error:
             raise WorkerDied(await self._process.wait()) from error
 
-    async def _hear(self) -> dict[str, Any]:
+    async def _hear(self) -> FromWorker:
         assert self._process.stdout is not None
         line = await self._process.stdout.readline()
         if not line.endswith(b"\n"):
             raise WorkerDied(await self._process.wait())
-        return decode(line)
+        message: FromWorker = decode(line)
+        return message
 
 
 def _import_path() -> list[str]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import NotRequired, TypedDict
 
-__all__ = ["ACTIVE", "OLDER_WITH_INPUTS", "DemRecord", "Failure", "JobRecord", "JobStatus", "Known"]
+from pydantic import JsonValue
+
+__all__ = ["ACTIVE", "OLDER_WITH_INPUTS", "DemRecord", "Failure", "JobRecord", "JobRequest", "JobStatus", "Known"]
 
 
 class JobStatus(StrEnum):
@@ -35,13 +37,14 @@ class Failure:
 
     error: str
     detail: str
-    data: Mapping[str, Any] = field(default_factory=dict)
+    data: Mapping[str, object] = field(default_factory=dict)
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
         """The same from an exception; numbers and words that it carries come along."""
         name = f"{type(error).__module__.partition('.')[0]}.{type(error).__name__}"
-        data = {key: value for key, value in vars(error).items() if isinstance(value, (int, float, str, dict, tuple))}
+        told = (int, float, str, dict, tuple)
+        data = {key: value for key, value in vars(error).items() if isinstance(value, told)}
         return cls(name, str(error), data)
 
 
@@ -75,28 +78,40 @@ class DemRecord:
     id: str
     name: str
     created_at_s: float
-    summary: Mapping[str, Any]
+    summary: Mapping[str, JsonValue]
+
+
+class JobRequest(TypedDict):
+    """What a job is asked, ready for JSON.
+
+    parameters: of its product, without what lies in its folder of inputs. has_inputs: whether there is such a folder.
+    notes: sentences for whoever asked, about older names for instance.
+    """
+
+    parameters: Mapping[str, JsonValue]
+    has_inputs: NotRequired[bool]
+    notes: NotRequired[list[str]]
 
 
 @dataclass(frozen=True, slots=True)
 class JobRecord:
     """A job as the store knows it; times are seconds since 1970 UTC.
 
-    request: what it was asked for, ready for JSON. attempts: how often it was started.
+    attempts: how often it was started.
     digest: names the files of the result. summary: what the result says, ready for JSON.
     """
 
     id: str
     kind: str
     dem_id: str
-    request: Mapping[str, Any]
+    request: JobRequest
     status: JobStatus
     created_at_s: float
     started_at_s: float | None = None
     finished_at_s: float | None = None
     attempts: int = 0
     digest: str | None = None
-    summary: Mapping[str, Any] | None = None
+    summary: Mapping[str, JsonValue] | None = None
     failure: Failure | None = None
 
     @property

@@ -1,19 +1,103 @@
-"""What a start does with what the last process of ours left: nothing finished is lost, nothing begun is forgotten."""
+"""Nothing finished is lost: notes of which a store is made again, and what a start does with what was left.
+
+dems/<id>/notes/<id>.json, results/<digest>/notes/<job>.json    a row of the store each
+"""
 
 from __future__ import annotations
 
+import json
 import logging
+import re
+import sqlite3
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
 
 from service.errors import JobInterruptedError
+from service.files.layer import replacing
 
 from .folder import DataFolder
-from .notes import note_all
 from .records import Failure, JobRecord, JobStatus
 from .store import Store
+from .store_file import StoredRow
 
-__all__ = ["interrupted", "recover"]
+__all__ = ["NOTES", "adopt", "interrupted", "note_all", "note_dem", "note_job", "recover", "unnote_job"]
 
 logger = logging.getLogger("sightline.jobs")
+
+NOTES = "notes"
+TABLES = {"dems": "dems", "results": "jobs"}
+ID = re.compile(r"[0-9a-f]{32}")
+
+
+def note_dem(store: Store, folder: DataFolder, dem_id: str) -> None:
+    """Note a DEM beside its files."""
+    _write(folder.dem(dem_id), dem_id, store.row("dems", dem_id))
+
+
+def note_job(store: Store, folder: DataFolder, job_id: str, digest: str) -> None:
+    """Note a finished job beside the files of its result."""
+    _write(folder.result(digest), job_id, store.row("jobs", job_id))
+
+
+def unnote_job(folder: DataFolder, job_id: str, digest: str) -> None:
+    """Forget a job whose result others share."""
+    (folder.result(digest) / NOTES / f"{job_id}.json").unlink(missing_ok=True)
+
+
+def note_all(store: Store, folder: DataFolder) -> None:
+    """Note what was finished before there were notes, and what was when the service was killed."""
+    for dem_id in store.known().dems:
+        if not (folder.dem(dem_id) / NOTES / f"{dem_id}.json").exists():
+            note_dem(store, folder, dem_id)
+    for job_id, digest in store.succeeded():
+        if not (folder.result(digest) / NOTES / f"{job_id}.json").exists():
+            note_job(store, folder, job_id, digest)
+
+
+def adopt(store: Path, folders: Iterable[Path]) -> int:
+    """Put into a copy of a store what the notes in folders of DEMs and results say; how many rows are new."""
+    new = 0
+    with closing(sqlite3.connect(store)) as connection:
+        for folder in folders:
+            table = TABLES.get(folder.parent.name)
+            for note in sorted((folder / NOTES).glob("*.json")) if table else ():
+                try:
+                    new += _insert(connection, str(table), _read(note, folder.name))
+                except (OSError, ValueError, KeyError, TypeError, sqlite3.Error) as error:
+                    logger.warning("the note %s makes no sense (%s) and is passed over", note, error)
+        connection.commit()
+    return new
+
+
+def _insert(connection: sqlite3.Connection, table: str, row: StoredRow) -> int:
+    columns = [column[1] for column in connection.execute(f"PRAGMA table_info({table})")]
+    marks = ", ".join("?" * len(columns))
+    values = [row[column] for column in columns]
+    return connection.execute(f"INSERT INTO {table} VALUES ({marks}) ON CONFLICT (id) DO NOTHING", values).rowcount
+
+
+def _write(folder: Path, name: str, row: StoredRow | None) -> None:
+    if row is None or not folder.is_dir():
+        return
+    try:
+        (folder / NOTES).mkdir(exist_ok=True)
+        with replacing(folder / NOTES / f"{name}.json") as unfinished:
+            unfinished.write_text(json.dumps(dict(row), allow_nan=False), encoding="utf-8")
+    except OSError as error:
+        # the store has it; only a store that is lost could not be made again
+        logger.error("no note of %s could be written: %s", name, error)
+
+
+def _read(note: Path, owner: str) -> StoredRow:
+    """The row in a note. Raises OSError; ValueError, KeyError, TypeError unless it is of that DEM or result."""
+    row = json.loads(note.read_text(encoding="utf-8"))
+    if not ID.fullmatch(row["id"]) or owner != row.get("digest", row["id"]):
+        raise ValueError(f"it is not of {owner}")
+    if "digest" in row:
+        str(row["kind"]), JobStatus(row["status"]), json.loads(row["request"])
+    json.loads(row["summary"])
+    return dict(row)
 
 
 def recover(store: Store, folder: DataFolder, max_attempts: int) -> list[JobRecord]:

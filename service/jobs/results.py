@@ -4,24 +4,44 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, JsonValue, ValidationError
 
 from service.parts.sight import SightParameters
 from service.products import Finished, Product
-from terrain import ElevationGrid, Provenance
 from visibility import Anchor, DistantAnchor
+
+from .kept_files import GridFields, grid_fields, grid_of
 
 __all__ = ["load", "save"]
 
 FORMAT = 2
 READABLE = (1, 2)  # the first kept the answer in the store alone
 ANSWER = "answer.json"
+
+
+class DistantFields(TypedDict):
+    """A ``DistantAnchor``, ready for JSON."""
+
+    id: str
+    azimuth_rad: float
+    elevation_rad: float
+    range_m: float
+    ranging_sigma_m: float
+
+
+class ResultFields(TypedDict):
+    """What is kept of a result besides its arrays and its answer."""
+
+    format: int
+    grid: GridFields
+    anchor_positions_m: Sequence[Sequence[float]]
+    distant_anchors: NotRequired[Sequence[DistantFields]]
+    parameters: Mapping[str, JsonValue]
 
 
 def save(product: Product, finished: Any, folder: Path) -> None:
@@ -34,19 +54,11 @@ def save(product: Product, finished: Any, folder: Path) -> None:
     np.save(folder / "heights_m.npy", grid.heights_m, allow_pickle=False)
     for name in product.arrays:
         np.save(folder / f"{name}.npy", getattr(finished, name), allow_pickle=False)
-    description = {
+    description: ResultFields = {
         "format": FORMAT,
-        "grid": {
-            "cell_east_m": grid.cell_east_m,
-            "cell_north_m": grid.cell_north_m,
-            "origin_east_m": grid.origin_east_m,
-            "origin_north_m": grid.origin_north_m,
-            "crs": None if grid.crs is None else grid.crs.to_wkt(),
-            "vertical_datum": grid.vertical_datum,
-            "provenance": asdict(grid.provenance),
-        },
+        "grid": grid_fields(grid),
         "anchor_positions_m": [(a.east_m, a.north_m, a.altitude_m) for a in finished.anchors if isinstance(a, Anchor)],
-        "distant_anchors": [asdict(a) for a in finished.anchors if isinstance(a, DistantAnchor)],
+        "distant_anchors": [_distant_fields(a) for a in finished.anchors if isinstance(a, DistantAnchor)],
         "parameters": finished.parameters.model_dump(mode="json"),
     }
     (folder / ANSWER).write_text(finished.answer.model_dump_json(), encoding="utf-8")
@@ -54,7 +66,7 @@ def save(product: Product, finished: Any, folder: Path) -> None:
 
 
 def load(
-    products: Mapping[str, Product], folder: Path, summary: Mapping[str, Any] | None = None
+    products: Mapping[str, Product], folder: Path, summary: Mapping[str, JsonValue] | None = None
 ) -> tuple[Product, Finished]:
     """The product of a result saved in a folder, and the result; its big arrays are mapped, not read, until needed.
 
@@ -64,21 +76,11 @@ def load(
     product = next((p for p in products.values() if (folder / f"{p.name}.json").is_file()), None)
     if product is None or product.finished is None:
         raise FileNotFoundError(f"There is no finished result in {folder.name}.")
-    description = json.loads((folder / f"{product.name}.json").read_text(encoding="utf-8"))
+    description: ResultFields = json.loads((folder / f"{product.name}.json").read_text(encoding="utf-8"))
     if description.get("format") not in READABLE:
         raise ValueError(f"The {product.name} in {folder.name} has format {description.get('format')}, not {FORMAT}.")
     parameters: Any = product.parameters.model_validate(description["parameters"])
-    described = description["grid"]
-    grid = ElevationGrid(
-        _mapped(folder, "heights_m"),
-        described["cell_east_m"],
-        described["cell_north_m"],
-        described["origin_east_m"],
-        described["origin_north_m"],
-        described["crs"],
-        described["vertical_datum"],
-        Provenance(**_with_tuples(described["provenance"])),
-    )
+    grid = grid_of(folder / "heights_m.npy", description["grid"])
     finished = product.finished(
         grid=grid,
         anchors=_anchors(parameters, description["anchor_positions_m"], description.get("distant_anchors", ())),
@@ -89,7 +91,7 @@ def load(
     return product, finished
 
 
-def _answer(product: Product, folder: Path, summary: Mapping[str, Any] | None) -> BaseModel:
+def _answer(product: Product, folder: Path, summary: Mapping[str, JsonValue] | None) -> BaseModel:
     try:
         told = json.loads((folder / ANSWER).read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -102,7 +104,7 @@ def _answer(product: Product, folder: Path, summary: Mapping[str, Any] | None) -
 
 
 def _anchors(
-    parameters: object, positions_m: Sequence[Sequence[float]], distant: Sequence[dict[str, Any]]
+    parameters: object, positions_m: Sequence[Sequence[float]], distant: Sequence[DistantFields]
 ) -> tuple[Anchor | DistantAnchor, ...]:
     if not isinstance(parameters, SightParameters):
         return ()
@@ -117,11 +119,16 @@ def _anchors(
     return (*near, *(DistantAnchor(**fields) for fields in distant))
 
 
+def _distant_fields(anchor: DistantAnchor) -> DistantFields:
+    return DistantFields(
+        id=anchor.id,
+        azimuth_rad=anchor.azimuth_rad,
+        elevation_rad=anchor.elevation_rad,
+        range_m=anchor.range_m,
+        ranging_sigma_m=anchor.ranging_sigma_m,
+    )
+
+
 def _mapped(folder: Path, name: str) -> npt.NDArray[Any]:
     array: npt.NDArray[Any] = np.load(folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
     return array
-
-
-def _with_tuples(described: dict[str, Any]) -> dict[str, Any]:
-    """JSON knows no tuples; our frozen values hold nothing else."""
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in described.items()}

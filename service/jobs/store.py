@@ -10,12 +10,14 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
+
+from pydantic import JsonValue
 
 from service.errors import DataFolderError, InUseError, NotFoundError
 
 from .records import DemRecord, Failure, JobRecord, JobStatus, Known
-from .store_schema import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, read_known
+from .store_file import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, StoredRow, read_known
 
 __all__ = ["Store"]
 
@@ -150,7 +152,7 @@ class Store:
         status: JobStatus,
         *,
         digest: str | None = None,
-        summary: Mapping[str, Any] | None = None,
+        summary: Mapping[str, JsonValue] | None = None,
         failure: Failure | None = None,
     ) -> None:
         """The job is over, one way or another."""
@@ -207,7 +209,7 @@ class Store:
             ).fetchall()
         return [(row["id"], row["digest"]) for row in rows]
 
-    def row(self, table: Literal["dems", "jobs"], id: str) -> dict[str, Any] | None:
+    def row(self, table: Literal["dems", "jobs"], id: str) -> StoredRow | None:
         """A DEM or a job as it is stored, for whoever keeps a note of it."""
         with self._reading() as connection:
             row = connection.execute(f"SELECT * FROM {table} WHERE id = ?", (id,)).fetchone()
@@ -265,7 +267,7 @@ class Store:
             )
 
 
-def _json(value: Mapping[str, Any]) -> str:
+def _json(value: Mapping[str, object]) -> str:
     return json.dumps(dict(value), allow_nan=False)
 
 

@@ -1,4 +1,4 @@
-"""A store as a file, also one that another process works with: is it one, what does it know, and copies of it."""
+"""A store as a file, also one that another process works with: its tables, what it knows, copies, what errors mean."""
 
 from __future__ import annotations
 
@@ -7,23 +7,109 @@ import re
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from service.errors import DataFolderError
+from service.errors import DataFolderError, ServiceError, StorageFullError, StoreLockedError
 
-from .records import Known
-from .store_schema import SCHEMA, SCHEMA_VERSION, read_known
+from .records import ACTIVE, OLDER_WITH_INPUTS, Known
 
-__all__ = ["SIDE_FILES", "copied", "dem_digests_in", "forget", "is_store", "known_to", "settle", "snapshot"]
+__all__ = [
+    "IS_ACTIVE",
+    "SCHEMA",
+    "SCHEMA_VERSION",
+    "SIDE_FILES",
+    "StoredRow",
+    "copied",
+    "dem_digests_in",
+    "error_of_store",
+    "forget",
+    "is_store",
+    "known_to",
+    "read_known",
+    "settle",
+    "snapshot",
+]
 
+# a DEM or a job as it is stored, by column
+StoredRow = Mapping[str, str | int | float | None]
+
+SCHEMA_VERSION = 1
+SCHEMA = """
+CREATE TABLE dems (
+    id TEXT PRIMARY KEY, name TEXT NOT NULL, created_at_s REAL NOT NULL, summary TEXT NOT NULL
+) STRICT;
+CREATE TABLE jobs (
+    id TEXT PRIMARY KEY, kind TEXT NOT NULL, dem_id TEXT NOT NULL, request TEXT NOT NULL, status TEXT NOT NULL,
+    created_at_s REAL NOT NULL, started_at_s REAL, finished_at_s REAL, attempts INTEGER NOT NULL DEFAULT 0,
+    digest TEXT, summary TEXT, failure TEXT
+) STRICT;
+CREATE INDEX jobs_by_kind ON jobs (kind, created_at_s);
+CREATE INDEX jobs_by_status ON jobs (status);
+CREATE INDEX jobs_by_digest ON jobs (digest);
+"""
+IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
+HAS_INPUTS = (
+    "coalesce(json_extract(request, '$.has_inputs'), kind IN "
+    f"({', '.join(repr(kind) for kind in sorted(OLDER_WITH_INPUTS))}))"
+)
+
+LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
+UNUSABLE = frozenset(
+    {
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_CORRUPT,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_NOTADB,
+        sqlite3.SQLITE_PERM,
+        sqlite3.SQLITE_READONLY,
+    }
+)
 MAGIC = b"SQLite format 3\0"
 # what SQLite keeps beside a database while it is used; after a crash the write-ahead log holds the newest changes
 SIDE_FILES = ("-wal", "-shm", "-journal")
 WAIT_MS = 5000
 # ids are names of folders: none may lead elsewhere
 ID = re.compile(r"[0-9a-f]{32}")
+
+
+def read_known(connection: sqlite3.Connection) -> Known:
+    """Every DEM, job and result that a store knows."""
+
+    def column(query: str) -> frozenset[str]:
+        return frozenset(str(row[0]) for row in connection.execute(query))
+
+    connection.execute("BEGIN")
+    try:
+        return Known(
+            dems=column("SELECT id FROM dems"),
+            jobs=column("SELECT id FROM jobs"),
+            jobs_over=column(f"SELECT id FROM jobs WHERE NOT {IS_ACTIVE}"),
+            digests=column("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL"),
+            inputs=column(f"SELECT id FROM jobs WHERE {IS_ACTIVE} AND {HAS_INPUTS}"),
+        )
+    finally:
+        connection.execute("COMMIT")
+
+
+def error_of_store(error: sqlite3.DatabaseError) -> ServiceError | None:
+    """The error as one of ours, with its sentence; None when it is a fault."""
+    # the low byte is the kind of error, the others its details
+    code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
+    if code in LOCKED:
+        return StoreLockedError(
+            "The database of the job store is locked by another program (sightline.sqlite3 in the data folder); "
+            "close that program and try again."
+        )
+    if code == sqlite3.SQLITE_FULL:
+        return StorageFullError("The job store cannot be written; make room on the disk and try again.")
+    if code in UNUSABLE:
+        return DataFolderError(
+            f"The job store in the data folder cannot be used ({error}); put the data folder in order, then restart "
+            "the service."
+        )
+    return None
 
 
 def is_store(path: Path) -> bool:

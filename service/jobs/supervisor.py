@@ -10,7 +10,7 @@ import uuid
 from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 from service.errors import (
     BusyError,
@@ -23,12 +23,12 @@ from service.errors import (
 )
 from service.settings import Settings
 
+from .channel import CalculateArguments, Calculated
 from .folder import DataFolder, move_into_place
-from .notes import note_job, unnote_job
 from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied
-from .records import Failure, JobRecord, JobStatus
-from .recovery import interrupted, recover
+from .records import Failure, JobRecord, JobRequest, JobStatus
+from .recovery import interrupted, note_job, recover, unnote_job
 from .store import Store
 
 __all__ = ["Supervisor"]
@@ -90,8 +90,8 @@ class Supervisor:
         return await asyncio.shield(loop.run_in_executor(self._store_thread, lambda: work(*args, **kwargs)))
 
     async def ask(
-        self, task: str, arguments: Mapping[str, Any], token: str | None = None, lane: Lane = Lane.FILES
-    ) -> dict[str, Any]:
+        self, task: str, arguments: Mapping[str, object], token: str | None = None, lane: Lane = Lane.FILES
+    ) -> Mapping[str, object]:
         """Have a short task done beside the calculations, once more if its worker dies.
 
         Raises BusyError, TaskFailed, TimeLimitError, JobInterruptedError.
@@ -104,7 +104,7 @@ class Supervisor:
                 logger.warning("task %s: its worker ended with %s", task, died)
         raise interrupted(self._settings.max_attempts)
 
-    async def submit(self, kind: str, dem_id: str, request: Mapping[str, Any], inputs: Path | None = None) -> JobRecord:
+    async def submit(self, kind: str, dem_id: str, request: JobRequest, inputs: Path | None = None) -> JobRecord:
         """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone),
         DataFolderError.
         """
@@ -179,7 +179,7 @@ class Supervisor:
                     result = await self._pool.run(
                         Lane.CALCULATIONS,
                         job.kind,
-                        {"dem_id": job.dem_id, "job_id": job.id, **job.request},
+                        CalculateArguments(dem_id=job.dem_id, job_id=job.id, **job.request),
                         token=token,
                         on_start=on_start,
                         on_progress=lambda share: self._progress.__setitem__(job.id, share),
@@ -208,7 +208,7 @@ class Supervisor:
             await self._over(job, JobStatus.FAILED, InternalError(reference))
         else:
             # a result is a result, also when it is cancelled this very moment
-            await _to_its_end(self._surely(self._keep, job.id, token, result))
+            await _to_its_end(self._surely(self._keep, job.id, token, cast(Calculated, result)))
 
     async def _over(self, job: JobRecord, status: JobStatus, why: Failure | ServiceError) -> None:
         await self._surely(self._end, job.id, status, Failure.of(why) if isinstance(why, ServiceError) else why)
@@ -233,7 +233,7 @@ class Supervisor:
         self._folder.check_usable()
         self._store.add_job(job)
 
-    def _keep(self, job_id: str, token: str, result: Mapping[str, Any]) -> None:
+    def _keep(self, job_id: str, token: str, result: Calculated) -> None:
         work = self._folder.work(token)
         if work.exists():
             move_into_place(work, self._folder.result(result["digest"]))

@@ -14,25 +14,32 @@ import resource
 import shutil
 import signal
 import sys
+import tempfile
 import threading
 import time
 import uuid
-from collections.abc import Mapping
 from functools import partial
-from typing import Any, BinaryIO
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import pyproj
 
 from service.error_roots import domain_errors
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
-from service.products.registry import all_products
-from service.settings import GIB, Settings
+from service.products import Work
+from service.products.registry import PRODUCTS, all_products
+from service.settings import GIB, Rehearsal, Settings
+from service.warm_up import warm_up
+from terrain import ElevationGrid
 
-from .channel import decode, encode
+from .channel import Done, Failed, FromWorker, Order, Progress, Ready, Start, ToWorker, decode, encode
 from .folder import DataFolder, is_full
 from .records import Failure
-from .rehearsal import rehearse
+from .results import load, save
 from .tasks import Task, TaskContext, tasks_for
 
-__all__ = ["main"]
+__all__ = ["main", "rehearse"]
 
 logger = logging.getLogger("sightline.worker")
 
@@ -49,11 +56,12 @@ def main() -> None:
     os.nice(NICENESS)
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
-    orders: queue.Queue[dict[str, Any]] = queue.Queue()
+    started: queue.Queue[Start] = queue.Queue(1)
+    orders: queue.Queue[Order] = queue.Queue()
     stopped: set[str] = set()
-    threading.Thread(target=_listen, args=(orders, stopped), daemon=True).start()
+    threading.Thread(target=_listen, args=(started, orders, stopped), daemon=True).start()
 
-    told = orders.get()
+    told = started.get()
     settings = Settings.model_validate(told["settings"])
     try:
         rehearse(settings.rehearse, first=told["first"])
@@ -61,7 +69,7 @@ def main() -> None:
         # without a place for temporary files the first task is slower, nothing else
         logger.warning("could not rehearse: %s", error)
     _limit_memory(settings.max_worker_memory_bytes)
-    _tell(answers, {"ready": True})
+    _tell(answers, Ready(ready=True))
     folder, products = DataFolder(settings.data_folder), all_products(settings.more_products)
     tasks = tasks_for(products)
     while True:
@@ -73,12 +81,30 @@ def main() -> None:
         stopped.discard(token)
 
 
-def _done(task: Task, order: Mapping[str, Any], context: TaskContext) -> dict[str, Any]:
+def rehearse(what: Rehearsal, *, first: bool) -> None:
+    """Load kernels, projections and raster drivers by using each once; one small map goes from start to end.
+
+    first: of all workers; it also compiles what the processes of sampled plans need, for itself and all others.
+    Raises OSError when nothing can be written.
+    """
+    warm_up(what, own_processes=first)
+    utm = pyproj.CRS.from_epsg(32611)
+    grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
+    anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}
+    product = PRODUCTS["visibility-map"]
+    with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
+        finished = product.calculate(grid, product.parameters.model_validate({"anchors": [anchor]}), Work())
+        save(product, finished, Path(folder))
+        _, kept = load(PRODUCTS, Path(folder))
+        product.layer["visible.tif"].write(kept, Path(folder) / "visible.tif")
+
+
+def _done(task: Task, order: Order, context: TaskContext) -> Done | Failed:
     """What comes of one task, ready to be told."""
     settings, folder, work = context.settings, context.folder, context.work
     expected: tuple[type[Exception], ...] = (*domain_errors().values(), ServiceError)
     try:
-        return {"result": dict(task(context, order["arguments"]))}
+        return Done(result=dict(task(context, order["arguments"])))
     except expected as error:
         failure = Failure.of(error)
     except MemoryError:
@@ -93,7 +119,7 @@ def _done(task: Task, order: Mapping[str, Any], context: TaskContext) -> dict[st
     except Exception:  # noqa: BLE001 - the process that answers must hear of every fault, and the log keeps it
         failure = _of_fault(order)
     shutil.rmtree(work, ignore_errors=True)
-    return {"failure": {"error": failure.error, "detail": failure.detail, "data": dict(failure.data)}}
+    return Failed(failure={"error": failure.error, "detail": failure.detail, "data": dict(failure.data)})
 
 
 def _of_storage(error: OSError) -> Failure:
@@ -106,7 +132,7 @@ def _of_storage(error: OSError) -> Failure:
     )
 
 
-def _of_folder(folder: DataFolder, order: Mapping[str, Any]) -> Failure:
+def _of_folder(folder: DataFolder, order: Order) -> Failure:
     """Of a file that could not be used, because of the data folder as a whole or by a fault of ours."""
     try:
         folder.check_usable()
@@ -116,7 +142,7 @@ def _of_folder(folder: DataFolder, order: Mapping[str, Any]) -> Failure:
     return _of_fault(order)
 
 
-def _of_fault(order: Mapping[str, Any]) -> Failure:
+def _of_fault(order: Order) -> Failure:
     reference = uuid.uuid4().hex[:12]
     logger.exception("%s: task %s failed", reference, order["task"])
     return Failure.of(InternalError(reference))
@@ -133,23 +159,25 @@ class _Progress:
         now_s = time.monotonic()
         if now_s - self._told_at_s >= PROGRESS_EVERY_S:
             self._told_at_s = now_s
-            _tell(self._answers, {"progress": min(max(float(share), 0.0), 1.0)})
+            _tell(self._answers, Progress(progress=min(max(float(share), 0.0), 1.0)))
 
 
-def _tell(answers: BinaryIO, message: dict[str, Any]) -> None:
+def _tell(answers: BinaryIO, message: FromWorker) -> None:
     line = memoryview(encode(message))
     while line:
         line = line[answers.write(line) :]
 
 
-def _listen(orders: queue.Queue[dict[str, Any]], stopped: set[str]) -> None:
+def _listen(started: queue.Queue[Start], orders: queue.Queue[Order], stopped: set[str]) -> None:
     """Hand on what the service says; when it has gone, so do we, whatever we are at."""
     for line in sys.stdin.buffer:
-        order = decode(line)
-        if "stop" in order:
-            stopped.add(order["stop"])
+        told: ToWorker = decode(line)
+        if "stop" in told:
+            stopped.add(told["stop"])
+        elif "settings" in told:
+            started.put(told)
         else:
-            orders.put(order)
+            orders.put(told)
     os._exit(0)
 
 

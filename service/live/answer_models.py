@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from detection import Classification, OdometryCondition, PlanningStatus, Rejection, Say, Sight, Witness
-from service.http.answers import Page
 
-__all__ = ["DetectionOut", "DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
+__all__ = ["DetectionOut", "DetectorOut", "DetectorStateful", "EpochOut", "EpochsOut"]
 
 
 class Exact(BaseModel):
@@ -157,7 +156,7 @@ class DetectorOut(Exact):
     streams: int = Field(description="How many streams are open.")
     malformed_messages: int = Field(description="How many messages on streams could not be read.")
     anchors: list[str] = Field(description="Ids of the anchors.")
-    settings: dict[str, Any] = Field(description="What the detector was told, in the words of the request.")
+    settings: dict[str, object] = Field(description="What the detector was told, in the words of the request.")
     links: dict[Literal["self", "epochs", "stream"], str] = Field(description="Paths: the session, epochs, stream.")
 
 
@@ -165,9 +164,3 @@ class DetectorStateful(DetectorOut):
     """A session with what its detector remembers."""
 
     state: DetectorStateOut
-
-
-class DetectorList(Page):
-    """One page of sessions, newest first, without their states."""
-
-    detectors: list[DetectorOut]

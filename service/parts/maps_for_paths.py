@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import JsonValue
+
 from service.errors import RequestError
 
 __all__ = ["MAP_KINDS", "kind_of_summary", "with_map"]
@@ -15,7 +17,7 @@ MAP_KINDS = ("visibility-map", "dop-map", "morphing-map")
 TELLING = {"states": "morphing-map", "dop_quantiles": "dop-map", "count_histogram": "visibility-map"}
 
 
-def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> dict[str, Any]:
+def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> dict[str, JsonValue]:
     """The fields of a path's request with what the parameters of a finished map add; what the request says wins.
 
     A visibility map gives anchors and how sight lines are taken; a DOP map satellites and its limits as well; a

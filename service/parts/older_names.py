@@ -40,7 +40,11 @@ class WithOlderNames(StrictModel):
         schema = handler.resolve_ref_schema(handler(core))
         properties = schema.get("properties", {})
         for old, new in cls.older_names.items():
-            properties[old] = {**properties[new], "deprecated": True, "description": f"Older name of {new}."}
+            properties[old] = {
+                **properties[new],
+                "deprecated": True,
+                "description": f"Older name of {new}: {properties[new].get('description', '')}",
+            }
         return schema
 
     def notes(self) -> Iterator[str]:

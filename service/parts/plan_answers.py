@@ -52,7 +52,7 @@ class LimitCheckOut(CheckOut):
         description="The value that comes nearest to the limit or breaks it most, metres or a number; null: none is "
         "known, or it has no bound."
     )
-    allowed: float | None = Field(description="The limit, in the same unit; null: it has no bound.")
+    allowed: float | None = Field(description="The limit, metres or a number; null: it has no bound.")
 
 
 class ValidationOut(BaseModel):

@@ -1,4 +1,4 @@
-"""A position with a height, as requests write it."""
+"""Positions, places and shapes on the ground, as requests write them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,13 @@ __all__ = [
     "NotNegative",
     "NotNegativeMetres",
     "Number",
+    "PlaceIn",
     "PointIn",
+    "PolygonIn",
     "Positive",
+    "StandOffIn",
     "StrictModel",
+    "WeightIn",
 ]
 
 # Beyond any length, time or weight that is meant; what is far larger overflows once it is squared.
@@ -79,3 +83,54 @@ class PointIn(StrictModel):
     def _called(self) -> str:
         """How error sentences name this position."""
         return "Point"
+
+
+class PlaceIn(StrictModel):
+    """A place on the ground: one pair, in the DEM's metric CRS or in degrees."""
+
+    east_m: Metres | None = Field(None, description="East in the DEM's metric CRS, metres; goes with north_m.")
+    north_m: Metres | None = Field(None, description="North in the DEM's metric CRS, metres; goes with east_m.")
+    lon_deg: DegreesEast | None = Field(None, description="Longitude, degrees east; goes with lat_deg.")
+    lat_deg: DegreesNorth | None = Field(None, description="Latitude, degrees north; goes with lon_deg.")
+    body: str | None = Field(
+        None,
+        max_length=80,
+        description="Body whose degrees lon_deg and lat_deg are, such as Earth or Moon; left out = the DEM's own.",
+    )
+
+    @model_validator(mode="after")
+    def _one_pair(self) -> Self:
+        metres, degrees = (self.east_m, self.north_m), (self.lon_deg, self.lat_deg)
+        whole = [all(v is not None for v in pair) for pair in (metres, degrees)]
+        begun = [any(v is not None for v in pair) for pair in (metres, degrees)]
+        if sum(whole) != 1 or whole != begun:
+            raise ValueError("A place needs exactly one of the pairs east_m, north_m or lon_deg, lat_deg.")
+        if self.body is not None and self.lon_deg is None:
+            raise ValueError("A place: body goes with lon_deg and lat_deg.")
+        return self
+
+
+Ring = Annotated[list[PlaceIn], Field(min_length=3, max_length=10_000)]
+
+
+class PolygonIn(StrictModel):
+    """A polygon: its outer ring, closed or not, and holes."""
+
+    ring: Ring = Field(description="Corners of the outer ring in order, at least three entries.")
+    holes: list[Ring] = Field([], description="Rings that are left out.")
+
+
+class WeightIn(StrictModel):
+    """Ground that counts more, less or nothing."""
+
+    polygon: PolygonIn = Field(description="Which ground.")
+    weight: NotNegative = Field(description="What each post in it counts beside the rest, no unit; 0 leaves it out.")
+
+
+class StandOffIn(StrictModel):
+    """What to keep away from: a point, a line or a polygon, and how far."""
+
+    places: Annotated[list[PlaceIn], Field(min_length=1, max_length=10_000)] = Field(
+        description="One place is a point, several are a line; closed, a line is the border of an area kept off too."
+    )
+    distance_m: NotNegativeMetres = Field(description="Distance to keep, metres.")

@@ -1,37 +1,57 @@
-"""What is ranged to: the anchors and satellites of a request in the grid's frame."""
+"""What is ranged to: the anchors, tracks and satellites of a request in the grid's frame."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Any
+from datetime import datetime, timedelta
+
+import numpy as np
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
+from service.parts.anchors import FramesIn, TrackIn
 from service.parts.map_facts import curvature_of
-from service.parts.positioning import CeilingParameters, PositioningParameters, RangingParameters, SatellitesIn
-from service.parts.positions import resolve_anchor
+from service.parts.positioning import (
+    CeilingParameters,
+    MorphingMapParameters,
+    PositioningParameters,
+    RangingParameters,
+    SatellitesIn,
+)
+from service.parts.positions import points_in_grid, resolve_anchor
 from service.parts.sight import SightParameters
-from terrain import ElevationGrid, height_at
-from visibility import Anchor, DistantAnchor, FlightLimit, MinimumVisibleAltitude, min_visible_altitude
+from terrain import ElevationGrid
+from visibility import (
+    Anchor,
+    DistantAnchor,
+    FlightLimit,
+    MinimumVisibleAltitude,
+    VisibilityInputError,
+    min_visible_altitude,
+)
 from visibility.air.morphing_maps import check_ceiling
+from visibility.air.morphing_times import anchors_over
 from visibility.dilution.dop_questions import check_geometry
 from visibility.dilution.sets_in_sight import sources_of_anchors
-from visibility.satellites import SatelliteEyes, satellite_eyes
+from visibility.satellites import SatelliteEyes, SatelliteTrack, satellite_eyes, satellite_tracks
 from visibility.satellites.in_view import Constellation
-from visibility.sight import check_anchors
+from visibility.sight import AnchorTrack, check_anchors
 
 __all__ = [
+    "MovingSources",
     "RangingSources",
     "Source",
+    "check_moving_sources",
     "check_sources",
     "eyes_of",
     "limit_of",
     "lines_to",
+    "moving_sources",
     "ranging_sources",
     "sight_lines",
-    "source_summary",
+    "time_of",
+    "track_of",
 ]
 
 Source = Anchor | DistantAnchor
@@ -122,28 +142,61 @@ def lines_to(
     )
 
 
-def source_summary(grid: ElevationGrid, sources: tuple[Source, ...]) -> dict[str, list[dict[str, Any]]]:
-    """Where anchors and satellites are, ready for JSON."""
-    anchors, satellites = [], []
-    for source in sources:
-        if isinstance(source, DistantAnchor):
-            satellites.append(
-                {
-                    "id": source.id,
-                    "grid_azimuth_deg": math.degrees(source.azimuth_rad),
-                    "elevation_deg": math.degrees(source.elevation_rad),
-                    "range_m": source.range_m,
-                }
-            )
-            continue
-        ground_m = float(height_at(grid, source.east_m, source.north_m))
-        anchors.append(
-            {
-                "id": source.id,
-                "east_m": source.east_m,
-                "north_m": source.north_m,
-                "altitude_m": source.altitude_m,
-                "above_ground_m": None if math.isnan(ground_m) else source.altitude_m - ground_m,
-            }
-        )
-    return {"anchors": anchors, "satellites": satellites}
+@dataclass(frozen=True, eq=False)
+class MovingSources:
+    """Anchors, tracks, then satellites that are in view at some time; those left out as unhealthy.
+
+    moving: how many of them are elsewhere in each frame. passed_over: what else in the file of orbits was not used.
+    """
+
+    all: tuple[Anchor | AnchorTrack | SatelliteTrack, ...]
+    unhealthy: tuple[str, ...]
+    moving: int
+    passed_over: tuple[str, ...] = ()
+
+
+def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frames: FramesIn) -> MovingSources:
+    """What there is to range to in these frames.
+
+    Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
+    """
+    standing = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
+    tracks = tuple(track_of(grid, track) for track in parameters.tracks)
+    if parameters.satellites is None:
+        return MovingSources((*standing, *tracks), (), len(tracks))
+    asked, times_s = parameters.satellites, frames.times_s()
+    eyes = eyes_of(grid, asked, [time_of(asked.time, time_s) for time_s in times_s])
+    sky = satellite_tracks(eyes, times_s, ranging_sigma_m=asked.ranging_sigma_m)
+    moving = len(tracks) + len(sky)
+    return MovingSources((*standing, *tracks, *sky), eyes.view.unhealthy_ids, moving, eyes.view.warnings)
+
+
+def check_moving_sources(
+    grid: ElevationGrid, parameters: MorphingMapParameters, frames: FramesIn
+) -> Sequence[tuple[Anchor | DistantAnchor, ...]]:
+    """Who is there in each frame; refuses what no frame can be made from. Raises as moving_sources does."""
+    sources = moving_sources(grid, parameters, frames).all
+    return anchors_over(grid, sources, frames.times_s(), limit_of(parameters))
+
+
+def time_of(start: datetime, time_s: float) -> datetime:
+    """The instant of a frame. Raises VisibilityInputError beyond the calendar."""
+    try:
+        return start + timedelta(seconds=time_s)
+    except OverflowError as error:
+        raise VisibilityInputError(f"{time_s:g} s after {start.isoformat()} lies beyond the calendar.") from error
+
+
+def track_of(grid: ElevationGrid, asked: TrackIn) -> AnchorTrack:
+    """The track in the grid's frame. Raises AnchorError, FrameError, VisibilityInputError."""
+    name = asked.id.replace("{", "{{").replace("}", "}}")
+    positions_m = points_in_grid(grid, asked.points, f"Point {{}} of track {name}")
+    return AnchorTrack(
+        asked.id,
+        np.array([point.time_s for point in asked.points]),
+        positions_m,
+        asked.ranging_sigma_m,
+        asked.pose_sigma_m,
+        asked.antenna_limits(),
+        asked.pose_covariance(),
+    )

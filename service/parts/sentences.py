@@ -1,13 +1,16 @@
-"""One clear sentence for a request that does not validate."""
+"""Sentences about requests: what does not validate, and places named in the frame in which the request does."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import functools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-__all__ = ["MOST_FIELDS", "fields_of", "place_of", "sentence_of", "sentence_of_detail"]
+from terrain import ElevationGrid, places_told
+
+__all__ = ["MOST_FIELDS", "fields_of", "place_of", "sentence_of", "sentence_of_detail", "told_as_asked"]
 
 MOST_FIELDS = 100
 # Tags of unions appear in pydantic's locations but not in the request.
@@ -18,6 +21,11 @@ OTHERWISE = {
     "model_type": "Input should be an object",
     "timezone_aware": "a time needs its zone: add Z for UTC",
 }
+P = ParamSpec("P")
+Asked = TypeVar("Asked", bound=BaseModel)
+Answer = TypeVar("Answer")
+# whoever ranges to anchors given in degrees may still ask about places in metres
+BESIDES = frozenset({"anchors", "tracks", "morphing_map", "no_go", "keep_in"})
 
 
 def sentence_of(error: ValidationError) -> str:
@@ -58,3 +66,35 @@ def place_of(loc: Sequence[str | int]) -> str:
             continue
         place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else str(part)
     return place
+
+
+def told_as_asked(
+    function: Callable[Concatenate[ElevationGrid, Asked, P], Answer],
+) -> Callable[Concatenate[ElevationGrid, Asked, P], Answer]:
+    """The function, within which sentences name places in metres, degrees or both, as its request does."""
+
+    @functools.wraps(function)
+    def told(grid: ElevationGrid, asked: Asked, /, *args: P.args, **kwargs: P.kwargs) -> Answer:
+        frames = set(_frames(asked, BESIDES)) or set(_frames(asked, frozenset()))
+        degrees = "degrees" in frames and grid.crs is not None
+        with places_told(in_metres="metres" in frames or not degrees, in_degrees=degrees):
+            return function(grid, asked, *args, **kwargs)
+
+    return told
+
+
+def _frames(thing: Any, besides: frozenset[str]) -> Iterator[str]:
+    """In which frames the places of a request are given."""
+    if isinstance(thing, BaseModel):
+        names = type(thing).model_fields
+        if getattr(thing, "lon_deg", None) is not None or "coordinates" in names:
+            yield "degrees"
+        elif getattr(thing, "east_m", None) is not None:
+            yield "metres"
+        else:
+            for name in names:
+                if name not in besides:
+                    yield from _frames(getattr(thing, name), besides)
+    elif isinstance(thing, list | tuple):
+        for one in thing:
+            yield from _frames(one, besides)

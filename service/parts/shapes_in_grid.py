@@ -1,8 +1,8 @@
-"""Places and shapes of a request brought into the grid's frame."""
+"""Places, areas and layers of air of a request, brought into the grid's frame."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +11,16 @@ import shapely
 from service.errors import RequestError
 from service.parts.map_facts import check_bodies
 from service.parts.points import PlaceIn, PolygonIn, StandOffIn, WeightIn
-from terrain import ElevationGrid, to_grid_frame
+from terrain import ElevationGrid, FrameError, to_grid_frame
+from visibility import VisibilityInputError, altitude_layers
+from visibility.air import AltitudeLayers
+from visibility.air.morphing_maps import check_ceiling
 
-__all__ = ["places_in_grid", "polygon_in_grid", "stand_off_in_grid", "weights_in_grid"]
+__all__ = ["air_layers", "places_in_grid", "polygon_in_grid", "stand_off_in_grid", "told_of_areas", "weights_in_grid"]
+
+Area = PolygonIn | StandOffIn
+POSTS_AT_ONCE = 1_000_000
+MOST_LAYERS = 100
 
 
 def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn]) -> npt.NDArray[np.float64]:
@@ -61,3 +68,83 @@ def weights_in_grid(grid: ElevationGrid, weights: Sequence[WeightIn], called: st
         shapely.prepare(polygon)
         worth[shapely.intersects_xy(polygon, *np.meshgrid(east_m, north_m))] = one.weight
     return worth
+
+
+def told_of_areas(grid: ElevationGrid, areas: Mapping[str, Sequence[Area]]) -> tuple[str, ...]:
+    """A sentence for each area that touches no post. Raises RequestError, FrameError for what is no area."""
+    return tuple(
+        _sentence(grid, area, f"{field}[{number}]")
+        for field, some in areas.items()
+        for number, area in enumerate(some)
+        if not _touches(grid, _shape(grid, area, f"{field}[{number}]"))
+    )
+
+
+def _sentence(grid: ElevationGrid, area: Area, called: str) -> str:
+    told = f"{called} touches no post of the DEM"
+    try:
+        swapped = _touches(grid, _shape(grid, _swapped(area), called))
+    except (FrameError, ValueError):  # what is no place when swapped is no hint
+        swapped = False
+    return f"{told}; with longitude and latitude swapped it would touch some: are they?" if swapped else f"{told}."
+
+
+def _shape(grid: ElevationGrid, area: Area, called: str) -> shapely.Geometry:
+    if isinstance(area, PolygonIn):
+        return polygon_in_grid(grid, area, called)
+    shape, distance_m = stand_off_in_grid(grid, area)
+    return shape.buffer(distance_m)
+
+
+def _swapped(area: Area) -> Area:
+    """The same with the pairs of degrees the other way round. Raises ValueError where those are no degrees."""
+
+    def turned(places: Sequence[PlaceIn]) -> list[PlaceIn]:
+        pairs = ({"lon_deg": place.lat_deg, "lat_deg": place.lon_deg, "body": place.body} for place in places)
+        return [PlaceIn.model_validate(pair) for pair in pairs]
+
+    if isinstance(area, PolygonIn):
+        return PolygonIn(ring=turned(area.ring), holes=[turned(hole) for hole in area.holes])
+    return StandOffIn(places=turned(area.places), distance_m=area.distance_m)
+
+
+def _touches(grid: ElevationGrid, shape: shapely.Geometry) -> bool:
+    """Whether any post lies in a shape or on its border."""
+    shapely.prepare(shape)
+    return any(bool(shapely.intersects_xy(shape, *posts).any()) for posts in _posts_around(grid, shape))
+
+
+def _posts_around(grid: ElevationGrid, shape: shapely.Geometry) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """(east_m, north_m) of the posts within the bounds of a shape, some rows at a time."""
+    west_m, south_m, east_m, north_m = shape.bounds
+    first_row, first_col = (int(np.ceil(at)) for at in grid.post_at(west_m, north_m))
+    last_row, last_col = (int(np.floor(at)) for at in grid.post_at(east_m, south_m))
+    cols = np.arange(max(first_col, 0), min(last_col, grid.cols - 1) + 1)
+    rows = np.arange(max(first_row, 0), min(last_row, grid.rows - 1) + 1)
+    step = max(1, POSTS_AT_ONCE // max(1, len(cols)))
+    for start in range(0, len(rows) if len(cols) else 0, step):
+        yield grid.position_of(*np.meshgrid(rows[start : start + step], cols, indexing="ij"))
+
+
+def air_layers(
+    grid: ElevationGrid,
+    ceiling_m: float,
+    above_ground: bool,
+    *,
+    floor_m: float | None = None,
+    layer_m: float | None = None,
+) -> AltitudeLayers:
+    """Layers from floor_m (None = the lowest ground) up to the ceiling, three or more where layer_m is None.
+
+    layer_m: None = as thick as the DEM's cells are wide, but no more than MOST_LAYERS layers.
+    Raises VisibilityInputError.
+    """
+    check_ceiling(grid, ceiling_m, above_ground)
+    if floor_m is None:
+        floor_m = 0.0 if above_ground else float(np.nanmin(grid.heights_m))
+    height_m = ceiling_m - floor_m
+    if layer_m is None:
+        layer_m = min(max(min(grid.cell_east_m, grid.cell_north_m), height_m / (MOST_LAYERS - 1)), height_m / 2.0)
+    if height_m <= 0.0:
+        raise VisibilityInputError(f"The floor at {floor_m:g} m is not below the ceiling at {ceiling_m:g} m.")
+    return altitude_layers(floor_m, ceiling_m, layer_m, above_ground=above_ground)

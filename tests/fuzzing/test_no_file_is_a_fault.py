@@ -19,7 +19,6 @@ import pytest
 import rasterio
 import rasterio.shutil
 import trimesh
-from service.live.epoch_logs import read_epochs
 
 from detection import DetectionError
 from gnss import parse_almanac, parse_rinex_navigation
@@ -29,6 +28,7 @@ from service.cli.planned_paths import planned_path
 from service.cli.shape_files import place_fields, polygon_fields
 from service.cli.track_files import tracks_from_file
 from service.errors import ServiceError
+from service.live.epoch_logs import read_epochs
 from terrain import ElevationGrid, TerrainError, read_dem, write_npz
 from tests.fuzzing.mutations import damaged
 from tests.service.skies import almanac

@@ -8,7 +8,7 @@ import numpy as np
 
 from service.jobs.folder import DataFolder, digest_of
 from service.jobs.kept_files import save_grid
-from service.jobs.records import DemRecord, JobKind, JobRecord, JobStatus
+from service.jobs.records import DemRecord, JobRecord, JobStatus
 from service.jobs.recovery import note_all
 from service.jobs.store import Store
 from terrain import ElevationGrid
@@ -39,7 +39,7 @@ def small_data_folder(root: Path, jobs: int, *, first: int = 0) -> None:
         save_grid(grid, folder.dem(DEM))
         store.add_dem(DemRecord(DEM, "hill.tif", 1.0, {"sha256": grid.digest}))
     for number in range(first, first + jobs):
-        store.add_job(JobRecord(job_id(number), JobKind.VISIBILITY_MAP, DEM, {}, JobStatus.QUEUED, 1.0))
+        store.add_job(JobRecord(job_id(number), "visibility-map", DEM, {}, JobStatus.QUEUED, 1.0))
         work = folder.work(job_id(number))
         work.mkdir()
         (work / "count.npy").write_bytes(b"result %d" % number)

@@ -132,13 +132,13 @@ LAYERS = (
         "no_go.geojson",
         GEOJSON,
         "Polygons round the posts of no_go.tif that are 1, with their area.",
-        write_no_go_zones,
+        lambda finished, path: write_no_go_zones(finished.grid, finished.no_go, finished.parameters, path),
     ),
     Layer(
         "contours.geojson",
         GEOJSON,
         "Lines along which the dilution is the limit, half of it and twice as much.",
-        write_contours,
+        lambda finished, path: write_contours(finished.grid, finished.dop, finished.parameters, path),
     ),
     Layer(
         "map.png",

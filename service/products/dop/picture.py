@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from service.drawing import overlay
+from service.drawing import class_map
 from service.drawing.class_map import (
     NONE_COLOUR,
     UNDECIDED,
@@ -55,13 +55,13 @@ def write_map(finished: FinishedDopMap, path: Path) -> None:
 def write_overlay(finished: FinishedDopMap, path: Path) -> None:
     """The dilution in the colours of its classes, darkened by relief."""
     classes, numbers = dop_classes(finished.dop, finished.count, finished.parameters)
-    overlay.write_pixels(finished.grid, class_pixels(finished.grid, numbers, classes), path)
+    class_map.write_pixels(finished.grid, class_pixels(finished.grid, numbers, classes), path)
 
 
 def write_legend(finished: FinishedDopMap, path: Path) -> None:
     """Its classes, best first."""
     classes, numbers = dop_classes(finished.dop, finished.count, finished.parameters)
-    overlay.write_legend(finished.parameters.measure.upper(), class_shares(finished.grid, numbers, classes), path)
+    class_map.write_legend(finished.parameters.measure.upper(), class_shares(finished.grid, numbers, classes), path)
 
 
 def draw_dop_map(finished: FinishedDopMap) -> Figure:

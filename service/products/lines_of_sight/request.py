@@ -28,7 +28,7 @@ Point3 = tuple[Metres, Metres, Metres]
 class PairIn(StrictModel):
     """Two points; the line between them is straight."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"from": FROM, "to": TO}]})
+    model_config = ConfigDict(serialize_by_alias=True, json_schema_extra={"examples": [{"from": FROM, "to": TO}]})
 
     from_: PointIn = Field(alias="from", description="One end.")
     to: PointIn = Field(description="The other end.")

@@ -123,13 +123,13 @@ LAYERS = (
         "no_go.geojson",
         GEOJSON,
         "Polygons round the posts where a rover's antenna on the ground is in no-flight air, with their area.",
-        write_no_go_zones,
+        lambda finished, path: write_no_go_zones(finished.grid, finished.no_go, finished.parameters, path),
     ),
     Layer(
         "contours.geojson",
         GEOJSON,
         "Lines along which the dilution at a rover's antenna is the limit, half of it and twice as much.",
-        write_contours,
+        lambda finished, path: write_contours(finished.grid, finished.dop, finished.parameters, path),
     ),
     Layer(
         "surface.glb",

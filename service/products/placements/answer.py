@@ -89,7 +89,7 @@ class TargetsOut(BaseModel):
 
     what: str = Field(description="area, corridor or path.")
     points: int = Field(description="How many points were asked about.")
-    left_out: int = Field(description="Places on unknown ground or outside the DEM, which were not.")
+    left_out: int = Field(description="How many places on unknown ground or outside the DEM were not.")
     within_limits_m: float | None = Field(description="Of a path: metres of it that reach the goal; null for others.")
 
 

@@ -6,7 +6,7 @@ from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field, JsonValue, model_validator
+from pydantic import Base64Bytes, ConfigDict, Field, JsonValue, model_validator
 
 import navigation
 from navigation import BubbleError, MeasurementError
@@ -17,7 +17,6 @@ from service.parts.positioning import RangingParameters
 from service.parts.positions import points_in_grid
 from service.parts.ranging_sources import RangingSources, ranging_sources
 from service.parts.sentences import told_as_asked
-from service.products.safety_bubbles.request import BuildingsIn
 from terrain import ElevationGrid
 from visibility import Buildings
 from visibility.cover import parse_buildings
@@ -57,6 +56,28 @@ HISTORY: dict[str, JsonValue] = {
 Point3 = tuple[Metres, Metres, Metres]
 Covariance = tuple[Number, Number, Number, Number, Number, Number]
 Array = npt.NDArray[np.float64]
+
+
+class BuildingsIn(StrictModel):
+    """Buildings that stand on the DEM, in one .stl, .obj, .ply or .glb file, in metres."""
+
+    name: str = Field(
+        min_length=5,
+        max_length=200,
+        pattern=r"^[^/\\]*\.([sS][tT][lL]|[oO][bB][jJ]|[pP][lL][yY]|[gG][lL][bB])$",
+        description="What the file is called; its ending tells the format: .stl, .obj, .ply or .glb.",
+    )
+    base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
+    heights: Literal["above_ground", "absolute"] = Field(
+        "above_ground",
+        description="Each separate body stands on the ground under the middle of its footprint, or the file's heights "
+        "are altitudes.",
+    )
+    up: Literal["y", "z"] | None = Field(
+        None, description="The file's upward axis; left out: y for .glb, as that format says, z for the others."
+    )
+    origin_east_m: Metres = Field(0.0, description="East of the file's own origin in the DEM's metric CRS, metres.")
+    origin_north_m: Metres = Field(0.0, description="North of it, metres.")
 
 
 class MotionIn(StrictModel):

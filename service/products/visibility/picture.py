@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from service.drawing import overlay
+from service.drawing import class_map
 from service.drawing.class_map import (
     NO_GROUND_COLOUR,
     UNKNOWN_COLOUR,
@@ -88,9 +88,9 @@ def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]
 
 def write_overlay(finished: VisibilityMap, path: Path) -> None:
     """The count of anchors in sight in the colours of its classes, darkened by relief."""
-    overlay.write_pixels(finished.grid, count_pixels(finished, count_classes(len(finished.anchors))), path)
+    class_map.write_pixels(finished.grid, count_pixels(finished, count_classes(len(finished.anchors))), path)
 
 
 def write_legend(finished: VisibilityMap, path: Path) -> None:
     """Its classes, most anchors first."""
-    overlay.write_legend("Anchors in sight", count_shares(finished, count_classes(len(finished.anchors))), path)
+    class_map.write_legend("Anchors in sight", count_shares(finished, count_classes(len(finished.anchors))), path)

@@ -17,7 +17,7 @@ from navigation import errors as of_navigation
 from planning import errors as of_planning
 from service import errors as of_service
 from service.http import problems
-from service.http.problems import PROBLEMS, FailedJob, install, problem_of
+from service.http.problems import PROBLEMS, FailedJob, answer_with_problems, problem_of
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
 from terrain import errors as of_terrain
@@ -68,7 +68,7 @@ def test_a_failure_without_a_row_shows_nothing_of_itself(caplog: pytest.LogCaptu
 def answer_to(error: Exception) -> httpx.Response:
     """What an app answers when a route raises the error."""
     app = FastAPI()
-    install(app)
+    answer_with_problems(app)
 
     @app.get("/raise")
     async def fail() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import service.http.app
-import service.jobs.rehearsal
+import service.jobs.worker
 from service.http.app import create_app
 from service.jobs.worker import rehearse
 from service.settings import Rehearsal, Settings
@@ -35,7 +35,7 @@ def test_detectors_are_rehearsed_where_everything_is(
 def test_workers_warm_up_what_the_setting_says(what: Rehearsal, monkeypatch: pytest.MonkeyPatch) -> None:
     warmed: list[tuple[str, bool]] = []
     monkeypatch.setattr(
-        service.jobs.rehearsal, "warm_up", lambda what, *, own_processes: warmed.append((what, own_processes))
+        service.jobs.worker, "warm_up", lambda what, *, own_processes: warmed.append((what, own_processes))
     )
     rehearse(what, first=False)
     assert warmed == [(what, False)]

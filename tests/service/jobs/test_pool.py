@@ -132,7 +132,7 @@ def test_short_tasks_do_not_wait_for_long_calculations(tmp_path: Path) -> None:
             long = asyncio.create_task(pool.run(Lane.CALCULATIONS, "visibility-map", a_map(200, "exact")))
             waiting = asyncio.create_task(pool.run(Lane.CALCULATIONS, "visibility-map", a_map(1)))
             body = json.dumps({"dem_id": a_map(1)["dem_id"], **a_map(1)["parameters"]})
-            await pool.run(Lane.CHECKS, "check-map", {"product": "visibility-map", "body": body})
+            await pool.run(Lane.CHECKS, "check-request", {"product": "visibility-map", "body": {"body": body}})
             assert not long.done()
             assert pool.waiting(Lane.CALCULATIONS) == 1
             for task in (long, waiting):
@@ -147,7 +147,7 @@ def test_a_fault_in_a_task_shows_a_reference_and_not_itself(tmp_path: Path) -> N
     async def story() -> None:
         async with pool_of(tmp_path) as (pool, _):
             with pytest.raises(TaskFailed) as failed:
-                await pool.run(Lane.FILES, "check-map", {"product": "no such product", **a_map(1)})
+                await pool.run(Lane.FILES, "check-request", {"product": "no such product", "body": {"body": "{}"}})
             assert failed.value.failure.error == "service.InternalError"
             assert "no such product" not in failed.value.failure.detail
             assert failed.value.failure.data["reference"] in failed.value.failure.detail

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from service.errors import DataFolderError, InUseError, NotFoundError
-from service.jobs.records import DemRecord, Failure, JobKind, JobRecord, JobStatus
+from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus
 from service.jobs.store import Store
 from service.jobs.store_file import SCHEMA_VERSION
 
-MAPS = JobKind.VISIBILITY_MAP
+MAPS = "visibility-map"
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_what_is_not_there_is_named(store: Store) -> None:
             look()
     store.add_job(queued("j1"))
     with pytest.raises(NotFoundError):
-        store.job(JobKind.LINES_OF_SIGHT, "j1")
+        store.job("lines-of-sight", "j1")
 
 
 def test_a_job_goes_through_its_states(store: Store) -> None:

@@ -11,7 +11,7 @@ import pytest
 from service.jobs import pool as pool_module
 from service.jobs.folder import DataFolder
 from service.jobs.pool import WorkerPool
-from service.jobs.records import DemRecord, JobKind, JobStatus
+from service.jobs.records import DemRecord, JobStatus
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.settings import Settings
@@ -35,9 +35,9 @@ def test_a_job_that_no_worker_can_take_is_interrupted_with_a_sentence(
         store.add_dem(DemRecord("d1", "hill.tif", 1.0, {}))
         pool.start()
         try:
-            job = await supervisor.submit(JobKind.VISIBILITY_MAP, "d1", {})
+            job = await supervisor.submit("visibility-map", "d1", {})
             await supervisor.wait(job.id, 20.0)
-            over = store.job(JobKind.VISIBILITY_MAP, job.id)
+            over = store.job("visibility-map", job.id)
             assert (over.status, over.attempts) == (JobStatus.INTERRUPTED, 0)
             assert over.failure is not None
             assert over.failure.detail.startswith("No worker process could be started within 0.6 s")

@@ -7,23 +7,27 @@ import json
 import math
 import time
 import uuid
+from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
+from pydantic import JsonValue
 
 from dem_samples import sample_manifest
 from service.errors import BusyError, RequestError
-from service.http.context import Service, ServiceDep
-from service.http.dem_answers import DemList, DemOut
-from service.http.documented import LOCATION, problem_responses
-from service.http.files import file_answer
-from service.http.uploads import receive
+from service.jobs.channel import ReadDemArguments, ReadingOptions
 from service.jobs.folder import move_into_place
-from service.jobs.notes import note_dem
 from service.jobs.records import DemRecord
-from service.parts.pages import Limit, Offset
+from service.jobs.recovery import note_dem
+
+from .answers import Limit, Offset
+from .context import Service, ServiceDep
+from .dem_answers import DemList, DemOut
+from .files import file_answer
+from .openapi import LOCATION, problem_responses
+from .uploads import receive
 
 __all__ = ["router"]
 
@@ -96,7 +100,7 @@ async def upload_dem(
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
     given = {"nodata": fill, "crs": crs, "height_unit": height_unit, "band": band, "cell_m": cell_m}
-    options = {name: value for name, value in given.items() if value is not None}
+    options = cast(ReadingOptions, {name: value for name, value in given.items() if value is not None})
     if sample is not None:
         if options or filename is not None:
             raise RequestError("A bundled DEM is taken as it is; leave out filename and reading options.")
@@ -104,7 +108,7 @@ async def upload_dem(
             raise RequestError("Send a file or name a bundled DEM with sample, not both.")
         bundled = sample_manifest(sample)
         dem_id = _id_of("sample", str(bundled["sha256"]))
-        arguments = {"sample": sample, "options": {}}
+        arguments = ReadDemArguments(sample=sample, options={})
         dem, is_new = await _kept(service, dem_id, str(bundled["file"]), arguments, None)
     else:
         dem, is_new = await _uploaded(request, service, filename, options)
@@ -158,7 +162,7 @@ async def delete_dem(dem_id: str, service: ServiceDep) -> None:
 
 
 async def _uploaded(
-    request: Request, service: Service, filename: str | None, options: dict[str, Any]
+    request: Request, service: Service, filename: str | None, options: ReadingOptions
 ) -> tuple[DemRecord, bool]:
     if service.uploads.locked():
         raise BusyError(
@@ -174,12 +178,12 @@ async def _uploaded(
         suffix = PurePath(upload.name).suffix.lower()
         named = upload.name.lower() if suffix == ".hgt" else suffix
         dem_id = _id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
-        arguments = {"path": str(upload.path), "options": options}
+        arguments = ReadDemArguments(path=str(upload.path), options=options)
         return await _kept(service, dem_id, upload.name, arguments, upload.size_bytes)
 
 
 async def _kept(
-    service: Service, dem_id: str, name: str, arguments: dict[str, Any], file_bytes: int | None
+    service: Service, dem_id: str, name: str, arguments: ReadDemArguments, file_bytes: int | None
 ) -> tuple[DemRecord, bool]:
     """The DEM of that id, read now unless it is there already, and whether it is new."""
     known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
@@ -187,7 +191,7 @@ async def _kept(
     if known is not None and service.folder.dem(dem_id).is_dir():
         return known, False
     token = uuid.uuid4().hex
-    summary = await service.supervisor.ask("read-dem", arguments, token)
+    summary = cast(Mapping[str, JsonValue], await service.supervisor.ask("read-dem", arguments, token))
     dem = DemRecord(dem_id, name, time.time(), {**summary, "file_bytes": file_bytes})
 
     def keep() -> DemRecord:

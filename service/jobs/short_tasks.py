@@ -1,19 +1,39 @@
-"""Pictures and files of DEMs and finished results: drawn when first asked for, once, however many ask at once."""
+"""Short tasks that worker processes do beside the jobs: requests are checked, layers and pictures drawn once."""
 
 from __future__ import annotations
 
 import asyncio
 import uuid
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+
+from pydantic import JsonValue
 
 from service.errors import NotFoundError
+from service.settings import Settings
 
+from .channel import DemArguments, LayerArguments
 from .folder import DataFolder, move_into_place
+from .pool import Lane
 from .supervisor import Supervisor
 
-__all__ = ["Drawings"]
+__all__ = ["Checks", "Drawings"]
+
+
+class Checks:
+    """Has requests checked; big ones never hold every process that others need."""
+
+    def __init__(self, settings: Settings, supervisor: Supervisor) -> None:
+        self._supervisor = supervisor
+        self._big_ones = asyncio.Semaphore(max(1, settings.file_workers - 1))
+
+    async def ask(
+        self, task: str, arguments: Mapping[str, object], token: str | None = None, *, big: bool = False
+    ) -> Mapping[str, object]:
+        """What the check tells. Raises as Supervisor.ask."""
+        async with self._big_ones if big else nullcontext():
+            return await self._supervisor.ask(task, arguments, token, Lane.CHECKS)
 
 
 class Drawings:
@@ -24,23 +44,24 @@ class Drawings:
         self._supervisor = supervisor
         self._under_way: dict[Path, asyncio.Task[None]] = {}
 
-    async def layer(self, digest: str, name: str, summary: Mapping[str, Any]) -> Path:
+    async def layer(self, digest: str, name: str, summary: Mapping[str, JsonValue]) -> Path:
         """The file of a layer of a result, whose answer the store has as summary.
 
         Raises what Supervisor.ask raises, NotFoundError when the result was deleted.
         """
         path, gone = self._folder.layer(digest, name), NotFoundError("result", digest)
-        return await self._drawn(
-            path, "draw-layer", {"digest": digest, "layer": name, "summary": summary}, self._folder.result(digest), gone
-        )
+        arguments = LayerArguments(digest=digest, layer=name, summary=summary)
+        return await self._drawn(path, "draw-layer", arguments, self._folder.result(digest), gone)
 
     async def hillshade(self, dem_id: str) -> Path:
         """The picture of a DEM that the store knows; raises the same when it was deleted."""
         path, source = self._folder.hillshade(dem_id), self._folder.dem(dem_id)
-        return await self._drawn(path, "draw-hillshade", {"dem_id": dem_id}, source, NotFoundError("DEM", dem_id))
+        return await self._drawn(
+            path, "draw-hillshade", DemArguments(dem_id=dem_id), source, NotFoundError("DEM", dem_id)
+        )
 
     async def _drawn(
-        self, path: Path, task: str, arguments: Mapping[str, Any], source: Path, gone: NotFoundError
+        self, path: Path, task: str, arguments: Mapping[str, object], source: Path, gone: NotFoundError
     ) -> Path:
         if not await asyncio.to_thread(path.is_file):
             drawing = self._under_way.get(path)
@@ -53,7 +74,7 @@ class Drawings:
         return path
 
     async def _draw(
-        self, path: Path, task: str, arguments: Mapping[str, Any], source: Path, gone: NotFoundError
+        self, path: Path, task: str, arguments: Mapping[str, object], source: Path, gone: NotFoundError
     ) -> None:
         token = uuid.uuid4().hex
         await self._supervisor.ask(task, arguments, token)

@@ -1,4 +1,4 @@
-"""Detectors: sessions that remember, fed by requests; streams are in detector_streams.py."""
+"""Detectors: an epoch judged by itself, or sessions that remember; streams are in detector_streams.py."""
 
 from __future__ import annotations
 
@@ -7,18 +7,52 @@ import asyncio
 from fastapi import APIRouter, Request, Response
 from pydantic_core import from_json
 
-from service.http.bodies import body_of, json_body
-from service.http.context import Service, ServiceDep
-from service.http.documented import LOCATION, problem_responses
+from detection import detect_epoch, diagnose
 from service.jobs.bodies import model_of, validated
-from service.live.answer_models import DetectorList, DetectorOut, DetectorStateful, EpochsOut
-from service.live.answers import as_json
-from service.live.request import DetectorIn, EpochIn, EpochsIn
-from service.parts.pages import Limit, Offset
+from service.live.answer_models import DetectionOut, DetectorOut, DetectorStateful, EpochsOut
+from service.live.answers import as_json, epoch_answer
+from service.live.request import DetectionIn, DetectorIn, EpochIn, EpochsIn
+
+from .answers import Limit, Offset, Page
+from .bodies import json_body
+from .context import Service, ServiceDep
+from .openapi import LOCATION, body_of, problem_responses
 
 __all__ = ["router"]
 
+detections = APIRouter(prefix="/detections", tags=["Detectors"])
+
+
+@detections.post(
+    "",
+    response_model=None,
+    summary="Judge one epoch",
+    responses={
+        200: {"description": "The verdicts, and a position from the ranges that are left.", "model": DetectionOut},
+        **problem_responses(400, 413, 415, 422),
+    },
+    openapi_extra=body_of(DetectionIn),
+)
+async def judge_epoch(request: Request, service: ServiceDep) -> Response:
+    """Which of these ranges lie, judged by themselves: stateless, answered at once, nothing is kept."""
+    limits = service.detectors.limits
+    asked = model_of(DetectionIn, await json_body(request), limits.refuse_long)
+    limits.check_detector(asked)
+    limits.check_ranges(asked.ranges)
+    anchors = [anchor.anchor() for anchor in asked.anchors]
+    epoch, settings = asked.epoch(), asked.settings.settings()
+    result = await service.detectors.bench.judge(len(asked.ranges), lambda: detect_epoch(anchors, epoch, settings))
+    warnings = [one.sentence for one in diagnose(anchors, (epoch,), (result,), settings)]
+    return Response(as_json({**epoch_answer(result), "warnings": warnings}), media_type="application/json")
+
+
 router = APIRouter(prefix="/detectors", tags=["Detectors"])
+
+
+class DetectorList(Page):
+    """One page of sessions, newest first, without their states."""
+
+    detectors: list[DetectorOut]
 
 
 @router.post(

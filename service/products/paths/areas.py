@@ -7,14 +7,14 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import RequestError
-from service.files.geojson_shapes import GeoJsonShape, polygons_of, shapes_of
-from service.parts.shapes import PlaceIn, PolygonIn
+from service.files.geojson_reading import Fields, GeoJsonShape, polygons_of, shapes_of
+from service.parts.points import PlaceIn, PolygonIn
 
 __all__ = ["Areas", "GeoJson", "GoalIn", "StandingPlace"]
 
 MOST_AREAS = 1000
 GeoJson = Annotated[
-    dict[str, Any],
+    dict[str, object],
     Field(
         description="A GeoJSON geometry, Feature or FeatureCollection, in longitude and latitude.",
         json_schema_extra={"properties": {"type": {"type": "string"}}, "required": ["type"]},
@@ -37,7 +37,7 @@ def _polygons(value: Any) -> Any:
     return found
 
 
-def _read(area: Any, called: str) -> list[dict[str, Any]]:
+def _read(area: Any, called: str) -> list[Fields]:
     try:
         return [polygon for polygon, _ in polygons_of(area, f"GeoJSON {called}")]
     except RequestError as error:

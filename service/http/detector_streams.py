@@ -13,12 +13,13 @@ from typing import Any
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 
 from service.errors import BodyTooLargeError, InternalError, NotJsonError, ServiceError
-from service.http.context import Service
-from service.http.problems import MEDIA_TYPE, problem_of
 from service.jobs.bodies import model_of
 from service.jobs.records import Failure
 from service.live.request import EpochIn
 from service.live.sessions import DetectorSession
+
+from .context import Service
+from .problems import MEDIA_TYPE, ProblemFields, problem_of
 
 __all__ = ["router"]
 
@@ -144,15 +145,15 @@ def _epoch_of(message: Mapping[str, Any], session: DetectorSession, max_bytes: i
         raise NotJsonError("The message is not valid JSON.") from error
 
 
-async def _tell(socket: WebSocket, problem: Mapping[str, Any]) -> None:
+async def _tell(socket: WebSocket, problem: ProblemFields) -> None:
     await socket.send_text(_problem(problem))
 
 
-def _problem(problem: Mapping[str, Any]) -> str:
+def _problem(problem: ProblemFields) -> str:
     return json.dumps({"problem": problem})
 
 
-async def _refuse(socket: WebSocket, problem: Mapping[str, Any]) -> None:
+async def _refuse(socket: WebSocket, problem: ProblemFields) -> None:
     """Answer the handshake with the problem instead."""
     with contextlib.suppress(WebSocketDisconnect):
         await socket.send_denial_response(Response(json.dumps(problem), problem["status"], media_type=MEDIA_TYPE))

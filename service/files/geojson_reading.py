@@ -1,17 +1,18 @@
-"""GeoJSON geometries as the places, lines and polygons of a request: the one reader for files and requests."""
+"""GeoJSON read, from files and requests: geometries as the places, lines and polygons of a request."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import JsonValue
+
 from service.errors import RequestError
-from service.files.geojson_frames import DEGREES, GeoJsonFrame, frame_within
+from service.files.geojson_frames import DEGREES, Fields, GeoJsonFrame, frame_within
 
-__all__ = ["GeoJsonShape", "line_of", "polygons_of", "shapes_of"]
+__all__ = ["Fields", "GeoJsonShape", "line_of", "polygons_of", "shapes_of"]
 
-Place = dict[str, Any]
 PARTS = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}
 KINDS = ("Point", "LineString", "Polygon")
 # collections may lie in collections; deeper than this nobody means it
@@ -28,11 +29,11 @@ class GeoJsonShape:
     """
 
     kind: str
-    lines: tuple[list[Place], ...]
-    feature: dict[str, Any]
+    lines: tuple[list[Fields], ...]
+    feature: Mapping[str, JsonValue]
 
     @property
-    def properties(self) -> dict[str, Any]:
+    def properties(self) -> Mapping[str, JsonValue]:
         """Of its feature."""
         told = self.feature.get("properties")
         return told if isinstance(told, dict) else {}
@@ -51,7 +52,7 @@ def shapes_of(document: Any, called: str) -> list[GeoJsonShape]:
     return found
 
 
-def polygons_of(document: Any, called: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+def polygons_of(document: Any, called: str) -> list[tuple[Fields, Mapping[str, JsonValue]]]:
     """(fields, properties) of every polygon. Raises RequestError where there is none, and for anything else in it."""
     shapes = shapes_of(document, called)
     others = sorted({shape.kind for shape in shapes} - {"Polygon"})
@@ -61,16 +62,21 @@ def polygons_of(document: Any, called: str) -> list[tuple[dict[str, Any], dict[s
         raise RequestError(
             f"{called} holds a {others[0]} beside its polygons, which is no area; close it or take it out."
         )
-    return [({"ring": shape.lines[0], "holes": list(shape.lines[1:])}, shape.properties) for shape in shapes]
+    return [(_polygon_fields(shape), shape.properties) for shape in shapes]
 
 
-def line_of(document: Any, called: str) -> list[Place]:
+def _polygon_fields(shape: GeoJsonShape) -> Fields:
+    ring, *holes = shape.lines
+    return {"ring": [*ring], "holes": [[*hole] for hole in holes]}
+
+
+def line_of(document: Any, called: str) -> list[Fields]:
     """The places of the one line in a document; parts that meet, as where a line is cut at 180°, are one.
 
     Points that are corners of the line, as in Sightline's own paths, tell nothing more. Raises RequestError.
     """
-    line: list[Place] = []
-    points: list[Place] = []
+    line: list[Fields] = []
+    points: list[Fields] = []
     for shape in shapes_of(document, called):
         if shape.kind == "Point":
             points += shape.lines[0]
@@ -88,7 +94,9 @@ def line_of(document: Any, called: str) -> list[Place]:
     return line
 
 
-def _shapes(part: Any, frame: GeoJsonFrame, feature: dict[str, Any], called: str, depth: int) -> Iterator[GeoJsonShape]:
+def _shapes(
+    part: Any, frame: GeoJsonFrame, feature: Mapping[str, JsonValue], called: str, depth: int
+) -> Iterator[GeoJsonShape]:
     if not isinstance(part, dict):
         raise RequestError(f"{called} holds a part that is no GeoJSON object.")
     if depth == 0 and "type" not in part and "geometry" not in part:
@@ -112,7 +120,9 @@ def _shapes(part: Any, frame: GeoJsonFrame, feature: dict[str, Any], called: str
         raise RequestError(f"{called} holds a part of the type {kind[:40]!r}, which GeoJSON does not know.")
 
 
-def _shape(kind: str, coordinates: Any, frame: GeoJsonFrame, feature: dict[str, Any], called: str) -> GeoJsonShape:
+def _shape(
+    kind: str, coordinates: Any, frame: GeoJsonFrame, feature: Mapping[str, JsonValue], called: str
+) -> GeoJsonShape:
     lines = {"Point": [[coordinates]], "LineString": [coordinates]}.get(kind, coordinates)
     if not isinstance(lines, list) or not lines:
         raise RequestError(f"{called} holds a polygon without a ring.")
@@ -122,7 +132,7 @@ def _shape(kind: str, coordinates: Any, frame: GeoJsonFrame, feature: dict[str, 
     return GeoJsonShape(kind, tuple(places), feature)
 
 
-def _list_of(part: dict[str, Any], member: str, called: str) -> list[Any]:
+def _list_of(part: Mapping[str, JsonValue], member: str, called: str) -> list[Any]:
     listed = part.get(member)
     if not isinstance(listed, list):
         raise RequestError(f"{called} holds a {str(part.get('type'))[:40]} without a list {member!r}.")
@@ -141,12 +151,15 @@ def _pair(at: Any, called: str) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _same(one: Place, other: Place) -> bool:
+def _same(one: Fields, other: Fields) -> bool:
     return _rounded(one) == _rounded(other)
 
 
-def _rounded(place: Place) -> tuple[float, float]:
+def _rounded(place: Fields) -> tuple[float, float]:
     """Equal for the same place, also where one is written as 180° and one as −180°."""
-    if "east_m" in place:
-        return round(place["east_m"], 6), round(place["north_m"], 6)
-    return round(place["lon_deg"] % 360.0, 7), round(place["lat_deg"], 7)
+    match place:
+        case {"east_m": float(east_m), "north_m": float(north_m)}:
+            return round(east_m, 6), round(north_m, 6)
+        case {"lon_deg": float(lon_deg), "lat_deg": float(lat_deg)}:
+            return round(lon_deg % 360.0, 7), round(lat_deg, 7)
+    raise AssertionError("a place has one of the pairs")
