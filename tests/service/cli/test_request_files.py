@@ -3,8 +3,8 @@
 import json
 
 import pytest
-
 from service.cli.request_files import request_from_file
+
 from service.errors import RequestError
 from service.products.flights.request import FlightParameters
 from service.products.paths.request import PathQuestion
