@@ -114,6 +114,7 @@ def read_sky(path: Path) -> Any:
     return parse_almanac(path.read_bytes().decode("utf-8", "replace"), reference=date(2007, 1, 22))
 
 
+PLAN = f"{','.join(sorted(PLANNED))}\n{','.join('1' * len(PLANNED))}\n"
 OTHERS: dict[str, tuple[bytes, Callable[[Path], Any]]] = {
     "log.csv": (LOG, read_epochs),
     "wide.csv": (WIDE_LOG, read_epochs),
@@ -124,7 +125,7 @@ OTHERS: dict[str, tuple[bytes, Callable[[Path], Any]]] = {
     "tracks.csv": (TRACKS, tracks_from_file),
     "tracks.json": (JSON_TRACKS.encode(), tracks_from_file),
     "path.csv": (b"east_m,north_m,altitude_m\n1,2,3\n4,5,6\n", path_from_file),
-    "planned.csv": (
+    "planned.csv": (PLAN.encode(), lambda path: trajectory_from_file(path, "1.5agl")),
         f"{','.join(PLANNED)}\n{','.join('1' * len(PLANNED))}\n".encode(),
         lambda path: trajectory_from_file(path, "1.5agl"),
     ),
