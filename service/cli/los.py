@@ -55,8 +55,8 @@ def los(
 ) -> None:
     """Tell whether one point sees another, and by how much.
 
-    Of a --request with many lines it writes lines_of_sight.json, lines.json,
-    lines.csv and lines.npz into --out.
+    Of a --request with many lines it writes lines_of_sight.json, lines.json
+    and lines.npz into --out.
     """
     from .asking.texts import height_words, told_of_heights
 

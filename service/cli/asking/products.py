@@ -154,8 +154,8 @@ def _calculated(product: Product, grid: ElevationGrid, parameters: BaseModel, wo
         return product.calculate(grid, parameters, work)
     # as the service hands it to a worker
     with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
-        packed = product.pack(grid, parameters, Path(folder))
-        return product.calculate(grid, product.unpacked(packed, Path(folder)), work)
+        inputs = Path(folder) / "inputs"
+        return product.calculate(grid, product.unpacked(product.pack(grid, parameters, inputs), inputs), work)
 
 
 def _write_files(

@@ -65,7 +65,7 @@ def test_a_command_asks_what_the_same_request_asks_over_http(product, body, sigh
     )
 
 
-@pytest.mark.parametrize("product", PRODUCTS.values(), ids=str(PRODUCTS.keys))
+@pytest.mark.parametrize("product", PRODUCTS.values(), ids=list(PRODUCTS))
 def test_one_rule_for_a_dem_id_in_all_commands(product, tmp_path, capsys):
     body = next(body for shown, body in SHOWN if shown is product)
     file = tmp_path / "request.json"
