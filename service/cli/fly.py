@@ -28,6 +28,7 @@ from .output import facts_table
 
 if TYPE_CHECKING:
     from service.products.flights.answer import FlightSummary
+    from service.products.product import Given
 
 __all__ = ["fly"]
 
@@ -101,14 +102,16 @@ def fly(
         form = f"{option} {text!r} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 80agl or 612msl."
         return position_fields(text, lonlat=anchors.lonlat, complaint=form)
 
-    above = None if map is None else given_map(map, ("morphing-map",))
+    def given() -> Given | None:
+        return None if map is None else given_map(map, ("morphing-map",))
+
     if request is not None:
-        asked = request_from_file(request, FLIGHT, above)
+        asked = request_from_file(request, FLIGHT, given())
     else:
         if start is None or goal is None:
             raise RequestError("A flight needs --start and --goal, each EAST,NORTH,HEIGHT; or --request.")
         placed = [anchor.model_dump(exclude_none=True) for anchor in anchors.read()]
-        if above is not None and placed:
+        if map is not None and placed:
             raise RequestError("A map brings its own anchors along; give --map or anchors.")
         top = {} if ceiling is None else ceiling_fields(ceiling)
         if placed and not top:
@@ -122,7 +125,7 @@ def fly(
             "budget": told(budget),
             **({"morphing_map": {"anchors": placed, **told(morphing_map), **top}} if placed else top),
         }
-        asked = completed(FLIGHT, request_of_fields(fields, FlightParameters), above, map)
+        asked = completed(FLIGHT, request_of_fields(fields, FlightParameters), given(), map)
     ask(
         FLIGHT,
         dem,

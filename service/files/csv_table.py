@@ -65,10 +65,11 @@ class Numbers:
         elif DECIMAL_POINT.fullmatch(cell):
             self.marks.setdefault(".", (where, column, cell))
         if len(self.marks) > 1:
-            (at, first, comma), (_, second, point) = self.marks[","], self.marks["."]
+            (_, first, comma), (_, second, point) = self.marks[","], self.marks["."]
             raise RequestError(
-                f"{where}: there are decimal commas ({at}: {first} {comma[:40]!r}) and decimal points ({second} "
-                f"{point[:40]!r}) in one table; which of them groups thousands is not clear."
+                f"{where}: {column} is {cell[:40]!r}; other numbers there mark decimals otherwise, and of decimal commas "
+                f"({first} {comma[:40]!r}) and decimal points ({second} {point[:40]!r}) it is not clear which group "
+                "thousands."
             )
         try:
             return float(text)
