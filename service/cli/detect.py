@@ -76,7 +76,7 @@ class LogOptions:
 
 
 def detect(
-    log: Annotated[Path, Parameter(name="LOG.csv", allow_leading_hyphen=False, help=LOG)],
+    log: Annotated[Path, Parameter(allow_leading_hyphen=False, help=LOG)],
     /,
     *,
     anchor: Annotated[
@@ -88,7 +88,7 @@ def detect(
     form: LogOptions = LogOptions(),
     output: Output = Output(),
 ) -> None:
-    """Replay a log of ranges: which anchors were occluded when, and what position the others give.
+    """Replay LOG.csv, a log of ranges: which anchors were occluded when, and what position the others give.
 
     Writes verdicts.csv, positions.csv, verdicts.png and detection.json into
     --out.

@@ -50,7 +50,9 @@ def check(*, data: DataFolder = None, as_json: AsJson = False) -> None:
 
 @store.command
 def backup(
-    target: Annotated[Path, Parameter(allow_leading_hyphen=False, help="A new or empty folder for the backup.")],
+    target: Annotated[
+        Path, Parameter(name="BACKUP", allow_leading_hyphen=False, help="A new or empty folder for the backup.")
+    ],
     /,
     *,
     data: DataFolder = None,
@@ -76,6 +78,7 @@ def restore(
     source: Annotated[
         Path | None,
         Parameter(
+            name="BACKUP",
             allow_leading_hyphen=False,
             help="A backup, or the file of a store alone; without it what lies in quarantine is taken back.",
         ),

@@ -67,9 +67,9 @@ class Numbers:
         if len(self.marks) > 1:
             (_, first, comma), (_, second, point) = self.marks[","], self.marks["."]
             raise RequestError(
-                f"{where}: {column} is {cell[:40]!r}; other numbers there mark decimals otherwise, and of decimal commas "
-                f"({first} {comma[:40]!r}) and decimal points ({second} {point[:40]!r}) it is not clear which group "
-                "thousands."
+                f"{where}: {column} is {cell[:40]!r}; other numbers there mark decimals otherwise, and of decimal "
+                f"commas ({first} {comma[:40]!r}) and decimal points ({second} {point[:40]!r}) it is not clear "
+                "which group thousands."
             )
         try:
             return float(text)
