@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import httpx
     from pydantic import JsonValue
 
-    from service.parts.map_answers import LayerLink
+    from service.parts.map_facts import LayerLink
 
 __all__ = ["DRONES", "RECEIVER_ABOVE_GROUND_M", "demo"]
 
@@ -45,7 +45,7 @@ def demo(
     """Start the service, send it the bundled DEM and four drones over HTTP, and write what it answers."""
     import httpx
 
-    from service.files.replacing import replacing
+    from service.files.layer import replacing
     from service.products.visibility.answer import VisibilityMapSummary
     from service.products.visibility.product import VISIBILITY_MAP
     from service.warm_up import warm_up
@@ -89,7 +89,7 @@ def demo(
 def _ask(client: httpx.Client, progress: Callable[[float], None]) -> tuple[JsonValue, list[LayerLink]]:
     """Upload the DEM and have the map made: its summary and its layers. Raises ServiceError."""
     from dem_samples import sample_path
-    from service.parts.map_answers import MapOut
+    from service.parts.map_facts import MapOut
 
     with sample_path(DEM).open("rb") as file:
         dem = _json(client.post("/dems", files={"file": (DEM, file, "image/tiff")}))
@@ -109,7 +109,7 @@ def _ask(client: httpx.Client, progress: Callable[[float], None]) -> tuple[JsonV
 
 
 def _download(client: httpx.Client, layer: LayerLink, folder: Path) -> Path:
-    from service.files.replacing import replacing
+    from service.files.layer import replacing
 
     path = folder / Path(layer.name).name
     answer = client.get(layer.href).raise_for_status()

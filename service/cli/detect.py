@@ -95,7 +95,7 @@ def detect(
     """
     from detection import Detector
     from service.files.range_log import LogForm
-    from service.files.range_log_messages import read_epochs
+    from service.live.epoch_logs import read_epochs
     from service.live.replay import replay
     from service.live.replay_files import FILES, write_replay
 

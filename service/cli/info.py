@@ -8,7 +8,7 @@ from .asking.options import DemPath, Output, Reading
 from .output import facts_table, print_json, print_tables, print_warnings
 
 if TYPE_CHECKING:
-    from service.parts.map_answers import Ground
+    from service.parts.map_facts import Ground
     from terrain import ElevationGrid
 
 __all__ = ["info"]

@@ -11,10 +11,9 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from service.drawing.classes import NO_GROUND_COLOUR, UNKNOWN_COLOUR
+from service.drawing.class_map import NO_GROUND_COLOUR, UNKNOWN_COLOUR
 from service.drawing.furniture import INK
-from service.drawing.relief import Sampling, pick
-from service.drawing.sheet import anchor_handle, hatching, lit_ground, margin_legend, rgb
+from service.drawing.sheet import Sampling, anchor_handle, hatching, lit_ground, margin_legend, pick, rgb
 from terrain import ElevationGrid
 
 __all__ = ["UNDECIDED", "ClassShare", "MapClass", "class_legend", "class_pixels", "class_shares", "share_legend"]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from service.drawing.furniture import ANCHOR_COLOUR, INK, draw_anchors, draw_scale_and_north
-from service.drawing.relief import Sampling, mean_heights, repeated, shaded_relief
+from service.drawing.sheet import Sampling, mean_heights, repeated, shaded_relief
 from service.parts.map_facts import crs_label, grid_north_deg
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor

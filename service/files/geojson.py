@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from service.files.antimeridian import cut
+from service.files.geojson import cut
 from service.parts.map_facts import body_name, crs_label, grid_north_deg
 from terrain import ElevationGrid
 

@@ -12,7 +12,7 @@ import pyproj
 from pyproj.exceptions import ProjError
 
 from service.errors import RequestError
-from service.files.crs_names import crs_of_name
+from service.files.geojson_frames import crs_of_name
 from terrain import FrameError, body_of
 
 __all__ = ["COORDINATES_ARE", "DEGREES", "GeoJsonFrame", "Pairs", "frame_within"]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from service.files.layer import replacing
 from service.files.missions import Mission
-from service.files.replacing import replacing
 
 __all__ = ["COG", "GEOJSON", "JSON", "PNG", "Layer", "later"]
 Writer = Callable[[Any, Path], None]

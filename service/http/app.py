@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 
 from service.jobs.folder import DataFolder
-from service.live.rehearsal import rehearse
+from service.live.sessions import rehearse
 from service.products.registry import all_products
 from service.settings import Settings
 

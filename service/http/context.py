@@ -13,10 +13,9 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from service.errors import DataFolderError
-from service.jobs.checks import Checks
-from service.jobs.drawings import Drawings
 from service.jobs.folder import DataFolder
 from service.jobs.pool import WorkerPool
+from service.jobs.short_tasks import Checks, Drawings
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors

@@ -7,8 +7,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.http.answers import Page
 from service.jobs.records import DemRecord
-from service.parts.pages import Page
 
 __all__ = ["Bounds", "DemList", "DemOut"]
 

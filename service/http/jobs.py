@@ -7,8 +7,8 @@ from typing import Any
 from fastapi import Request, Response
 
 from service.errors import NotReadyError
+from service.http.answers import JobOut, moment
 from service.jobs.records import JobRecord, JobStatus
-from service.parts.job_answers import JobOut, moment
 
 from .context import Service
 from .problems import FailedJob, problem_of

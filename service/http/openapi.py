@@ -8,7 +8,7 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import BaseModel
 
-from service.http.problem_answer import Problem
+from service.http.answers import Problem
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
 from service.products.product import Product
 

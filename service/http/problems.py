@@ -26,7 +26,7 @@ from service.error_roots import domain_errors
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
-from service.jobs.store_errors import error_of_store
+from service.jobs.store_file import error_of_store
 from service.parts.sentences import MOST_FIELDS, place_of, sentence_of_detail
 from terrain import errors as of_terrain
 from visibility import errors as of_visibility

@@ -12,10 +12,10 @@ from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
 from service.files.layer import Layer
+from service.http.answers import Limit, Offset, Page
 from service.jobs.records import JobRecord, JobStatus
-from service.parts.map_answers import LayerLink, MapOut
-from service.parts.pages import Limit, Offset, Page
-from service.parts.satellites import ORBIT_TEXTS
+from service.parts.map_facts import LayerLink, MapOut
+from service.parts.positioning import ORBIT_TEXTS
 from service.products.product import Needs, Product
 
 from .bodies import body_of, json_body, long_body

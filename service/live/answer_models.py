@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from detection import Classification, OdometryCondition, PlanningStatus, Rejection, Say, Sight, Witness
-from service.parts.pages import Page
+from service.http.answers import Page
 
 __all__ = ["DetectionOut", "DetectorList", "DetectorOut", "EpochOut", "EpochsOut"]
 

@@ -8,11 +8,10 @@ import uuid
 from collections import OrderedDict
 from collections.abc import Callable
 
-from service.detectors.bench import Bench
 from service.errors import BusyError, GoneError, LimitError, NotFoundError
 from service.live.limits import DetectorLimits
 from service.live.request import DetectorIn
-from service.live.sessions import DetectorSession
+from service.live.sessions import Bench, DetectorSession
 from service.settings import Settings
 
 __all__ = ["Detectors"]

@@ -21,7 +21,7 @@ from detection import (
     RangeEpoch,
     RangingAnchor,
 )
-from service.live.rehearsal import rehearse
+from service.live.sessions import rehearse
 
 __all__ = ["AnchorSummary", "Episode", "Replay", "ReplaySummary", "replay"]
 

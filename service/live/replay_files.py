@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from detection import AnchorVerdict, EpochResult
-from service.files.replacing import replacing
+from service.files.layer import replacing
 from service.files.tables import TableWriter
 from service.live.replay import Replay
 from service.live.verdict_picture import write_verdict_picture

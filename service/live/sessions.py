@@ -8,12 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 from detection import Detector, EpochResult
-from service.detectors.bench import Bench
 from service.errors import RequestError, TooManyError
 from service.live.answers import as_json, epoch_answer, state_answer
 from service.live.limits import DetectorLimits
-from service.live.occlusions import Occlusions
 from service.live.request import DetectorIn, EpochIn
+from service.live.sessions import Bench, Occlusions
 
 __all__ = ["DetectorSession", "Watcher"]
 

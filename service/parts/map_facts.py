@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, Protocol
 
-from service.parts.map_answers import BoundsOfPosts, Ground
+from service.parts.map_facts import BoundsOfPosts, Ground
 from service.parts.sight import CurvatureIn
 from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
 from visibility import FLAT, Curvature

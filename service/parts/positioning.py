@@ -6,11 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, JsonValue, model_validator
 
-from service.parts.anchors import AntennaIn
-from service.parts.frames import FramesIn, TrackIn
-from service.parts.map_answers import DEM_ID
+from service.parts.anchors import AntennaIn, FramesIn, TrackIn
+from service.parts.map_facts import DEM_ID
 from service.parts.points import Metres, NotNegativeMetres, Positive
-from service.parts.satellites import SatellitesIn
+from service.parts.positioning import SatellitesIn
 from service.parts.sight import SightParameters
 
 __all__ = [

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from service.parts.map_answers import MapSummary
-from service.parts.map_facts import ground_of
-from service.parts.positioning import PositioningParameters
+from service.parts.map_facts import MapSummary, ground_of
+from service.parts.positioning import ORBIT_TEXTS, PositioningParameters
+from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite, placed_anchors, placed_satellites
 from service.parts.ranging_sources import RangingSources
-from service.parts.satellites import ORBIT_TEXTS
-from service.parts.source_answers import PlacedAnchor, PlacedSatellite, placed_anchors, placed_satellites
 from visibility import MinimumVisibleAltitude
 
 __all__ = ["PositioningSummary", "positioning_summary"]

@@ -10,9 +10,8 @@ from typing import Any
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
 from service.parts.map_facts import curvature_of
-from service.parts.positioning import CeilingParameters, PositioningParameters, RangingParameters
+from service.parts.positioning import CeilingParameters, PositioningParameters, RangingParameters, SatellitesIn
 from service.parts.positions import resolve_anchor
-from service.parts.satellites import SatellitesIn
 from service.parts.sight import SightParameters
 from terrain import ElevationGrid, height_at
 from visibility import (

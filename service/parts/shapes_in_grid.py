@@ -10,7 +10,7 @@ import shapely
 
 from service.errors import RequestError
 from service.parts.map_facts import check_bodies
-from service.parts.shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
+from service.parts.points import PlaceIn, PolygonIn, StandOffIn, WeightIn
 from terrain import ElevationGrid, to_grid_frame
 
 __all__ = ["places_in_grid", "polygon_in_grid", "stand_off_in_grid", "weights_in_grid"]

@@ -19,6 +19,7 @@ import pytest
 import rasterio
 import rasterio.shutil
 import trimesh
+from service.live.epoch_logs import read_epochs
 
 from detection import DetectionError
 from gnss import parse_almanac, parse_rinex_navigation
@@ -26,7 +27,6 @@ from service.cli.asking.anchor_files import anchors_from_file, tracks_from_file
 from service.cli.asking.path_files import PLANNED, path_from_file, trajectory_from_file
 from service.cli.asking.shape_files import place_fields, polygon_fields
 from service.errors import ServiceError
-from service.files.range_log_messages import read_epochs
 from terrain import ElevationGrid, TerrainError, read_dem, write_npz
 from tests.fuzzing.mutations import damaged
 from tests.service.skies import almanac

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from service.jobs.dem_files import save_grid
 from service.jobs.folder import DataFolder, digest_of
-from service.jobs.notes import note_all
+from service.jobs.kept_files import save_grid
 from service.jobs.records import DemRecord, JobKind, JobRecord, JobStatus
+from service.jobs.recovery import note_all
 from service.jobs.store import Store
 from terrain import ElevationGrid
 

@@ -10,8 +10,7 @@ import pytest
 import shapely
 from shapely.geometry import shape
 
-from service.files.antimeridian import cut
-from service.files.geojson import write_collection
+from service.files.geojson import cut, write_collection
 from terrain import ElevationGrid, to_lon_lat
 
 

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from service.cli.visibility import count_table
-from service.drawing.classes import NO_GROUND_COLOUR, NONE_COLOUR, UNKNOWN_COLOUR, count_classes, lookup_table
+from service.drawing.class_map import NO_GROUND_COLOUR, NONE_COLOUR, UNKNOWN_COLOUR, count_classes, lookup_table
 from service.drawing.furniture import draw_scale_and_north
-from service.drawing.relief import Sampling, mean_heights, pick, shaded_relief
+from service.drawing.sheet import Sampling, mean_heights, pick, shaded_relief
 from service.parts.map_facts import grid_north_deg
 from service.products.visibility.picture import draw_map
 from terrain import ElevationGrid

@@ -3,12 +3,11 @@
 import math
 
 import pytest
+from service.live.epoch_logs import epochs_of, read_epochs
 
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from service.errors import RequestError
 from service.files.range_log import COLUMNS, read_range_log
-from service.files.range_log_epochs import epochs_of
-from service.files.range_log_messages import read_epochs
 
 
 def rows_of(tmp_path, *lines):

@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from service.files.layer import Layer
-from service.parts.map_answers import DemId, MapSummary
-from service.parts.map_facts import ground_of
+from service.parts.map_facts import DemId, MapSummary, ground_of
 from service.parts.points import Metres, StrictModel
 from service.products.product import Product, Work
 from service.settings import Settings

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from service.live.epoch_logs import epochs_of
 from websockets.sync.client import connect
 
 from benchmarks.ranging_logs import write_labyrinth
 from detection import Detector, DetectorSettings, RangeEpoch, RangingAnchor
 from service.files.range_log import read_range_log
-from service.files.range_log_epochs import epochs_of
 from service.live.answers import as_json, epoch_answer
 from tests.service.running import Server
 

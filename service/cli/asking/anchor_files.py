@@ -10,9 +10,8 @@ from pydantic import JsonValue, ValidationError
 
 from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table, text_of
-from service.files.geojson_shapes import GeoJsonShape, shapes_of
-from service.parts.anchors import AnchorIn
-from service.parts.frames import TrackIn, TrackPointIn
+from service.files.geojson_reading import GeoJsonShape, shapes_of
+from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
 from service.parts.sentences import sentence_of
 
 __all__ = ["anchors_from_file", "tracks_from_file"]

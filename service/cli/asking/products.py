@@ -14,8 +14,7 @@ from pydantic import BaseModel, JsonValue, ValidationError
 from rich.table import Table
 
 from service.errors import RequestError
-from service.files.layer import Layer
-from service.files.replacing import replacing
+from service.files.layer import Layer, replacing
 from service.parts.maps_for_paths import MAP_KINDS, kind_of_summary
 from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import sentence_of

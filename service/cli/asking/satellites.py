@@ -16,7 +16,7 @@ from service.errors import RequestError
 from .options import GROUP, option, told
 
 if TYPE_CHECKING:
-    from service.parts.source_answers import PlacedAnchor, PlacedSatellite
+    from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
 
 __all__ = ["SatelliteOptions", "nothing_to_range_to", "sources_table"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from service.errors import RequestError
-from service.files.geojson_shapes import line_of, polygons_of, shapes_of
+from service.files.geojson_reading import line_of, polygons_of, shapes_of
 
 __all__ = ["path_fields", "place_fields", "polygon_fields", "stand_off_fields", "weight_fields"]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, share_of
-from service.parts.point_arrays import points_in_grid
 from service.parts.positioning_answers import positioning_summary
+from service.parts.positions import points_in_grid
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
+from service.parts.sentences import told_as_asked
 from terrain import ElevationGrid
 from visibility import (
     GO,

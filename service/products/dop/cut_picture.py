@@ -13,11 +13,9 @@ from matplotlib.colors import ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from service.drawing.class_map import UNDECIDED, MapClass, class_pixels
-from service.drawing.classes import UNKNOWN_COLOUR, count_classes
+from service.drawing.class_map import UNDECIDED, UNKNOWN_COLOUR, MapClass, class_pixels, count_classes
 from service.drawing.furniture import ANCHOR_COLOUR, HALO, INK
-from service.drawing.relief import Sampling
-from service.drawing.sheet import DPI, lit_ground, save_png, sources_words
+from service.drawing.sheet import DPI, Sampling, lit_ground, save_png, sources_words
 from service.parts.map_facts import crs_label, dem_name
 from terrain import ElevationGrid
 from visibility import Anchor, HorizontalSection, VerticalSection

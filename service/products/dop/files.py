@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.files.rasters import BYTES, FLOATS, common_tags, write_cog
 from service.files.tables import TableWriter
-from service.files.zones import write_contours, write_no_go_zones
 from visibility import UNKNOWN, DopReason
 
 from .calculate import PATH_COLUMNS, FinishedDopMap

@@ -11,12 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels, class_shares
-from service.drawing.classes import NONE_COLOUR
+from service.drawing.class_map import (
+    NONE_COLOUR,
+    UNDECIDED,
+    MapClass,
+    class_legend,
+    class_pixels,
+    class_shares,
+    write_legend,
+    write_pixels,
+)
 from service.drawing.furniture import INK
-from service.drawing.overlay import write_legend, write_pixels
-from service.drawing.relief import Sampling
-from service.drawing.sheet import ground_figure, save_png, sources_words
+from service.drawing.sheet import Sampling, ground_figure, save_png, sources_words
 from service.parts.map_facts import dem_name
 
 from .calculate import FinishedDopMap

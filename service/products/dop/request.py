@@ -6,10 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.map_answers import DemId
-from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
+from service.parts.map_facts import DemId
+from service.parts.points import Metres, NotNegativeMetres, PlaceIn, PointIn, Positive, StrictModel
 from service.parts.positioning import POSITIONING_EXAMPLE, PositioningParameters
-from service.parts.shapes import PlaceIn
 
 __all__ = ["MOST_CUTS", "REQUEST", "BoundsIn", "CutIn", "DopMapIn", "DopMapParameters", "VolumeIn"]
 

@@ -13,8 +13,7 @@ import numpy.typing as npt
 import rasterio
 
 from service.errors import RequestError
-from service.files.arrays import add_array
-from service.files.cog import BYTES, FLOATS, common_tags, transform_of
+from service.files.rasters import BYTES, FLOATS, add_array, common_tags, transform_of
 from visibility import ControlVolume, VoxelBlock, volume_dataset, volume_slabs
 
 from .calculate import FinishedDopMap

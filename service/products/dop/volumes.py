@@ -7,9 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from service.parts.air_layers import air_layers
-from service.parts.asked_frame import told_as_asked
-from service.parts.shapes_in_grid import places_in_grid
+from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import air_layers, places_in_grid
 from terrain import ElevationGrid, told_place
 from visibility import (
     AltitudeLayers,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, Field
 
 from planning.paths import PathStatus
-from service.parts.map_answers import MapSummary
+from service.parts.map_facts import MapSummary
 from service.parts.plan_answers import ValidationOut
 
 __all__ = ["AirPlaceOut", "FlightCornerOut", "FlightSummary", "FlightTotalsOut"]

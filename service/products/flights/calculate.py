@@ -14,11 +14,11 @@ import numpy.typing as npt
 from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
 from service.files.missions import mission_warnings
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import ground_of
 from service.parts.plan_answers import finite, validation_answer
 from service.parts.positions import resolve_point
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
+from service.parts.sentences import told_as_asked
 from service.products.flights.answer import AirPlaceOut, FlightCornerOut, FlightSummary, FlightTotalsOut
 from service.products.flights.request import FlightParameters
 from terrain import ElevationGrid, height_at

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import MISSIONS
-from service.files.qgroundcontrol import COPTER, TAKE_OFF, WAYPOINT, PlanItem, plan_text
+from service.files.missions import COPTER, MISSIONS, TAKE_OFF, WAYPOINT, PlanItem, plan_text
 from service.files.tables import TableWriter
 from service.products.flights.answer import AirPlaceOut
 from service.products.flights.calculate import AIR_COLUMNS, FinishedFlight

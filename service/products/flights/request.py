@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.map_answers import DEM_ID, DemId
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
 from service.parts.positioning import MorphingMapParameters
 from service.parts.sight import SightParameters

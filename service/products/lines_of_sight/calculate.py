@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from service.parts.map_facts import curvature_of
-from service.parts.point_arrays import points_in_grid
+from service.parts.positions import points_in_grid
 from terrain import ElevationGrid
 from visibility import HIDDEN, UNKNOWN, VISIBLE, LinesOfSight, lines_of_sight
 from visibility.sight.sight_points import check_points

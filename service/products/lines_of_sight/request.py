@@ -6,7 +6,7 @@ from typing import Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.map_answers import DEM_ID, DemId
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, PointIn, Positive, StrictModel
 from service.parts.sight import CurvatureChoice
 

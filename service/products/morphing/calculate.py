@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import share_of
 from service.parts.positioning import MorphingMapParameters
 from service.parts.positioning_answers import positioning_summary
 from service.parts.ranging_sources import RangingSources, Source, limit_of, sight_lines
+from service.parts.sentences import told_as_asked
 from terrain import ElevationGrid
 from visibility import NO_GO, ColumnState, dop_map, morphing_map
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
+from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, PNG, Layer
-from service.files.zones import write_contours, write_no_go_zones
+from service.files.rasters import BYTES, FLOATS, common_tags, write_cog
 from visibility import ColumnState
 
 from .calculate import FinishedMorphingMap

@@ -10,12 +10,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
-from service.drawing.classes import NONE_COLOUR
+from service.drawing.class_map import NONE_COLOUR, UNDECIDED, MapClass, class_legend, class_pixels
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
-from service.parts.moving_sources import check_moving_sources
-from service.parts.ranging_sources import Source
+from service.parts.ranging_sources import Source, check_moving_sources
 from visibility import Anchor
 
 from .calculate import FinishedMorphingMap

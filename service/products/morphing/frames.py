@@ -10,11 +10,10 @@ from datetime import UTC
 import numpy as np
 import numpy.typing as npt
 
-from service.parts.frames import FramesIn
+from service.parts.anchors import FramesIn
 from service.parts.map_facts import curvature_of, share_of
-from service.parts.moving_sources import moving_sources, time_of
 from service.parts.positioning import MorphingMapParameters
-from service.parts.ranging_sources import limit_of
+from service.parts.ranging_sources import limit_of, moving_sources, time_of
 from terrain import ElevationGrid
 from visibility import (
     Anchor,

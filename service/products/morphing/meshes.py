@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 
 from service.errors import RequestError
-from service.parts.air_layers import air_layers
 from service.parts.ranging_sources import limit_of, lines_to
+from service.parts.shapes_in_grid import air_layers
 from terrain import ElevationGrid
 from visibility import Isosurface, control_volume, isosurface
 

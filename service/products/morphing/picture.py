@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
-from service.drawing.classes import NONE_COLOUR
+from service.drawing.class_map import NONE_COLOUR, UNDECIDED, MapClass, class_legend, class_pixels
 from service.drawing.sheet import ground_figure, save_png, sources_words
 from service.parts.map_facts import dem_name
 from visibility import ColumnState

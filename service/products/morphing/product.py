@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from service.estimates import refuse_frames, refuse_map
-from service.parts.moving_sources import check_moving_sources, moving_sources
 from service.parts.positioning import MorphingMapParameters
-from service.parts.ranging_sources import check_sources, ranging_sources
+from service.parts.ranging_sources import check_moving_sources, check_sources, moving_sources, ranging_sources
 from service.products.product import Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid

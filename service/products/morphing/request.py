@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import ConfigDict, JsonValue
 
-from service.parts.map_answers import DemId
+from service.parts.map_facts import DemId
 from service.parts.positioning import POSITIONING_EXAMPLE, MorphingMapParameters
 
 __all__ = ["REQUEST", "MorphingMapIn"]

@@ -8,9 +8,9 @@ import shapely
 from pydantic import BaseModel, Field
 
 from planning.paths import Path, PathStatus, Reason, Relaxation, Unreachable
-from service.parts.map_answers import MapSummary
+from service.parts.map_facts import MapSummary
 from service.parts.plan_answers import PathPlaceOut, ValidationOut, finite, place_answer
-from service.parts.source_answers import PlacedAnchor, PlacedSatellite
+from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
 
 __all__ = ["PathAreaOut", "PathSummary", "goal_answer", "totals_answer", "unreachable_answer"]
 

@@ -12,13 +12,13 @@ import numpy.typing as npt
 
 from planning.paths import Path, PathOutcome, PathProblem, plan_path
 from service.files.missions import mission_warnings
-from service.parts.areas_without_posts import told_of_areas
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import ground_of
 from service.parts.plan_answers import finite, place_answer, validation_answer
+from service.parts.positioning import ORBIT_TEXTS
+from service.parts.positioning_answers import placed_anchors, placed_satellites
 from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
-from service.parts.satellites import ORBIT_TEXTS
-from service.parts.source_answers import placed_anchors, placed_satellites
+from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import told_of_areas
 from service.products.paths.answer import PathSummary, goal_answer, totals_answer, unreachable_answer
 from service.products.paths.question import path_question, path_sources, path_tracks
 from service.products.paths.request import PathParameters

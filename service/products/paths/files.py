@@ -11,8 +11,7 @@ import numpy as np
 
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import MISSIONS, above_sea_level
-from service.files.qgroundcontrol import ROVER, WAYPOINT, PlanItem, plan_text
+from service.files.missions import MISSIONS, ROVER, WAYPOINT, PlanItem, above_sea_level, plan_text
 from service.files.tables import TableWriter
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut

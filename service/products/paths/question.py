@@ -8,9 +8,8 @@ import shapely
 
 from navigation import MotionNoise
 from planning.paths import CostWeights, NavigationModel, PathLimits, PathProblem, PlanBudget, RoverModel
-from service.parts.moving_sources import track_of
-from service.parts.ranging_sources import RangingSources, ranging_sources
-from service.parts.shapes import PlaceIn, PolygonIn
+from service.parts.points import PlaceIn, PolygonIn
+from service.parts.ranging_sources import RangingSources, ranging_sources, track_of
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid
 from service.products.paths.request import NavigationIn, PathLimitsIn, PathParameters, RoverIn
 from terrain import ElevationGrid

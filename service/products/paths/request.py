@@ -8,12 +8,12 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from planning.paths import NavigationModel, PlanBudget
-from service.parts.areas import Areas, GoalIn, StandingPlace
-from service.parts.frames import TrackIn
-from service.parts.map_answers import DEM_ID, DemId
+from service.parts.anchors import TrackIn
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.older_names import WithOlderNames
 from service.parts.points import NotNegative, NotNegativeMetres, Positive, StrictModel
 from service.parts.positioning import MorphingMapParameters, RangingParameters
+from service.products.paths.areas import Areas, GoalIn, StandingPlace
 
 __all__ = [
     "REQUEST",

@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from service.parts.map_answers import MapSummary
-from service.parts.source_answers import PlacedAnchor
+from service.parts.map_facts import MapSummary
+from service.parts.positioning_answers import PlacedAnchor
 
 __all__ = ["CandidatesOut", "DilutionOut", "HoverOut", "InItsUnit", "PlacedOut", "PlacementSummary", "TargetsOut"]
 

@@ -23,10 +23,10 @@ from planning.placement import (
 )
 from service.errors import RequestError
 from service.files.missions import above_sea_level, mission_warnings
-from service.parts.areas_without_posts import told_of_areas
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import ground_of
-from service.parts.source_answers import placed_anchors
+from service.parts.positioning_answers import placed_anchors
+from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import told_of_areas
 from terrain import ElevationGrid
 from visibility import Anchor
 

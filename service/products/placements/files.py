@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, PNG, Layer
-from service.files.missions import MISSIONS, above_sea_level
-from service.files.qgroundcontrol import LOITER, TAKE_OFF, WAYPOINT, PlanItem, plan_text, zip_plans
+from service.files.missions import LOITER, MISSIONS, TAKE_OFF, WAYPOINT, PlanItem, above_sea_level, plan_text, zip_plans
+from service.files.rasters import BYTES, FLOATS, common_tags, write_cog
 from service.files.tables import TableWriter
 from terrain import height_at, to_lon_lat, true_offsets
 

@@ -14,11 +14,18 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
-from service.drawing.classes import NONE_COLOUR, RAMP, RAMP_FROM, RAMP_TO
+from service.drawing.class_map import (
+    NONE_COLOUR,
+    RAMP,
+    RAMP_FROM,
+    RAMP_TO,
+    UNDECIDED,
+    MapClass,
+    class_legend,
+    class_pixels,
+)
 from service.drawing.furniture import INK
-from service.drawing.relief import Sampling
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import Sampling, ground_figure, save_png
 from service.parts.map_facts import dem_name
 from service.products.dop.picture import BOUNDS, COLOURS
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from planning.placement import feasible_candidates
 from planning.placement.placing import require_enough, require_sight
 from service.estimates import refuse_map, refuse_placement
-from service.parts.asked_frame import told_as_asked
+from service.parts.sentences import told_as_asked
 from service.products.product import Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid

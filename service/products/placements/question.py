@@ -23,8 +23,8 @@ from planning.placement import (
     path_targets,
 )
 from service.parts.map_facts import curvature_of
+from service.parts.points import PolygonIn, StandOffIn
 from service.parts.positions import resolve_anchor, resolve_point
-from service.parts.shapes import PolygonIn, StandOffIn
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, stand_off_in_grid, weights_in_grid
 from service.parts.sight import SightParameters
 from terrain import ElevationGrid

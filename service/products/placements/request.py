@@ -6,10 +6,19 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.map_answers import DEM_ID, DemId
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.older_names import WithOlderNames
-from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
-from service.parts.shapes import PlaceIn, PolygonIn, StandOffIn, WeightIn
+from service.parts.points import (
+    Metres,
+    NotNegativeMetres,
+    PlaceIn,
+    PointIn,
+    PolygonIn,
+    Positive,
+    StandOffIn,
+    StrictModel,
+    WeightIn,
+)
 from service.parts.sight import SightParameters
 
 __all__ = [

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
-from service.parts.map_answers import MapSummary
-from service.parts.source_answers import PlacedAnchor
+from service.parts.map_facts import MapSummary
+from service.parts.positioning_answers import PlacedAnchor
 
 __all__ = ["MoveOut", "RepositioningSummary", "StretchOut"]
 

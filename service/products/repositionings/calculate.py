@@ -13,12 +13,11 @@ import numpy.typing as npt
 
 from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
 from service.files.missions import mission_warnings
-from service.parts.areas_without_posts import told_of_areas
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, ground_of
+from service.parts.positioning_answers import placed_anchors
 from service.parts.positions import resolve_anchor
-from service.parts.shapes_in_grid import places_in_grid
-from service.parts.source_answers import placed_anchors
+from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import places_in_grid, told_of_areas
 from service.products.placements.question import areas_of_rules, goal_of, rules_of, sight_of
 from terrain import ElevationGrid
 from visibility import Anchor, Curvature, check_anchors

@@ -7,10 +7,9 @@ from pathlib import Path
 from planning.placement import flight_level_m
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import MISSIONS
-from service.files.qgroundcontrol import LOITER, WAYPOINT, PlanItem, plan_text, zip_plans
+from service.files.missions import LOITER, MISSIONS, WAYPOINT, PlanItem, plan_text, zip_plans
 from service.files.tables import TableWriter
-from service.parts.source_answers import PlacedAnchor
+from service.parts.positioning_answers import PlacedAnchor
 from terrain import ElevationGrid, to_lon_lat
 
 from .answer import MoveOut

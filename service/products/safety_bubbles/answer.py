@@ -6,8 +6,8 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from service.parts.map_answers import Ground
-from service.parts.source_answers import PlacedAnchor, PlacedSatellite
+from service.parts.map_facts import Ground
+from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
 
 __all__ = ["BubbleOut", "BuildingFacts", "FirstViolation", "SafetyBubblesSummary"]
 

@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, ground_of
+from service.parts.positioning_answers import placed_anchors, placed_satellites
 from service.parts.ranging_sources import Source
-from service.parts.source_answers import placed_anchors, placed_satellites
+from service.parts.sentences import told_as_asked
 from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation, SafetyBubblesSummary
 from service.products.safety_bubbles.question import (
     bubble_sources,

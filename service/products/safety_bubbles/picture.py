@@ -13,8 +13,7 @@ from matplotlib.lines import Line2D
 
 from navigation import BubbleVerdict
 from service.drawing.furniture import INK
-from service.drawing.relief import Sampling
-from service.drawing.sheet import anchor_handle, ground_figure, lit_ground, margin_legend, save_png
+from service.drawing.sheet import Sampling, anchor_handle, ground_figure, lit_ground, margin_legend, save_png
 from service.parts.map_facts import dem_name
 from service.products.safety_bubbles.calculate import FinishedBubbles
 

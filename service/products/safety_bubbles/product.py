@@ -9,7 +9,7 @@ from pydantic import JsonValue
 
 from service.errors import LimitError
 from service.estimates import estimate_map, refuse_beyond_limits
-from service.parts.satellites import ORBIT_TEXTS
+from service.parts.positioning import ORBIT_TEXTS
 from service.products.product import Inline, Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid

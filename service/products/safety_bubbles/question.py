@@ -8,11 +8,10 @@ import numpy.typing as npt
 import navigation
 from navigation import BubbleError, MeasurementError
 from planning.bubbles import surroundings, way_m
-from service.parts.asked_frame import told_as_asked
-from service.parts.buildings import BuildingsIn
-from service.parts.point_arrays import points_in_grid
+from service.parts.positions import points_in_grid
 from service.parts.ranging_sources import RangingSources, ranging_sources
-from service.products.safety_bubbles.request import BubbleParameters
+from service.parts.sentences import told_as_asked
+from service.products.safety_bubbles.request import BubbleParameters, BuildingsIn
 from terrain import ElevationGrid
 from visibility import Buildings, check_anchors, parse_buildings
 from visibility.sight.sight_points import check_points

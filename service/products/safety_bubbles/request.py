@@ -6,10 +6,10 @@ from typing import Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.buildings import BuildingsIn
-from service.parts.map_answers import DEM_ID, DemId
+from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from service.parts.positioning import RangingParameters
+from service.products.safety_bubbles.request import BuildingsIn
 
 __all__ = ["PATH", "BubbleParameters", "MotionIn", "SafetyBubblesIn"]
 

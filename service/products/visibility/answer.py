@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field
 
-from service.parts.map_answers import MapSummary
+from service.parts.map_facts import MapSummary
 
 __all__ = ["AnchorSummary", "CountShare", "ReceiverHeight", "VisibilityMapSummary"]
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from service.parts.asked_frame import told_as_asked
 from service.parts.map_facts import curvature_of, ground_of, share_of
 from service.parts.positions import resolve_anchor
+from service.parts.sentences import told_as_asked
 from service.products.visibility.answer import AnchorSummary, CountShare, ReceiverHeight, VisibilityMapSummary
 from service.products.visibility.request import VisibilityMapParameters
 from terrain import ElevationGrid, height_at

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from service.files.arrays import add_array
-from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.files.rasters import BYTES, FLOATS, add_array, common_tags, write_cog
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
 from visibility import UNKNOWN

@@ -9,11 +9,18 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from service.drawing.class_map import ClassShare, share_legend
-from service.drawing.classes import NO_GROUND_COLOUR, UNKNOWN_COLOUR, CountClass, count_classes, lookup_table
-from service.drawing.overlay import write_legend, write_pixels
-from service.drawing.relief import Sampling, pick
-from service.drawing.sheet import ground_figure, hatching, lit_ground, rgb, save_png
+from service.drawing.class_map import (
+    NO_GROUND_COLOUR,
+    UNKNOWN_COLOUR,
+    ClassShare,
+    CountClass,
+    count_classes,
+    lookup_table,
+    share_legend,
+    write_legend,
+    write_pixels,
+)
+from service.drawing.sheet import Sampling, ground_figure, hatching, lit_ground, pick, rgb, save_png
 from service.parts.map_facts import dem_name
 from service.products.visibility.calculate import VisibilityMap
 

@@ -7,7 +7,7 @@ import pytest
 import rasterio
 from PIL import Image
 
-from service.parts.frames import FramesIn
+from service.parts.anchors import FramesIn
 from tests.service.cli.positioning_words import ANCHORS, PLACES, band
 from tests.service.skies import REFERENCE_DATE, TIME, almanac
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid

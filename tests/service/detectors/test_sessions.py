@@ -33,8 +33,8 @@ from service.errors import BusyError, GoneError, LimitError, NotFoundError, Requ
 from service.live.answer_models import DetectorStateful, EpochOut
 from service.live.answers import as_json, epoch_answer
 from service.live.registry import Detectors
-from service.live.rehearsal import rehearse
 from service.live.request import ANCHORS, RANGES, DetectorIn, EpochIn, RangingAnchorIn
+from service.live.sessions import rehearse
 from service.live.settings import DetectorSettingsIn
 from service.settings import Settings
 

@@ -10,7 +10,7 @@ import pytest
 import service.http.app
 import service.jobs.rehearsal
 from service.http.app import create_app
-from service.jobs.rehearsal import rehearse
+from service.jobs.worker import rehearse
 from service.settings import Rehearsal, Settings
 
 

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import dem_samples
-from service.http.web_page import PAGE
+from service.http.app import PAGE
 from tests.service.running import Server
 
 ANCHORS = [

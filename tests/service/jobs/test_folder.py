@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from service.errors import DataFolderError, DataFolderInUseError
-from service.jobs.dem_files import load_grid, save_grid
 from service.jobs.folder import DataFolder, digest_of, is_full, move_into_place
+from service.jobs.kept_files import load_grid, save_grid
 from service.jobs.records import Known
 from terrain import ElevationGrid, Provenance
 

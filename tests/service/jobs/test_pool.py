@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from service.errors import TimeLimitError
-from service.jobs.dem_files import save_grid
 from service.jobs.folder import DataFolder
+from service.jobs.kept_files import save_grid
 from service.jobs.pool import Lane, WorkerPool
 from service.jobs.process import TaskFailed, WorkerDied
 from service.settings import MIB, Settings

@@ -11,7 +11,7 @@ import pytest
 from service.errors import DataFolderError, InUseError, NotFoundError
 from service.jobs.records import DemRecord, Failure, JobKind, JobRecord, JobStatus
 from service.jobs.store import Store
-from service.jobs.store_schema import SCHEMA_VERSION
+from service.jobs.store_file import SCHEMA_VERSION
 
 MAPS = JobKind.VISIBILITY_MAP
 
