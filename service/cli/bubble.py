@@ -1,105 +1,178 @@
-"""``sightline bubble``: a path or a history of poses in; radius, clearance and verdict along it out."""
+"""``sightline bubble``: how surely a vehicle keeps clear of the ground along a path, or did in a history of poses."""
 
 from __future__ import annotations
 
+import base64
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import ValidationError
+from cyclopts import Parameter
 from rich.table import Table
 
 from service.errors import RequestError
-from service.parts.points import PointIn
-from service.parts.sentences import sentence_of
-from service.products.safety_bubbles.calculate import BuildingFacts, FirstViolation, SafetyBubblesSummary
-from service.products.safety_bubbles.request import BubbleParameters
 
-from .anchor_texts import height_field
-from .maps import anchors_of, make_map
+from .asking.options import GROUP, AnchorOptions, DemPath, Output, Reading, RequestFile, SightOptions, option, told
+from .asking.satellites import SatelliteOptions, sources_table
 from .output import facts_table
-from .path_files import points_and_columns
-from .planned_paths import filter_of_a_plan, planned_path
-from .positioning import SatelliteOptions, sources_table
-from .shape_files import path_fields
 
-__all__ = ["make_bubbles"]
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
-COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
-HEIGHT_FORM = "--height {} is not of the form 30agl (above ground) or 1500msl (altitude)."
+    from service.products.safety_bubbles.calculate import BuildingFacts, FirstViolation, SafetyBubblesSummary
+
+__all__ = ["bubble"]
+
+PATH = (
+    "CSV of east_m, north_m, above_ground_m (or altitude_m), time_s and, for a history of poses, "
+    "ee_m2, en_m2, eu_m2, nn_m2, nu_m2, uu_m2; or path.csv of a plan or a GeoJSON LineString, with --height."
+)
 
 
-def make_bubbles(
-    dem: str,
-    path: Path,
-    height: str | None,
-    *,
-    anchor_texts: list[str],
-    anchor_files: list[Path],
-    lonlat: bool,
-    satellites: SatelliteOptions,
-    range_sigma_m: float | None,
-    buildings: dict[str, Any] | None,
-    asked: dict[str, Any],
-    **rest: Any,
-) -> None:
-    """Read, calculate, write and print; ``rest`` as for make_map. Raises RequestError and what the packages raise."""
-    anchors = [anchor.model_dump(exclude_none=True) for anchor in anchors_of(anchor_texts, anchor_files, lonlat=lonlat)]
-    sky = satellites.fields()
-    if range_sigma_m is not None:
-        for source in (*anchors, *([] if sky is None else [sky])):
-            source["ranging_sigma_m"] = range_sigma_m
-    given = {name: value for name, value in asked.items() if value is not None}
-    parameters = BubbleParameters.model_validate(
-        {"anchors": anchors, "satellites": sky, "buildings": buildings, **_path(path, height), **given}
+@GROUP
+@dataclass(frozen=True, slots=True)
+class FilterOptions:
+    """What the vehicle ranges and how it moves: fields of the request."""
+
+    kind: Annotated[Literal["ranging", "pseudorange"], option("Ranges; ranges with an unknown clock.")] = "ranging"
+    ranging_interval_s: Annotated[
+        float | None,
+        option("Seconds between ranges. (default once at each point; of a planned path 1)", "S", "--interval"),
+    ] = None
+    epsilon: Annotated[float, option("So many sigmas is the radius.", "NUMBER")] = 3.0
+    dem_sigma_m: Annotated[float, option("One-sigma error of the DEM, added to it.", "M", "--dem-sigma")] = 0.0
+    dop_scaled: Annotated[bool, option("Multiply each variance by the PDOP of the anchors in sight.")] = False
+    initial_position_sigma_m: Annotated[
+        float | None,
+        option("Of the position before the first ranges. (default 10; of a planned path 1)", "M", "--start-sigma"),
+    ] = None
+    initial_velocity_sigma_m_per_s: Annotated[
+        float | None,
+        option("Of the velocity before them, per axis. (default 1; of a planned path 0.3)", "M/S", "--speed-sigma"),
+    ] = None
+    on_ground: Annotated[
+        bool | None,
+        Parameter(
+            name="--on-ground",
+            negative="--off-ground",
+            help="The vehicle is on the ground, whose height the DEM tells. (default off; of a planned path on)",
+        ),
+    ] = None
+    under_ground: Annotated[
+        Literal["refuse", "violated"], option("What a point below the ground or inside a building is.")
+    ] = "refuse"
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class BuildingOptions:
+    """The ``buildings`` of a request."""
+
+    buildings: Annotated[
+        Path | None, option("Mesh of buildings on the ground, in metres: .stl, .obj, .ply or .glb.", "FILE")
+    ] = None
+    building_heights: Annotated[
+        Literal["above_ground", "absolute"], option("Each body stands on the ground, or the file holds altitudes.")
+    ] = "above_ground"
+    building_origin: Annotated[str | None, option("Where the mesh's own origin lies. (default 0,0)", "EAST,NORTH")] = (
+        None
     )
+
+    def part(self) -> dict[str, object] | None:
+        """As the request has it; None without a file. Raises RequestError, MeshError."""
+        if self.buildings is None:
+            if self.building_origin is not None:
+                raise RequestError("--building-origin needs --buildings FILE.")
+            return None
+        from visibility.cover.mesh_files import read_mesh_bytes
+
+        from .asking.texts import numbers_of
+
+        origin = numbers_of(self.building_origin or "0,0")
+        if origin is None or len(origin) != 2:
+            raise RequestError(f"--building-origin {self.building_origin!r} is not of the form EAST,NORTH in metres.")
+        return {
+            "name": self.buildings.name,
+            "base64": base64.b64encode(read_mesh_bytes(self.buildings)),
+            "heights": self.building_heights,
+            "origin_east_m": origin[0],
+            "origin_north_m": origin[1],
+        }
+
+
+def bubble(
+    dem: DemPath,
+    /,
+    *,
+    path: Annotated[Path | None, option(f"{PATH} Required.", "FILE")] = None,
+    height: Annotated[
+        str | None, option("Of every point of a planned path or a GeoJSON line: 30agl or 1500msl.", "HEIGHT")
+    ] = None,
+    speed: Annotated[float | None, option("Along the path, where it has no time_s. (default 1)", "M/S")] = None,
+    anchors: AnchorOptions = AnchorOptions(),
+    satellites: SatelliteOptions = SatelliteOptions(),
+    range_sigma: Annotated[
+        float | None, option("One-sigma error of every range. (default what each anchor says)", "M")
+    ] = None,
+    filter: FilterOptions = FilterOptions(),
+    agility: Annotated[
+        float | None,
+        option(
+            "Power of the vehicle's acceleration, per axis: how it swerves. (default 0.1; of a planned path 0.01)",
+            "M2/S3",
+        ),
+    ] = None,
+    buildings: BuildingOptions = BuildingOptions(),
+    sight: SightOptions = SightOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
+) -> None:
+    """Tell how surely a vehicle keeps clear of ground and buildings along a path, or did in a history of poses.
+
+    Writes bubble.json, points.csv, points.geojson, points.json, points.npz,
+    profile.png and map.png into --out.
+    """
+    from service.products.safety_bubbles.request import BubbleParameters
+
+    from .asking.path_files import trajectory_from_file
+    from .asking.products import ask, request_of_fields
+    from .asking.texts import height_words
+
+    asked: BaseModel | Path | None = request
+    if asked is None:
+        if path is None:
+            raise RequestError(f"Missing option '--path': {PATH}")
+        placed, sky = anchors.read(), satellites.part()
+        if range_sigma is not None:
+            placed = [anchor.model_copy(update={"ranging_sigma_m": range_sigma}) for anchor in placed]
+            sky = None if sky is None else {**sky, "ranging_sigma_m": range_sigma}
+        swerves = {} if agility is None else {"horizontal_m2_per_s3": agility, "up_m2_per_s3": agility}
+        fields = {
+            # as fields, so that what --range-sigma says is checked as well
+            "anchors": [anchor.model_dump(exclude_none=True) for anchor in placed],
+            "satellites": sky,
+            "buildings": buildings.part(),
+            **trajectory_from_file(path, height).fields(),
+            **({} if speed is None else {"speed_m_per_s": speed}),
+            **told(filter),
+            **({"motion": swerves} if swerves else {}),
+            **told(sight),
+        }
+        asked = request_of_fields(fields, BubbleParameters)
     from service.products.safety_bubbles import SAFETY_BUBBLES
 
-    make_map(dem, SAFETY_BUBBLES, parameters, _tables, summary="bubble.json", what="Safety bubbles", **rest)
-
-
-def _path(path: Path, height: str | None) -> dict[str, Any]:
-    """The fields of a request that tell the path. Raises RequestError."""
-    if path.suffix.lower() in (".geojson", ".json"):
-        if height is None:
-            raise RequestError("A path in GeoJSON needs --height, such as 30agl or 1500msl.")
-        metres = height_field(height, HEIGHT_FORM.format(repr(height)))
-        return {"points": [_point(path.name, {**place, **metres}) for place in path_fields(path)]}
-    planned = planned_path(path)
-    if planned is not None:
-        if height is None:
-            raise RequestError(
-                f"{path.name} is a planned path, whose altitudes are the ground's: say with --height how high "
-                "the antenna is, such as 1.5agl."
-            )
-        metres = height_field(height, HEIGHT_FORM.format(repr(height)))
-        places, times_s = planned
-        points = [_point(path.name, {**place, **metres}) for place in places]
-        # the filter that the plan foresaw, so that both tell one figure for one path
-        return {"points": points, "times_s": times_s, **filter_of_a_plan()}
-    if height is not None:
-        raise RequestError(
-            "--height is for paths in GeoJSON and planned ones; a CSV file has the column above_ground_m or altitude_m."
-        )
-    points, told = points_and_columns(path, ("time_s", *COVARIANCE))
-    fields: dict[str, Any] = {"points": points}
-    if "time_s" in told:
-        fields["times_s"] = told["time_s"]
-    there = [column for column in COVARIANCE if column in told]
-    if there:
-        missing = [column for column in COVARIANCE if column not in told]
-        if missing:
-            raise RequestError(
-                f"The path file {path.name} has {there[0]} but not {missing[0]}; a covariance needs all."
-            )
-        fields["covariances_m2"] = list(zip(*(told[column] for column in COVARIANCE), strict=True))
-    return fields
-
-
-def _point(name: str, fields: dict[str, float]) -> PointIn:
-    try:
-        return PointIn.model_validate(fields)
-    except ValidationError as error:
-        raise RequestError(f"{name}: {sentence_of(error)}") from error
+    ask(
+        SAFETY_BUBBLES,
+        dem,
+        asked,
+        _tables,
+        summary="bubble.json",
+        what="Safety bubbles",
+        reading=reading,
+        heights=height_words(anchors.anchor, height),
+        output=output,
+    )
 
 
 def _tables(answer: SafetyBubblesSummary) -> tuple[Table, ...]:
@@ -116,7 +189,9 @@ def _tables(answer: SafetyBubblesSummary) -> tuple[Table, ...]:
         ("promise of the bubbles, at least", f"{100.0 * answer.least_promise:.1f} %"),
     ]
     table = facts_table(f"{answer.dem.name}: bubble of {answer.epsilon:g} sigma", facts)
-    return (sources_table(answer), table) if answer.curvature is not None else (table,)
+    if answer.curvature is None:
+        return (table,)
+    return sources_table(answer.curvature, answer.anchors, answer.satellites), table
 
 
 def _building_facts(buildings: BuildingFacts | None) -> list[tuple[str, str]]:

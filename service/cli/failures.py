@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import get_args
 
-import typer
+from cyclopts import CoercionError, CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
+from cyclopts.exceptions import UnknownCommandError
 
-__all__ = ["BAD_INPUT", "FAULT", "INTERRUPTED", "exit_code_of", "interrupted", "unheard"]
+__all__ = ["BAD_INPUT", "FAULT", "exit_code_of", "interrupted", "unheard", "usage"]
 
 FAULT, BAD_INPUT, INTERRUPTED = 1, 2, 130
-# typer does not export the base of its usage errors, and where they live has changed between its versions
-UsageError = typer.BadParameter.__bases__[0]
+KINDS = {int: "whole number", float: "number", bool: "yes or no"}
 
 
 def exit_code_of(error: Exception) -> int | None:
     """Say on stderr what went wrong and return the exit code; None for an error that nobody foresaw."""
-    if isinstance(error, typer.Abort):
-        return interrupted()
-    if isinstance(error, UsageError):
-        return _say(_usage_sentence(error), BAD_INPUT)
+    if isinstance(error, CycloptsError):
+        return usage(_usage_sentence(error))
     return _domain_exit_code(error)
+
+
+def usage(sentence: str) -> int:
+    """Say what is wrong with a command line; its exit code."""
+    return _say(sentence, BAD_INPUT)
 
 
 def interrupted() -> int:
@@ -58,12 +62,29 @@ def _domain_exit_code(error: Exception) -> int | None:
     return None
 
 
-def _usage_sentence(error: Exception) -> str:
-    text = str(getattr(error, "format_message", error.__str__)()).strip()
-    # what is missing is told with what it is; typer exports no class for that either
-    if type(error).__name__ == "MissingParameter" and (told := getattr(getattr(error, "param", None), "help", "")):
-        text = f"{text.rstrip('.')}: {told}"
-    return text or "No command was given; sightline --help lists them."
+def _usage_sentence(error: CycloptsError) -> str:
+    unused = error.unused_tokens or []
+    if isinstance(error, UnknownOptionError):
+        return f"No such option: {error.token.keyword or error.token.value}."
+    if isinstance(error, UnknownCommandError):
+        return f"No such {'option' if unused[0].startswith('-') else 'command'}: {unused[0]}."
+    if isinstance(error, UnusedCliTokensError):
+        return f"Got unexpected extra argument{'s' if len(unused) > 1 else ''} ({' '.join(unused)})."
+    if isinstance(error, CoercionError) and error.token is not None and error.argument is not None:
+        kind, value = error.argument.hint, error.token.value
+        choices = error.argument.get_choices()
+        if choices:
+            why = f"{value!r} is not one of {', '.join(repr(one) for one in choices)}"
+        else:
+            why = f"{value!r} is no {next((KINDS[one] for one in (kind, *get_args(kind)) if one in KINDS), 'value')}"
+        return f"Invalid value for '{error.argument.name}': {why}."
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        name, told = error.keyword or error.argument.name, error.argument.parameter.help
+        if not name.startswith("-"):
+            return f"Missing argument '{name}': {told}"
+        asked_for = error.argument.name in unused or error.keyword is not None
+        return f"Option '{name}' requires an argument: {told}" if asked_for else f"Missing option '{name}': {told}"
+    return str(error)
 
 
 def _say(sentence: str, code: int) -> int:

@@ -1,104 +1,147 @@
-"""``sightline fly``: from where to where through the air, above what, in; a flight, its mission and pictures out."""
+"""``sightline fly``: a flight for a drone above the Digital Morphing Map and away from the ground."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, JsonValue, ValidationError
 from rich.table import Table
 
 from service.errors import RequestError
-from service.parts.plan_answers import time_words
-from service.parts.sentences import sentence_of
-from service.products import Given
-from service.products.flights import FLIGHT
-from service.products.flights.calculate import FlightSummary
-from service.products.flights.request import FlightParameters
 
-from .anchor_texts import position_fields
-from .maps import anchors_of, make_map
+from .asking.options import (
+    GROUP,
+    WHOLE,
+    DemPath,
+    Kind,
+    Measure,
+    Mode,
+    Output,
+    PlacesAndAnchors,
+    Reading,
+    RequestFile,
+    option,
+    told,
+)
 from .output import facts_table
-from .request_files import given, given_map, request_from_file, request_of_fields
-from .volume_texts import ceiling_fields
 
-__all__ = ["FlyOptions", "flight_request", "make_flight"]
+if TYPE_CHECKING:
+    from service.products import Given
+    from service.products.flights.calculate import FlightSummary
 
-POINT_FORM = "{} {!r} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 80agl or 612msl."
+__all__ = ["fly"]
+
+POINT = "EAST,NORTH,HEIGHT"
 
 
+@GROUP
 @dataclass(frozen=True, slots=True)
-class FlyOptions:
-    """The question as typed; morphing_map, budget and rest: fields of the request, None where one was not given."""
+class MapOptions:
+    """The ``morphing_map`` of a request, besides its anchors and its ceiling."""
 
-    start: str | None
-    goal: str | None
-    anchor_texts: list[str]
-    anchor_files: list[Path]
-    lonlat: bool
-    ceiling: str | None
-    morphing_map: Mapping[str, JsonValue]
-    budget: Mapping[str, JsonValue]
-    rest: Mapping[str, JsonValue]
+    dop_limit: Annotated[float | None, option("Of the morphing map of these anchors. (default 2.5)", "NUMBER")] = None
+    min_anchors: Annotated[int | None, WHOLE, option("So many must be in sight there too.", "K")] = None
+    kind: Annotated[Kind | None, option("What is measured. (default ranging)")] = None
+    measure: Annotated[Measure | None, option("Which dilution of precision. (default pdop)")] = None
+    mode: Annotated[Mode | None, option("How its sight lines are calculated. (default fast)")] = None
 
-    def question(self, *, on_map: bool) -> FlightParameters:
-        """What they ask for; on_map: a map is given besides. Raises RequestError."""
-        if self.start is None or self.goal is None:
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class FlightOptions:
+    """Fields of the request itself."""
+
+    bubble_m: Annotated[
+        float | None, option("Distance kept from all ground, metres. (default 20)", "M", "--bubble")
+    ] = None
+    climb_weight: Annotated[
+        float | None, option("What a metre of climb costs besides its way. (default 1)", "NUMBER")
+    ] = None
+    speed_m_per_s: Annotated[float | None, option("Of the drone. (default 12)", "M/S", "--speed")] = None
+    seed: Annotated[int | None, WHOLE, option("The same seed gives the same flight. (default 0)", "N")] = None
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class BudgetOptions:
+    """The ``budget`` of a request."""
+
+    iterations: Annotated[int | None, WHOLE, option("Of the planner. (default 20000)", "N")] = None
+    seconds: Annotated[float | None, option("Its time-out. (default 60)", "S", "--time-limit")] = None
+
+
+def fly(
+    dem: DemPath,
+    /,
+    *,
+    start: Annotated[str | None, option("Where the drone is; HEIGHT 80agl or 612msl. Required.", POINT)] = None,
+    goal: Annotated[str | None, option("Where it shall be. Required.", POINT)] = None,
+    map: Annotated[Path | None, option("morph.json: stay above its map and below its ceiling.", "FILE")] = None,
+    anchors: PlacesAndAnchors = PlacesAndAnchors(),
+    morphing_map: MapOptions = MapOptions(),
+    ceiling: Annotated[str | None, option("Top of the air, 2500msl or 300agl; anchors need one.", "HEIGHT")] = None,
+    flight: FlightOptions = FlightOptions(),
+    budget: BudgetOptions = BudgetOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
+) -> None:
+    """Plan a flight for a drone above the Digital Morphing Map and a safety bubble away from the ground.
+
+    Writes flight.json, flight.geojson, map.png and, of a flight, flight.csv,
+    flight.plan and profile.png into --out.
+    """
+    from service.products.flights import FLIGHT
+    from service.products.flights.request import FlightParameters
+
+    from .asking.products import ask, completed, given_map, request_from_file, request_of_fields
+    from .asking.texts import ceiling_fields, height_words, position_fields
+
+    def point(option: str, text: str) -> dict[str, float]:
+        form = f"{option} {text!r} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 80agl or 612msl."
+        return position_fields(text, lonlat=anchors.lonlat, complaint=form)
+
+    def given() -> Given | None:
+        return None if map is None else given_map(map, ("morphing-map",))
+
+    if request is not None:
+        asked = request_from_file(request, FLIGHT, given())
+    else:
+        if start is None or goal is None:
             raise RequestError("A flight needs --start and --goal, each EAST,NORTH,HEIGHT; or --request.")
-        anchors = anchors_of(self.anchor_texts, self.anchor_files, lonlat=self.lonlat)
-        if on_map and anchors:
+        placed = [anchor.model_dump(exclude_none=True) for anchor in anchors.read()]
+        if map is not None and placed:
             raise RequestError("A map brings its own anchors along; give --map or anchors.")
-        ceiling = {} if self.ceiling is None else ceiling_fields(self.ceiling)
-        if anchors and not ceiling:
+        top = {} if ceiling is None else ceiling_fields(ceiling)
+        if placed and not top:
             raise RequestError(
                 "A morphing map of anchors needs --ceiling, the top of the air, such as 2500msl or 300agl."
             )
-        above = {}
-        if anchors:
-            told = [anchor.model_dump(exclude_none=True) for anchor in anchors]
-            above = {"morphing_map": {"anchors": told, **given(self.morphing_map), **ceiling}}
-        fields = {
-            "start": self._point("--start", self.start),
-            "goal": self._point("--goal", self.goal),
-            **given(self.rest),
-            "budget": given(self.budget),
-            **(above or ceiling),
+        fields: dict[str, object] = {
+            "start": point("--start", start),
+            "goal": point("--goal", goal),
+            **told(flight),
+            "budget": told(budget),
+            **({"morphing_map": {"anchors": placed, **told(morphing_map), **top}} if placed else top),
         }
-        return request_of_fields(fields, FlightParameters)
-
-    def _point(self, option: str, text: str) -> Any:
-        return position_fields(text, lonlat=self.lonlat, complaint=POINT_FORM.format(option, text))
-
-
-def flight_request(file: Path | None, map_file: Path | None, options: FlyOptions) -> BaseModel:
-    """What the options ask for, or a file that holds the whole request, above a map where one is given.
-
-    Raises RequestError.
-    """
-    on_map = map_file is not None
-    asked = (
-        options.question(on_map=on_map)
-        if file is None
-        else request_from_file(file, FlightParameters, instead=("map_id",) if on_map else ())
+        asked = completed(FLIGHT, request_of_fields(fields, FlightParameters), given(), map)
+    ask(
+        FLIGHT,
+        dem,
+        asked,
+        _tables,
+        summary="flight.json",
+        what="Planning",
+        reading=reading,
+        heights=height_words(start, goal, anchors.anchor, ceiling),
+        output=output,
     )
-    above = Given() if map_file is None else given_map(map_file, ("morphing-map",))
-    if map_file is not None and asked.morphing_map is not None:
-        raise RequestError("Give only one of --map and morphing_map.")
-    try:
-        whole: BaseModel = FLIGHT.completed(asked, above)
-    except ValidationError as error:
-        raise RequestError(sentence_of(error)) from error
-    return whole
-
-
-def make_flight(dem: str, asked: BaseModel, **rest: Any) -> None:
-    """Read, plan, write and print; ``rest`` as for make_map."""
-    make_map(dem, FLIGHT, asked, _tables, summary="flight.json", what="Planning", **rest)
 
 
 def _tables(answer: FlightSummary) -> tuple[Table, ...]:
+    from service.parts.plan_answers import time_words
+
     facts = [("outcome", answer.status.replace("_", " ")), ("in words", answer.sentence)]
     totals = answer.totals
     if totals is not None:

@@ -2,70 +2,63 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from service.parts.map_facts import dem_summary
-from terrain import ElevationGrid, read_dem
-
+from .asking.options import DemPath, Output, Reading
 from .output import facts_table, print_json, print_tables, print_warnings
 
-__all__ = ["dem_description", "show_info"]
+if TYPE_CHECKING:
+    from service.parts.map_facts import Ground
+    from terrain import ElevationGrid
+
+__all__ = ["info"]
 
 
-def show_info(dem: str, reading: dict[str, Any], as_json: bool) -> None:
-    """Read the DEM as every command does and print what came of it."""
-    description = dem_description(read_dem(dem, **reading))
-    if as_json:
-        print_json(description)
+def info(dem: DemPath, /, *, reading: Reading = Reading(), output: Output = Output()) -> None:
+    """Show what is read from a DEM, what was converted on the way, and every warning."""
+    from service.parts.map_facts import ground_of
+
+    grid = reading.read(dem)
+    ground, heights_m, warnings = ground_of(grid), _heights_m(grid), list(grid.provenance.warnings)
+    if output.as_json:
+        driver = grid.provenance.driver
+        print_json({**ground.model_dump(mode="json"), "driver": driver, "heights_m": heights_m, "warnings": warnings})
         return
-    print_tables(facts_table(description["name"], _facts(description)))
-    print_warnings(description["warnings"])
+    print_tables(facts_table(ground.name, _facts(ground, grid.provenance.driver, heights_m)))
+    print_warnings(warnings)
 
 
-def dem_description(grid: ElevationGrid) -> dict[str, Any]:
-    """Plain values about a grid, ready for JSON."""
-    known = grid.heights_m[~np.isnan(grid.heights_m)] if grid.unknown_posts else grid.heights_m
-    heights = None
-    if known.size:
-        heights = {"min": float(known.min()), "mean": float(known.mean(dtype=np.float64)), "max": float(known.max())}
-    return {
-        **dem_summary(grid),
-        "driver": grid.provenance.driver,
-        "heights_m": heights,
-        "warnings": list(grid.provenance.warnings),
-    }
+def _heights_m(grid: ElevationGrid) -> dict[str, float] | None:
+    """Least, mean and largest known height; None where all are unknown."""
+    import numpy as np
+
+    known_m = grid.heights_m[~np.isnan(grid.heights_m)] if grid.unknown_posts else grid.heights_m
+    if not known_m.size:
+        return None
+    return {"min": float(known_m.min()), "mean": float(known_m.mean(dtype=np.float64)), "max": float(known_m.max())}
 
 
-def _facts(description: dict[str, Any]) -> list[tuple[str, str]]:
-    bounds = description["bounds_of_posts_m"]
-    posts = description["rows"] * description["cols"]
-    unknown = description["unknown_posts"]
+def _facts(ground: Ground, driver: str | None, heights_m: dict[str, float] | None) -> list[tuple[str, str]]:
+    bounds, posts = ground.bounds_of_posts_m, ground.rows * ground.cols
+    north_deg = ground.grid_north_deg
+    north = [] if north_deg is None else [("grid north", f"{north_deg:.2f}° clockwise of true north, in the middle")]
+    heights = (
+        "all unknown"
+        if heights_m is None
+        else f"{heights_m['min']:.1f} … {heights_m['max']:.1f} m, mean {heights_m['mean']:.1f} m"
+    )
     return [
-        ("format", description["driver"] or "–"),
-        ("posts", f"{description['rows']:,} rows × {description['cols']:,} columns = {posts:,}"),
-        ("post spacing", f"{description['cell_east_m']:.6g} m east, {description['cell_north_m']:.6g} m north"),
-        ("east of posts", f"{bounds['west']:.2f} … {bounds['east']:.2f} m"),
-        ("north of posts", f"{bounds['south']:.2f} … {bounds['north']:.2f} m"),
-        ("CRS", description["crs_name"]),
-        *_north(description["grid_north_deg"]),
-        ("vertical datum", description["vertical_datum"] or "not stated"),
-        ("heights count from", description["heights_count_from"]),
-        ("heights", _heights_text(description["heights_m"])),
-        ("unknown posts", f"{unknown:,} ({100.0 * unknown / posts:.2f} %)"),
-        ("converted", "\n".join(description["conversions"]) or "nothing"),
-        ("sha256", description["sha256"]),
+        ("format", driver or "–"),
+        ("posts", f"{ground.rows:,} rows × {ground.cols:,} columns = {posts:,}"),
+        ("post spacing", f"{ground.cell_east_m:.6g} m east, {ground.cell_north_m:.6g} m north"),
+        ("east of posts", f"{bounds.west:.2f} … {bounds.east:.2f} m"),
+        ("north of posts", f"{bounds.south:.2f} … {bounds.north:.2f} m"),
+        ("CRS", ground.crs_name),
+        *north,
+        ("vertical datum", ground.vertical_datum or "not stated"),
+        ("heights count from", ground.heights_count_from),
+        ("heights", heights),
+        ("unknown posts", f"{ground.unknown_posts:,} ({100.0 * ground.unknown_posts / posts:.2f} %)"),
+        ("converted", "\n".join(ground.conversions) or "nothing"),
+        ("sha256", ground.sha256),
     ]
-
-
-def _north(grid_north_deg: float | None) -> list[tuple[str, str]]:
-    if grid_north_deg is None:
-        return []
-    return [("grid north", f"{grid_north_deg:.2f}° clockwise of true north, in the middle")]
-
-
-def _heights_text(heights: dict[str, float] | None) -> str:
-    if heights is None:
-        return "all unknown"
-    return f"{heights['min']:.1f} … {heights['max']:.1f} m, mean {heights['mean']:.1f} m"

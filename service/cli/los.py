@@ -3,70 +3,130 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import ValidationError
+from rich.table import Table
 
 from service.errors import RequestError
-from service.parts.points import PointIn
-from service.parts.positions import resolve_point
-from service.parts.sentences import sentence_of
-from terrain import ElevationGrid, read_dem
-from visibility import FLAT, line_of_sight
-from visibility.sight import LineOfSight
 
-from .anchor_texts import position_fields
-from .height_words import height_words, told_of_heights
+from .asking.options import GROUP, Curvature, DemPath, Output, Reading, RequestFile, Unknown, option
 from .output import facts_table, print_json, print_tables, print_warnings
 
-__all__ = ["show_line_of_sight"]
+if TYPE_CHECKING:
+    from service.parts.points import PointIn
+    from service.products.lines_of_sight.calculate import LinesOfSightSummary
+    from terrain import ElevationGrid
+    from visibility.sight import LineOfSight
+
+__all__ = ["los"]
+
+POINT = "EAST,NORTH,HEIGHT"
 
 
-def show_line_of_sight(
-    dem: str,
-    reading: dict[str, Any],
-    ends: tuple[str, str],
+@GROUP
+@dataclass(frozen=True, slots=True)
+class LineOptions:
+    """How lines are calculated: fields of the request."""
+
+    wavelength_m: Annotated[
+        float | None, option("Wavelength, metres; adds the Fresnel clearance.", "M", "--wavelength")
+    ] = None
+    dem_sigma_m: Annotated[
+        float | None, option("One-sigma error of the DEM, metres; adds the probability.", "M", "--dem-sigma")
+    ] = None
+    unknown: Annotated[Unknown, option("What a line over unknown ground is, unless known ground blocks it.")] = (
+        "unknown"
+    )
+    curvature: Annotated[Curvature, option("auto: as the DEM's CRS implies; flat: none.")] = "auto"
+
+
+def los(
+    dem: DemPath,
+    /,
     *,
-    lonlat: bool,
-    flat: bool,
-    options: dict[str, Any],
-    as_json: bool,
+    start: Annotated[str | None, option("One end; HEIGHT 80agl or 612msl. Required.", POINT, "--from")] = None,
+    end: Annotated[str | None, option("The other end. Required.", POINT, "--to")] = None,
+    lonlat: Annotated[bool, option("The pairs are longitude,latitude.")] = False,
+    line: LineOptions = LineOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
 ) -> None:
-    """Read the DEM and print the verdict between both ends, each EAST,NORTH,HEIGHT."""
-    asked = [_point(name, text, lonlat) for name, text in zip(("--from", "--to"), ends, strict=True)]
-    grid = read_dem(dem, **reading)
-    told = (*grid.provenance.warnings, *told_of_heights(grid, height_words(ends)))
-    start_m, end_m = (resolve_point(grid, point, name) for name, point in zip(("--from", "--to"), asked, strict=True))
-    sight = line_of_sight(grid, start_m, end_m, curvature=FLAT if flat else None, **options)
-    if as_json:
-        print_json(_document(grid, sight, start_m, end_m, told))
+    """Tell whether one point sees another, and by how much.
+
+    Of a --request with many lines it writes lines_of_sight.json, lines.json
+    and lines.npz into --out.
+    """
+    from .asking.texts import height_words, told_of_heights
+
+    if request is not None:
+        from service.products.lines_of_sight import LINES_OF_SIGHT
+
+        from .asking.products import ask
+
+        ask(LINES_OF_SIGHT, dem, request, _tables, summary="lines_of_sight.json", reading=reading, output=output)
+        return
+    if start is None or end is None:
+        raise RequestError("A line needs --from and --to, each EAST,NORTH,HEIGHT; or --request.")
+    if output.out is not None:
+        raise RequestError("--out goes with --request; of one line everything is printed.")
+    ends = {"--from": _point("--from", start, lonlat), "--to": _point("--to", end, lonlat)}
+    from service.parts.positions import resolve_point
+    from visibility import FLAT, line_of_sight
+
+    grid = reading.read(dem)
+    warnings = [*grid.provenance.warnings, *told_of_heights(grid, height_words(start, end))]
+    start_m, end_m = (resolve_point(grid, point, name) for name, point in ends.items())
+    sight = line_of_sight(
+        grid,
+        start_m,
+        end_m,
+        curvature=FLAT if line.curvature == "flat" else None,
+        unknown=line.unknown,
+        wavelength_m=line.wavelength_m,
+        dem_sigma_m=line.dem_sigma_m,
+    )
+    if output.as_json:
+        print_json(_document(grid, sight, start_m, end_m, warnings))
         return
     print_tables(facts_table(f"Line of sight: {sight.verdict}", _facts(sight, start_m, end_m)))
-    print_warnings([*told, *sight.warnings])
+    print_warnings([*warnings, *sight.warnings])
+
+
+def _tables(answer: LinesOfSightSummary) -> tuple[Table, ...]:
+    facts = [
+        ("lines", f"{answer.lines:,}"),
+        ("clear", f"{answer.clear:,}"),
+        ("blocked", f"{answer.blocked:,}"),
+        ("unknown", f"{answer.unknown:,}"),
+        ("curvature", answer.curvature),
+    ]
+    return (facts_table("Lines of sight", facts),)
 
 
 def _point(name: str, text: str, lonlat: bool) -> PointIn:
+    from service.parts.points import PointIn
+
+    from .asking.products import request_of_fields
+    from .asking.texts import position_fields
+
     complaint = f"{name} {text!r} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 80agl or 612msl."
     fields = position_fields(text, lonlat=lonlat, complaint=complaint)
     try:
-        return PointIn.model_validate(fields)
-    except ValidationError as error:
-        raise RequestError(f"{name}: {sentence_of(error)}") from error
+        return request_of_fields(fields, PointIn)
+    except RequestError as error:
+        raise RequestError(f"{name}: {error}") from error
 
 
 def _document(
-    grid: ElevationGrid,
-    sight: LineOfSight,
-    start_m: tuple[float, ...],
-    end_m: tuple[float, ...],
-    warnings: tuple[str, ...],
-) -> dict[str, Any]:
+    grid: ElevationGrid, sight: LineOfSight, start_m: tuple[float, ...], end_m: tuple[float, ...], warnings: list[str]
+) -> dict[str, object]:
     """The whole answer; numbers that are not known or not finite are null, the verdict says why."""
     told = {name: _finite_or_none(value) for name, value in asdict(sight).items() if name != "curvature"}
-    ends = {"from_m": start_m, "to_m": end_m}
     return {
-        **ends,
+        "from_m": start_m,
+        "to_m": end_m,
         **told,
         "curvature": sight.curvature.sentence(),
         "dem_sha256": grid.digest,
@@ -74,7 +134,7 @@ def _document(
     }
 
 
-def _finite_or_none(value: Any) -> Any:
+def _finite_or_none(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -1,162 +1,100 @@
-"""``sightline place``: candidates, targets, rules and a goal in; placed anchors, files and maps out."""
+"""``sightline place``: where anchors should be put, so that as much as possible sees enough of them."""
 
 from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.products.placements.answer import PlacementSummary
-from service.products.placements.request import PlacementParameters
 
-from .anchor_texts import height_field, position_fields
-from .maps import make_map
+from .asking.options import WHOLE, AnchorOptions, DemPath, Output, Reading, RequestFile, SightOptions, option, told
+from .asking.placing import CandidateOptions, LinkOptions, PlacementGoal, PlacementRules, TargetOptions
 from .output import facts_table, share_text
-from .request_files import given
-from .shape_files import path_fields, place_fields, polygon_fields, stand_off_fields, weight_fields
 
-__all__ = ["CandidateOptions", "GoalOptions", "RuleOptions", "TargetOptions", "make_placement"]
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
-BASE_FORM = "--base {} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 10agl or 612msl."
-Fields = dict[str, object]
+    from service.products.placements.answer import PlacementSummary
 
-
-@dataclass(frozen=True, slots=True)
-class CandidateOptions:
-    """Where an anchor could be put: a lattice, masts and sites."""
-
-    spacing_m: float | None
-    heights: list[str]
-    where: Path | None
-    masts: list[str]
-    sites: list[str]
-
-    def fields(self) -> list[Fields]:
-        """As the request has them. Raises RequestError."""
-        found: list[Fields] = []
-        if self.spacing_m is not None:
-            if not self.heights:
-                raise RequestError("--spacing needs at least one --height, such as 120agl or 900msl.")
-            lattice = {"spacing_m": self.spacing_m, **_heights(self.heights)}
-            areas = [None] if self.where is None else polygon_fields(self.where)
-            found += [given({**lattice, "area": area}) for area in areas]
-        elif self.heights or self.where is not None:
-            raise RequestError("--height and --where need --spacing.")
-        for what, texts in (("mast", self.masts), ("site", self.sites)):
-            for text in texts:
-                name, comma, height = text.rpartition(",")
-                if not comma:
-                    raise RequestError(f"--{what} {text!r} is not of the form FILE,HEIGHT such as roads.geojson,10agl.")
-                found.append({"what": what, "places": place_fields(Path(name)), **_heights([height])})
-        if not found:
-            raise RequestError("No candidates: give --spacing with --height, --mast, --site or --request.")
-        return found
+__all__ = ["place"]
 
 
-@dataclass(frozen=True, slots=True)
-class TargetOptions:
-    """Where the rover has to see anchors."""
+def place(
+    dem: DemPath,
+    /,
+    *,
+    count: Annotated[int | None, WHOLE, option("How many anchors to place; or give --reach.", "K")] = None,
+    reach: Annotated[float | None, option("Place the fewest that reach this share, such as 0.95.", "SHARE")] = None,
+    candidates: CandidateOptions = CandidateOptions(),
+    goal: PlacementGoal = PlacementGoal(),
+    targets: TargetOptions = TargetOptions(),
+    rules: PlacementRules = PlacementRules(),
+    link: LinkOptions = LinkOptions(),
+    anchors: AnchorOptions = AnchorOptions(),
+    seed: Annotated[int, WHOLE, option("The same seed gives the same answer.", "N")] = 0,
+    time_limit: Annotated[
+        float | None, option("After so many seconds take the best so far. Ctrl-C does as well.", "S")
+    ] = None,
+    scheduler: Annotated[
+        str | None, option("Work out sight on the Dask cluster of this scheduler, tcp://HOST:8786.", "ADDRESS")
+    ] = None,
+    or_local: Annotated[bool, option("Work here, with a warning, where the cluster cannot be reached.")] = False,
+    sight: SightOptions = SightOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
+) -> None:
+    """Find where anchors should be put, so that as much as possible of the ground or of a path sees enough of them.
 
-    area: Path | None
-    path: Path | None
-    corridor_width_m: float | None
-    weights: Path | None
-    receiver_above_ground_m: float | None
-
-    def fields(self) -> Fields:
-        """As the request has them. Raises RequestError."""
-        found = asdict(self)
-        if self.area is not None:
-            polygons = polygon_fields(self.area)
-            if len(polygons) > 1:
-                raise RequestError(f"The file {self.area.name} holds {len(polygons)} polygons; --area takes one.")
-            found["area"] = polygons[0]
-        if self.weights is not None:
-            found["weights"] = weight_fields(self.weights)
-        if self.path is not None:
-            found["path"] = path_fields(self.path)
-        return given(found)
-
-
-@dataclass(frozen=True, slots=True)
-class GoalOptions:
-    """What is good; its fields are those of the request."""
-
-    objective: str
-    min_anchors: int
-    dop_limit: float
-    measure: str
-    kind: str
-    on_surface: bool
-    spare: int = 0
-
-    def fields(self) -> Fields:
-        """As the request has them."""
-        return asdict(self)
-
-
-@dataclass(frozen=True, slots=True)
-class RuleOptions:
-    """Where anchors may be."""
-
-    no_fly: list[Path]
-    max_above_ground_m: float | None
-    max_altitude_m: float | None
-    max_range_m: float | None
-    min_separation_m: float | None
-    min_above_ground_m: float | None = None
-    stand_off: tuple[str, ...] = ()
-    bases: tuple[str, ...] = ()
-    link_range_m: float | None = None
-    relays: int = 0
-
-    def fields(self, *, lonlat: bool) -> Fields:
-        """As the request has them. Raises RequestError."""
-        return given(
-            {
-                "no_fly": [polygon for file in self.no_fly for polygon in polygon_fields(file)],
-                "stand_off": [shape for text in self.stand_off for shape in stand_off_fields(text)],
-                "min_above_ground_m": self.min_above_ground_m,
-                "max_above_ground_m": self.max_above_ground_m,
-                "max_altitude_m": self.max_altitude_m,
-                "max_range_m": self.max_range_m,
-                "min_separation_m": self.min_separation_m,
-                "link": self._link(lonlat),
-            }
-        )
-
-    def _link(self, lonlat: bool) -> Fields | None:
-        if not self.bases:
-            if self.link_range_m is not None or self.relays:
-                raise RequestError("--link-range and --relays need --base EAST,NORTH,HEIGHT.")
-            return None
-        bases = [position_fields(text, lonlat=lonlat, complaint=BASE_FORM.format(repr(text))) for text in self.bases]
-        return given({"bases": bases, "max_range_m": self.link_range_m, "relays": self.relays})
-
-
-def make_placement(dem: str, asked: PlacementParameters, scheduler: str | None, *, or_local: bool, **rest: Any) -> None:
-    """Read, calculate, write and print; ``rest`` as for make_map. Ctrl-C ends the search with the best so far.
-
-    scheduler: address of a Dask scheduler to work on. Raises RequestError.
+    --anchor and --anchors are those already there. Writes place.json,
+    anchors.geojson, anchors.csv, plans.zip with a .plan for each drone,
+    beacons.parm, count.tif, dop.tif and pictures before and after into --out.
     """
+    from service.products.placements.request import PlacementParameters
+
+    from .asking.products import ask, request_of_fields
+    from .asking.texts import height_words
+
+    asked: BaseModel | Path | None = request
+    if asked is None:
+        one = {"count": count, "reach": reach, "seed": seed, "time_limit_s": time_limit}
+        fields = {
+            "candidates": candidates.part(),
+            "anchors": anchors.read(),
+            "targets": targets.part(),
+            "goal": goal.part(),
+            "rules": {**rules.part(), "link": link.part(lonlat=anchors.lonlat)},
+            **{name: value for name, value in one.items() if value is not None},
+            **told(sight),
+        }
+        asked = request_of_fields(fields, PlacementParameters)
     if or_local and scheduler is None:
         raise RequestError("--or-local goes with --scheduler.")
     from service.products import Work
     from service.products.placements import PLACEMENT
 
-    if scheduler is not None:
-        asked = asked.model_copy(update={"run_on": "cluster_or_here" if or_local else "cluster"})
+    where = {} if scheduler is None else {"run_on": "cluster_or_here" if or_local else "cluster"}
     with _interrupt_as_stop() as stop:
-        work = Work(stop=stop, scheduler=scheduler)
-        make_map(dem, PLACEMENT, asked, _tables, summary="place.json", what="Placing anchors", work=work, **rest)
+        ask(
+            PLACEMENT,
+            dem,
+            asked,
+            _tables,
+            summary="place.json",
+            what="Placing anchors",
+            work=Work(stop=stop, scheduler=scheduler),
+            changes=where,
+            reading=reading,
+            heights=height_words(anchors.anchor, candidates.height, candidates.mast, candidates.site, link.base),
+            output=output,
+        )
 
 
 @contextmanager
@@ -175,15 +113,6 @@ def _interrupt_as_stop() -> Iterator[Callable[[], bool]]:
         yield lambda: pressed
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _heights(texts: list[str]) -> dict[str, list[float]]:
-    found: dict[str, list[float]] = {"above_ground_m": [], "altitude_m": []}
-    for text in texts:
-        form = f"The height {text!r} is not of the form 120agl (above ground) or 900msl (altitude)."
-        for field, metres in height_field(text, form).items():
-            found[field].append(metres)
-    return found
 
 
 def _tables(answer: PlacementSummary) -> tuple[Table, ...]:

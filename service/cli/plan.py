@@ -1,119 +1,223 @@
-"""``sightline plan``: a rover, its start and goals, limits and areas in; a path, or why there is none, out."""
+"""``sightline plan``: a path for a rover on which the anchors stay in sight, or what blocks every path."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, JsonValue, ValidationError
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.parts.plan_answers import time_words
-from service.parts.sentences import sentence_of
-from service.products import Given
-from service.products.paths import PATH
-from service.products.paths.answer import PathSummary
-from service.products.paths.request import PathQuestion, WeightsIn
 
-from .maps import anchors_of, make_map
+from .asking.options import (
+    GROUP,
+    WHOLE,
+    Curvature,
+    DemPath,
+    Kind,
+    Measure,
+    Mode,
+    Output,
+    PlacesAndAnchors,
+    Reading,
+    RequestFile,
+    Unknown,
+    option,
+    told,
+)
+from .asking.satellites import SatelliteOptions
 from .output import facts_table
-from .positioning import SatelliteOptions
-from .request_files import given, given_map, request_from_file, request_of_fields
-from .shape_files import polygon_fields
-from .track_files import tracks_from_file
 
-__all__ = ["PlanOptions", "make_path", "path_request"]
+if TYPE_CHECKING:
+    from service.products.paths.answer import PathSummary
 
-PLACE_FORM = "{} {!r} is not of the form EAST,NORTH, or LON,LAT with --lonlat."
+__all__ = ["plan"]
+
+PLACE = "EAST,NORTH"
 
 
+@GROUP
 @dataclass(frozen=True, slots=True)
-class PlanOptions:
-    """The question as typed; rover, limits, budget and rest: fields of the request, None where one was not given."""
+class WayOptions:
+    """From where to where, as typed."""
 
-    start: str | None
-    goals: list[str]
-    via: list[str]
-    weights: list[str]
-    no_go: list[Path]
-    keep_in: list[Path]
-    anchor_texts: list[str]
-    anchor_files: list[Path]
-    tracks: list[Path]
-    lonlat: bool
-    satellites: SatelliteOptions
-    rover: Mapping[str, JsonValue]
-    limits: Mapping[str, JsonValue]
-    budget: Mapping[str, JsonValue]
-    rest: Mapping[str, JsonValue]
+    start: Annotated[str | None, option("Where the rover is, metres in the DEM's CRS. Required.", PLACE)] = None
+    goal: Annotated[
+        tuple[str, ...],
+        option("Where to: a place, or GeoJSON polygons. Required; repeatable: any will do.", f"{PLACE}|FILE"),
+    ] = ()
+    via: Annotated[tuple[str, ...], option("A place to pass; in order. Repeatable.", PLACE)] = ()
+    no_go: Annotated[tuple[Path, ...], option("GeoJSON polygons to stay out of.", "FILE")] = ()
+    keep_in: Annotated[tuple[Path, ...], option("GeoJSON polygons to stay within.", "FILE")] = ()
 
-    def question(self) -> PathQuestion:
-        """What they ask for. Raises RequestError."""
-        if self.start is None or not self.goals:
+    def part(self, *, lonlat: bool) -> dict[str, object]:
+        """As the request has them. Raises RequestError."""
+        from .asking.shape_files import polygon_fields
+        from .asking.texts import place_fields
+
+        def place(option: str, text: str) -> dict[str, float]:
+            form = f"{option} {text!r} is not of the form EAST,NORTH, or LON,LAT with --lonlat."
+            return place_fields(text, lonlat=lonlat, complaint=form)
+
+        if self.start is None or not self.goal:
             raise RequestError(
                 "A path needs --start EAST,NORTH and --goal EAST,NORTH (or a polygon file), or --request."
             )
-        anchors = anchors_of(self.anchor_texts, self.anchor_files, lonlat=self.lonlat)
-        fields = {
-            "start": self._place("--start", self.start),
-            "goals": [goal for text in self.goals for goal in self._goals(text)],
-            "way_points": [self._place("--via", text) for text in self.via],
-            "anchors": [anchor.model_dump(exclude_none=True) for anchor in anchors],
-            **given({"satellites": self.satellites.fields(), **self.rest}),
+        goals: list[object] = []
+        for text in self.goal:
+            of_file = Path(text).suffix.lower() in (".geojson", ".json")
+            goals += polygon_fields(Path(text)) if of_file else [place("--goal", text)]
+        return {
+            "start": place("--start", self.start),
+            "goals": goals,
+            "way_points": [place("--via", text) for text in self.via],
             "no_go": [polygon for file in self.no_go for polygon in polygon_fields(file)],
             "keep_in": [polygon for file in self.keep_in for polygon in polygon_fields(file)],
-            "tracks": [track.model_dump(exclude_none=True) for file in self.tracks for track in tracks_from_file(file)],
-            "rover": given(self.rover),
-            "limits": given(self.limits),
-            "budget": given(self.budget),
-            "weights": _weights(self.weights),
         }
-        return request_of_fields(fields, PathQuestion)
-
-    def _goals(self, text: str) -> list[Any]:
-        path = Path(text)
-        if path.suffix.lower() in (".geojson", ".json"):
-            return polygon_fields(path)
-        return [self._place("--goal", text)]
-
-    def _place(self, option: str, text: str) -> dict[str, float]:
-        try:
-            first, second = (float(part) for part in text.split(","))
-        except ValueError as error:
-            raise RequestError(PLACE_FORM.format(option, text)) from error
-        return {"lon_deg": first, "lat_deg": second} if self.lonlat else {"east_m": first, "north_m": second}
 
 
-def path_request(file: Path | None, map_file: Path | None, options: PlanOptions) -> BaseModel:
-    """What the options ask for, or a file that holds the whole request, on a map where one is given.
+@GROUP
+@dataclass(frozen=True, slots=True)
+class RoverOptions:
+    """The ``rover`` of a request."""
 
-    Raises RequestError.
+    max_slope_deg: Annotated[float | None, option("Steepest ground. (default 25)", "DEG", "--max-slope")] = None
+    max_pitch_deg: Annotated[float | None, option("Steepest along the way.", "DEG", "--max-pitch")] = None
+    max_roll_deg: Annotated[float | None, option("Steepest across the way.", "DEG", "--max-roll")] = None
+    max_step_m: Annotated[float | None, option("Highest step under the rover.", "M", "--max-step")] = None
+    footprint_radius_m: Annotated[float | None, option("Radius of the rover. (default 0.5)", "M", "--footprint")] = None
+    receiver_above_ground_m: Annotated[
+        float | None, option("Of its antenna over the ground. (default 1.5)", "M", "--receiver-height")
+    ] = None
+    min_turning_radius_m: Annotated[
+        float | None, option("Tightest arc; 0 = turns on the spot. (default 0)", "M", "--turning-radius")
+    ] = None
+    can_reverse: Annotated[bool | None, option("It also drives backwards.", name="--reverse")] = None
+    speed_m_per_s: Annotated[float | None, option("On level ground. (default 1)", "M/S", "--speed")] = None
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class LimitOptions:
+    """The ``limits`` of a request."""
+
+    min_anchors: Annotated[int | None, WHOLE, option("At least so many in sight everywhere.", "K")] = None
+    dop_limit: Annotated[float | None, option("The dilution of precision stays below it.", "NUMBER")] = None
+    kind: Annotated[Kind | None, option("What is measured. (default ranging)")] = None
+    measure: Annotated[Measure | None, option("Which dilution of precision. (default pdop)")] = None
+    on_surface: Annotated[bool | None, option("Only motion along the ground is unknown.", name="--surface")] = None
+    bubble_epsilon: Annotated[
+        float | None, option("Safety bubble of so many sigmas, kept clear everywhere.", "EPSILON", "--bubble")
+    ] = None
+    dem_sigma_m: Annotated[float | None, option("Uncertainty of the ground, added to it.", "M", "--dem-sigma")] = None
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class BudgetOptions:
+    """The ``budget`` of a request."""
+
+    iterations: Annotated[int | None, WHOLE, option("Of the sampling planner, which betters the grid's way.", "N")] = (
+        None
+    )
+    no_sampling: Annotated[bool, option("Take the grid's way: sooner, and a little dearer.")] = False
+    seconds: Annotated[float | None, option("Time-out of the plan. (default 60)", "S", "--time-limit")] = None
+
+    def part(self) -> dict[str, object]:
+        """As the request has it."""
+        found = told(self)
+        del found["no_sampling"]
+        return {**found, "sampling": False} if self.no_sampling else found
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class RestOptions:
+    """Fields of the request itself."""
+
+    start_heading_deg: Annotated[
+        float | None, option("Where the rover looks at the start, from grid north.", "DEG", "--heading")
+    ] = None
+    departure_s: Annotated[
+        float | None, option("When the rover leaves, on the clock of the tracks. (default 0)", "S", "--departure")
+    ] = None
+    seed: Annotated[int | None, WHOLE, option("The same seed gives the same path. (default 0)", "N")] = None
+    mode: Annotated[Mode | None, option("How maps of sight are made. (default exact)")] = None
+    unknown: Annotated[Unknown | None, option("What a line over unknown ground is.")] = None
+    curvature: Annotated[Curvature | None, option("auto: as the DEM's CRS implies; flat: none.")] = None
+
+
+def plan(
+    dem: DemPath,
+    /,
+    *,
+    way: WayOptions = WayOptions(),
+    rover: RoverOptions = RoverOptions(),
+    limits: LimitOptions = LimitOptions(),
+    weight: Annotated[
+        tuple[str, ...], option("Of length, climb, time, dop, out-of-sight, position-error. Repeatable.", "NAME=NUMBER")
+    ] = (),
+    anchors: PlacesAndAnchors = PlacesAndAnchors(),
+    track: Annotated[tuple[Path, ...], option("Anchors that move, as .json or .csv. Repeatable.", "FILE")] = (),
+    map: Annotated[
+        Path | None, option("visibility.json, dop.json or morph.json: its anchors and limits.", "FILE")
+    ] = None,
+    satellites: SatelliteOptions = SatelliteOptions(),
+    budget: BudgetOptions = BudgetOptions(),
+    rest: RestOptions = RestOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
+) -> None:
+    """Plan a path on which the anchors stay in sight, or tell what blocks every path and the least that would open one.
+
+    Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
+    path.plan and profile.png into --out.
     """
-    on = Given() if map_file is None else given_map(map_file)
-    instead = () if map_file is None else ("map_id",)
-    asked = options.question() if file is None else request_from_file(file, PathQuestion, instead=instead)
-    try:
-        whole: BaseModel = PATH.completed(asked, on)
-    except ValidationError as error:
-        raise RequestError(sentence_of(error)) from error
-    except RequestError as error:
-        if map_file is None:
-            raise
-        raise RequestError(f"The map {map_file.name}: {error}") from error
-    return whole
+    from service.products.paths import PATH
+    from service.products.paths.request import PathQuestion
+
+    from .asking.anchor_files import tracks_from_file
+    from .asking.products import ask, completed, given_map, request_from_file, request_of_fields
+    from .asking.texts import height_words
+
+    on = None if map is None else given_map(map)
+    if request is not None:
+        asked = request_from_file(request, PATH, on)
+    else:
+        tracks = [track.model_dump(exclude_none=True) for file in track for track in tracks_from_file(file)]
+        sky = satellites.part()
+        fields = {
+            **way.part(lonlat=anchors.lonlat),
+            "anchors": [anchor.model_dump(exclude_none=True) for anchor in anchors.read()],
+            **({} if sky is None else {"satellites": sky}),
+            **told(rest),
+            "tracks": tracks,
+            "rover": told(rover),
+            "limits": told(limits),
+            "budget": budget.part(),
+            "weights": _weights(weight),
+        }
+        asked = completed(PATH, request_of_fields(fields, PathQuestion), on, map)
+    ask(
+        PATH,
+        dem,
+        asked,
+        _tables,
+        summary="path.json",
+        what="Planning",
+        reading=reading,
+        heights=height_words(anchors.anchor),
+        output=output,
+    )
 
 
-def make_path(dem: str, asked: BaseModel, **rest: Any) -> None:
-    """Read, plan, write and print; ``rest`` as for make_map."""
-    make_map(dem, PATH, asked, _tables, summary="path.json", what="Planning", **rest)
-
-
-def _weights(texts: list[str]) -> dict[str, float]:
+def _weights(texts: tuple[str, ...]) -> dict[str, float]:
     """NAME=VALUE options as weights. Raises RequestError."""
+    from service.products.paths.request import WeightsIn
+
     names, found = tuple(WeightsIn.model_fields), {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -127,6 +231,8 @@ def _weights(texts: list[str]) -> dict[str, float]:
 
 
 def _tables(answer: PathSummary) -> tuple[Table, ...]:
+    from service.parts.plan_answers import time_words
+
     facts = [("outcome", answer.status.replace("_", " ")), ("in words", answer.sentence)]
     totals, validation = answer.totals, answer.validation
     if totals is None or validation is None or answer.cost_split is None:

@@ -1,58 +1,178 @@
-"""``sightline reposition``: anchors, verdicts and the way ahead in; moves, plans and a picture out."""
+"""``sightline reposition``: which drone should move where, so that what is asked for holds along the way ahead."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.products.repositionings.calculate import RepositioningSummary
-from service.products.repositionings.request import RepositioningParameters
 
-from .maps import make_map
+from .asking.options import (
+    GROUP,
+    AnchorOptions,
+    DemPath,
+    Output,
+    Reading,
+    ReceiverHeight,
+    RequestFile,
+    SightOptions,
+    option,
+    told,
+)
+from .asking.placing import HoldingGoal, MoveRules
 from .output import facts_table, share_text
-from .request_files import given
 
-__all__ = ["RoverOptions", "lasting_occlusions", "make_repositioning"]
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from service.products.repositionings.calculate import RepositioningSummary
+
+__all__ = ["reposition"]
 
 
+@GROUP
 @dataclass(frozen=True, slots=True)
-class RoverOptions:
-    """Where the rover is and where it is heading."""
+class OcclusionOptions:
+    """Which anchors are hidden, and which may move."""
 
-    place: str | None
-    heading_deg: float | None
-    ahead_m: float | None
+    occluded: Annotated[
+        tuple[str, ...], option("An anchor that is hidden, whatever the map says. Repeatable.", "ID")
+    ] = ()
+    verdicts: Annotated[
+        Path | None, option("detection.json of sightline detect: anchors occluded to its end join them.", "FILE")
+    ] = None
+    persistent_s: Annotated[
+        float, option("How long they must have been occluded in --verdicts, seconds.", "S", "--persistent")
+    ] = 10.0
+    movable: Annotated[tuple[str, ...], option("May move; default all. Repeatable.", "ID")] = ()
 
-    def fields(self, *, lonlat: bool) -> dict[str, object] | None:
-        """As the request has them; None without a rover. Raises RequestError."""
-        if self.place is None:
+    def part(self, among: set[str]) -> dict[str, object]:
+        """As the request has them. among: the anchors that there are. Raises RequestError."""
+        lasting = [] if self.verdicts is None else _lasting_occlusions(self.verdicts, self.persistent_s)
+        hidden = list(dict.fromkeys((*self.occluded, *(one for one in lasting if one in among))))
+        return {"occluded": hidden, **({"movable": list(self.movable)} if self.movable else {})}
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class AheadOptions:
+    """The ``path`` ahead of the rover, or the ``rover`` of a request."""
+
+    path: Annotated[Path | None, option("GeoJSON LineString: the path ahead.", "FILE")] = None
+    rover: Annotated[str | None, option("Where the rover is, in place of --path.", "EAST,NORTH")] = None
+    heading_deg: Annotated[
+        float | None, option("Its heading, clockwise from grid north, degrees.", "DEG", "--heading")
+    ] = None
+    ahead_m: Annotated[float | None, option("So far ahead along it. (default 500)", "M", "--ahead")] = None
+
+    def part(self, *, lonlat: bool) -> dict[str, object]:
+        """As the request has them. Raises RequestError."""
+        from .asking.shape_files import path_fields
+        from .asking.texts import place_fields
+
+        found: dict[str, object] = {} if self.path is None else {"path": path_fields(self.path)}
+        if self.rover is None:
             if self.heading_deg is not None or self.ahead_m is not None:
                 raise RequestError("--heading and --ahead go with --rover EAST,NORTH.")
-            return None
-        try:
-            first, second = (float(part) for part in self.place.split(","))
-        except ValueError as error:
-            raise RequestError(f"--rover {self.place!r} is not of the form EAST,NORTH.") from error
+            return found
+        form = f"--rover {self.rover!r} is not of the form EAST,NORTH."
+        place = place_fields(self.rover, lonlat=lonlat, complaint=form)
         if self.heading_deg is None:
             raise RequestError("--rover needs --heading.")
-        place = {"lon_deg": first, "lat_deg": second} if lonlat else {"east_m": first, "north_m": second}
-        return given({"place": place, "heading_deg": self.heading_deg, "ahead_m": self.ahead_m})
+        ahead = {} if self.ahead_m is None else {"ahead_m": self.ahead_m}
+        return {**found, "rover": {"place": place, "heading_deg": self.heading_deg, **ahead}}
 
 
-def make_repositioning(dem: str, asked: RepositioningParameters, **rest: Any) -> None:
-    """Read, calculate, write and print; ``rest`` as for make_map."""
+@GROUP
+@dataclass(frozen=True, slots=True)
+class MoveOptions:
+    """What moves are looked for: fields of the request itself."""
+
+    receiver_above_ground_m: ReceiverHeight = None
+    share: Annotated[float, option("Of the path along which it shall hold, 0..1.", "SHARE")] = 1.0
+    heights_above_ground_m: Annotated[
+        tuple[float, ...], option("Height above ground to move to. Repeatable. (60, 120)", "M", "--height")
+    ] = ()
+    cheapest: Annotated[Literal["distance", "time"], option("Of which the cheapest move is taken.")] = "distance"
+    stretch_m: Annotated[
+        float | None, option("Plan moves stretch by stretch of so many metres: leapfrog.", "M", "--stretch")
+    ] = None
+    rover_m_per_s: Annotated[float | None, option("Of the rover. (default 1)", "M/S", "--rover-speed")] = None
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class DroneOptions:
+    """The ``flight`` of a request: how drones fly."""
+
+    max_flight_m: Annotated[float | None, option("Longest flight of one move.", "M", "--max-flight")] = None
+    speed_m_per_s: Annotated[float | None, option("Of drones, level. (default 12)", "M/S", "--speed")] = None
+    climb_m_per_s: Annotated[float | None, option("Of drones, upwards. (default 3)", "M/S", "--climb")] = None
+    descent_m_per_s: Annotated[float | None, option("Of drones, downwards. (default 2)", "M/S", "--descent")] = None
+    clearance_m: Annotated[float | None, option("Kept above the ground. (default 20)", "M", "--clearance")] = None
+
+
+def reposition(
+    dem: DemPath,
+    /,
+    *,
+    anchors: AnchorOptions = AnchorOptions(),
+    occlusions: OcclusionOptions = OcclusionOptions(),
+    ahead: AheadOptions = AheadOptions(),
+    goal: HoldingGoal = HoldingGoal(),
+    moves: MoveOptions = MoveOptions(),
+    flight: DroneOptions = DroneOptions(),
+    rules: MoveRules = MoveRules(),
+    sight: SightOptions = SightOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
+) -> None:
+    """Find which drone should move where, at the least flight, so that what is asked for holds along the way ahead.
+
+    Writes reposition.json, moves.geojson, schedule.csv, anchors.csv, plans.zip
+    with a .plan for each drone that moves, and map.png into --out.
+    """
+    from service.products.repositionings.request import RepositioningParameters
+
+    from .asking.products import ask, request_of_fields
+    from .asking.texts import height_words
+
+    asked: BaseModel | Path | None = request
+    if asked is None:
+        standing = anchors.read()
+        fields = {
+            "anchors": standing,
+            **occlusions.part({one.id for one in standing}),
+            **ahead.part(lonlat=anchors.lonlat),
+            "goal": told(goal),
+            **told(moves),
+            "flight": told(flight),
+            "rules": rules.part(),
+            **told(sight),
+        }
+        asked = request_of_fields(fields, RepositioningParameters)
     from service.products.repositionings import REPOSITIONING
 
-    make_map(dem, REPOSITIONING, asked, _tables, summary="reposition.json", what="Repositioning", **rest)
+    ask(
+        REPOSITIONING,
+        dem,
+        asked,
+        _tables,
+        summary="reposition.json",
+        what="Repositioning",
+        reading=reading,
+        heights=height_words(anchors.anchor),
+        output=output,
+    )
 
 
-def lasting_occlusions(path: Path, at_least_s: float) -> list[str]:
+def _lasting_occlusions(path: Path, at_least_s: float) -> list[str]:
     """Anchors whose every range was occluded to the end of a replayed log, and for so long. Raises RequestError."""
     try:
         told = json.loads(path.read_text(encoding="utf-8"))

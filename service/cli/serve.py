@@ -1,15 +1,37 @@
-"""``sightline serve``: the HTTP service."""
+"""``sightline serve``: the HTTP service; ``sightline warm-up``: what makes its start and all else quick."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
-from service.http.serve import serve
-from service.settings import Settings
+from .asking.options import GROUP, WHOLE, option, told
 
-__all__ = ["start_service"]
+__all__ = ["serve", "warm_up"]
 
 
-def start_service(options: dict[str, Any]) -> None:
-    """Serve until told to stop; options that are None are left to the environment and the defaults."""
-    serve(Settings(**{name: value for name, value in options.items() if value is not None}))
+@GROUP
+@dataclass(frozen=True, slots=True)
+class ServiceOptions:
+    """Settings of the service that have options; what is not given the environment and the defaults say."""
+
+    host: Annotated[str | None, option("Address to listen on. (default 127.0.0.1)")] = None
+    port: Annotated[int | None, WHOLE, option("Port; 0 picks a free one. (default 8000)")] = None
+    data_folder: Annotated[Path | None, option("Folder for DEMs, jobs and results.", "DIR", "--data")] = None
+    workers: Annotated[int | None, WHOLE, option("Calculations at the same time. (default one per core)")] = None
+
+
+def serve(*, options: ServiceOptions = ServiceOptions()) -> None:
+    """Start the HTTP service. Every other setting comes from the environment, as SIGHTLINE_<NAME>."""
+    from service.http.serve import serve as serve_until_stopped
+    from service.settings import Settings
+
+    serve_until_stopped(Settings.model_validate(told(options)))
+
+
+def warm_up() -> None:
+    """Compile every kernel into the cache, so that nothing waits for a compiler later."""
+    from service.warm_up import warm_up_on_all_cores
+
+    warm_up_on_all_cores()

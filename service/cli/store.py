@@ -1,40 +1,66 @@
-"""``sightline store``: looking after a data folder."""
+"""``sightline store``: looking after the folder that the service keeps its data in."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import App, Parameter
 
-from service.jobs.backups import back_up, restore
-from service.jobs.checking import Check, check
-from service.settings import Settings
-
+from .asking.options import option
 from .failures import FAULT
 from .output import facts_table, print_json, print_tables, print_warnings, progress_bar
 
-__all__ = ["make_backup", "restore_backup", "show_check"]
+if TYPE_CHECKING:
+    from service.jobs.checking import Check
+
+__all__ = ["store"]
 
 SHOWN = 5
+DataFolder = Annotated[
+    Path | None, option("The data folder. (default SIGHTLINE_DATA_FOLDER, or sightline-data here)", "DIR")
+]
+AsJson = Annotated[bool, Parameter(name="--json", help="Print JSON on standard output and nothing else.")]
+
+store = App(
+    name="store", help="Check, back up and restore the folder that the service keeps DEMs, jobs and results in."
+)
 
 
-def show_check(data: Path | None, as_json: bool) -> None:
-    """Print what a check finds; leaves with 1 when the folder is not sound. Raises DataFolderError."""
+@store.command
+def check(*, data: DataFolder = None, as_json: AsJson = False) -> None:
+    """Tell what a data folder or a backup holds, and what is missing, damaged, unknown or in quarantine.
+
+    Nothing is changed, and a service may be running. Exit code 1 when something that the store knows is not sound.
+    """
+    from service.jobs.checking import check as checked
+
     with progress_bar("Checking the data folder") as progress:
-        found = check(_folder(data), progress)
+        found = checked(_folder(data), progress)
     if as_json:
         print_json(found.summary())
     else:
         print_tables(facts_table(f"{found.kind.capitalize()} {found.folder}", _facts(found)))
         print_warnings(_complaints(found))
     if not found.sound:
-        raise typer.Exit(FAULT)
+        sys.exit(FAULT)
 
 
-def make_backup(target: Path, data: Path | None, as_json: bool) -> None:
-    """Back up, and tell what was; leaves with 1 when the store knows something that is not there."""
+@store.command
+def backup(
+    target: Annotated[
+        Path, Parameter(name="BACKUP", allow_leading_hyphen=False, help="A new or empty folder for the backup.")
+    ],
+    /,
+    *,
+    data: DataFolder = None,
+    as_json: AsJson = False,
+) -> None:
+    """Copy store and files into a new folder, also while a service is running."""
+    from service.jobs.backups import back_up
+
     root = _folder(data)
     with progress_bar("Backing up") as progress:
         made = back_up(root, target, progress)
@@ -44,33 +70,50 @@ def make_backup(target: Path, data: Path | None, as_json: bool) -> None:
         print_tables(facts_table(f"Backup {target}", [("of", str(root)), *_counts(made.known.counts())]))
         print_warnings(_missing(made.missing, "not in the data folder, so not in the backup either"))
     if made.missing:
-        raise typer.Exit(FAULT)
+        sys.exit(FAULT)
 
 
-def restore_backup(source: Path | None, data: Path | None, as_json: bool) -> None:
-    """Restore, and tell what was; leaves with 1 when the store knows something that is nowhere."""
+@store.command
+def restore(
+    source: Annotated[
+        Path | None,
+        Parameter(
+            name="BACKUP",
+            allow_leading_hyphen=False,
+            help="A backup, or the file of a store alone; without it what lies in quarantine is taken back.",
+        ),
+    ] = None,
+    /,
+    *,
+    data: DataFolder = None,
+    as_json: AsJson = False,
+) -> None:
+    """Put a backup into a data folder that no service uses; what it replaces goes to quarantine."""
+    from service.jobs.backups import restore as restored
+
     root = _folder(data)
     with progress_bar("Restoring") as progress:
-        done = restore(source, root, progress)
-    told = done.summary()
+        done = restored(source, root, progress)
     if as_json:
-        print_json({"data_folder": str(root), "backup": None if source is None else str(source), **told})
+        print_json({"data_folder": str(root), "backup": None if source is None else str(source), **done.summary()})
     else:
         facts = [
             ("from", "its quarantine" if source is None else str(source)),
             *_counts(done.known.counts()),
-            ("were in place", f"{told['kept']:,}"),
-            ("from the backup", f"{told['from_backup']:,}"),
-            ("from quarantine", f"{told['from_quarantine']:,}"),
-            ("put into quarantine", str(done.quarantine or "nothing")),
+            ("were in place", f"{len(done.kept):,}"),
+            ("from the backup", f"{len(done.from_backup):,}"),
+            ("from quarantine", f"{len(done.from_quarantine):,}"),
+            ("put into quarantine", "nothing" if done.quarantine is None else str(done.quarantine)),
         ]
         print_tables(facts_table(f"Data folder {root}", facts))
         print_warnings(_missing(done.missing, "neither in place nor in backup or quarantine, or damaged"))
     if done.missing:
-        raise typer.Exit(FAULT)
+        sys.exit(FAULT)
 
 
 def _folder(data: Path | None) -> Path:
+    from service.settings import Settings
+
     return (Settings().data_folder if data is None else data).absolute()
 
 
@@ -100,7 +143,7 @@ def _complaints(found: Check) -> list[str]:
     return told
 
 
-def _missing(paths: Any, what: str) -> list[str]:
+def _missing(paths: Sequence[str], what: str) -> list[str]:
     if not paths:
         return []
     more = f" and {len(paths) - SHOWN:,} more" if len(paths) > SHOWN else ""

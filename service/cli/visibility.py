@@ -1,55 +1,94 @@
-"""``sightline visibility``: from a DEM and anchors to files."""
+"""``sightline visibility``: which anchors are in sight over a whole DEM."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.parts.anchors import AnchorIn
-from service.products.visibility.calculate import VisibilityMapSummary
-from service.products.visibility.request import VisibilityMapParameters
 
-from .maps import anchors_of, make_map
+from .asking.options import (
+    GROUP,
+    AnchorOptions,
+    DemPath,
+    Output,
+    Reading,
+    ReceiverHeight,
+    RequestFile,
+    SightOptions,
+    option,
+    told,
+)
 from .output import share_text
 
-__all__ = ["anchors_table", "count_table", "make_visibility_map"]
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from service.products.visibility.calculate import VisibilityMapSummary
+
+__all__ = ["SUMMARY", "anchors_table", "count_table", "visibility"]
 
 SUMMARY = "visibility.json"
 LEFT_OUT = ("arrays.npz", "anchors.geojson")
 
 
-def make_visibility_map(
-    dem: str,
+@GROUP
+@dataclass(frozen=True, slots=True)
+class ReceiverOptions:
+    """How high the receiver is: fields of the request."""
+
+    receiver_above_ground_m: ReceiverHeight = None
+    receiver_altitude_m: Annotated[
+        float | None, option("One altitude everywhere instead, metres.", "M", "--receiver-altitude")
+    ] = None
+
+
+def visibility(
+    dem: DemPath,
+    /,
     *,
-    reading: dict[str, Any],
-    anchor_texts: list[str],
-    lonlat: bool,
-    anchor_files: list[Path],
-    asked: dict[str, Any],
-    heights: frozenset[str],
-    out: Path | None,
-    as_json: bool,
+    anchors: AnchorOptions = AnchorOptions(),
+    receiver: ReceiverOptions = ReceiverOptions(),
+    sight: SightOptions = SightOptions(),
+    request: RequestFile = None,
+    reading: Reading = Reading(),
+    output: Output = Output(),
 ) -> None:
-    """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
-    parameters = _parameters(anchors_of(anchor_texts, anchor_files, lonlat=lonlat), asked)
+    """Calculate which anchors are in sight over a whole DEM.
+
+    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
+    """
+    from service.products.visibility.request import VisibilityMapParameters
+
+    from .asking.products import ask, request_of_fields
+    from .asking.texts import height_words
+
+    asked: BaseModel | Path | None = request
+    if asked is None:
+        placed = anchors.read()
+        if not placed:
+            raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,80agl or --anchors FILE.")
+        if receiver.receiver_above_ground_m is not None and receiver.receiver_altitude_m is not None:
+            raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
+        fields = {"anchors": placed, **told(receiver), **told(sight)}
+        asked = request_of_fields(fields, VisibilityMapParameters)
     # after the options were read: what is wrong with them must not wait for all that this loads
     from service.products.visibility import VISIBILITY_MAP
 
-    make_map(
-        dem,
+    ask(
         VISIBILITY_MAP,
-        parameters,
+        dem,
+        asked,
         lambda answer: (anchors_table(answer), count_table(answer)),
         summary=SUMMARY,
         left_out=LEFT_OUT,
         reading=reading,
-        heights=heights,
-        out=out,
-        as_json=as_json,
+        heights=height_words(anchors.anchor),
+        output=output,
     )
 
 
@@ -96,12 +135,3 @@ def count_table(answer: VisibilityMapSummary) -> Table:
     for label, posts in [*kept, ("unknown", undecided)] if undecided else kept:
         table.add_row(label, f"{posts:,}", share_text(posts / known_posts if known_posts else None))
     return table
-
-
-def _parameters(anchors: list[AnchorIn], asked: dict[str, Any]) -> VisibilityMapParameters:
-    if not anchors:
-        raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,80agl or --anchors FILE.")
-    if asked["receiver_above_ground_m"] is not None and asked["receiver_altitude_m"] is not None:
-        raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
-    given = {name: value for name, value in asked.items() if value is not None}
-    return VisibilityMapParameters.model_validate({"anchors": anchors, **given})

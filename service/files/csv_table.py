@@ -1,7 +1,7 @@
 """CSV as other programs write it: what needs no guess is read, what was passed over is told.
 
-Byte-order marks, UTF-16, commas, semicolons or tabs, decimal commas where those do not separate, comment lines, a
-separator at the end of each line, cells that say NULL.
+Byte-order marks, UTF-16, commas, semicolons or tabs, decimal commas, comment lines, a separator at the end of each
+line, cells that say NULL.
 """
 
 from __future__ import annotations
@@ -11,20 +11,23 @@ import datetime
 import io
 import itertools
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from service.errors import RequestError
 from service.files.tables import text_of as text_of_cell
 
-__all__ = ["CsvTable", "Numbers", "holds_nothing", "read_csv_table", "text_of"]
+__all__ = ["CsvTable", "Numbers", "check_columns", "holds_nothing", "read_csv_table", "text_of"]
 
 DELIMITERS = ",;\t"
 COMMENT = "#"
 # What databases, spreadsheets and programs write into a cell that holds nothing.
 NOTHING = frozenset({"null", "none", "na", "n/a", "#n/a", "nil", "\\n", "-"})
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?|[+-]?\d+,")
+DECIMAL_POINT = re.compile(r"[+-]?\d*\.\d*([eE][+-]?\d+)?")
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+QUOTED = re.compile(r'"[^"]*"')
 # as Excel announces its separator
 SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 
@@ -44,26 +47,50 @@ class CsvTable:
 
 @dataclass(slots=True)
 class Numbers:
-    """Reads the numbers of one table; points or commas mark decimals, but not both in one table."""
+    """Reads the numbers of one table; points or commas mark decimals, but not both in one table.
+
+    A comma does so where commas do not separate, or in a quoted cell that cannot be a number with thousands.
+    """
 
     delimiter: str
-    marks: set[str] = field(default_factory=set)
+    marks: dict[str, tuple[str, str, str]] = field(default_factory=dict)
     dates: set[bool] = field(default_factory=set)
 
     def number(self, where: str, column: str, cell: str) -> float:
         """The number in a cell. Raises RequestError."""
         text = cell
-        if self.delimiter != "," and DECIMAL_COMMA.fullmatch(cell):
-            self.marks.add(",")
+        if DECIMAL_COMMA.fullmatch(cell) and not (self.delimiter == "," and THOUSANDS.fullmatch(cell)):
+            self.marks.setdefault(",", (where, column, cell))
             text = cell.replace(",", ".")
-        elif "." in cell:
-            self.marks.add(".")
+        elif DECIMAL_POINT.fullmatch(cell):
+            self.marks.setdefault(".", (where, column, cell))
         if len(self.marks) > 1:
-            raise RequestError(f"{where}: {column} is {cell[:40]!r}; other numbers there mark decimals otherwise.")
+            (_, first, comma), (_, second, point) = self.marks[","], self.marks["."]
+            raise RequestError(
+                f"{where}: {column} is {cell[:40]!r}; other numbers there mark decimals otherwise, and of decimal "
+                f"commas ({first} {comma[:40]!r}) and decimal points ({second} {point[:40]!r}) it is not clear "
+                "which group thousands."
+            )
         try:
             return float(text)
         except ValueError as error:
             raise RequestError(f"{where}: {column} is {cell[:40]!r}, not a number.") from error
+
+    def row(self, where: str, cells: Mapping[str, str]) -> dict[str, float]:
+        """A row whose cells are all numbers; empty ones are left out. Raises RequestError."""
+        found = {}
+        for column, cell in cells.items():
+            if not cell:
+                continue
+            try:
+                found[column] = self.number(where, column, cell)
+            except RequestError as error:
+                if isinstance(error.__cause__, ValueError):
+                    raise RequestError(
+                        f"{where}: its cells must be numbers, one for each column; {column} is {cell[:40]!r}."
+                    ) from error
+                raise
+        return found
 
     def time_s(self, where: str, column: str, cell: str, unit_s: float) -> float:
         """Seconds of a number in some unit, or since 1970 of a date (ISO 8601; UTC, unless it says its zone)."""
@@ -101,15 +128,18 @@ def holds_nothing(cell: str) -> bool:
     return not cell or cell.casefold() in NOTHING
 
 
-def read_csv_table(path: Path, what: str) -> CsvTable:
-    """A table whose first line, after comments, names its columns. Raises RequestError, also while lines are taken."""
+def read_csv_table(path: Path, what: str, *, comments_within: bool = True) -> CsvTable:
+    """A table whose first line, after comments, names its columns. Raises RequestError, also while lines are taken.
+
+    comments_within: lines that begin with # are comments below that line too, and no cells.
+    """
     name = path.name
-    numbered = _without_comments(text_of(path, what))
+    numbered = _without_comments(text_of(path, what), comments_within)
     comment, number, first = next(numbered, ("", 0, ""))
     announced = SEPARATOR.fullmatch(first.strip())
     if announced is not None:
         comment, number, first = next(numbered, ("", number, ""))
-    delimiter = announced[1] if announced is not None else max(DELIMITERS, key=first.count)
+    delimiter = announced[1] if announced is not None else max(DELIMITERS, key=QUOTED.sub("", first).count)
     if delimiter not in DELIMITERS:
         raise RequestError(f"The {what} {name} is separated by {delimiter!r}; take commas, semicolons or tabs.")
     lines = numbered
@@ -121,6 +151,22 @@ def read_csv_table(path: Path, what: str) -> CsvTable:
     except csv.Error as error:
         raise RequestError(f"The {what} {name} is not CSV: {error}.") from error
     return CsvTable(name, tuple(header), delimiter, _lines(name, what, header, delimiter, lines))
+
+
+def check_columns(table: CsvTable, what: str, known: Collection[str], needed: Collection[str] = ()) -> None:
+    """Raises RequestError where a table has other columns than the known ones, one twice, or lacks a needed one."""
+    columns = table.columns
+    twice = [column for column in columns if columns.count(column) > 1]
+    if twice:
+        raise RequestError(f"The {what} {table.name} has the column {twice[0]!r} twice.")
+    strange = [column for column in columns if column not in known]
+    missing = [column for column in needed if column not in columns]
+    if strange or missing or not columns:
+        wrong = f"the unknown column {strange[0]!r}" if strange else "no header"
+        wrong = f"no column {missing[0]!r}" if missing and not strange else wrong
+        raise RequestError(
+            f"The {what} {table.name} has {wrong}; its first line names columns out of {', '.join(known)}."
+        )
 
 
 def _header(line: str, delimiter: str) -> list[str]:
@@ -150,7 +196,7 @@ def _lines(
     try:
         for row in csv.reader(texts(), delimiter=delimiter, skipinitialspace=True, strict=True):
             cells = [text_of_cell(cell.strip()) for cell in row]
-            if not cells or cells == [""]:
+            if not any(cells):
                 continue
             where = f"{name}, line {at[0]}"
             if any(cells[len(header) :]):
@@ -160,11 +206,11 @@ def _lines(
         raise RequestError(f"The {what} {name} is not CSV: {error}.") from error
 
 
-def _without_comments(text: str) -> Iterator[tuple[str, int, str]]:
+def _without_comments(text: str, within: bool) -> Iterator[tuple[str, int, str]]:
     """(the comment before it, number, line) of each line that is none; so are empty lines before the first."""
     begun, comment = False, ""
     for number, line in enumerate(io.StringIO(text, newline=""), 1):
-        if line.lstrip().startswith(COMMENT):
+        if (within or not begun) and line.lstrip().startswith(COMMENT):
             comment = line.strip().lstrip(COMMENT)
         elif begun or line.strip():
             begun = True

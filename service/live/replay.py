@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import importlib.metadata
+import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, TypedDict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
-from pydantic import JsonValue
 
-from detection import Detector, DetectorSettings, DetectorState, EpochResult, PlanningStatus, RangeEpoch, RangingAnchor
+from detection import (
+    Detector,
+    DetectorSettings,
+    DetectorState,
+    EpochResult,
+    Health,
+    PlanningStatus,
+    RangeEpoch,
+    RangingAnchor,
+)
 from service.live.sessions import rehearse
 
-__all__ = ["Episode", "Replay", "replay"]
+__all__ = ["AnchorSummary", "Episode", "Replay", "ReplaySummary", "replay"]
 
 MOST_NEEDS = 5  # of what would settle epochs, the most frequent
 
@@ -31,38 +39,61 @@ class Episode:
     greatest_excess_m: float
 
 
-class EpochTimes(TypedDict):
-    """How long epochs took, milliseconds."""
+@dataclass(frozen=True, slots=True)
+class AnchorSummary:
+    """What became of an anchor's ranges. sights: how many of them were called what."""
 
-    median: float
-    p99: float
-    largest: float
+    anchor: RangingAnchor
+    ranges: int
+    sights: Mapping[str, int]
+    occluded_share: float | None
+    median_excess_m: float | None
+    last_sight: str | None
+
+    def document(self) -> dict[str, object]:
+        """Ready for JSON."""
+        return {
+            **asdict(self.anchor),
+            "ranges": self.ranges,
+            **self.sights,
+            "occluded_share": self.occluded_share,
+            "median_excess_m": self.median_excess_m,
+            "last_sight": self.last_sight,
+        }
 
 
-class ReplaySummary(TypedDict):
-    """What the whole of a log comes to, ready for JSON but for NaN.
-
-    classifications, planning, odometry, rejections, needed: how many epochs (of rejections: ranges too), most first.
-    availability: share of the epochs used that gave a position. anchors: each with its counts and shares.
-    """
+@dataclass(frozen=True, slots=True)
+class ReplaySummary:
+    """A replayed log in numbers: epochs, seconds, counts by word, shares 0..1, milliseconds per epoch."""
 
     epochs: int
     epochs_used: int
     from_s: float | None
     to_s: float | None
-    classifications: dict[str, int]
-    planning: dict[str, int]
+    classifications: Mapping[str, int]
+    planning: Mapping[str, int]
     availability: float | None
-    odometry: dict[str, int]
-    rejections: dict[str, int]
-    needed: dict[str, int]
+    odometry: Mapping[str, int]
+    rejections: Mapping[str, int]
+    needed: Mapping[str, int]
     searches_cut_short: int
-    anchors: list[dict[str, JsonValue]]
-    episodes: list[dict[str, JsonValue]]
-    health: dict[str, JsonValue]
-    settings: dict[str, JsonValue]
-    epoch_time_ms: EpochTimes
+    anchors: tuple[AnchorSummary, ...]
+    episodes: tuple[Episode, ...]
+    health: Health
+    settings: DetectorSettings
+    epoch_time_ms: Mapping[str, float]
     version: str
+
+    def document(self) -> dict[str, object]:
+        """Ready for JSON: null for what JSON has no number for."""
+        told = {field.name: getattr(self, field.name) for field in fields(self)}
+        written = {
+            "anchors": [anchor.document() for anchor in self.anchors],
+            "episodes": [asdict(episode) for episode in self.episodes],
+            "health": asdict(self.health),
+            "settings": asdict(self.settings),
+        }
+        return {name: _finite(value) for name, value in {**told, **written}.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,45 +113,45 @@ class Replay:
         return sorted(episodes, key=lambda episode: (episode.from_s, episode.anchor_id))
 
     def summary(self) -> ReplaySummary:
-        """The whole of it in numbers, ready for JSON."""
+        """The whole of it in numbers."""
         used = [result for result in self.results if result.rejection is None]
         milliseconds = 1e3 * np.asarray(self.times_s) if self.times_s else np.zeros(1)
-        return {
-            "epochs": len(self.results),
-            "epochs_used": len(used),
-            "from_s": used[0].time_s if used else None,
-            "to_s": used[-1].time_s if used else None,
-            "classifications": _counts(result.classification for result in used),
-            "planning": _counts(result.planning for result in used),
-            "availability": _share(sum(r.planning is not PlanningStatus.NO_POSITION for r in used), len(used)),
-            "odometry": _counts(result.odometry for result in used),
-            "rejections": _counts(reason for reason, count in self.state.rejections.items() for _ in range(count)),
-            "needed": dict(list(_counts(r.needed for r in used if r.needed).items())[:MOST_NEEDS]),
-            "searches_cut_short": sum(not result.search.complete for result in used),
-            "anchors": [self._anchor(anchor) for anchor in self.anchors],
-            "episodes": [asdict(episode) for episode in self.episodes()],
-            "health": {**asdict(self.state.health), "warnings": list(self.state.health.warnings)},
-            "settings": asdict(self.settings),
-            "epoch_time_ms": {
+        return ReplaySummary(
+            epochs=len(self.results),
+            epochs_used=len(used),
+            from_s=used[0].time_s if used else None,
+            to_s=used[-1].time_s if used else None,
+            classifications=_counts(result.classification for result in used),
+            planning=_counts(result.planning for result in used),
+            availability=_share(sum(r.planning is not PlanningStatus.NO_POSITION for r in used), len(used)),
+            odometry=_counts(result.odometry for result in used),
+            rejections=_counts(reason for reason, count in self.state.rejections.items() for _ in range(count)),
+            needed=dict(list(_counts(r.needed for r in used if r.needed).items())[:MOST_NEEDS]),
+            searches_cut_short=sum(not result.search.complete for result in used),
+            anchors=tuple(self._anchor(anchor) for anchor in self.anchors),
+            episodes=tuple(self.episodes()),
+            health=self.state.health,
+            settings=self.settings,
+            epoch_time_ms={
                 "median": float(np.median(milliseconds)),
                 "p99": float(np.percentile(milliseconds, 99)),
                 "largest": float(milliseconds.max()),
             },
-            "version": importlib.metadata.version("sightline"),
-        }
+            version=importlib.metadata.version("sightline"),
+        )
 
-    def _anchor(self, anchor: RangingAnchor) -> dict[str, JsonValue]:
+    def _anchor(self, anchor: RangingAnchor) -> AnchorSummary:
         verdicts = [v for result in self.results for v in result.verdicts if v.anchor_id == anchor.id]
         occluded = [verdict for verdict in verdicts if verdict.occluded]
         excesses_m = [verdict.excess_m for verdict in occluded if np.isfinite(verdict.excess_m)]
-        return {
-            **asdict(anchor),
-            "ranges": len(verdicts),
-            **{str(sight): count for sight, count in _counts(verdict.sight for verdict in verdicts).items()},
-            "occluded_share": _share(len(occluded), len(verdicts)),
-            "median_excess_m": float(np.median(excesses_m)) if excesses_m else None,
-            "last_sight": str(verdicts[-1].sight) if verdicts else None,
-        }
+        return AnchorSummary(
+            anchor=anchor,
+            ranges=len(verdicts),
+            sights=_counts(verdict.sight for verdict in verdicts),
+            occluded_share=_share(len(occluded), len(verdicts)),
+            median_excess_m=float(np.median(excesses_m)) if excesses_m else None,
+            last_sight=str(verdicts[-1].sight) if verdicts else None,
+        )
 
 
 def replay(
@@ -162,9 +193,17 @@ def _episode(anchor_id: str, run: Sequence[tuple[float, float]]) -> Episode:
     return Episode(anchor_id, run[0][0], run[-1][0], len(run), max(excesses_m, default=float("nan")))
 
 
-def _counts(words: Iterator[Any] | Any) -> dict[str, int]:
+def _counts(words: Iterable[object]) -> dict[str, int]:
     return {str(word): count for word, count in Counter(words).most_common()}
 
 
 def _share(part: int, whole: int) -> float | None:
     return part / whole if whole else None
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {name: _finite(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -22,11 +22,9 @@ import trimesh
 
 from detection import DetectionError
 from gnss import parse_almanac, parse_rinex_navigation
-from service.cli.anchor_files import anchors_from_file
-from service.cli.path_files import path_from_file
-from service.cli.planned_paths import planned_path
-from service.cli.shape_files import place_fields, polygon_fields
-from service.cli.track_files import tracks_from_file
+from service.cli.asking.anchor_files import anchors_from_file, tracks_from_file
+from service.cli.asking.path_files import PLANNED, path_from_file, trajectory_from_file
+from service.cli.asking.shape_files import place_fields, polygon_fields
 from service.errors import ServiceError
 from service.live.epoch_logs import read_epochs
 from terrain import ElevationGrid, TerrainError, read_dem, write_npz
@@ -117,6 +115,7 @@ def read_sky(path: Path) -> Any:
     return parse_almanac(path.read_bytes().decode("utf-8", "replace"), reference=date(2007, 1, 22))
 
 
+PLAN = f"{','.join(sorted(PLANNED))}\n{','.join('1' * len(PLANNED))}\n"
 OTHERS: dict[str, tuple[bytes, Callable[[Path], Any]]] = {
     "log.csv": (LOG, read_epochs),
     "wide.csv": (WIDE_LOG, read_epochs),
@@ -127,7 +126,7 @@ OTHERS: dict[str, tuple[bytes, Callable[[Path], Any]]] = {
     "tracks.csv": (TRACKS, tracks_from_file),
     "tracks.json": (JSON_TRACKS.encode(), tracks_from_file),
     "path.csv": (b"east_m,north_m,altitude_m\n1,2,3\n4,5,6\n", path_from_file),
-    "planned.csv": (b"east_m,north_m,time_s\n1,2,3\n", planned_path),
+    "planned.csv": (PLAN.encode(), lambda path: trajectory_from_file(path, "1.5agl")),
     "areas.geojson": (collection({"type": "Feature", "geometry": POLYGON, "properties": {}}), polygon_fields),
     "places.geojson": (collection(POINT), place_fields),
     "current.alm": (almanac(4).encode(), read_sky),
@@ -207,5 +206,5 @@ def test_a_damaged_mesh_is_read_or_refused(tmp_path: Path, little_memory: None, 
 def test_any_other_damaged_file_is_read_or_refused(tmp_path: Path, little_memory: None, name: str) -> None:
     whole, read = OTHERS[name]
     (tmp_path / name).write_bytes(whole)
-    assert read(tmp_path / name) or name == "planned.csv"
-    assert read_damaged(tmp_path / name, whole, read) > 0 or name == "planned.csv"
+    assert read(tmp_path / name)
+    assert read_damaged(tmp_path / name, whole, read) > 0

@@ -22,7 +22,7 @@ MAY_IMPORT = {
     "dem_samples": {"terrain", "dem_samples"},
 }
 NOT_OURS_AT_RUN_TIME = {"tests", "benchmarks", "pytest"}
-HTTP_AND_TERMINAL = {"fastapi", "starlette", "uvicorn", "httpx", "typer", "click", "rich", "sqlite3"}
+HTTP_AND_TERMINAL = {"fastapi", "starlette", "uvicorn", "httpx", "cyclopts", "rich", "sqlite3"}
 KERNELS_MAY_IMPORT = {"numba", "numpy", "math", "typing"}
 HOW_KERNELS_ARE_COMPILED = ("compiled.options", "compiled.vectors")
 

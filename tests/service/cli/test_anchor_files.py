@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from service.cli.anchor_files import anchors_from_file
-from service.cli.anchor_texts import anchor_from_text
+from service.cli.asking.anchor_files import anchors_from_file
+from service.cli.asking.texts import anchor_from_text
 from service.parts.anchors import AnchorIn
 from service.parts.positions import resolve_anchor
 from service.products.visibility import VISIBILITY_MAP

@@ -8,9 +8,9 @@ import sys
 
 import numpy as np
 import pytest
+import service.products.visibility.product
 
-import service.cli.maps
-import service.products.visibility
+import service.cli.output
 import service.products.visibility.files
 from tests.service.small_maps import NORTH_M, WEST_M
 
@@ -179,7 +179,7 @@ def test_a_folder_that_nothing_can_be_put_into_is_refused_before_the_calculation
         "plan": ["--start", here, "--goal", here],
         "reposition": ["--anchor", GOOD, "--rover", here, "--heading", 0, "--ahead", 100],
     }.get(command, ["--anchor", GOOD])
-    monkeypatch.setattr(service.cli.maps.os, "access", lambda path, mode: path.name != "out")
+    monkeypatch.setattr(service.cli.output.os, "access", lambda path, mode: path.name != "out")
     ended = sightline(command, dem_file, *words, "--out", tmp_path / "out")
     assert ended.code == 2, ended.stderr
     assert "cannot be written into" in ended.stderr
@@ -200,20 +200,20 @@ def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, t
 
 
 def test_an_unforeseen_fault_shows_where_it_happened(dem_file, monkeypatch):
-    def stumble(*_, **__):
+    def stumble(*_):
         raise ZeroDivisionError("a mistake of ours")
 
-    monkeypatch.setattr("service.products.visibility.calculate.min_visible_altitude", stumble)
+    monkeypatch.setattr(service.products.visibility.product, "calculate", stumble)
     monkeypatch.setattr("sys.argv", ["sightline", "visibility", str(dem_file), "--anchor", GOOD])
     with pytest.raises(ZeroDivisionError, match="a mistake of ours"):
         service.cli.main()
 
 
 def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
-    def interrupt(*_, **__):
+    def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("service.products.visibility.calculate.min_visible_altitude", interrupt)
+    monkeypatch.setattr(service.products.visibility.product, "calculate", interrupt)
     ended = sightline("visibility", dem_file, "--anchor", GOOD)
     assert (ended.code, ended.stderr) == (130, "Interrupted.\n")
 
@@ -255,7 +255,7 @@ def test_a_bad_anchors_file_is_refused_with_its_place(sightline, dem_file, tmp_p
 
 
 def test_an_anchors_file_that_is_not_text_is_refused(sightline, dem_file, tmp_path):
-    (tmp_path / "a.csv").write_bytes(b"\xff\xfe\x00i\x00d")
+    (tmp_path / "a.csv").write_bytes(b"\xff\x00i\x00d")
     ended = sightline("visibility", dem_file, "--anchors", tmp_path / "a.csv")
     assert (ended.code, ended.stderr) == (2, "The anchors file a.csv is not UTF-8 text.\n")
 

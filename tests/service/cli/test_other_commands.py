@@ -102,7 +102,7 @@ def test_a_wrong_option_is_told_before_what_calculates_and_draws_is_loaded(line)
         "httpx",
         "ompl",
         "dask",
-        "service.products",
+        "service.products.registry",
     ]
     program = (
         f"import sys\nsys.argv = ['sightline', *{line.split()}]\nfrom service.cli import main\n"

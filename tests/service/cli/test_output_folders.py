@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-import service.cli.maps
+import service.cli.asking.products
 from service.files.layer import Layer
 from tests.service.small_maps import NORTH_M, WEST_M
 
@@ -52,17 +52,17 @@ def test_an_input_is_not_replaced_by_an_output(sightline, dem_file, tmp_path, fo
 
 
 def test_a_first_run_that_fails_leaves_nothing_and_the_next_is_not_refused(sightline, dem_file, tmp_path, monkeypatch):
-    whole = service.cli.maps.json.dumps
+    whole = service.cli.asking.products.json.dumps
 
     def fail(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(service.cli.maps.json, "dumps", fail)
+    monkeypatch.setattr(service.cli.asking.products.json, "dumps", fail)
     with pytest.raises(KeyboardInterrupt):
-        service.cli.maps._write_files(FINISHED, {}, "a.json", LAYERS, tmp_path)
+        service.cli.asking.products._write_files(FINISHED, {}, "a.json", LAYERS, tmp_path)
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(service.cli.maps.json, "dumps", whole)
-    service.cli.maps._write_files(FINISHED, {}, "a.json", LAYERS, tmp_path)
+    monkeypatch.setattr(service.cli.asking.products.json, "dumps", whole)
+    service.cli.asking.products._write_files(FINISHED, {}, "a.json", LAYERS, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"a.json", "b"}
 
 

@@ -15,7 +15,7 @@ import pytest
 import rasterio
 
 from planning.placement import Cluster, Goal, area_targets, candidate_grid, place_anchors
-from service.cli.anchor_files import anchors_from_file
+from service.cli.asking.anchor_files import anchors_from_file
 from service.parts.anchors import AnchorIn
 from terrain import read_dem
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M

@@ -5,22 +5,25 @@ import json
 import numpy as np
 import pytest
 import rasterio
-import typer.main
 
-import service.cli.app
+from service.cli.app import COMMANDS, command_line
 from tests.terrain.files import hill, write_tif
 
 NEW_MEXICO = rasterio.Affine(100, 0, 1_650_000, 0, -100, 1_480_000)
-COMMANDS = typer.main.get_command(service.cli.app.app).commands
 READING = {"--nodata", "--crs", "--height-unit", "--band", "--cell-m"}
 
 
 def test_every_command_that_reads_a_dem_has_all_options_of_reading():
-    readers = {name: command for name, command in COMMANDS.items() if any(p.name == "dem" for p in command.params)}
-    assert {"info", "visibility", "dop", "morph", "bubble", "plan", "place", "fly", "reposition", "los"} <= set(readers)
-    for name, command in readers.items():
-        options = {word for parameter in command.params for word in parameter.opts}
-        assert options >= READING, name
+    app = command_line()
+    options = {
+        name: {word for argument in app[name].assemble_argument_collection() for word in argument.names}
+        for name in COMMANDS
+        if name != "store"
+    }
+    readers = {name for name, words in options.items() if "DEM" in words}
+    assert {"info", "visibility", "dop", "morph", "bubble", "plan", "place", "fly", "reposition", "los"} <= readers
+    for name in readers:
+        assert options[name] >= READING, name
 
 
 def heights(sightline, *words):

@@ -2,9 +2,8 @@
 
 import pytest
 
-from service.cli.anchor_files import anchors_from_file
-from service.cli.path_files import path_from_file
-from service.cli.track_files import tracks_from_file
+from service.cli.asking.anchor_files import anchors_from_file, tracks_from_file
+from service.cli.asking.path_files import path_from_file
 from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 
@@ -31,6 +30,18 @@ def file(tmp_path, text, name="a.csv"):
 )
 def test_separators_decimal_commas_quotes_and_marks_are_understood(tmp_path, text):
     assert anchors_from_file(file(tmp_path, text)) == [D1]
+
+
+def test_a_table_in_utf_16_is_understood(tmp_path):
+    (tmp_path / "a.csv").write_bytes(
+        "id\tlon_deg\tlat_deg\tabove_ground_m\nD1\t10,8979428\t46,3618217\t50\n".encode("utf-16")
+    )
+    assert anchors_from_file(tmp_path / "a.csv") == [D1]
+
+
+def test_an_id_that_begins_like_a_comment_is_an_anchor(tmp_path):
+    path = file(tmp_path, "# surveyed\nid,east_m,north_m,altitude_m\n#1,1,2,3\n")
+    assert [anchor.id for anchor in anchors_from_file(path)] == ["#1"]
 
 
 def test_a_point_in_an_id_is_no_decimal_point(tmp_path):

@@ -1,14 +1,19 @@
-"""A new product is one object: named in a setting it is asked for, followed, downloaded and deleted as all others."""
+"""A new product is one object: named in a setting it is asked for, followed, downloaded and deleted as all others.
+
+Its command is one function, named where the command line is started.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from service.cli import main
 from service.http.app import create_app
 from service.products.registry import all_products
 from service.settings import Settings
@@ -16,6 +21,7 @@ from tests.service.running import Server, running
 from tests.service.small_maps import small_grid
 
 TOY = "tests.service.toy_product:HIGH_GROUND"
+TOY_COMMAND = {"high-ground": "tests.service.toy_command:high_ground"}
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +75,39 @@ def test_openapi_has_its_routes_its_tag_and_its_models() -> None:
 def test_two_products_of_one_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="one name or one path"):
         all_products((TOY, TOY))
+
+
+def sightline(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["sightline", *map(str, words)])
+    with pytest.raises(SystemExit) as left:
+        main(TOY_COMMAND)
+    return int(str(left.value.code))
+
+
+@pytest.mark.parametrize("by_file", [False, True])
+def test_it_is_asked_for_on_the_command_line(
+    by_file: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    dem, request, out = tmp_path / "small.npz", tmp_path / "request.json", tmp_path / "out"
+    np.savez(dem, heights_m=small_grid().heights_m, cell_east_m=30.0, cell_north_m=20.0)
+    request.write_text(json.dumps({"dem_id": "D", "above_m": 40.0}))
+    asked = ("--request", request) if by_file else ("--above", 40)
+    posts = int((small_grid().heights_m > 40.0).sum())
+    for _ in range(2):  # the second run replaces what the first one wrote
+        assert sightline(monkeypatch, "high-ground", dem, *asked, "--out", out, "--json") == 0
+        said = capfd.readouterr()
+        told = json.loads(said.out)
+        assert (told["posts"], said.err != "") == (posts, by_file)
+        assert {Path(name).name for name in told["files"]} == {"high_ground.json", "posts.csv"}
+        assert (out / "posts.csv").read_text() == f"posts\n{posts}\n"
+    assert sightline(monkeypatch, "high-ground", dem, *asked) == 0
+    assert str(posts) in capfd.readouterr().out
+
+
+def test_its_command_refuses_in_one_sentence_and_has_help(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert sightline(monkeypatch, "high-ground", tmp_path / "none.npz", "--above", "high") == 2
+    assert capfd.readouterr().err == "Invalid value for '--above': 'high' is no number.\n"
+    assert sightline(monkeypatch, "--help") == 0
+    assert "Tell how much of a DEM lies higher than a height." in " ".join(capfd.readouterr().out.split())

@@ -14,13 +14,13 @@ from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 
 from .anchor_files import anchors_from_file
-from .anchor_texts import FORM, anchor_from_text
+from .texts import ANCHOR_FORM, anchor_from_text
 
 __all__ = ["ranging_anchors"]
 
 
 def ranging_anchors(
-    texts: list[str], files: list[Path], *, level: bool
+    texts: Sequence[str], files: Sequence[Path], *, level: bool
 ) -> tuple[list[RangingAnchor], dict[str, float] | None]:
     """The anchors of all options, in one level metric frame, and where on Earth that is if they came in degrees.
 
@@ -50,7 +50,7 @@ def _from_text(text: str, level: bool) -> AnchorIn:
     try:
         return anchor_from_text(text, lonlat=False)
     except RequestError as error:
-        if FORM in str(error):
+        if ANCHOR_FORM in str(error):
             raise RequestError(
                 f"--anchor {text!r} is not of the form ID,EAST,NORTH,HEIGHT with HEIGHT like 612msl."
             ) from error

@@ -1,0 +1,172 @@
+"""Options that commands share: groups of them are frozen dataclasses whose fields are those of a part of a request.
+
+A field is named as in the request, its option as people type it. What was not given is None or empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter, Token
+
+if TYPE_CHECKING:
+    from service.parts.anchors import AnchorIn
+    from terrain import ElevationGrid
+
+__all__ = [
+    "GROUP",
+    "WHOLE",
+    "AnchorOptions",
+    "Curvature",
+    "DemPath",
+    "Kind",
+    "Measure",
+    "Mode",
+    "Output",
+    "PlacesAndAnchors",
+    "PositioningOptions",
+    "Reading",
+    "ReceiverHeight",
+    "RequestFile",
+    "SightOptions",
+    "Unknown",
+    "option",
+    "told",
+]
+
+Mode = Literal["fast", "exact"]
+Unknown = Literal["unknown", "open", "blocked"]
+Curvature = Literal["auto", "flat"]
+Kind = Literal["ranging", "pseudorange", "tdoa"]
+Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
+GROUP = Parameter(name="*")
+
+
+def _whole_number(kind: Any, tokens: Sequence[Token]) -> int:
+    """The converter's own would round 2.5."""
+    return int(tokens[0].value)
+
+
+WHOLE = Parameter(converter=_whole_number)
+
+
+def option(help: str, metavar: str | None = None, name: str | None = None) -> Parameter:
+    """What a field's option is told to be; without a name it is called as the field."""
+    return Parameter(name=name, metavar=metavar, help=help)
+
+
+DemPath = Annotated[
+    str, Parameter(allow_leading_hyphen=False, help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")
+]
+ReceiverHeight = Annotated[float | None, option("Above ground, metres. (default 1.5)", "M", "--receiver-height")]
+RequestFile = Annotated[
+    Path | None, option("The request as JSON, as over HTTP, in place of all the above.", "FILE", "--request")
+]
+
+
+def told(group: Any) -> dict[str, object]:
+    """What the options of a group say, as the fields of its part of a request; without what was not given."""
+    found = ((field.name, getattr(group, field.name)) for field in fields(group))
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in found
+        if value is not None and value != ()
+    }
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a DEM is read: what ``terrain.read_dem`` takes besides its file."""
+
+    nodata: Annotated[float | None, option("Value that marks unknown posts.", "NUMBER")] = None
+    crs: Annotated[str | None, option("CRS of a DEM whose file names none: EPSG:32611, EPSG:6529+6360.", "CRS")] = None
+    height_unit: Annotated[
+        Literal["m", "ft", "us-ft", "dm", "cm", "mm", "km"] | None,
+        option("Unit of the heights, in place of what the file says."),
+    ] = None
+    band: Annotated[int | None, WHOLE, option("Band that holds the heights. (default 1)", "N")] = None
+    cell_m: Annotated[float | None, option("Metres between posts, for files that do not tell.", "M")] = None
+
+    def read(self, dem: str) -> ElevationGrid:
+        """The DEM of a file. Raises TerrainError."""
+        from terrain import read_dem
+
+        return read_dem(
+            dem, nodata=self.nodata, crs=self.crs, height_unit=self.height_unit, band=self.band, cell_m=self.cell_m
+        )
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class Output:
+    """Where answers go."""
+
+    out: Annotated[Path | None, option("Folder for the files; without it only the summary.", "DIR")] = None
+    as_json: Annotated[bool, option("Print JSON on standard output and nothing else.", name="--json")] = False
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class AnchorOptions:
+    """The ``anchors`` of a request."""
+
+    anchor: Annotated[
+        tuple[str, ...],
+        option(
+            "An anchor; metres in the DEM's CRS, HEIGHT 80agl (above ground) or 612msl (altitude). Repeatable.",
+            "ID,EAST,NORTH,HEIGHT",
+        ),
+    ] = ()
+    lonlat: Annotated[bool, option("The pairs of --anchor are longitude,latitude.")] = False
+    anchors: Annotated[
+        tuple[Path, ...],
+        option(
+            "Anchors with range, azimuth and elevation limits in a .json, .geojson or .csv file. Repeatable.", "FILE"
+        ),
+    ] = ()
+
+    def read(self) -> list[AnchorIn]:
+        """The anchors of all options. Raises RequestError."""
+        from .anchor_files import anchors_from_file
+        from .texts import anchor_from_text
+
+        of_texts = [anchor_from_text(text, lonlat=self.lonlat) for text in self.anchor]
+        return of_texts + [anchor for path in self.anchors for anchor in anchors_from_file(path)]
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class PlacesAndAnchors(AnchorOptions):
+    """The same where the command takes other places besides."""
+
+    lonlat: Annotated[bool, option("All pairs are longitude,latitude.")] = False
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class SightOptions:
+    """How sight lines are calculated: fields of every request that asks about sight."""
+
+    mode: Annotated[Mode, option("Column sweep, or every edge that a line crosses.")] = "fast"
+    unknown: Annotated[Unknown, option("What a line over unknown ground is, unless known ground blocks it.")] = (
+        "unknown"
+    )
+    curvature: Annotated[Curvature, option("auto: as the DEM's CRS implies; flat: none.")] = "auto"
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class PositioningOptions:
+    """What is measured and when it is good enough: fields of the requests of maps of positioning."""
+
+    kind: Annotated[Kind, option("Ranges; ranges with an unknown clock; differences of arrival.")] = "ranging"
+    measure: Annotated[Measure, option("Which dilution of precision.")] = "pdop"
+    dop_limit: Annotated[float, option("From this dilution on it is not good enough.", "NUMBER")] = 2.5
+    min_anchors: Annotated[
+        int | None, WHOLE, option("So many must be in sight as well. (default what a fix needs)", "K")
+    ] = None
+    receiver_above_ground_m: ReceiverHeight = None

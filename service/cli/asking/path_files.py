@@ -1,0 +1,140 @@
+"""Trajectories in files: a table whose columns are a request's, path.csv of a plan, or a line in GeoJSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from planning.questions.models import NavigationModel
+from service.errors import RequestError
+from service.files.csv_table import CsvTable, Numbers, check_columns, read_csv_table
+from service.parts.points import PointIn
+from service.parts.sentences import sentence_of
+from service.products.paths.calculate import VERTEX_COLUMNS
+
+from .shape_files import path_fields
+from .texts import height_field
+
+__all__ = ["Trajectory", "path_from_file", "trajectory_from_file"]
+
+PATH = "path file"
+# cells are numbers
+COLUMNS = tuple(field for field in PointIn.model_fields if field != "body")
+PLANNED = {f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name for name in VERTEX_COLUMNS}
+COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """Points, seconds and covariances (the six of COVARIANCE, m²) at each; planned: it is the path of a plan."""
+
+    points: list[PointIn]
+    times_s: list[float] | None = None
+    covariances_m2: list[tuple[float, ...]] | None = None
+    planned: bool = False
+
+    def fields(self) -> dict[str, object]:
+        """As a bubble's request has them; of a planned path with the filter that the plan foresaw.
+
+        So that both tell one figure for one path.
+        """
+        found: dict[str, object] = {"points": self.points}
+        if self.times_s is not None:
+            found["times_s"] = self.times_s
+        if self.covariances_m2 is not None:
+            found["covariances_m2"] = self.covariances_m2
+        return {**found, **_filter_of_a_plan()} if self.planned else found
+
+
+def path_from_file(path: Path) -> list[PointIn]:
+    """The points of a .csv file. Raises RequestError."""
+    return _points_and_columns(read_csv_table(path, PATH, comments_within=False))[0]
+
+
+def trajectory_from_file(path: Path, height: str | None) -> Trajectory:
+    """The trajectory of a file. height: of every point of a line or a planned path, as typed. Raises RequestError."""
+    if path.suffix.lower() in (".geojson", ".json"):
+        if height is None:
+            raise RequestError("A path in GeoJSON needs --height, such as 30agl or 1500msl.")
+        metres = _metres(height)
+        return Trajectory([_point(path.name, {**place, **metres}) for place in path_fields(path)])
+    table = read_csv_table(path, PATH, comments_within=False)
+    if set(table.columns) >= PLANNED:
+        return _planned(table, height)
+    if height is not None:
+        raise RequestError(
+            "--height is for paths in GeoJSON and planned ones; a CSV file has the column above_ground_m or altitude_m."
+        )
+    points, told = _points_and_columns(table, ("time_s", *COVARIANCE))
+    there = [column for column in COVARIANCE if column in told]
+    missing = [column for column in COVARIANCE if column not in told]
+    if there and missing:
+        raise RequestError(f"The path file {path.name} has {there[0]} but not {missing[0]}; a covariance needs all.")
+    covariances_m2 = list(zip(*(told[column] for column in COVARIANCE), strict=True)) if there else None
+    return Trajectory(points, told.get("time_s"), covariances_m2)
+
+
+def _planned(table: CsvTable, height: str | None) -> Trajectory:
+    """Altitudes of such a table are the ground's: where the antenna is above it, the table does not say."""
+    numbers = Numbers(table.delimiter)
+    try:
+        told = [
+            {name: numbers.number(where, name, cells[name]) for name in ("east_m", "north_m", "time_s")}
+            for where, cells in table.lines
+        ]
+    except RequestError as error:
+        raise RequestError(f"The path file {table.name} is not as sightline plan writes it: {error}") from error
+    if not told:
+        raise RequestError(f"The path file {table.name} holds no points.")
+    if height is None:
+        raise RequestError(
+            f"{table.name} is a planned path, whose altitudes are the ground's: say with --height how high "
+            "the antenna is, such as 1.5agl."
+        )
+    metres, times_s = _metres(height), [row.pop("time_s") for row in told]
+    return Trajectory([_point(table.name, {**place, **metres}) for place in told], times_s, planned=True)
+
+
+def _points_and_columns(table: CsvTable, more: tuple[str, ...] = ()) -> tuple[list[PointIn], dict[str, list[float]]]:
+    """The points of a table, and those of the columns ``more`` that it has. Raises RequestError."""
+    check_columns(table, PATH, (*COLUMNS, *more))
+    numbers = Numbers(table.delimiter)
+    told: dict[str, list[float]] = {column: [] for column in more if column in table.columns}
+    points = []
+    for where, cells in table.lines:
+        row = numbers.row(where, cells)
+        for column, values in told.items():
+            if column not in row:
+                raise RequestError(f"{where}: {column} is empty.")
+            values.append(row.pop(column))
+        points.append(_point(where, row))
+    if not points:
+        raise RequestError(f"The path file {table.name} holds no points.")
+    return points, told
+
+
+def _filter_of_a_plan() -> dict[str, object]:
+    """The fields of a bubble's request with which it foresees what a plan does unless it is told otherwise."""
+    model = NavigationModel()
+    return {
+        "ranging_interval_s": model.interval_s,
+        "initial_position_sigma_m": model.initial_sigma_m,
+        "initial_velocity_sigma_m_per_s": model.initial_velocity_sigma_m_per_s,
+        "ground_sigma_m": model.ground_sigma_m,
+        "motion": {"horizontal_m2_per_s3": model.motion.east_m2_per_s3, "up_m2_per_s3": model.motion.up_m2_per_s3},
+        "on_ground": True,
+    }
+
+
+def _metres(height: str) -> dict[str, float]:
+    return height_field(height, f"--height {height!r} is not of the form 30agl (above ground) or 1500msl (altitude).")
+
+
+def _point(where: str, fields: Mapping[str, object]) -> PointIn:
+    try:
+        return PointIn.model_validate(fields)
+    except ValidationError as error:
+        raise RequestError(f"{where}: {sentence_of(error)}") from error
