@@ -178,7 +178,7 @@ def place_error(
     if not reasons:
         return _error(ground, f"The {name} lies outside the DEM", name, ("outside the DEM",), post)
     verb = "is forbidden" if set(reasons) <= set(OF_SIGHT) else "cannot be stood on"
-    why = " and ".join(_why(ground, reason, post, what) for reason in reasons)
+    why = " and ".join(_why(ground, name, reason, post, what) for reason in reasons)
     return _error(ground, f"The {name} {what}".rstrip() + f" {verb}: {why}", name, reasons, post)
 
 
@@ -193,18 +193,21 @@ def _error(ground: Ground, sentence: str, name: str, reasons: tuple[str, ...], p
     return PlaceError(f"{sentence}; {rest}", name, tuple(str(reason) for reason in reasons), nearest)
 
 
-def _why(ground: Ground, reason: Reason, post: tuple[float, float], what: str) -> str:
-    """A reason with the number that it stands on, where it is one square's."""
+def _why(ground: Ground, name: str, reason: Reason, post: tuple[float, float], what: str) -> str:
+    """A reason with the number that it stands on, the place's own where it is known, else that of its square."""
     field = ground.field
     square = field.square_at(*(max(at, 0.0) for at in post))
     if what:
         return WORDS.get(reason, str(reason))
     if reason is Reason.SLOPE:
         return f"slope ({np.degrees(np.arctan(field.slope[square])):.1f} deg)"
-    if reason is Reason.ANCHORS:
-        return _count_words(ground, int(field.count[square]))
-    if reason is Reason.DOP:
-        return _dop_words(ground, float(field.dop[square]))
+    if reason in (Reason.ANCHORS, Reason.DOP):
+        seen, limits = ground.seen(np.array([post]), name), ground.problem.limits
+        own = seen is not None and breaks(limits, seen)[0]
+        if reason is Reason.ANCHORS:
+            count = int(seen.visible.sum()) if seen is not None and own else int(field.count[square])
+            return _count_words(ground, min(count, limits.min_anchors - 1))
+        return _dop_words(ground, float(seen.dop[0]) if seen is not None and own else float(field.dop[square]))
     return str(reason)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +27,11 @@ __all__ = ["Ends", "arrivals_along", "ends_of", "fastest_arrivals_s", "posts_of"
 Numbers = npt.NDArray[np.float64]
 Places = npt.NDArray[np.float64]
 
-# squares around a place from whose middles it is tried to be reached; with limits on pitch the nearest need not do
-REACH = 2
+# squares around a place from whose middles it is tried to be reached: with limits on pitch or roll few headings may be
+# driven, and the middle of a square that lies in one of them may be far
+REACHES = (2, 4, 8, 16)
+# so many places of a goal area without a square that is allowed as a whole are tried to be stood on
+MOST_TRIED = 64
 # squares this near a path are met when the path is there
 BESIDE = 2
 
@@ -95,29 +99,56 @@ def _of_goal(ground: Ground, kernel_field: KernelField, goal: Goal) -> Ends:
     if isinstance(goal, tuple):
         return _of_place(ground, kernel_field, "goal", goal, False)
     inside = squares_with_middle_in(field.grid, goal)
-    if not inside.any():
-        at = goal.representative_point()
-        return _of_place(ground, kernel_field, "goal", (at.x, at.y), False)
     rows, cols = np.nonzero(inside & (field.reasons == 0))
     if len(rows) == 0:
-        reasons = reasons_of(int(np.bitwise_or.reduce(field.reasons[inside])))
         at = goal.representative_point()
-        raise place_error(ground, "goal", field.grid.post_at(at.x, at.y), reasons, "area")
+        try:
+            if not inside.any():
+                return _of_place(ground, kernel_field, "goal", (at.x, at.y), False)
+            reasons = reasons_of(int(np.bitwise_or.reduce(field.reasons[inside])))
+            raise place_error(ground, "goal", field.grid.post_at(at.x, at.y), reasons, "area")
+        except PlaceError:
+            # a square is allowed as a whole or not at all; the area may reach into what is allowed of one
+            if ground.problem.moves or not any(_stands(ground.problem, place) for place in _places_in(ground, goal)):
+                raise
     nodes = (rows * field.reasons.shape[1] + cols).astype(np.int64)
     return Ends(nodes, np.zeros(len(nodes)), np.column_stack([rows, cols]).astype(np.float64) + 0.5)
 
 
+def _places_in(ground: Ground, area: shapely.Polygon | shapely.MultiPolygon) -> Iterator[Place]:
+    """Places all over an area and outside what is no-go, one in each square of the field, of large areas some."""
+    grid, left = ground.field.grid, shapely.difference(area, shapely.union_all(ground.problem.no_go))
+    if left.is_empty:
+        return
+    west_m, south_m, east_m, north_m = left.bounds
+    (row, col), (last_row, last_col) = grid.post_at(west_m, north_m), grid.post_at(east_m, south_m)
+    some_rows = range(max(int(row), 0), min(int(last_row), grid.rows - 2) + 1)
+    some_cols = range(max(int(col), 0), min(int(last_col), grid.cols - 2) + 1)
+    thinned = max(1, math.ceil(math.sqrt(len(some_rows) * len(some_cols) / MOST_TRIED)))
+    for r in some_rows[::thinned]:
+        for c in some_cols[::thinned]:
+            corners = [grid.position_of(r + down, c + across) for down, across in ((1, 0), (0, 1))]
+            piece = shapely.intersection(left, shapely.box(*corners[0], *corners[1]))
+            if piece.area > 0.0:
+                at = piece.representative_point()
+                yield at.x, at.y
+
+
 def square_ends(kernel_field: KernelField, row: float, col: float, onward: bool) -> Ends:
-    """Squares whose middle a straight segment joins with a place; onward: from the place, else to it."""
+    """Squares near by whose middle a straight segment joins with a place; onward: from the place, else to it."""
     rows, cols = kernel_field.allowed.shape
-    nodes, costs = [], []
-    for r in range(max(int(row) - REACH, 0), min(int(row) + REACH + 1, rows)):
-        for c in range(max(int(col) - REACH, 0), min(int(col) + REACH + 1, cols)):
-            there = (r + 0.5, c + 0.5)
-            code, cost = segment_cost(kernel_field, *((row, col, *there) if onward else (*there, row, col)))[:2]
-            if code == CLEAR and kernel_field.allowed[r, c] == 1:
-                nodes.append(r * cols + c)
-                costs.append(cost)
+    nodes: list[int] = []
+    costs: list[float] = []
+    for reach in REACHES:
+        for r in range(max(int(row) - reach, 0), min(int(row) + reach + 1, rows)):
+            for c in range(max(int(col) - reach, 0), min(int(col) + reach + 1, cols)):
+                there = (r + 0.5, c + 0.5)
+                code, cost = segment_cost(kernel_field, *((row, col, *there) if onward else (*there, row, col)))[:2]
+                if code == CLEAR and kernel_field.allowed[r, c] == 1:
+                    nodes.append(r * cols + c)
+                    costs.append(cost)
+        if nodes:
+            break
     place = np.tile([row, col], (len(nodes), 1)).reshape(-1, 2)
     return Ends(np.array(nodes, np.int64), np.array(costs, np.float64), place)
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+import shapely
 
 from planning import PlaceError
-from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reason, plan_path
+from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reason, RoverModel, plan_path
 from planning.paths.checks import breaks
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field
 from planning.paths.sight_maps import Positioning, Sightings, sight_maps
-from terrain import ElevationGrid
-from visibility import Anchor
+from terrain import ElevationGrid, height_at
+from visibility import Anchor, dop
 
+GRID_ALONE = PlanBudget(sampling=False)
 START, GOAL = (22.0, -98.0), (281.0, -97.0)
 ANCHORS = tuple(
     Anchor(f"A{n}", *place)
@@ -92,17 +96,23 @@ def test_a_veil_over_everything_leaves_no_place_to_name() -> None:
 
 
 def test_a_dilution_beyond_the_limit_is_told_with_both_numbers() -> None:
-    with pytest.raises(
-        PlaceError, match=r"start is forbidden: the dilution there is \d+\.\d\d, and one below 1.59 is asked"
-    ):
-        plan_path(level_problem(dop_limit=1.59))
+    problem = level_problem(dop_limit=1.59)
+    receiver_m = (*START, height_at(problem.grid, *START) + problem.rover.receiver_above_ground_m)
+    at_start = dop(
+        np.array([(anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in ANCHORS]), receiver_m
+    ).pdop
+    assert at_start >= 1.59
+    with pytest.raises(PlaceError) as refused:
+        plan_path(problem)
+    assert f"start is forbidden: the dilution there is {at_start:.2f}, and one below 1.59 is asked" in str(
+        refused.value
+    )
 
 
 def test_a_dilution_that_reaches_the_limit_is_no_good_one() -> None:
     """Eq. 15: no-fly is where the dilution is the limit or more."""
-    dop = np.array([1.9, 2.0, 2.1, np.inf, np.nan])
     none = np.zeros((5, 4))
-    seen = Sightings(none.astype(np.bool_), none, dop)
+    seen = Sightings(none.astype(np.bool_), none, np.array([1.9, 2.0, 2.1, np.inf, np.nan]))
     assert breaks(PathLimits(dop_limit=2.0), seen).tolist() == [False, True, True, True, True]
     assert not breaks(PathLimits(), seen).any()
 
@@ -124,3 +134,26 @@ def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidde
         "No way was found, and that there is none is not proved, for exact sight lines refused what was tried: what "
         "blocks it near (22 m east"
     )
+
+
+def test_a_goal_area_is_reached_where_it_leaves_room_beside_a_no_go_area_that_takes_all_its_squares() -> None:
+    grid = ElevationGrid(np.full((30, 40), 100.0, np.float32), 30.0, 30.0, 0.0, 870.0)
+    goal, no_go = shapely.box(900.0, 400.0, 1100.0, 500.0), shapely.box(850.0, 380.0, 1090.0, 520.0)
+    problem = PathProblem(grid, (150.0, 435.0), goal, no_go=(no_go,), budget=GRID_ALONE)
+    outcome = plan_path(problem)
+    assert outcome.path is not None
+    end_m = float(outcome.path.east_m[-1]), float(outcome.path.north_m[-1])
+    assert shapely.intersects_xy(goal, *end_m)
+    assert not shapely.intersects_xy(no_go, *end_m)
+    assert np.hypot(np.diff(outcome.path.east_m), np.diff(outcome.path.north_m)).sum() < 1100.0
+    with pytest.raises(PlaceError, match="goal area cannot be stood on: no-go area"):
+        plan_path(replace(problem, no_go=(shapely.box(850.0, 380.0, 1110.0, 520.0),)))
+
+
+@pytest.mark.parametrize("east_m", [300.0, 299.7, 307.0, 310.0])
+def test_all_places_of_an_even_slope_are_alike_where_roll_leaves_few_headings(east_m: float) -> None:
+    rise = (29 - np.mgrid[0:30, 0:40][0]) * 30.0 * np.tan(np.radians(15.0))
+    grid = ElevationGrid((rise + 100.0).astype(np.float32), 30.0, 30.0, 0.0, 870.0)
+    rover = RoverModel(max_slope_rad=math.radians(30.0), max_roll_rad=math.radians(3.0))
+    outcome = plan_path(PathProblem(grid, (east_m, 100.0), (310.0, 700.0), rover=rover, budget=GRID_ALONE))
+    assert outcome.status is PathStatus.FOUND
