@@ -38,7 +38,7 @@ def _check(grid: ElevationGrid, asked: BubbleParameters, settings: Settings) -> 
 
 
 def _pack(grid: ElevationGrid, asked: BubbleParameters, folder: Path) -> dict[str, JsonValue]:
-    """What is asked without what is long; the whole of it goes into the folder."""
+    """What is asked with the number of its points in place of what is long; the whole of it goes into the folder."""
     folder.mkdir(parents=True)
     (folder / REQUEST).write_text(asked.model_dump_json(exclude_none=True), encoding="utf-8")
     long: dict[str, bool | set[str]] = {
@@ -46,7 +46,7 @@ def _pack(grid: ElevationGrid, asked: BubbleParameters, folder: Path) -> dict[st
         "satellites": set(ORBIT_TEXTS),
         "buildings": {"base64"},
     }
-    return asked.model_dump(mode="json", exclude_none=True, exclude=long)
+    return {**asked.model_dump(mode="json", exclude_none=True, exclude=long), "points": asked.count}
 
 
 def _unpack(packed: Mapping[str, JsonValue], folder: Path) -> BubbleParameters:
