@@ -59,7 +59,7 @@ def test_a_body_without_a_sea_has_no_sea_level() -> None:
         (5001, "Airy 1830"),
         (5030, "WGS 84"),
         (5024, "Krassowsky 1940"),
-        (5010, "Everest 1830"),
+        (5010, "Clarke 1880"),
         (5003, "Australian National"),
     ],
 )
