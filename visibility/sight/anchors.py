@@ -18,6 +18,8 @@ __all__ = ["ALL_ROUND", "Anchor", "AntennaLimits", "Covariance", "anchor_above_g
 # An anchor this little under the surface is a rounding of one that stands on it.
 GROUND_TOLERANCE_M = 1e-3
 FURTHEST_USEFUL_M = 1_000_000.0
+# so many turns are a rounding of none, or of the one that is all round
+ROUNDED_TURNS = 1e-12
 
 Covariance = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
@@ -27,7 +29,7 @@ class AntennaLimits:
     """What an anchor's antenna can reach.
 
     min_range_m, max_range_m: slant range, metres; inf = unlimited.
-    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None = all round.
+    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None, and a whole turn, = all round.
     min_elevation_rad, max_elevation_rad: above the anchor's horizontal.
     Raises AnchorError.
     """
@@ -51,6 +53,14 @@ class AntennaLimits:
             raise AnchorError("An azimuth sector needs both its start and its end.")
         if not all(angle is None or math.isfinite(angle) for angle in (self.azimuth_from_rad, self.azimuth_to_rad)):
             raise AnchorError("Azimuth limits must be finite angles.")
+        if self.azimuth_from_rad is not None and self.azimuth_to_rad is not None:
+            turns = (self.azimuth_to_rad - self.azimuth_from_rad) / (2.0 * math.pi)
+            if abs(turns - round(turns)) < ROUNDED_TURNS and round(turns) != 1:
+                start_deg, end_deg = math.degrees(self.azimuth_from_rad), math.degrees(self.azimuth_to_rad)
+                raise AnchorError(
+                    f"The azimuth sector from {start_deg:.6g} to {end_deg:.6g} deg is empty; leave both out, or give 0 "
+                    "and 360 deg, for all round."
+                )
 
 
 ALL_ROUND = AntennaLimits()

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits
+from visibility.sight.anchors import ALL_ROUND, ROUNDED_TURNS, Anchor, AntennaLimits
 from visibility.sight.curvature import Curvature
 from visibility.sight.kernels import reach as kernel
 
@@ -43,7 +43,7 @@ def limit_numbers(limits: AntennaLimits) -> tuple[float, ...]:
     if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
         azimuth_from_rad = limits.azimuth_from_rad
         azimuth_width_rad = limits.azimuth_to_rad - limits.azimuth_from_rad
-        if not 0.0 < azimuth_width_rad <= 2.0 * math.pi:
+        if not 0.0 < azimuth_width_rad <= 2.0 * math.pi * (1.0 + ROUNDED_TURNS):
             azimuth_width_rad %= 2.0 * math.pi
     lowest = -math.inf if limits.min_elevation_rad <= -math.pi / 2 else math.tan(limits.min_elevation_rad)
     highest = math.inf if limits.max_elevation_rad >= math.pi / 2 else math.tan(limits.max_elevation_rad)
