@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gnss.errors import AlmanacError, GnssInputError
 
-__all__ = ["GpsTime", "Instants", "Moment", "Moments", "full_week", "instants", "leap_seconds_at"]
+__all__ = ["WEEK_S", "GpsTime", "Instants", "Moment", "Moments", "full_week", "instants", "leap_seconds_at"]
 
 WEEK_S = 604_800
 WEEKS_PER_ROLLOVER = 1024

@@ -12,7 +12,7 @@ from pathlib import Path
 from gnss.almanac import gps_number
 from gnss.broadcast_ephemeris import BroadcastEphemeris, Ephemerides
 from gnss.errors import AlmanacFileError, GnssError
-from gnss.gps_time import GpsTime, full_week
+from gnss.gps_time import WEEK_S, GpsTime, full_week
 from gnss.passed_over import PassedOver, system_of_number
 from gnss.text_files import read_text, real, whole
 
@@ -75,10 +75,10 @@ def parse_rinex_navigation(text: str, source: str = "navigation file") -> Epheme
             passed.useless.append(f"{where} has {len(record.lines)} of {RECORD_LINES} lines. It was passed over.")
         else:
             found = _ephemeris(record.lines, version, where)
-            if found is None:
-                passed.useless.append(f"{where} is marked healthy but has no orbit, only zeros. It was passed over.")
-            else:
+            if isinstance(found, BroadcastEphemeris):
                 sets.append(found)
+            else:
+                passed.useless.append(f"{where} {found}. It was passed over.")
     if not sets:
         raise passed.nothing_left(f"{source} has no GPS ephemeris in it.")
     return Ephemerides(tuple(sets), source, passed.warnings())
@@ -145,8 +145,8 @@ def _whose(line: str, version: float) -> str | None:
     return system_of_number(int(number)) if number.isdecimal() and not gps_number(int(number)) else "GPS"
 
 
-def _ephemeris(record: list[str], version: float, where: str) -> BroadcastEphemeris | None:
-    """The set of a GPS record; None where it is marked healthy but has no orbit."""
+def _ephemeris(record: list[str], version: float, where: str) -> BroadcastEphemeris | str:
+    """The set of a GPS record, or why one that is marked healthy is of no use."""
     name, clock_time = (record[0][:2], record[0][2:22]) if version < 3.0 else (record[0][1:3], record[0][3:23])
     prn = whole(name, f"{where}: the satellite number")
     where = f"{where} (G{prn:02d})"
@@ -167,18 +167,30 @@ def _ephemeris(record: list[str], version: float, where: str) -> BroadcastEpheme
     try:
         health = whole(values.pop("health"), f"{where}: health")
         week = full_week(whole(values.pop("week"), f"{where}: week"), epoch.date())
-        toe = GpsTime(week, real(values.pop("toe_s"), f"{where}: toe_s"))
+        said = GpsTime(week, real(values.pop("toe_s"), f"{where}: toe_s"))
+        toe = _turned_over(said, GpsTime.of_utc(epoch, leap_seconds=0))
         numbers = {field: real(text, f"{where}: {field}") for field, text in values.items()}
-        if numbers["sqrt_semi_major_axis_sqrt_m"] == 0.0:
+        no_orbit = numbers["sqrt_semi_major_axis_sqrt_m"] == 0.0
+        if no_orbit or toe is None:
             if health == 0:
-                return None
-            # its time is zero too, but it is unhealthy from its epoch on
+                wrong = "has no orbit, only zeros" if no_orbit else f"of week {week}, far from its epoch"
+                return f"is marked healthy but {wrong}"
+            # its time is of no use either, but it is unhealthy from its epoch on
             toe = GpsTime.of_utc(epoch, leap_seconds=0)
         return BroadcastEphemeris(prn=prn, toe=toe, health=health, **numbers)
     except AlmanacFileError:
         raise
     except GnssError as error:
         raise AlmanacFileError(f"{where}: {error}") from error
+
+
+def _turned_over(toe: GpsTime, epoch: GpsTime) -> GpsTime | None:
+    """The time of ephemeris in the week that puts it next to the record's epoch; None where that is no neighbour.
+
+    Around the turn of a week some receivers write the week of the transmission, not that of the time of ephemeris.
+    """
+    weeks = round(((toe.week - epoch.week) * WEEK_S + toe.second_of_week - epoch.second_of_week) / WEEK_S)
+    return GpsTime(toe.week - weeks, toe.second_of_week) if abs(weeks) <= 1 else None
 
 
 def _epoch(clock_time: str, where: str) -> datetime:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import re
 from collections import deque
 from pathlib import Path
-from typing import BinaryIO
 
+from .ascii_header import NUMBER, read_header
 from .errors import DemFormatError
 
 __all__ = ["check_ascii_values"]
@@ -15,21 +14,14 @@ __all__ = ["check_ascii_values"]
 # larger ones are slower: their words no longer fit the cache
 CHUNK_BYTES = 1 << 16
 LONGEST_WORD, LONGEST_SHOWN = 1000, 40
-# GDAL looks for the header no further than this, and has the values begin where a line begins with no letter, or "nan"
-HEADER_BYTES = 1 << 16
-VALUES_BEGIN = re.compile(rb"[\r\n](?=nan|[^A-Za-z\r\n])", re.IGNORECASE)
 USUAL = b"0123456789+-.eE \t\r\n\v\f"
-# what else GDAL reads as it is meant; of -nan and NAN it makes 0
-NUMBER = re.compile(
-    rb"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|\+?(nan|NaN)|[-+]?(inf|Inf|INF)|-?1\.#(QNAN|INF)|-1\.#IND"
-)
 
 
 def check_ascii_values(file: Path, rows: int, cols: int) -> None:
     """Raises DemFormatError where the values after the header are not rows × cols numbers; memory stays bounded."""
     count, rest = 0, b""
     with file.open("rb") as stream:
-        _skip_header(stream)
+        read_header(stream)
         while chunk := stream.read(CHUNK_BYTES):
             chunk = rest + chunk
             words = chunk.split()
@@ -47,12 +39,6 @@ def check_ascii_values(file: Path, rows: int, cols: int) -> None:
             f"{file.name} is damaged or cut short: {count:,} values where {cols:,} × {rows:,} = {rows * cols:,} are "
             "announced."
         )
-
-
-def _skip_header(stream: BinaryIO) -> None:
-    begin = VALUES_BEGIN.search(stream.read(HEADER_BYTES))
-    if begin is not None:
-        stream.seek(begin.end())
 
 
 def _check_numbers(name: str, words: list[bytes], before: int, cols: int, *, usual: bool) -> None:

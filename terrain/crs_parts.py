@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pyproj
@@ -13,6 +14,12 @@ __all__ = ["axes_fault", "horizontal_part", "same_map", "split_shift", "vertical
 # as PROJ turns them (always_xy): east and north; round a pole both run along meridians, away from the south pole or
 # from the north pole, the first 90° clockwise of the second like any east and north
 GRID_AXES = ({"east", "north"}, {"north"}, {"south"})
+
+UNNAMED = {"", "unknown", "unnamed"}
+# as GDAL names the datums of the ellipsoidal vertical CRSs of GeoTIFF 1.0, codes 5001 to 5033
+BASED_ON = re.compile(r"Not specified \(based on (.+)\)")
+ELLIPSOID = re.compile("ellipsoid|spheroid", re.IGNORECASE)
+DEPTH = re.compile("depth", re.IGNORECASE)
 
 
 def horizontal_part(crs: pyproj.CRS) -> pyproj.CRS:
@@ -26,14 +33,26 @@ def horizontal_part(crs: pyproj.CRS) -> pyproj.CRS:
 
 
 def vertical_part(crs: pyproj.CRS) -> tuple[str | None, HeightUnit | None]:
-    """(vertical datum, unit of the heights); None where the CRS has no heights."""
+    """(vertical datum, unit and direction of the heights); None where the CRS has no heights.
+
+    Depths are turned when they are read, so a datum that is named after them is named after heights here.
+    """
     crs, _ = split_shift(crs)
     if crs.is_compound:
         vertical = crs.sub_crs_list[1]
-        return vertical.name, height_unit_of_axis(vertical.axis_info[0])
+        return _surface_of(vertical), height_unit_of_axis(vertical.axis_info[0])
     if len(crs.axis_info) == 3:
         return f"ellipsoid of {crs.name}", height_unit_of_axis(crs.axis_info[2])
     return None, None
+
+
+def _surface_of(vertical: pyproj.CRS) -> str | None:
+    """The name of a vertical CRS, or that of the ellipsoid that its datum names; GDAL leaves the first one empty."""
+    datum = "" if vertical.datum is None else BASED_ON.sub(r"\1", vertical.datum.name)
+    if ELLIPSOID.search(datum):
+        return datum
+    name = next((name for name in (vertical.name, datum) if name.lower() not in UNNAMED), None)
+    return None if name is None else DEPTH.sub("height", name)
 
 
 def split_shift(crs: pyproj.CRS) -> tuple[pyproj.CRS, dict[str, Any] | None]:

@@ -41,7 +41,8 @@ class ElevationGrid:
 
     Posts are cell centres. Row 0 is northmost, column 0 westmost; ``origin_east_m, origin_north_m`` is the post
     (row 0, col 0). The surface is the triangulation that cuts each square of four posts by the diagonal from
-    (row, col) to (row + 1, col + 1). A single row or column of posts is a profile: it extends sideways unchanged.
+    (row, col) to (row + 1, col + 1). A single row or column of posts is a line of ground, level across it,
+    with nothing beside it.
 
     heights_m: (rows, cols) float32, metres above ``vertical_datum``; NaN = unknown ground. Read-only.
     cell_east_m, cell_north_m: distance between neighbouring posts, metres, > 0; they may differ.

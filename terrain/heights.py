@@ -11,7 +11,7 @@ from .crs_parts import vertical_part
 from .errors import DemUnsupportedError
 from .frames import body_of
 from .raw import RawDem
-from .units import HEIGHT_UNITS, HeightUnit, height_unit_of
+from .units import HEIGHT_UNITS, HeightUnit, counts_down, height_unit_of
 
 __all__ = ["Heights", "heights_of"]
 
@@ -49,7 +49,11 @@ def heights_of(name: str, raw: RawDem, *, unit: str | None, given: pyproj.CRS | 
         conversions.append(f"Heights are the file's values × {raw.scale:.10g} + {raw.offset:.10g}, as the file says.")
     if taken is not None and taken.metres != 1.0:
         conversions.append(f"Heights converted from {taken.name} to metres (× {taken.metres:.10g}).")
-    factor, offset_m = raw.scale * metres, raw.offset * metres
+    sign = 1.0
+    if _counts_down(raw, given_unit, warnings):
+        sign = -1.0
+        conversions.append("The file's numbers count downward (depths); heights are these with the sign turned.")
+    factor, offset_m = sign * raw.scale * metres, sign * raw.offset * metres + 0.0  # which makes 0 of -0
     radius_m = _radius_in(name, raw, raw.crs if given is None else given, factor, offset_m)
     if radius_m:
         warnings.append(
@@ -85,6 +89,20 @@ def _unit(
             f"{of_band.name} was taken. Give height_unit= if that is wrong."
         )
     return of_band, of_band.above
+
+
+def _counts_down(raw: RawDem, of_given: HeightUnit | None, warnings: list[str]) -> bool:
+    """Whether the file's numbers are depths, by the caller's CRS, else the words of the band's unit, else its CRS."""
+    units = (of_given, raw.crs_height_unit)
+    of_crss = [None if unit is None else unit.down for unit in units]
+    said = [down for down in (of_crss[0], counts_down(raw.height_unit), of_crss[1]) if down is not None]
+    if len(set(said)) > 1:
+        taken = "downward, as depths do," if said[0] else "upward"
+        warnings.append(
+            f"CRS and unit do not agree on whether heights count up or down: {taken} was taken. Give crs= with the "
+            "right vertical part if that is wrong."
+        )
+    return said[0] if said else False
 
 
 def _datum_words(above: str | None) -> str | None:

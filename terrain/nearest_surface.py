@@ -46,15 +46,18 @@ def nearest_surface(grid: ElevationGrid, points_m: npt.ArrayLike) -> NearestSurf
     if points.ndim != 2 or points.shape[1] != 3:
         raise ElevationGridError(f"points_m must hold east, north and altitude of each point, not {points.shape}.")
     heights_m = grid.heights_m
-    # a single row or column extends sideways unchanged, and what is nearest to a point over it lies on it
+    origin_m = np.array([grid.origin_east_m, grid.origin_north_m, 0.0])
+    places_m = points - origin_m
+    # a single row or column gets the second line that kernels need, south or east of it, and no point lies over that
     if grid.rows == 1:
         heights_m = np.repeat(heights_m, 2, axis=0)
+        places_m[:, 1] = np.abs(places_m[:, 1])
     if grid.cols == 1:
         heights_m = np.repeat(heights_m, 2, axis=1)
-    origin_m = np.array([grid.origin_east_m, grid.origin_north_m, 0.0])
+        places_m[:, 0] = -np.abs(places_m[:, 0])
     nearest_m, distance_m, unknown_m = np.empty_like(points), np.empty(len(points)), np.empty(len(points))
     kernel.nearest_places(
-        points - origin_m,
+        places_m,
         heights_m,
         (grid.cell_east_m, grid.cell_north_m),
         _pyramid(heights_m),

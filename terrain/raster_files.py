@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyproj
 import rasterio
 from rasterio._err import CPLE_BaseError  # damaged tags raise it bare
 from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
+from .ascii_header import ascii_place, check_ascii_header
 from .ascii_values import check_ascii_values
 from .crs_parts import horizontal_part, vertical_part
 from .crs_texts import parse_crs
@@ -34,10 +37,12 @@ SEALED = {
     "GDAL_GEOREF_SOURCES": "INTERNAL",
     "GTIFF_REPORT_COMPD_CS": "YES",
     "GTIFF_POINT_GEO_IGNORE": "NO",
+    "DTED_VERIFY_CHECKSUM": "YES",
 }
 PICTURE = {ColorInterp.red, ColorInterp.green, ColorInterp.blue, ColorInterp.palette}
 DTED_DATUMS = {"E96": "EGM96 geoid", "E08": "EGM2008 geoid", "MSL": "mean sea level", "WGS84": "ellipsoid of WGS 84"}
 SHEAR_TOLERANCE = 1e-6
+LONGEST_SHOWN = 80
 ZUNITS_PER_METRE = {"1": "m", "10": "dm", "100": "cm", "1000": "mm"}
 ZUNITS = re.compile(r"^[ \t]*zunits[ \t]+(\S+)", re.IGNORECASE | re.MULTILINE)
 
@@ -56,9 +61,19 @@ def read_raster(
         with rasterio.Env(**SEALED), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(file, driver=driver) as dataset:
-                return _read(file, dataset, cell_m, band, max_cells)
+                if driver != "AAIGrid" or dataset.dtypes[0] != "int32":
+                    return _read(file, dataset, cell_m, band, max_cells)
+            # among whole numbers GDAL makes 0 of nan and inf, and wraps those that are too large
+            with rasterio.open(file, driver=driver, DATATYPE="Float64") as dataset:
+                raw = _read(file, dataset, cell_m, band, max_cells)
+                return replace(raw, values=_whole(raw.values))
     except (RasterioError, CPLE_BaseError) as error:
         raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as {driver}.") from error
+    except UnicodeDecodeError as error:
+        shown = error.object.decode("latin-1")[:LONGEST_SHOWN]
+        raise DemFormatError(
+            f"{file.name} is damaged, or was written by an old program: its text {shown!r} is not UTF-8; write it anew."
+        ) from error
 
 
 def _read(
@@ -74,6 +89,7 @@ def _read(
     if dataset.driver == "AAIGrid" and rows * cols * 2 > file_bytes + 1:
         raise DemFormatError(f"{name} is cut short: {rows} × {cols} heights do not fit into {file_bytes:,} bytes.")
     if dataset.driver == "AAIGrid":
+        check_ascii_header(file)
         check_ascii_values(file, rows, cols)
     if kind.kind == "c":
         raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
@@ -83,6 +99,8 @@ def _read(
             f"{name} says that its heights are its values × {scale:g} + {offset:g}, which makes no heights of them."
         )
     x0, y0, step_x, step_y = _geometry(name, dataset, cell_m, notes)
+    if dataset.driver == "AAIGrid":
+        x0, y0 = ascii_place(file, rows, (step_x, step_y)) or (x0, y0)
     crs, datum, crs_unit = _crs(file, dataset, notes)
     tags = dataset.tags()
     if dataset.driver == "DTED" or "DTED_VerticalDatum" in tags:
@@ -107,7 +125,7 @@ def _read(
         driver=dataset.driver,
         scale=scale,
         offset=offset,
-        height_unit=dataset.units[at] or (_zunits(file) if dataset.driver == "AAIGrid" else None),
+        height_unit=_unit(dataset, at) or (_zunits(file) if dataset.driver == "AAIGrid" else None),
         crs_height_unit=crs_unit,
         vertical_datum=datum,
         conversions=tuple(notes.conversions),
@@ -141,6 +159,25 @@ def _band(name: str, dataset: Any, asked: int | None, notes: _Notes) -> int:
             f"The file has {dataset.count} bands; band 1 was taken as heights. Give band= if another holds them."
         )
     return 1
+
+
+def _unit(dataset: Any, at: int) -> str | None:
+    """What a band says of its unit; of a file with one band in Latin-1 too, as older programs write it."""
+    try:
+        unit: str | None = dataset.units[at]
+    except UnicodeDecodeError as error:
+        if dataset.count > 1:
+            raise
+        return error.object.decode("latin-1")
+    return unit
+
+
+def _whole(values: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+    """The values as 32 bit integers where that is what they all are."""
+    limits = np.iinfo(np.int32)
+    if np.isfinite(values).all() and limits.min <= values.min() and values.max() <= limits.max:
+        return values.astype(np.int32)
+    return values
 
 
 def _zunits(file: Path) -> str | None:

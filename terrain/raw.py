@@ -18,11 +18,13 @@ __all__ = ["RawDem"]
 class RawDem:
     """What a file says, row 0 northmost.
 
-    values: (rows, cols) real numbers of the file's own type; height = values · scale + offset, in ``height_unit``.
+    values: (rows, cols) real numbers of the file's own type; height = values · scale + offset, in ``height_unit``,
+        which may count downward.
     declared_void: (rows, cols) bool, True where the file itself says "no data", or None when it says nothing.
     x0, y0: centre of post (0, 0); step_x > 0 eastward, step_y > 0 southward, all in units of ``crs``.
     crs: None when the file has none, with its datum shift where it states one.
-    height_unit: as the file spells it, None when it does not say; crs_height_unit: that of its vertical CRS.
+    height_unit: as the file spells it, None when it does not say; crs_height_unit: that of its vertical CRS, with
+        its direction.
     from_grid: written from an ElevationGrid, so its positions stay as they are and only NaN means unknown.
     """
 

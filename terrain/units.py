@@ -15,6 +15,7 @@ __all__ = [
     "HEIGHT_UNITS",
     "HeightUnit",
     "axis_unit",
+    "counts_down",
     "degrees_per_unit",
     "height_unit_of",
     "height_unit_of_axis",
@@ -45,17 +46,30 @@ SPELLINGS = {
 UNSAID = {"", "unknown", "none", "unspecified", "n a", "na"}
 # after a unit: another dimension or a factor, where no height can be told
 MULTIPLIED = re.compile(r"\s*([/*^×·²³]|(per|x|times|sq\w*|cub\w*|by)\b|[-+]?\d)", re.IGNORECASE)
+# which way numbers count: "below sea level", "m (depth)", "positive down", but "m, negative below sea level" counts up
+DOWN_WORDS = re.compile(r"(?<![^\W_])(below|beneath|under|depths?|soundings?|down(wards?)?)(?![^\W_])", re.IGNORECASE)
+UP_WORDS = re.compile(r"(?<![^\W_])(above|over|heights?|altitudes?|elevations?|up(wards?)?)(?![^\W_])", re.IGNORECASE)
+NEGATIVE = re.compile(r"(?<![^\W_])(negative|minus)(?![^\W_])", re.IGNORECASE)
+# what stands before the name of the surface that heights count from
+BEFORE_SURFACE = re.compile(
+    r"^([\W_]|(above|over|below|beneath|under|depths?|heights?|positive|negative|up(wards?)?|down(wards?)?)(?![^\W_]))+",
+    re.IGNORECASE,
+)
 # two factors closer than this are one unit, spelled with fewer digits
 SAME_UNIT = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
 class HeightUnit:
-    """A unit of heights: what to call it, metres per unit, and what the words say that heights are above."""
+    """A unit of heights: what to call it, metres per unit, and what the words say that heights are above.
+
+    down: whether heights count downward, as depths do; None where it is not said.
+    """
 
     name: str
     metres: float
     above: str | None = None
+    down: bool | None = None
 
 
 def height_unit_of(text: str | None) -> HeightUnit | None:
@@ -70,20 +84,28 @@ def height_unit_of(text: str | None) -> HeightUnit | None:
     for count in range(len(words), 0, -1):
         key = SPELLINGS.get(" ".join(word[0] for word in words[:count]).lower())
         if key is not None and not MULTIPLIED.match(rest := plain[words[count - 1].end() :]):
-            above = re.sub(r"^[\W_]*((above|over)\b)?[\W_]*|[\W_]+$", "", rest, flags=re.IGNORECASE)
-            return HeightUnit(key, HEIGHT_UNITS[key], above or None)
+            above = re.sub(r"[\W_]+$", "", BEFORE_SURFACE.sub("", rest))
+            return HeightUnit(key, HEIGHT_UNITS[key], above or None, counts_down(plain))
     raise DemUnsupportedError(
         f"The height unit {plain[:40]!r} is not known; give height_unit= as one of {', '.join(HEIGHT_UNITS)}."
     )
 
 
+def counts_down(text: str | None) -> bool | None:
+    """Whether the words of a unit say that heights count downward; None where they say neither, or both."""
+    down, up = (words.search(text or "") is not None for words in (DOWN_WORDS, UP_WORDS))
+    if down == up:
+        return None
+    return down != (NEGATIVE.search(text or "") is not None)
+
+
 def height_unit_of_axis(axis: Any) -> HeightUnit:
-    """The unit of a vertical axis of a CRS, which always tells its metres."""
-    metres = float(axis.unit_conversion_factor)
+    """The unit of a vertical axis of a CRS, which always tells its metres and its direction."""
+    metres, down = float(axis.unit_conversion_factor), axis.direction.lower() == "down"
     for name, known in HEIGHT_UNITS.items():
         if abs(metres / known - 1.0) < SAME_UNIT:
-            return HeightUnit(name, known)
-    return HeightUnit(axis.unit_name, metres)
+            return HeightUnit(name, known, down=down)
+    return HeightUnit(axis.unit_name, metres, down=down)
 
 
 def metres_per_unit(crs: pyproj.CRS) -> float:

@@ -174,7 +174,7 @@ def _within_reach(
     )
     if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
         width = limits.azimuth_to_rad - limits.azimuth_from_rad
-        if not 0.0 < width <= 2.0 * math.pi:
+        if not 0.0 < width <= 2.0 * math.pi + REACH_SLACK:
             width %= 2.0 * math.pi
         turned = (np.arctan2(east_m, north_m) - limits.azimuth_from_rad) % (2.0 * math.pi)
         within &= (turned <= width + REACH_SLACK) | (turned >= 2.0 * math.pi - REACH_SLACK) | (flat_m == 0.0)

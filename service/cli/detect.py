@@ -235,7 +235,8 @@ def _episodes_tables(summary: ReplaySummary) -> list[Table]:
     if not episodes:
         return []
     shown = "" if len(episodes) == len(summary.episodes) else f" (the longest {len(episodes)})"
-    table = Table(title=f"{len(summary.episodes)} occlusions{shown}", title_justify="left")
+    found = len(summary.episodes)
+    table = Table(title=f"{found} occlusion{'' if found == 1 else 's'}{shown}", title_justify="left")
     table.add_column("anchor", style="bold")
     for column in ("from s", "to s", "ranges", "greatest\nexcess m"):
         table.add_column(column, justify="right")

@@ -143,17 +143,18 @@ def _facts(sight: LineOfSight, start_m: tuple[float, ...], end_m: tuple[float, .
         ("from", _place(start_m)),
         ("to", _place(end_m)),
         ("distance", f"{sight.distance_m:.1f} m"),
-        ("clearance", _metres(sight.clearance_m)),
+        ("clearance", f"{sight.clearance_m:.3f} m" if math.isfinite(sight.clearance_m) else "nothing known in between"),
     ]
     if sight.blocking_point_m is not None and sight.blocking_distance_m is not None:
         where = f"{_place(sight.blocking_point_m)}, {sight.blocking_distance_m:.1f} m away"
         facts.append(("blocked at" if sight.verdict == "blocked" else "closest at", where))
-    facts.append(("detour over the ground", _metres(sight.excess_path_m)))
+    facts.append(("detour over the ground", _known(sight.excess_path_m, ".3f", " m")))
     if sight.fresnel_clearance is not None:
-        facts.append(("Fresnel clearance", f"{sight.fresnel_clearance:.2f} radii of the first zone"))
-        facts.append(("diffraction loss", f"{sight.diffraction_loss_db:.1f} dB"))
+        facts.append(("Fresnel clearance", _known(sight.fresnel_clearance, ".2f", " radii of the first zone")))
+    if sight.diffraction_loss_db is not None:
+        facts.append(("diffraction loss", _known(sight.diffraction_loss_db, ".1f", " dB")))
     if sight.probability_clear is not None:
-        facts.append(("probability clear", f"{sight.probability_clear:.3f}"))
+        facts.append(("probability clear", _known(sight.probability_clear, ".3f", "")))
     return [*facts, ("curvature", sight.curvature.sentence())]
 
 
@@ -161,7 +162,7 @@ def _place(position_m: tuple[float, ...]) -> str:
     return "{:.1f} m east, {:.1f} m north, {:.1f} m high".format(*position_m)
 
 
-def _metres(value_m: float) -> str:
-    if math.isnan(value_m):
+def _known(value: float, digits: str, unit: str) -> str:
+    if math.isnan(value):
         return "not known"
-    return f"{value_m:.3f} m" if math.isfinite(value_m) else "nothing known in between" if value_m > 0 else "–"
+    return f"{value:{digits}}{unit}" if math.isfinite(value) else "none, an end lies below the ground"

@@ -87,7 +87,9 @@ async def upload_dem(
         Literal["m", "ft", "us-ft", "dm", "cm", "mm", "km"] | None,
         Query(description="Unit of the heights, in place of what the file says."),
     ] = None,
-    band: Annotated[int | None, Query(ge=1, description="Band that holds the heights; without it the first.")] = None,
+    band: Annotated[
+        int | None, Query(ge=1, le=65_535, description="Band that holds the heights; without it the first.")
+    ] = None,
     cell_m: Annotated[
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,

@@ -10,6 +10,7 @@ import uvicorn
 
 from service.errors import AddressError
 from service.jobs.folder import DataFolder
+from service.jobs.store import Store
 from service.settings import Settings
 
 from .app import create_app
@@ -25,6 +26,8 @@ def serve(settings: Settings) -> None:
     with _listening(settings.host, settings.port) as listener:
         folder = DataFolder.open(settings.data_folder)
         try:
+            # a store that cannot be used ends here with one sentence, within the app with a traceback
+            Store(folder.database).close()
             config = uvicorn.Config(
                 create_app(settings, folder),
                 # one event loop everywhere, whatever else is installed

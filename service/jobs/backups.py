@@ -253,10 +253,11 @@ def _make_target(root: Path, target: Path) -> None:
     if target.resolve().is_relative_to(root.resolve()):
         raise RequestError(f"The backup {target} would lie in the data folder itself; name a folder outside of it.")
     try:
-        target.mkdir(parents=True, exist_ok=True)
+        target.mkdir(exist_ok=True)
         empty = not any(target.iterdir())
     except OSError as error:
-        raise RequestError(f"The backup folder {target} cannot be made: {error.strerror}.") from error
+        why = error.strerror if target.parent.is_dir() else f"there is no folder {target.parent}"
+        raise RequestError(f"The backup folder {target} cannot be made: {why}.") from error
     if not empty:
         raise RequestError(
             f"The backup folder {target} is not empty, and no backup overwrites anything; name a new one."

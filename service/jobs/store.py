@@ -42,7 +42,10 @@ class Store:
             self._prepare(path)
             self._file = path.stat()
         except sqlite3.DatabaseError as error:
-            raise DataFolderError(f"{path} cannot be used as the job store: {error}.") from error
+            # an operational one, such as a lock or a right that is missing, is no damage
+            damaged = not isinstance(error, sqlite3.OperationalError)
+            cure = "; `sightline store restore` puts a backup in its place" if damaged else ""
+            raise DataFolderError(f"{path} cannot be used as the job store: {error}{cure}.") from error
 
     def close(self) -> None:
         """Close the file."""

@@ -15,7 +15,7 @@ __all__ = ["DetectorSettingsIn"]
 DEFAULTS = DetectorSettings()
 
 # Whether a number makes sense is for DetectorSettings to say, in one place.
-Count = Annotated[int, Field(strict=True)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000_000)]
 Sigma = "One-sigma error of "
 
 
@@ -64,7 +64,7 @@ class DetectorSettingsIn(StrictModel):
     max_speed_m_per_s: Number = Field(
         DEFAULTS.max_speed_m_per_s, description="Faster odometry is not reliable, metres per second."
     )
-    window: Annotated[int, Field(strict=True, le=1000)] = Field(
+    window: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         DEFAULTS.window, description="Number of recent epochs in which a violation has to persist."
     )
     persistence: Number = Field(DEFAULTS.persistence, description="In which part of them, 0..1.")

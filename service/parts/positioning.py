@@ -98,7 +98,7 @@ class PositioningParameters(RangingParameters):
         "pdop", description="Which dilution of precision; tdop, of the clock, goes with pseudoranges."
     )
     dop_limit: Positive = Field(2.5, description="From this dilution on positioning is not good enough, no unit.")
-    min_anchors: Annotated[int, Field(strict=True, ge=1)] | None = Field(
+    min_anchors: Annotated[int, Field(strict=True, ge=1, le=1024)] | None = Field(
         None, description="So many anchors must be in sight as well; left out = as many as a fix needs."
     )
 

@@ -14,6 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from service.jobs.folder import DataFolder
+from service.jobs.records import DemRecord
+from service.jobs.store import Store
 from tests.service.folders import contents
 from tests.service.running import Server, command, environment, running
 from tests.stories.grounds import long_job, short_job, upload_rough_ground
@@ -74,6 +77,25 @@ def test_somebodys_project_is_refused_in_one_sentence_and_not_touched(tmp_path: 
             "is touched; name an empty or a new folder (--data, SIGHTLINE_DATA_FOLDER)."
         ]
     assert contents(project) == before
+
+
+@pytest.mark.parametrize("kept", [20_000, 50_000, 0.9])
+def test_a_store_that_is_cut_short_is_refused_in_one_sentence_and_left_as_it_is(tmp_path: Path, kept: float) -> None:
+    folder = DataFolder.open(tmp_path / "data")
+    store = Store(folder.database)
+    for number in range(300):
+        store.add_dem(DemRecord(f"{number:032x}", "hill.npy", float(number), {"words": "ground " * 40}))
+    store.close()
+    folder.close()
+    whole = folder.database.read_bytes()
+    cut = whole[: int(kept if kept > 1 else kept * len(whole))]
+    folder.database.write_bytes(cut)
+    run = subprocess.run(command(), env=environment(folder.root), capture_output=True, text=True, timeout=60)
+    assert (run.returncode, run.stdout) == (2, "")
+    (sentence,) = run.stderr.strip().splitlines()
+    assert sentence.startswith(str(folder.database))
+    assert "`sightline store restore` puts a backup in its place." in sentence
+    assert folder.database.read_bytes() == cut
 
 
 def test_a_folder_of_the_release_before_the_marker_opens_also_after_kill_9(tmp_path: Path) -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
+import rasterio.shutil
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from terrain import ElevationGrid, TerrainError, read_dem, write_npz
+from terrain import DemFormatError, DemUnsupportedError, ElevationGrid, TerrainError, read_dem, write_npz
 from tests.terrain.files import hill, write_asc, write_tif
 
 
@@ -81,3 +82,34 @@ def test_damage_ends_in_a_grid_or_in_a_sentence(name: str, tmp_path: Path, data:
     assert "\n" not in sentence
     assert sentence.endswith(".")
     assert read_dem(whole, cell_m=cell_m).shape in (hill().shape, (36, 45)), "the next file does not suffer"
+
+
+def test_a_dted_whose_checksums_do_not_hold_is_damaged(tmp_path: Path) -> None:
+    tile = write_tif(
+        tmp_path / "tile.tif", np.tile(hill(11, 11), (11, 11)).astype("i2"), crs="EPSG:4326",
+        transform=rasterio.Affine(1 / 120, 0, 7 - 1 / 240, 0, -1 / 120, 47 + 1 / 240),
+    )  # fmt: skip
+    path = tmp_path / "n46.dt0"
+    rasterio.shutil.copy(tile, path, driver="DTED")
+    assert read_dem(path).provenance.driver == "DTED"
+    content = bytearray(path.read_bytes())
+    content[3428 + 12 + 7] ^= 0x10  # a height of the first profile, behind the headers of MIL-PRF-89020B
+    path.write_bytes(content)
+    with pytest.raises(DemFormatError, match="damaged or cut short"):
+        read_dem(path)
+
+
+def test_a_text_that_is_not_utf8_is_shown(tmp_path: Path) -> None:
+    path = write_tif(tmp_path / "dem.tif", hill(), units=("Klafter XX N.N.",))
+    path.write_bytes(path.read_bytes().replace(b"XX", b"\xfcb"))
+    with pytest.raises(DemUnsupportedError, match=r"The height unit 'Klafter üb N.N.' is not known; give height_unit="):
+        read_dem(path)
+    assert read_dem(path, height_unit="m").shape == hill().shape
+    two = write_tif(tmp_path / "two.tif", np.stack([hill(), hill()]), units=("Meter XX N.N.", "m"))
+    two.write_bytes(two.read_bytes().replace(b"XX", b"\xfcb"))
+    with pytest.raises(DemFormatError, match=r"its text 'Meter üb N.N.' is not UTF-8; write it anew"):
+        read_dem(two)
+    hall = write_tif(tmp_path / "crs.tif", hill(), crs='LOCAL_CS["XX hall",UNIT["metre",1]]')
+    hall.write_bytes(hall.read_bytes().replace(b"XX", b"\xfcb"))
+    with pytest.raises(DemFormatError, match=r"üb hall.* is not UTF-8"):
+        read_dem(hall)

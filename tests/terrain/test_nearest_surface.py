@@ -89,7 +89,15 @@ def test_outside_the_grid_there_is_no_distance():
     assert np.isnan([found.distance_m[0], found.unknown_m[0], *found.nearest_m[0]]).all()
 
 
-def test_a_profile_goes_on_sideways_unchanged():
+@pytest.mark.parametrize("turned", [False, True])
+def test_beside_a_profile_there_is_no_ground(turned):
+    heights_m = np.array([[0.0, 30.0, 0.0]], np.float32)
+    profile = ElevationGrid(heights_m.T if turned else heights_m, 30.0, 30.0)
+    beside = [(-9.0, -30.0, 40.0), (9.0, -30.0, 40.0)] if turned else [(30.0, 9.0, 40.0), (30.0, -9.0, 40.0)]
+    assert np.isnan(nearest_surface(profile, beside).distance_m).all()
+
+
+def test_a_profile_is_level_across():
     profile = ElevationGrid(np.array([[0.0, 30.0, 0.0, 10.0]], np.float32), 30.0, 20.0)
     wide = ElevationGrid(np.repeat(profile.heights_m, 9, axis=0), 30.0, 20.0, origin_north_m=80.0)
     points_m = [(10.0, 0.0, 40.0), (70.0, 0.0, 22.0)]

@@ -50,6 +50,18 @@ def test_an_azimuth_sector_runs_clockwise_from_north_and_may_cross_it():
     assert visible[10, 13] == HIDDEN
 
 
+@pytest.mark.parametrize(("start_deg", "end_deg"), [(10, 10), (350, -10), (10, 370 + 360), (370, 10), (0.1, 0.1)])
+def test_an_empty_azimuth_sector_is_refused(start_deg, end_deg):
+    with pytest.raises(AnchorError, match=f"from {start_deg} to {end_deg} deg is empty; leave both out"):
+        AntennaLimits(azimuth_from_rad=math.radians(start_deg), azimuth_to_rad=math.radians(end_deg))
+
+
+@pytest.mark.parametrize("start_deg", [-180, -10, 0, 1, 10, 33.3, 90])
+def test_a_whole_turn_is_all_round(start_deg):
+    limits = AntennaLimits(azimuth_from_rad=math.radians(start_deg), azimuth_to_rad=math.radians(start_deg + 360))
+    assert (seen(limits, above_ground_m=0.0) == VISIBLE).all()
+
+
 def test_an_antenna_that_cannot_look_down_steeply_sees_ground_only_further_out():
     limits = AntennaLimits(min_elevation_rad=math.radians(-45))
     lowest_m = min_visible_altitude(PLAIN, [eye(PLAIN, 20, 20, 50.0, limits=limits)]).altitude_m[0]

@@ -8,7 +8,7 @@ from scipy.special import fresnel
 
 from terrain import ElevationGrid
 from tests.reference.line_of_sight import shortest_way_over
-from visibility import FLAT, Curvature, line_of_sight, lines_of_sight, profile
+from visibility import FLAT, Anchor, Curvature, line_of_sight, lines_of_sight, min_visible_altitude, profile
 from visibility.sight import fresnel_radius_m, knife_edge_loss_db
 
 ROUNDING_M = 1e-6
@@ -183,18 +183,52 @@ def test_two_equal_points_see_each_other_above_ground():
 # -- profiles of one row or column
 
 
-def test_a_single_row_is_a_profile_that_extends_sideways():
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_single_row_is_a_line_of_ground_with_nothing_beside_it(turned):
     profile_m = np.array([[0, 0, 9, 0, 0]], np.float32)
-    for grid, turned in ((ElevationGrid(profile_m, 10.0, 10.0), False), (ElevationGrid(profile_m.T, 10.0, 10.0), True)):
-        for aside_m in (0.0, 70.0, -300.0):
-            ends = [(0.0, aside_m, 5.0), (40.0, -aside_m, 5.0)]
-            if turned:
-                ends = [(north, -east, up) for east, north, up in ends]
-            sight = line_of_sight(grid, *ends)
-            assert sight.clearance_m == pytest.approx(-4.0)
-            assert sight.warnings == ()
+    grid = ElevationGrid(profile_m.T if turned else profile_m, 10.0, 10.0)
+
+    def along(*ends):
+        return line_of_sight(grid, *([(north, -east, up) for east, north, up in ends] if turned else ends))
+
+    on_it = along((0.0, 0.0, 5.0), (40.0, 0.0, 5.0))
+    assert (on_it.clearance_m, on_it.warnings) == (pytest.approx(-4.0), ())
+    across = along((0.0, 70.0, 5.0), (40.0, -70.0, 5.0))
+    assert across.clearance_m == pytest.approx(-4.0)
+    assert across.blocking_distance_m == pytest.approx(math.hypot(20.0, 70.0))
+    for aside_m in (10.0, -10.0):
+        beside = along((0.0, aside_m, 5.0), (40.0, aside_m, 5.0))
+        assert (beside.verdict, beside.clearance_m) == ("clear", math.inf)
+        assert "outside the DEM" in beside.warnings[0]
 
 
-def test_a_single_post_is_level_ground():
+@pytest.mark.parametrize("shape", [(1, 9), (9, 1), (1, 1)])
+@pytest.mark.parametrize("mode", ["exact", "fast"])
+def test_lines_and_maps_agree_on_a_single_row_or_column(shape, mode):
+    rng = np.random.default_rng(5)
+    grid = ElevationGrid(rng.uniform(100.0, 130.0, shape).astype(np.float32), 30.0, 20.0, 1000.0, 5000.0)
+    for beside_m in (0.0, 60.0, -60.0, 7.0, -7.0):
+        along_m = 45.0 if max(shape) > 1 else 0.0
+        east_m, north_m = (along_m, beside_m) if shape[0] == 1 else (beside_m, -along_m)
+        eye = Anchor("A", 1000.0 + east_m, 5000.0 + north_m, 128.0)
+        lowest_m = min_visible_altitude(grid, [eye], mode=mode, curvature=FLAT).altitude_m[0]
+        for row, col in np.ndindex(shape):
+            above_m = max(float(lowest_m[row, col]), float(grid.heights_m[row, col]))
+            for step_m, verdict in ((0.01, "clear"), (-0.01, "blocked")):
+                end = (*grid.position_of(row, col), above_m + step_m)
+                sight = line_of_sight(grid, (eye.east_m, eye.north_m, eye.altitude_m), end, curvature=FLAT)
+                assert sight.verdict == verdict, (beside_m, row, col)
+
+
+def test_ground_beside_a_single_row_hides_nothing():
+    grid = ElevationGrid(np.array([[100, 100, 150, 100, 100]], np.float32), 30.0, 30.0)
+    for side in (1.0, -1.0):
+        assert line_of_sight(grid, (45.0, side * 60.0, 110.0), (0.0, 0.0, 101.0)).verdict == "clear"
+        lowest_m = min_visible_altitude(grid, [Anchor("A", 45.0, side * 60.0, 110.0)], mode="exact").altitude_m
+        np.testing.assert_array_equal(lowest_m[0], grid.heights_m)
+
+
+def test_a_single_post_is_ground_where_it_stands():
     grid = ElevationGrid(np.array([[7.0]], np.float32), 10.0, 10.0)
-    assert line_of_sight(grid, (-5.0, 3.0, 9.0), (50.0, 80.0, 12.0)).clearance_m == pytest.approx(2.0)
+    assert line_of_sight(grid, (-10.0, 4.0, 9.0), (20.0, -8.0, 12.0)).clearance_m == pytest.approx(3.0)
+    assert line_of_sight(grid, (-5.0, 3.0, 9.0), (50.0, 80.0, 12.0)).clearance_m == math.inf

@@ -34,7 +34,19 @@ def test_unknown_ground_under_the_line_makes_it_unknown_unless_known_ground_bloc
     assert sight.clearance_m == 5.0  # over the known ground
     assert all(math.isnan(v) for v in (sight.fresnel_clearance, sight.excess_path_m, sight.probability_clear))
     assert math.isnan(sight.diffraction_loss_db)
-    assert line_of_sight(void_strip(), (0, -45, -5), (200, -45, -5)).verdict == "blocked"
+    assert sight.warnings == ("The line passes over unknown ground, so what depends on the ground there is not known.",)
+
+
+def test_known_ground_that_blocks_tells_the_probability_also_beside_unknown_ground():
+    heights_m = void_strip().heights_m.copy()
+    heights_m[:, 5] = 10.0
+    grid = ElevationGrid(heights_m, 10.0, 10.0)
+    for altitude_m, expected in ((5.0, 0.5 * math.erfc(5.0 / math.sqrt(2.0))), (-90.0, 0.0)):
+        sight = line_of_sight(grid, (0, -45, altitude_m), (200, -45, altitude_m), dem_sigma_m=1.0)
+        assert (sight.verdict, sight.blocked_by) == ("blocked", "ground")
+        assert sight.probability_clear == pytest.approx(expected, abs=1e-12)
+        assert "passes over unknown ground" in sight.warnings[-1]
+    assert math.isnan(line_of_sight(grid, (0, -45, 11), (200, -45, 11), dem_sigma_m=1.0).probability_clear)
 
 
 def test_the_caller_may_take_unknown_ground_as_open_or_as_blocking():

@@ -27,7 +27,7 @@ def surface_normals(grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.Arr
     col = (east - grid.origin_east_m) / grid.cell_east_m
     slack = 1e-6
     inside = (row >= -slack) & (row <= grid.rows - 1 + slack) & (col >= -slack) & (col <= grid.cols - 1 + slack)
-    # a single row or column extends sideways unchanged
+    # a single row or column is level across
     heights_m = np.pad(grid.heights_m, ((0, int(grid.rows == 1)), (0, int(grid.cols == 1))), mode="edge")
     top = np.clip(np.where(inside, row, 0.0), 0, heights_m.shape[0] - 2).astype(np.intp)
     left = np.clip(np.where(inside, col, 0.0), 0, heights_m.shape[1] - 2).astype(np.intp)
@@ -91,7 +91,7 @@ def _post_slopes(
         (west_east_m, grid.cols, grid.cell_east_m),
         (south_north_m, grid.rows, grid.cell_north_m),
     ):
-        # a single row or column extends sideways unchanged
+        # a single row or column is level across
         level = np.zeros(post_m.shape) + 0.0 * post_m
         rises.append(_mean_known(after_m - post_m, post_m - before_m) / cell_m if lines > 1 else level)
     return rises[0], rises[1]

@@ -32,6 +32,8 @@ __all__ = [
 # An anchor this little under the surface is a rounding of one that stands on it.
 GROUND_TOLERANCE_M = 1e-3
 FURTHEST_USEFUL_M = 1_000_000.0
+# so many turns are a rounding of none, or of the one that is all round
+ROUNDED_TURNS = 1e-12
 
 Covariance = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
@@ -41,7 +43,7 @@ class AntennaLimits:
     """What an anchor's antenna can reach.
 
     min_range_m, max_range_m: slant range, metres; inf = unlimited.
-    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None = all round.
+    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None, and a whole turn, = all round.
     min_elevation_rad, max_elevation_rad: above the anchor's horizontal.
     Raises AnchorError.
     """
@@ -65,6 +67,14 @@ class AntennaLimits:
             raise AnchorError("An azimuth sector needs both its start and its end.")
         if not all(angle is None or math.isfinite(angle) for angle in (self.azimuth_from_rad, self.azimuth_to_rad)):
             raise AnchorError("Azimuth limits must be finite angles.")
+        if self.azimuth_from_rad is not None and self.azimuth_to_rad is not None:
+            turns = (self.azimuth_to_rad - self.azimuth_from_rad) / (2.0 * math.pi)
+            if abs(turns - round(turns)) < ROUNDED_TURNS and round(turns) != 1:
+                start_deg, end_deg = math.degrees(self.azimuth_from_rad), math.degrees(self.azimuth_to_rad)
+                raise AnchorError(
+                    f"The azimuth sector from {start_deg:.6g} to {end_deg:.6g} deg is empty; leave both out, or give 0 "
+                    "and 360 deg, for all round."
+                )
 
 
 ALL_ROUND = AntennaLimits()
@@ -221,7 +231,7 @@ def limits_of(limits: AntennaLimits) -> kernel.Limits:
     if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
         azimuth_from_rad = limits.azimuth_from_rad
         azimuth_width_rad = limits.azimuth_to_rad - limits.azimuth_from_rad
-        if not 0.0 < azimuth_width_rad <= 2.0 * math.pi:
+        if not 0.0 < azimuth_width_rad <= 2.0 * math.pi * (1.0 + ROUNDED_TURNS):
             azimuth_width_rad %= 2.0 * math.pi
     lowest = -math.inf if limits.min_elevation_rad <= -math.pi / 2 else math.tan(limits.min_elevation_rad)
     highest = math.inf if limits.max_elevation_rad >= math.pi / 2 else math.tan(limits.max_elevation_rad)

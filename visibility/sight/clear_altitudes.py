@@ -77,11 +77,13 @@ def _eye(grid: ElevationGrid, anchor: Anchor | DistantAnchor) -> Eye:
         east_m, north_m, altitude_m = anchor.position_m(grid)
     else:
         east_m, north_m, altitude_m = anchor.east_m, anchor.north_m, anchor.altitude_m
-    return (*grid.post_at(east_m, north_m), altitude_m)
+    row, col = grid.post_at(east_m, north_m)
+    # beside a single row or column it makes no difference on which side; the second line of the engines is on the other
+    return (-abs(row) if grid.rows == 1 else row, -abs(col) if grid.cols == 1 else col, altitude_m)
 
 
 def _at_least_two_lines(heights_m: Heights) -> Heights:
-    """A single row or column of posts extends sideways unchanged: give it the second line that engines need."""
+    """Give a single row or column of posts the second line that engines need, south or east of it."""
     rows, cols = heights_m.shape
     if rows > 1 and cols > 1:
         return heights_m

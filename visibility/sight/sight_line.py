@@ -40,7 +40,7 @@ class LineOfSight:
     excess_path_m: how much longer the shortest way over the ground in the vertical plane is than the straight line, the
         bias a diffracted range would show; 0 when clear, +inf when an end lies below the ground.
     probability_clear: that the line is clear of the ground; None without dem_sigma_m.
-    NaN: not known, because the line passes over unknown ground.
+    NaN: not known, because the line passes over unknown ground; its probability is known where known ground blocks it.
     """
 
     verdict: Verdict

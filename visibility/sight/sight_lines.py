@@ -48,7 +48,8 @@ class LinesOfSight:
         the ground, -inf where one lies below it, NaN over unknown ground; None without a wavelength.
     excess_path_m: (n,) how much longer the shortest way over the ground in the vertical plane is than the line itself;
         0 where clear, +inf where an end lies below the ground, NaN over unknown ground; None unless asked for.
-    probability_clear: (n,) that the line is clear of the ground; NaN over unknown ground; None without dem_sigma_m.
+    probability_clear: (n,) that the line is clear of the ground; over unknown ground NaN, unless known ground blocks:
+        then of that alone, which unknown ground can only lower; None without dem_sigma_m.
     """
 
     clearance_m: npt.NDArray[np.float64]
@@ -221,14 +222,20 @@ def _with_buildings(
 def _probability_clear(sight: LinesOfSight, dem_sigma_m: float) -> npt.NDArray[np.float64]:
     # Phi(x) = erfc(-x / sqrt 2) / 2; scipy's would cost a third of a second at import
     probability: npt.NDArray[np.float64] = _erfc(-sight.clearance_m / (dem_sigma_m * math.sqrt(2.0))) / 2.0
-    if sight.unknown != "open":
-        probability[sight.over_unknown] = np.nan if sight.unknown == "unknown" else 0.0
+    if sight.unknown == "blocked":
+        probability[sight.over_unknown] = 0.0
+    elif sight.unknown == "unknown":
+        probability[sight.over_unknown & (sight.verdict != HIDDEN)] = np.nan
     return probability
 
 
 def _warnings(sight: LinesOfSight) -> tuple[str, ...]:
     n = len(sight.verdict)
-    taken = {"open": "which was taken as not blocking, as asked", "blocked": "which was taken as blocking, as asked"}
+    taken = {
+        "unknown": "so what depends on the ground there is not known",
+        "open": "which was taken as not blocking, as asked",
+        "blocked": "which was taken as blocking, as asked",
+    }
     found = [
         (
             sight.leaves_dem,
@@ -236,9 +243,8 @@ def _warnings(sight: LinesOfSight) -> tuple[str, ...]:
             "partly or wholly outside the DEM; ground there is unknown and taken as not blocking",
         ),
         (sight.ends_below, "ends", "below the ground and is blocked there"),
+        (sight.over_unknown, "passes", f"over unknown ground, {taken[sight.unknown]}"),
     ]
-    if sight.unknown != "unknown":
-        found.append((sight.over_unknown, "passes", f"over unknown ground, {taken[sight.unknown]}"))
     subject = "The line" if n == 1 else "{count} of {n} lines: each"
     return tuple(
         f"{subject.format(count=int(lines.sum()), n=n)} {verb} {where}." for lines, verb, where in found if lines.any()

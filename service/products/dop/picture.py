@@ -42,7 +42,9 @@ __all__ = ["dop_classes", "draw_cut", "draw_dop_map", "write_legend", "write_map
 # Shares of the limit at which classes begin: cold colours are good enough, warm ones are not.
 BOUNDS = (0.0, 0.5, 0.75, 1.0, 2.0)
 COLOURS = ("#2c5f9e", "#4fa3c4", "#b5dcc3", "#f2c46d", "#e08a45")
-GROUND_COLOUR, LINE_COLOUR = "#4a4038", "#d4148c"
+LINE_COLOUR = "#d4148c"
+GROUND = MapClass("ground", "#4a4038")
+OUTSIDE = MapClass("outside the volume", "#ffffff")  # air over the ceiling or under the floor
 MOST_NAMES = 12
 Panel = tuple[str, list[MapClass], npt.NDArray[np.uint8]]
 
@@ -167,9 +169,14 @@ def _vertical(
     altitude_m = np.where(np.isnan(cut.altitude_m), np.nanmin(cut.altitude_m), cut.altitude_m)
     up_m = np.apply_along_axis(_edges, 1, np.apply_along_axis(_edges, 0, altitude_m))
     lowest_m, highest_m = float(up_m.min()), float(up_m.max())
+    bottom_m, top_m = up_m.min(axis=0), up_m.max(axis=0)
+    over_ground = 0.5 * (bottom_m[1:] + bottom_m[:-1]) > cut.ground_m  # never so where the ground is unknown
+    more = [GROUND, OUTSIDE] if over_ground.any() or top_m.min() < highest_m else [GROUND]
     for name, (title, classes, numbers) in zip("01", panels, strict=True):
         axes = axes_of[name]
-        axes.set_facecolor(GROUND_COLOUR)  # of voxels whose middle is below ground
+        axes.set_facecolor(OUTSIDE.colour)
+        # of voxels whose middle is below ground
+        axes.fill_between(across_km, bottom_m, top_m, color=GROUND.colour, lw=0.0, zorder=0.5)
         shown = np.where(numbers == UNDECIDED, len(classes), numbers)
         axes.pcolormesh(
             np.broadcast_to(across_km, up_m.shape),
@@ -180,10 +187,10 @@ def _vertical(
             vmax=len(classes) + 0.5,
             rasterized=True,
         )
-        axes.fill_between(distance_km, cut.ground_m, lowest_m, color=GROUND_COLOUR, lw=0.0)
+        axes.fill_between(distance_km, cut.ground_m, lowest_m, color=GROUND.colour, lw=0.0)
         axes.plot(distance_km, cut.ground_m, color=INK, lw=0.8)
         axes.set(ylabel="altitude, m", xlim=(across_km[0], across_km[-1]), ylim=(lowest_m, highest_m))
-        _legend(axes, title, classes, bool((numbers == UNDECIDED).any()), GROUND_COLOUR)
+        _legend(axes, title, classes, bool((numbers == UNDECIDED).any()), more)
     axes_of["1"].set_xlabel("from A to B, km")
     return figure
 
@@ -197,17 +204,13 @@ def _horizontal(
     rock = cut.altitude_m < grid.heights_m
     for place, (title, classes, numbers) in enumerate(panels):
         axes = figure.add_subplot(1, 2, place + 1)
-        pixels = class_pixels(grid, np.where(rock, len(classes), numbers).astype(np.uint8), [*classes, _rock()])
+        pixels = class_pixels(grid, np.where(rock, len(classes), numbers).astype(np.uint8), [*classes, GROUND])
         axes.imshow(pixels, extent=_extent_km(grid), interpolation="nearest")
         _kilometres(axes, grid)
         _anchors(axes, finished)
-        more = GROUND_COLOUR if rock.any() else None
-        _legend(axes, title, classes, bool((numbers[~rock] == UNDECIDED).any()), more)
+        unknown = bool((numbers[~rock] == UNDECIDED).any())
+        _legend(axes, title, classes, unknown, [GROUND] if rock.any() else [])
     return figure
-
-
-def _rock() -> MapClass:
-    return MapClass("ground", GROUND_COLOUR)
 
 
 def _counted(cut: VerticalSection | HorizontalSection, anchors: int) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
@@ -259,12 +262,9 @@ def _anchors(axes: Axes, finished: FinishedDopMap) -> None:
     axes.set(xlim=borders[0], ylim=borders[1])
 
 
-def _legend(axes: Axes, title: str, classes: Sequence[MapClass], unknown: bool, ground: str | None) -> None:
-    handles = [Patch(fc=kind.colour, ec=INK, lw=0.6, label=kind.label) for kind in classes]
-    if unknown:
-        handles.append(Patch(fc=UNKNOWN_COLOUR, ec=INK, lw=0.6, label="unknown"))
-    if ground is not None:
-        handles.append(Patch(fc=ground, ec=INK, lw=0.6, label="ground"))
+def _legend(axes: Axes, title: str, classes: Sequence[MapClass], unknown: bool, more: Sequence[MapClass]) -> None:
+    listed = [*classes, *([MapClass("unknown", UNKNOWN_COLOUR)] if unknown else []), *more]
+    handles = [Patch(fc=kind.colour, ec=INK, lw=0.6, label=kind.label) for kind in listed]
     legend = axes.legend(
         handles=handles,
         title=title,

@@ -73,7 +73,9 @@ class LineOut(BaseModel):
     )
     over_unknown: bool = Field(description="Whether the line crosses unknown ground.")
     fresnel_clearance: float | None = Field(
-        None, description="Least clearance in radii of the first Fresnel zone, no unit; null without a wavelength."
+        None,
+        description="Least clearance in radii of the first Fresnel zone, no unit; null without a wavelength and over "
+        "unknown ground.",
     )
     excess_path_m: float | None = Field(
         None,
@@ -81,7 +83,9 @@ class LineOut(BaseModel):
         "end lies below the ground, or unknown, or not asked for.",
     )
     probability_clear: float | None = Field(
-        None, description="Probability that the line is clear, 0..1; null without dem_sigma_m."
+        None,
+        description="Probability that the line is clear, 0..1; null without dem_sigma_m, and over unknown ground "
+        "unless known ground blocks it.",
     )
 
 

@@ -2,12 +2,15 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from dem_samples import sample_path
+from terrain import ElevationGrid, write_npz
 from tests.service.small_maps import COLS, NORTH_M, ROWS, WALL_COLUMN, WEST_M
 
 
@@ -54,6 +57,27 @@ def test_los_adds_fresnel_and_probability_when_asked(sightline, dem_file):
     assert full["fresnel_clearance"] > 0.0
     normal = 0.5 * (1.0 + math.erf(full["clearance_m"] / 4.0 / math.sqrt(2.0)))
     assert full["probability_clear"] == pytest.approx(normal, abs=1e-9)
+
+
+def test_los_says_what_is_not_known_over_unknown_ground_and_below_the_ground(sightline, tmp_path):
+    heights_m = np.zeros((9, 21), np.float32)
+    heights_m[:, 15], heights_m[4:, 5] = np.nan, 40.0
+    path = tmp_path / "dem.npz"
+    write_npz(ElevationGrid(heights_m, 10.0, 10.0), path)
+
+    def los(north_m, height):
+        ends = ("--from", f"0,{north_m},{height}", "--to", f"200,{north_m},{height}")
+        return sightline("los", path, *ends, "--wavelength", "0.1", "--dem-sigma", "2").stdout
+
+    unknown, blocked, below = los(-20, "5agl"), los(-60, "5agl"), los(-20, "-9msl")
+    assert ("Line of sight: unknown" in unknown, "Line of sight: blocked" in blocked) == (True, True)
+    for words in (unknown, blocked):
+        assert re.search(r"Fresnel clearance[ │]+not known ", words)
+        assert re.search(r"diffraction loss[ │]+not known ", words)
+        assert "The line passes over unknown ground, so what depends on the ground there is not known." in words
+    assert re.search(r"probability clear[ │]+not known ", unknown)
+    assert re.search(r"probability clear[ │]+0\.000 ", blocked)
+    assert [re.search(r"\b(nan|inf)\b", words) for words in (unknown, blocked, below)] == [None] * 3
 
 
 @pytest.mark.parametrize(

@@ -84,6 +84,13 @@ def test_a_missing_store_is_told(sightline, data):
     assert "is missing" in ended.stdout
 
 
+def test_a_backup_makes_its_own_folder_alone(sightline, data, tmp_path):
+    ended = sightline("store", "backup", tmp_path / "nonexist" / "x" / "y", "--data", data)
+    assert (ended.code, ended.stdout) == (2, "")
+    assert f"y cannot be made: there is no folder {tmp_path / 'nonexist' / 'x'}." in ended.stderr
+    assert not (tmp_path / "nonexist").exists()
+
+
 def test_a_backup_comes_back_as_it_was_also_in_a_new_folder(sightline, data, tmp_path):
     made = sightline("store", "backup", tmp_path / "backup", "--data", data, "--json")
     assert (made.code, told(made)["results"], told(made)["missing"]) == (0, 6, [])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gnss import parse_rinex_navigation, read_rinex_navigation
+from gnss import GpsTime, parse_rinex_navigation, read_rinex_navigation
 from tests.visibility.satellites.constellation import shared_file
 from tests.visibility.satellites.navigation_texts import as_rinex_3, head
 
@@ -105,3 +105,37 @@ def test_the_case_of_line_counts_gives_its_six_gps_satellites(name):
     found = read_rinex_navigation(shared_file(f"../../cases/rinex-line-counts/{name}.rnx"))
     assert [one.id for one in found.sets] == ["G19", "G06", "G09", "G17", "G04", "G11"]
     assert found.warnings == (() if name == "comment_between_records" else (GLONASS_TOLD,))
+
+
+def at_midnight(lines, first, day, week, toe_s):
+    """A GPS record moved to midnight of a day of April 2009, with the week and the second that it is to state."""
+    lines = list(lines)
+    lines[first] = f"{lines[first][:4]}2009 04 {day:02d} 00 00 00{lines[first][23:]}"
+    lines[first + 3] = f"    {toe_s:19.12E}{lines[first + 3][23:]}"
+    lines[first + 5] = f"{lines[first + 5][:42]}{week:19.12E}{lines[first + 5][61:]}"
+    return lines
+
+
+# 5 April 2009, a Sunday, is the first day of GPS week 1526; the times of ephemeris are as RTKLIB's adjweek has them
+@pytest.mark.parametrize(
+    ("week", "toe_s", "expected"),
+    [
+        (1526, 0.0, GpsTime(1526, 0.0)), (1525, 0.0, GpsTime(1526, 0.0)), (1527, 0.0, GpsTime(1526, 0.0)),
+        (1525, 597_600.0, GpsTime(1525, 597_600.0)), (1526, 597_600.0, GpsTime(1525, 597_600.0)),
+        (502, 597_600.0, GpsTime(1525, 597_600.0)), (1526, 302_400.0, GpsTime(1526, 302_400.0)),
+    ],
+)  # fmt: skip
+def test_a_week_that_was_not_turned_over_is_the_one_next_to_the_records_epoch(navigation_text, week, toe_s, expected):
+    lines = at_midnight(as_rinex_3(head(navigation_text, 4)).splitlines(), 14, 5, week, toe_s)
+    found = parse_rinex_navigation("\n".join(lines), "x.rnx")
+    assert found.sets[1].toe == expected
+    assert found.warnings == (GLONASS_TOLD,)
+
+
+@pytest.mark.parametrize("week", [1524, 1528, 2549])
+def test_a_week_far_from_the_records_epoch_is_passed_over_and_told(navigation_text, week):
+    whole, _ = changed(navigation_text, lambda lines: lines)
+    ids, warnings = changed(navigation_text, lambda lines: at_midnight(lines, 14, 5, week, 0.0))
+    assert ids == [whole[0], *whole[2:]]
+    told = f"x.rnx: the record at line 15 is marked healthy but of week {week}, far from its epoch. It was passed over."
+    assert warnings == (GLONASS_TOLD, told)

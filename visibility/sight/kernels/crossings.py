@@ -83,10 +83,9 @@ def step_between(start, end):
 
 @scalar_kernel
 def is_inside(shape, row, col):
-    """Whether a fractional post position is on the grid; a single row or column of posts extends sideways."""
+    """Whether a fractional post position is on the grid; a single row or column of posts is a line."""
     rows, cols = shape
-    in_rows = rows == 1 or -NEGLIGIBLE <= row <= rows - 1 + NEGLIGIBLE
-    return in_rows and (cols == 1 or -NEGLIGIBLE <= col <= cols - 1 + NEGLIGIBLE)
+    return -NEGLIGIBLE <= row <= rows - 1 + NEGLIGIBLE and -NEGLIGIBLE <= col <= cols - 1 + NEGLIGIBLE
 
 
 @scalar_kernel
@@ -103,12 +102,8 @@ def _clip_axis(last, start, step, near, far):
 def clip_to_grid(shape, start, step):
     """The part (near, far) of t in which a line is over the grid; near > far where it misses the grid."""
     rows, cols = shape
-    near, far = 0.0, 1.0
-    if rows > 1:
-        near, far = _clip_axis(rows - 1.0, start.row, step.row, near, far)
-    if cols > 1:
-        near, far = _clip_axis(cols - 1.0, start.col, step.col, near, far)
-    return near, far
+    near, far = _clip_axis(rows - 1.0, start.row, step.row, 0.0, 1.0)
+    return _clip_axis(cols - 1.0, start.col, step.col, near, far)
 
 
 @scalar_kernel
@@ -137,13 +132,13 @@ def families(shape, cells_m, start, step, within):
     last_col, last_row = max(cols - 2, 0), max(rows - 2, 0)
     square = rows > 1 and cols > 1
 
-    n, line, way = _whole_numbers(row, d_row, within, 0, rows - 1 if rows > 1 else -1)
+    n, line, way = _whole_numbers(row, d_row, within, 0, rows - 1)
     t, dt = ((line - row) / d_row, way / d_row) if n > 0 else (0.0, 0.0)
     to_far_end = 1 if cols > 1 else 0
     across, d_across = col + t * d_col, dt * d_col
     by_row = Family(n, line, way, 1, cols, last_col, 0, last_col, to_far_end, t, dt, across, d_across, east2)
 
-    n, line, way = _whole_numbers(col, d_col, within, 0, cols - 1 if cols > 1 else -1)
+    n, line, way = _whole_numbers(col, d_col, within, 0, cols - 1)
     t, dt = ((line - col) / d_col, way / d_col) if n > 0 else (0.0, 0.0)
     to_far_end = cols if rows > 1 else 0
     down, d_down = row + t * d_row, dt * d_row
