@@ -24,7 +24,7 @@ class ServiceOptions:
 
 def serve(*, options: ServiceOptions = ServiceOptions()) -> None:
     """Start the HTTP service. Every other setting comes from the environment, as SIGHTLINE_<NAME>."""
-    from service.http.serve import serve as serve_until_stopped
+    from service.http.app import serve as serve_until_stopped
     from service.settings import Settings
 
     serve_until_stopped(Settings.model_validate(told(options)))

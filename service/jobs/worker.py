@@ -25,8 +25,14 @@ from typing import BinaryIO
 import numpy as np
 import pyproj
 
-from service.error_roots import domain_errors
-from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
+from service.errors import (
+    DataFolderError,
+    InternalError,
+    MemoryLimitError,
+    ServiceError,
+    StorageFullError,
+    domain_errors,
+)
 from service.products import Work
 from service.products.registry import PRODUCTS, all_products
 from service.settings import GIB, Rehearsal, Settings
@@ -35,8 +41,8 @@ from terrain import ElevationGrid
 
 from .channel import Done, Failed, FromWorker, Order, Progress, Ready, Start, ToWorker, decode, encode
 from .folder import DataFolder, is_full
+from .kept_files import load, save
 from .records import Failure
-from .results import load, save
 from .tasks import Task, TaskContext, tasks_for
 
 __all__ = ["main", "rehearse"]

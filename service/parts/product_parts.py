@@ -13,8 +13,8 @@ import numpy.typing as npt
 from pydantic import JsonValue
 
 from service.files.rasters import BYTES, FLOATS, write_cog
+from service.parts.anchors import SightParameters
 from service.parts.map_facts import Ground, ground_of
-from service.parts.sight import SightParameters
 from terrain import ElevationGrid, to_lon_lat
 from visibility import Curvature
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from service.jobs.results import load, save
+from service.jobs.kept_files import load, save
 from service.parts.older_names import notes_on_older_names
 from service.products import Given
 from service.products.paths import PATH

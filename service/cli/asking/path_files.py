@@ -13,7 +13,7 @@ from service.errors import RequestError
 from service.files.csv_table import CsvTable, Numbers, check_columns, read_csv_table
 from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
-from service.products.paths.calculate import VERTEX_COLUMNS
+from service.products.paths.answer import VERTEX_COLUMNS
 
 from .shape_files import path_fields
 from .texts import height_field
