@@ -1,4 +1,4 @@
-"""What can go wrong with the service, and the roots of all error trees.
+"""What can go wrong in the service itself; how each is answered over HTTP is told in service/http/problems.py.
 
 ServiceError
 ├── StartError                 the service cannot start as it was told to
@@ -30,7 +30,6 @@ ServiceError
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 
 __all__ = [
@@ -60,17 +59,7 @@ __all__ = [
     "StoreLockedError",
     "TimeLimitError",
     "TooManyError",
-    "domain_errors",
 ]
-
-ROOTS = {
-    "terrain": "TerrainError",
-    "gnss": "GnssError",
-    "visibility": "VisibilityError",
-    "detection": "DetectionError",
-    "navigation": "NavigationError",
-    "planning": "PlanningError",
-}
 
 
 class ServiceError(Exception):
@@ -196,8 +185,3 @@ class InternalError(JobError):
     def __init__(self, reference: str) -> None:
         super().__init__(f"An internal error occurred; the service's log tells more under {reference}.")
         self.reference = reference
-
-
-def domain_errors() -> dict[str, type[Exception]]:
-    """The roots by package; one that was never imported has raised nothing."""
-    return {name: getattr(sys.modules[name], root) for name, root in ROOTS.items() if name in sys.modules}

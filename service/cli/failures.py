@@ -43,7 +43,8 @@ def _domain_exit_code(error: Exception) -> int | None:
     # pydantic and what uses it take a while to import, and --help stays quick
     from pydantic import ValidationError
 
-    from service.errors import RequestError, ServiceError, StartError, domain_errors
+    from service.error_roots import domain_errors
+    from service.errors import RequestError, ServiceError, StartError
     from service.parts.sentences import sentence_of
 
     if isinstance(error, ValidationError):

@@ -22,7 +22,7 @@ from gnss import errors as of_gnss
 from navigation import errors as of_navigation
 from planning import errors as of_planning
 from service import errors as ours
-from service.errors import domain_errors
+from service.error_roots import domain_errors
 from service.jobs.folder import is_full
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure

@@ -20,8 +20,7 @@ from service.jobs.kept_files import load, load_grid, save, save_grid
 from service.jobs.records import JobRequest
 from service.live.request import DetectorLimits, EpochsIn
 from service.parts.map_facts import ground_of
-from service.parts.older_names import notes_on_older_names
-from service.parts.sentences import fields_of, sentence_of
+from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
 from service.products import Given, Needs, Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid, read_dem

@@ -25,14 +25,8 @@ from typing import BinaryIO
 import numpy as np
 import pyproj
 
-from service.errors import (
-    DataFolderError,
-    InternalError,
-    MemoryLimitError,
-    ServiceError,
-    StorageFullError,
-    domain_errors,
-)
+from service.error_roots import domain_errors
+from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
 from service.products import Work
 from service.products.registry import PRODUCTS, all_products
 from service.settings import GIB, Rehearsal, Settings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from service.estimates import refuse_budget, refuse_map
-from service.parts.older_names import MAP_KINDS, with_map
+from service.parts.sentences import MAP_KINDS, with_map
 from service.products import Given, Needs, Product
 from service.settings import Settings
 from terrain import ElevationGrid

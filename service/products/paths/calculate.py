@@ -26,11 +26,11 @@ from service.parts.plan_answers import finite, place_answer, validation_answer
 from service.parts.points import PlaceIn, PolygonIn
 from service.parts.positioning import ORBIT_TEXTS
 from service.parts.positioning_answers import placed_anchors, placed_satellites
-from service.parts.product_parts import preamble
 from service.parts.ranging_sources import RangingSources, limit_of, lines_to, ranging_sources, sight_lines, track_of
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, told_of_areas
 from service.products import UNWATCHED, Work
+from service.products.in_common import preamble
 from service.products.paths.answer import (
     FinishedPath,
     PathSummary,

@@ -24,10 +24,10 @@ from planning.placement import (
 from service.errors import RequestError
 from service.files.layer import above_sea_level, mission_warnings
 from service.parts.positioning_answers import placed_anchors
-from service.parts.product_parts import preamble
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import told_of_areas
 from service.products import UNWATCHED, Work
+from service.products.in_common import preamble
 from terrain import ElevationGrid
 from visibility import Anchor
 

@@ -26,8 +26,7 @@ from service.files.layer import (
     plan_text,
     zip_plans,
 )
-from service.files.rasters import common_tags
-from service.parts.product_parts import Raster, feature
+from service.products.in_common import Raster, common_tags, feature
 from terrain import height_at, to_lon_lat, true_offsets
 
 from .calculate import FinishedPlacement

@@ -8,7 +8,6 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import SightParameters
 from service.parts.map_facts import DEM_ID, DemId
-from service.parts.older_names import WithOlderNames
 from service.parts.points import (
     Metres,
     NotNegativeMetres,
@@ -20,6 +19,7 @@ from service.parts.points import (
     StrictModel,
     WeightIn,
 )
+from service.parts.sentences import WithOlderNames
 
 __all__ = [
     "REQUEST",

@@ -9,7 +9,7 @@ from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, LOITER, MISSIONS, PNG, WAYPOINT, Layer, PlanItem, plan_text, zip_plans
 from service.parts.positioning_answers import PlacedAnchor
-from service.parts.product_parts import feature
+from service.products.in_common import feature
 from terrain import ElevationGrid, to_lon_lat
 
 from .calculate import FinishedRepositioning, MoveOut
