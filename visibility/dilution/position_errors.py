@@ -16,8 +16,7 @@ from visibility.dilution.ground_normals import post_normals, rover_normals
 from visibility.dilution.kernels import dop as kernel
 from visibility.dilution.sets_in_sight import column_tables, sets_of
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import Anchor
-from visibility.sight.distant import DistantAnchor
+from visibility.sight.anchors import Anchor, DistantAnchor
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
 from visibility.sight.sight_points import check_points
 
