@@ -261,10 +261,8 @@ def _anchors(axes: Axes, finished: FinishedDopMap) -> None:
 
 def _legend(axes: Axes, title: str, classes: Sequence[MapClass], unknown: bool, ground: str | None) -> None:
     handles = [Patch(fc=kind.colour, ec=INK, lw=0.6, label=kind.label) for kind in classes]
-    if unknown:
-        handles.append(Patch(fc=UNKNOWN_COLOUR, ec=INK, lw=0.6, label="unknown"))
-    if ground is not None:
-        handles.append(Patch(fc=ground, ec=INK, lw=0.6, label="ground"))
+    handles += [Patch(fc=UNKNOWN_COLOUR, ec=INK, lw=0.6, label="unknown")] if unknown else []
+    handles += [Patch(fc=ground, ec=INK, lw=0.6, label="ground")] if ground is not None else []
     legend = axes.legend(
         handles=handles,
         title=title,
@@ -288,9 +286,8 @@ def _kilometres(axes: Axes, grid: ElevationGrid) -> None:
 def _extent_km(grid: ElevationGrid) -> tuple[float, float, float, float]:
     west_m, south_m, east_m, north_m = grid.bounds_m
     half_east_m, half_north_m = 0.5 * grid.cell_east_m, 0.5 * grid.cell_north_m
-    corners_m = west_m - half_east_m, east_m + half_east_m, south_m - half_north_m, north_m + half_north_m
-    west_km, east_km, south_km, north_km = (corner_m / 1000.0 for corner_m in corners_m)
-    return west_km, east_km, south_km, north_km
+    west_km, east_km = (west_m - half_east_m) / 1000.0, (east_m + half_east_m) / 1000.0
+    return west_km, east_km, (south_m - half_north_m) / 1000.0, (north_m + half_north_m) / 1000.0
 
 
 def _edges(middles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
