@@ -21,9 +21,9 @@ from planning.placement import (
     reposition,
     straight_ahead,
 )
-from planning.placement.flights import flight_costs
 from planning.placement.judges import Problem, shown_value
 from planning.placement.placing import prepare
+from planning.placement.stretches import flight_costs
 from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from visibility import VISIBLE, Anchor, anchor_above_ground, lines_of_sight

@@ -11,10 +11,10 @@ from scipy import ndimage
 
 from planning import PlaceError
 from planning.paths import PathProblem, PathStatus, PlanBudget, plan_path
+from planning.paths.corridors import EIGHT, SIXTEEN, grid_way, straightened
 from planning.paths.ends import Ends, ends_of
 from planning.paths.fields import CostField, KernelField, cost_field
 from planning.paths.sight_maps import sight_maps
-from planning.paths.ways import EIGHT, SIXTEEN, grid_way, straightened
 from planning.validation import validate_path
 from visibility import min_visible_altitude
 

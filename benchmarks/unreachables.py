@@ -19,9 +19,9 @@ from dem_samples import load_sample
 from planning import PathError
 from planning.kernels.searches import least_worst_way
 from planning.paths import PathProblem, PathStatus, PlanBudget, RoverModel, plan_path
+from planning.paths.corridors import SIXTEEN, grid_way
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field
-from planning.paths.ways import SIXTEEN, grid_way
 from planning.validation import validate_path
 from terrain import ElevationGrid, TerrainError, height_at
 

@@ -121,7 +121,7 @@ def fill_positioning(heights_m, cells, seen, antennas, sources, wanted, count, d
                         size = math.sqrt(1.0 + east * east + north * north)
                         normal = (-east / size, -north / size, 1.0 / size)
                     found = dop_of_set(point, sources, words, wanted.kind, normal)
-                    worst = max(worst, (found[0], found[1], found[2], found[3], found[4])[wanted.measure])
+                    worst = max(worst, (found.gdop, found.pdop, found.hdop, found.vdop, found.tdop)[wanted.measure])
             dop[row, col] = worst
 
 

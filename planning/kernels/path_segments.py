@@ -234,8 +234,8 @@ def step_cost(field, row, col, r, c):
 
 
 @scalar_kernel
-def tally(field, places, out):
-    """Fill out (n, 6) with running sums of ``segment_cost`` along places (n, 2), its code the worst so far."""
+def tally(field, places, sums):
+    """Fill sums, each (n,), with running sums of ``segment_cost`` along places (n, 2), its code the worst so far."""
     worst, cost, seconds, dark_s, ground_m, climb_m = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(places.shape[0]):
         if i > 0:
@@ -243,5 +243,5 @@ def tally(field, places, out):
             code, piece_cost, piece_s, piece_dark_s, piece_m, piece_climb_m = found
             worst, cost, seconds = max(worst, float(code)), cost + piece_cost, seconds + piece_s
             dark_s, ground_m, climb_m = dark_s + piece_dark_s, ground_m + piece_m, climb_m + piece_climb_m
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = worst, cost, seconds, dark_s
-        out[i, 4], out[i, 5] = ground_m, climb_m
+        sums.code[i], sums.cost[i], sums.time_s[i], sums.dark_s[i] = worst, cost, seconds, dark_s
+        sums.ground_m[i], sums.climb_m[i] = ground_m, climb_m

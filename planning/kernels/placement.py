@@ -39,6 +39,8 @@ EE, EN, EU, NN, NU, UU, SUM_E, SUM_N, SUM_U, SUM, COUNT, VALUE = range(12)
 STATE_COLUMNS = 12
 # columns of an anchor, of a point and of a normal
 EAST, NORTH, UP, WEIGHT = range(4)
+# of all targets with one more candidate: their weighted worths added, and the least
+TOTAL, LEAST = 0, 1
 
 # a matrix this much flatter than its trace fixes nothing; float64 still tells such determinants from 0
 FLATTEST = 1e-12
@@ -190,7 +192,7 @@ def additions(targets, states, present, present_bits, candidates, bits, aim, out
                     value = min(value, before)  # the newcomer itself may be the one that is lost
             total += targets.weight[i] * value
             least = min(least, value)
-        out[c, 0], out[c, 1] = total, least
+        out[c, TOTAL], out[c, LEAST] = total, least
 
 
 @scalar_kernel

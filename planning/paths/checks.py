@@ -90,7 +90,7 @@ def hidden_places(
     if maps is None or not problem.limits.on_positioning:
         return np.zeros((0, 2))
     coarse, _ = sampled(places, COARSE)
-    times_s = running_sums(field.for_kernels(everywhere=everywhere), coarse)[:, 2]
+    times_s = running_sums(field.for_kernels(everywhere=everywhere), coarse).time_s
     seen = maps.sightings(coarse, times_s)
     hidden = coarse[breaks(problem.limits, seen)]
     near_m = NEAR_M_PER_CELL * max(field.grid.cell_east_m, field.grid.cell_north_m)

@@ -18,10 +18,10 @@ import shapely
 
 from planning.questions.problems import Goal, Place
 
+from .corridors import drop_repeats
 from .judging import CLEAR, CLOSED, DOUBT, FINAL, SLIVER, Judge
 from .leaves import Graph, Leaves
 from .places import metres_of
-from .ways import drop_repeats
 
 __all__ = ["CloserLook", "Look"]
 

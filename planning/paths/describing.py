@@ -18,7 +18,7 @@ from terrain.version import VERSION
 from visibility.dilution import surface_normals
 
 from .beliefs import predicted_sigma_m
-from .fields import CostField, running_sums
+from .fields import CostField, RunningSums, running_sums
 from .outcomes import Path, PathOutcome, PathStatus, PathTotals, Unreachable
 from .places import metres_of, middles, sampled, steepest_rad
 from .sight_maps import Sightings, SightMaps
@@ -44,7 +44,7 @@ def described(
     rise = -normal[:, :2] / normal[:, 2:]
     along = rise[:, 0] * np.sin(heading_rad) + rise[:, 1] * np.cos(heading_rad)
     across = rise[:, 1] * np.sin(heading_rad) - rise[:, 0] * np.cos(heading_rad)
-    seen = maps.sightings(fine, sums[:, 2]) if maps is not None else _nothing_seen(len(fine))
+    seen = maps.sightings(fine, sums.time_s) if maps is not None else _nothing_seen(len(fine))
     clearance_m = np.empty(len(fine))
     clearances(field.obstacles(), kernel_field.cells, fine, clearance_m)
     slope_rad = np.arctan(np.hypot(*rise.T))
@@ -52,7 +52,7 @@ def described(
     sigma_m = np.full(len(fine), np.nan)
     if maps is not None:
         points_m = np.column_stack([east_m, north_m, altitude_m + problem.rover.receiver_above_ground_m])
-        sigma_m = predicted_sigma_m(problem, points_m, sums[:, 2], rise, seen.visible)
+        sigma_m = predicted_sigma_m(problem, points_m, sums.time_s, rise, seen.visible)
     limits = problem.limits
     asked = limits.bubble_epsilon > 0.0
     return Path(
@@ -60,8 +60,8 @@ def described(
         north_m=north_m,
         altitude_m=altitude_m,
         heading_rad=heading_rad,
-        distance_m=sums[:, 4],
-        time_s=sums[:, 2],
+        distance_m=sums.ground_m,
+        time_s=sums.time_s,
         slope_rad=slope_rad,
         pitch_rad=np.arctan(along),
         roll_rad=np.arctan(across),
@@ -73,18 +73,18 @@ def described(
         position_sigma_m=sigma_m,
         bubble_radius_m=limits.bubble_epsilon * sigma_m + limits.dem_sigma_m if asked else np.full(len(fine), np.nan),
         corners=corners,
-        cost=float(sums[-1, 1]),
+        cost=float(sums.cost[-1]),
         cost_split=_split(problem, field, fine, sums),
         totals=_totals(problem, sums, seen, _between(maps, fine, sums), sigma_m, steepest_rad(grid, fine), altitude_m),
     )
 
 
-def _between(maps: SightMaps | None, places: Floats, sums: Floats) -> Sightings:
+def _between(maps: SightMaps | None, places: Floats, sums: RunningSums) -> Sightings:
     """What the anchors give between the vertices: in the middle of what the path crosses of each triangle."""
     middle, at = middles(places)
     if maps is None:
         return _nothing_seen(len(middle))
-    return maps.sightings(middle, np.interp(at, np.arange(len(sums)), sums[:, 2]))
+    return maps.sightings(middle, np.interp(at, np.arange(len(places)), sums.time_s))
 
 
 def _nothing_seen(points: int) -> Sightings:
@@ -99,14 +99,14 @@ def _last_margin(margin_m: Floats, needed: int) -> Floats:
     return best_last[:, margin_m.shape[1] - needed]
 
 
-def _split(problem: PathProblem, field: CostField, places: Floats, sums: Floats) -> dict[str, float]:
+def _split(problem: PathProblem, field: CostField, places: Floats, sums: RunningSums) -> dict[str, float]:
     """What each weight contributes to the cost."""
-    weights, last = problem.weights, sums[-1]
+    weights = problem.weights
     split = {
-        "length": weights.length * last[4],
-        "climb": weights.climb * last[5],
-        "time": weights.time * last[2],
-        "out_of_sight": weights.out_of_sight * last[3],
+        "length": weights.length * sums.ground_m[-1],
+        "climb": weights.climb * sums.climb_m[-1],
+        "time": weights.time * sums.time_s[-1],
+        "out_of_sight": weights.out_of_sight * sums.dark_s[-1],
     }
     # what a metre costs besides is told apart in each square, at the middle of each piece
     middle = 0.5 * (places[:-1] + places[1:])
@@ -114,9 +114,9 @@ def _split(problem: PathProblem, field: CostField, places: Floats, sums: Floats)
         np.minimum(middle[:, 0].astype(np.intp), field.dop_cost.shape[0] - 1),
         np.minimum(middle[:, 1].astype(np.intp), field.dop_cost.shape[1] - 1),
     )
-    beside = last[1] - sum(split.values())
-    by_dop = float((field.dop_cost[square] * np.diff(sums[:, 4])).sum())
-    by_error = float(((field.added - field.dop_cost)[square] * np.diff(sums[:, 4])).sum())
+    beside = sums.cost[-1] - sum(split.values())
+    by_dop = float((field.dop_cost[square] * np.diff(sums.ground_m)).sum())
+    by_error = float(((field.added - field.dop_cost)[square] * np.diff(sums.ground_m)).sum())
     share = by_dop / (by_dop + by_error) if by_dop + by_error > 0.0 else 0.0
     split["dop"], split["position_error"] = max(beside, 0.0) * share, max(beside, 0.0) * (1.0 - share)
     return {name: float(value) for name, value in split.items()}
@@ -124,7 +124,7 @@ def _split(problem: PathProblem, field: CostField, places: Floats, sums: Floats)
 
 def _totals(
     problem: PathProblem,
-    sums: Floats,
+    sums: RunningSums,
     seen: Sightings,
     between: Sightings,
     sigma_m: Floats,
@@ -135,14 +135,14 @@ def _totals(
     with_anchors = seen.visible.shape[1] > 0
     # a piece is out of sight where either of its ends is
     dark = (count < problem.limits.needed_in_sight) if with_anchors else np.zeros(len(count), np.bool_)
-    piece_s = np.diff(sums[:, 2])
+    piece_s = np.diff(sums.time_s)
     dark_s = np.where(dark[:-1] | dark[1:], piece_s, 0.0)
     rise_m = float(altitude_m[-1] - altitude_m[0])
     return PathTotals(
-        length_m=float(sums[-1, 4]),
-        climb_m=float(sums[-1, 5]),
-        descent_m=float(sums[-1, 5]) - rise_m,
-        time_s=float(sums[-1, 2]),
+        length_m=float(sums.ground_m[-1]),
+        climb_m=float(sums.climb_m[-1]),
+        descent_m=float(sums.climb_m[-1]) - rise_m,
+        time_s=float(sums.time_s[-1]),
         out_of_sight_s=float(dark_s.sum()),
         longest_out_of_sight_s=_longest_run(dark_s),
         worst_dop=float(np.concatenate([seen.dop, between.dop]).max()) if with_anchors else math.nan,

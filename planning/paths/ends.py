@@ -205,7 +205,7 @@ def fastest_arrivals_s(problem: PathProblem, field: CostField) -> Numbers:
 def arrivals_along(field: CostField, fastest_s: Numbers, places: npt.NDArray[np.float64]) -> Numbers:
     """Arrivals when a path is taken: its own times on it and beside it, elsewhere the soonest, as much later."""
     fine, _ = sampled(places, 1.0)
-    times_s = running_sums(field.for_kernels(), fine)[:, 2]
+    times_s = running_sums(field.for_kernels(), fine).time_s
     rows, cols = np.minimum(fine.astype(np.intp), np.array(field.reasons.shape) - 1).T
     soonest_s = fastest_s[rows, cols]
     some = np.isfinite(soonest_s) & (soonest_s > 0.0)

@@ -24,7 +24,7 @@ from .outcomes import Reason
 from .places import Cells, outside_of, squares_touched
 from .sight_maps import Positioning, SightMaps
 
-__all__ = ["CostField", "KernelField", "Rates", "bit_of", "cost_field", "reasons_of", "running_sums"]
+__all__ = ["CostField", "KernelField", "Rates", "RunningSums", "bit_of", "cost_field", "reasons_of", "running_sums"]
 
 Floats = npt.NDArray[np.float32]
 Square = tuple[int, int]
@@ -254,10 +254,22 @@ def _rates(rover: RoverModel, weights: CostWeights) -> tuple[Rates, npt.NDArray[
     ), pace
 
 
-def running_sums(field: KernelField, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """(n, 6) from the first of places (n, 2): worst code, cost, seconds, seconds out of sight, metres on the ground,
-    metres climbed.
+class RunningSums(NamedTuple):
+    """Along places, each (n,) from the first of them.
+
+    code: the worst of ``kernels.path_segments`` so far. dark_s: seconds out of sight. ground_m: along the ground.
     """
-    out = np.zeros((len(places), 6))
-    tally(field, np.ascontiguousarray(places), out)
-    return out
+
+    code: npt.NDArray[np.float64]
+    cost: npt.NDArray[np.float64]
+    time_s: npt.NDArray[np.float64]
+    dark_s: npt.NDArray[np.float64]
+    ground_m: npt.NDArray[np.float64]
+    climb_m: npt.NDArray[np.float64]
+
+
+def running_sums(field: KernelField, places: npt.NDArray[np.float64]) -> RunningSums:
+    """What a way over places (n, 2) comes to at each of them."""
+    sums = RunningSums(*np.zeros((6, len(places))))
+    tally(field, np.ascontiguousarray(places), sums)
+    return sums

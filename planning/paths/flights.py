@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy
 
 from planning.errors import PlaceError
-from planning.kernels.flight_segments import flight_cost, pull_flight
+from planning.kernels.path_smoothing import flight_cost, pull_flight
 from planning.kernels.searches import least_worst_way
 from planning.paths.outcomes import FlightOutcome
 from planning.questions.problems import FlightProblem

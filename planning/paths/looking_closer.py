@@ -15,6 +15,7 @@ from planning.validation import PathValidation, validate_path
 
 from .checks import hidden_places
 from .closer_look import CloserLook
+from .corridors import SIXTEEN, cost_of, drop_repeats, grid_way, straightened
 from .describing import described
 from .ends import square_ends
 from .fields import CostField
@@ -22,7 +23,6 @@ from .judging import Judge
 from .outcomes import Path
 from .places import metres_of, sampled
 from .sight_maps import SightMaps
-from .ways import SIXTEEN, cost_of, drop_repeats, grid_way, straightened
 
 __all__ = ["Closer", "look_closer"]
 

@@ -16,7 +16,7 @@ from planning.questions.problems import PathProblem
 from planning.validation import PathValidation, validate_path
 
 from .checks import without_broken_squares, without_refused_squares
-from .corridors import CorridorTask
+from .corridors import EIGHT, SIXTEEN, CorridorTask, Way, cost_of, grid_way, straightened
 from .describing import Endings, described
 from .ends import Ends, arrivals_along, ends_of, fastest_arrivals_s
 from .fields import CostField, cost_field
@@ -26,7 +26,6 @@ from .proof import closed_in, proof_of
 from .sampling import OwnProcess
 from .sight_maps import SightMaps, sight_maps
 from .turning import TurningTask
-from .ways import EIGHT, SIXTEEN, Way, cost_of, grid_way, straightened
 
 __all__ = ["plan_path"]
 

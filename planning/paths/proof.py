@@ -16,12 +16,12 @@ import numpy.typing as npt
 from planning.kernels.searches import least_worst_way
 from planning.questions.problems import Goal, PathProblem
 
+from .corridors import SIXTEEN, grid_way
 from .ends import Ends
 from .fields import CostField, KernelField, bit_of, reasons_of
 from .judging import CLOSED, Judge, slopes_of
 from .leaves import Graph
 from .outcomes import Reason, Relaxation, Unreachable
-from .ways import SIXTEEN, grid_way
 
 __all__ = ["closed_in", "proof_of"]
 

@@ -1,6 +1,5 @@
 """Where to put anchors before a mission, and where to move them while it runs."""
 
-from .candidates import Candidates, candidate_grid, candidate_points, join_candidates
 from .checking import (
     Check,
     HoverSensitivity,
@@ -13,7 +12,6 @@ from .checking import (
     value_of_anchors,
 )
 from .cluster import Cluster
-from .flights import Flight, flight_level_m
 from .judges import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .placing import Placement, place_anchors
@@ -22,8 +20,17 @@ from .repositioning import Move, Repositioning, reposition
 from .rules import Feasible, Link, PlacementRules, feasible_candidates
 from .searching import SearchOptions
 from .sight import SightOptions
-from .stretches import good_along, path_between, path_length_m, straight_ahead
-from .targets import Targets, area_targets, corridor_targets, path_targets
+from .stretches import Flight, flight_level_m, good_along, path_between, path_length_m, straight_ahead
+from .targets import (
+    Candidates,
+    Targets,
+    area_targets,
+    candidate_grid,
+    candidate_points,
+    corridor_targets,
+    join_candidates,
+    path_targets,
+)
 
 __all__ = [
     "Candidates",

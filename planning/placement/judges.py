@@ -240,8 +240,8 @@ class GeometryJudge:
         rows = (problem.anchor[which], problem.sight.bits[which])
         kernel.additions(self._rows, states, present, bits, *rows, self._aim, out)
         if not self._worst:
-            return out[:, 0] / problem.targets.total
-        return out[:, 1] + BESIDE_WORST * out[:, 0] / problem.targets.total
+            return out[:, kernel.TOTAL] / problem.targets.total
+        return out[:, kernel.LEAST] + BESIDE_WORST * out[:, kernel.TOTAL] / problem.targets.total
 
     def _joined(self, total: float, least: float) -> float:
         mean = total / self._problem.targets.total

@@ -16,12 +16,11 @@ from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
-from .flights import Flight
 from .judges import Goal
 from .repositioning import Move, reposition_for
 from .rules import PlacementRules
 from .sight import SightOptions
-from .stretches import SeenStretch, path_between, path_length_m, value_over
+from .stretches import Flight, SeenStretch, path_between, path_length_m, value_over
 
 __all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
 

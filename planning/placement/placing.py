@@ -14,13 +14,12 @@ from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.sight import Anchor, AntennaLimits, check_anchors
 
-from .candidates import Candidates
 from .cluster import Cluster, sight_table
 from .judges import CountJudge, Goal, Problem, judge_of, shown_value
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import Found, SearchOptions, fewest, search
 from .sight import SightOptions, SightTable
-from .targets import Targets
+from .targets import Candidates, Targets
 from .together import Together
 
 __all__ = ["Placement", "anchor_rows", "place_anchors", "positions_of", "prepare", "require_enough", "require_sight"]

@@ -12,13 +12,12 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility import Anchor
 
-from .flights import Flight
 from .judges import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .repositioning import ROUNDING, reposition
 from .rules import PlacementRules
 from .sight import SightOptions
-from .stretches import good_along, path_between, path_length_m
+from .stretches import Flight, good_along, path_between, path_length_m
 from .targets import path_targets
 
 __all__ = ["RepositioningPlan", "plan_repositioning"]

@@ -16,13 +16,12 @@ from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
-from .candidates import Candidates
-from .flights import Flight, flight_costs
 from .judges import CountJudge, Goal, judge_of
 from .placing import positions_of
 from .rules import PlacementRules, feasible_candidates
 from .sight import SightOptions
-from .stretches import SeenStretch, problem_along, worth_over
+from .stretches import Flight, SeenStretch, flight_costs, problem_along, worth_over
+from .targets import Candidates
 from .together import may_stand_beside
 
 __all__ = ["Move", "Repositioning", "reposition", "reposition_for"]

@@ -14,8 +14,7 @@ from planning.errors import NoCandidateError, PlacementError
 from terrain import ElevationGrid
 from visibility import VISIBLE, lines_of_sight
 
-from .candidates import Candidates
-from .targets import Targets
+from .targets import Candidates, Targets
 
 __all__ = ["Feasible", "Link", "PlacementRules", "base_hops", "feasible_candidates", "linked_pairs"]
 

@@ -12,8 +12,19 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from .asking.options import GROUP, AnchorOptions, DemPath, Output, Reading, RequestFile, SightOptions, option, told
-from .asking.satellites import SatelliteOptions, sources_table
+from .asking.options import (
+    GROUP,
+    AnchorOptions,
+    DemPath,
+    Output,
+    Reading,
+    RequestFile,
+    SatelliteOptions,
+    SightOptions,
+    option,
+    sources_table,
+    told,
+)
 from .output import facts_table
 
 if TYPE_CHECKING:

@@ -99,7 +99,7 @@ def detect(
     from service.live.replay import replay
     from service.live.replay_files import FILES, write_replay
 
-    from .asking.ranging_anchors import ranging_anchors
+    from .asking.anchor_files import ranging_anchors
 
     asked = _settings(settings)
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)

@@ -72,7 +72,7 @@ def los(
     if output.out is not None:
         raise RequestError("--out goes with --request; of one line everything is printed.")
     ends = {"--from": _point("--from", start, lonlat), "--to": _point("--to", end, lonlat)}
-    from service.parts.positions import resolve_point
+    from service.parts.shapes_in_grid import resolve_point
     from visibility import FLAT, line_of_sight
 
     grid = reading.read(dem)

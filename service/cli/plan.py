@@ -23,11 +23,11 @@ from .asking.options import (
     PlacesAndAnchors,
     Reading,
     RequestFile,
+    SatelliteOptions,
     Unknown,
     option,
     told,
 )
-from .asking.satellites import SatelliteOptions
 from .output import facts_table
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class WayOptions:
 
     def part(self, *, lonlat: bool) -> dict[str, object]:
         """As the request has them. Raises RequestError."""
-        from .asking.shape_files import polygon_fields
+        from .asking.path_files import polygon_fields
         from .asking.texts import place_fields
 
         def place(option: str, text: str) -> dict[str, float]:

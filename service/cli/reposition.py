@@ -72,7 +72,7 @@ class AheadOptions:
 
     def part(self, *, lonlat: bool) -> dict[str, object]:
         """As the request has them. Raises RequestError."""
-        from .asking.shape_files import path_fields
+        from .asking.path_files import path_fields
         from .asking.texts import place_fields
 
         found: dict[str, object] = {} if self.path is None else {"path": path_fields(self.path)}

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from .app import FAULT
 from .asking.options import option
-from .failures import FAULT
 from .output import facts_table, print_json, print_tables, print_warnings, progress_bar
 
 if TYPE_CHECKING:

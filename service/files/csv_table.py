@@ -1,4 +1,4 @@
-"""CSV as other programs write it: what needs no guess is read, what was passed over is told.
+"""CSV: as other programs write it, read and what was passed over told; written so that spreadsheets run nothing.
 
 Byte-order marks, UTF-16, commas, semicolons or tabs, decimal commas, comment lines, a separator at the end of each
 line, cells that say NULL.
@@ -14,12 +14,25 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import IO, Any
 
 from service.errors import RequestError
-from service.files.tables import text_of as text_of_cell
 
-__all__ = ["CsvTable", "Numbers", "check_columns", "holds_nothing", "read_csv_table", "text_of"]
+__all__ = [
+    "CsvTable",
+    "Numbers",
+    "TableWriter",
+    "cell_of",
+    "check_columns",
+    "holds_nothing",
+    "read_csv_table",
+    "text_of",
+    "text_of_cell",
+]
 
+# What spreadsheets take for the beginning of a formula, full-width forms included. A quote before it makes it text,
+# and one quote more tells a text that has both by itself.
+FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 DELIMITERS = ",;\t"
 COMMENT = "#"
 # What databases, spreadsheets and programs write into a cell that holds nothing.
@@ -30,6 +43,35 @@ THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 QUOTED = re.compile(r'"[^"]*"')
 # as Excel announces its separator
 SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
+
+
+def cell_of(value: Any) -> Any:
+    """The value as a cell: a text that a spreadsheet would calculate gets a quote before it, numbers stay."""
+    if not isinstance(value, str) or not FORMULA.match(value) or _is_number(value):
+        return value
+    return f"'{value}"
+
+
+def text_of_cell(cell: str) -> str:
+    """The text that ``cell_of`` made the cell from."""
+    return cell[1:] if cell.startswith("'") and FORMULA.match(cell) else cell
+
+
+class TableWriter:
+    """Writes rows of safe cells. end: of each line."""
+
+    def __init__(self, file: IO[str], end: str = "\n") -> None:
+        self._writer = csv.writer(file, lineterminator=end)
+
+    def row(self, cells: Iterable[Any]) -> None:
+        """One row."""
+        self._writer.writerow([cell_of(cell) for cell in cells])
+
+    def rows(self, names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> None:
+        """A row of names, then of each mapping what the names name, empty where it has nothing."""
+        self.row(names)
+        for row in rows:
+            self.row(row.get(name, "") for name in names)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,24 +1,163 @@
-"""GeoJSON read, from files and requests: geometries as the places, lines and polygons of a request."""
+"""GeoJSON read, from files and requests: what its numbers mean, and its geometries as those of a request.
+
+A CRS is named by authority and code alone, for any other text may make PROJ read files of this machine.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
+import numpy as np
+import pyproj
 from pydantic import JsonValue
+from pyproj.exceptions import CRSError, ProjError
 
 from service.errors import RequestError
-from service.files.geojson_frames import DEGREES, Fields, GeoJsonFrame, frame_within
+from terrain import FrameError, body_of
 
-__all__ = ["Fields", "GeoJsonShape", "line_of", "polygons_of", "shapes_of"]
+__all__ = [
+    "COORDINATES_ARE",
+    "DEGREES",
+    "Fields",
+    "GeoJsonFrame",
+    "GeoJsonShape",
+    "Pairs",
+    "frame_within",
+    "line_of",
+    "polygons_of",
+    "shapes_of",
+]
 
+# the fields of a place, or of a polygon, as a request has them
+Fields = dict[str, JsonValue]
+
+AUTHORITY, CODE = r"(?P<authority>[A-Za-z][\w.]*)", r"(?P<code>\w+)"
+SPELLINGS = tuple(
+    re.compile(spelling, re.IGNORECASE)
+    for spelling in (
+        rf"{AUTHORITY}:{CODE}",
+        rf"urn:(?:x-)?ogc:def:crs:{AUTHORITY}:[\w.]*:{CODE}",
+        rf"urn:(?:x-)?ogc:def:crs:{AUTHORITY}:{CODE}",
+        rf"https?://www\.opengis\.net/def/crs/{AUTHORITY}/[\w.]+/{CODE}",
+        rf"https?://www\.opengis\.net/gml/srs/(?P<authority>epsg)\.xml#{CODE}",
+        r"(?P<authority>)(?P<code>CRS84)",
+    )
+)
+
+# the member by which Sightline's own files say so where RFC 7946 does not
+COORDINATES_ARE = "coordinates_are"
+Pairs = list[tuple[float, float]]
+WGS_84 = {("EPSG", "4326"), ("OGC", "CRS84")}
 PARTS = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}
 KINDS = ("Point", "LineString", "Polygon")
 # collections may lie in collections; deeper than this nobody means it
 DEEPEST = 32
 # no CRS of a planet has places so far out
 LARGEST = 1e12
+
+
+def _crs_of_name(name: str, called: str) -> pyproj.CRS:
+    """The CRS of "EPSG:25832", "urn:ogc:def:crs:OGC:1.3:CRS84" and the like. Raises RequestError."""
+    for spelling in SPELLINGS:
+        found = spelling.fullmatch(name.strip())
+        if found is not None:
+            try:
+                return pyproj.CRS.from_authority((found["authority"] or "OGC").upper(), found["code"].upper())
+            except CRSError as error:
+                raise RequestError(f"{called} is in the CRS {name[:80]!r}, which is not known.") from error
+    raise RequestError(
+        f"{called} is in the CRS {name[:80]!r}; a CRS is named by authority and code, such as EPSG:25832 or "
+        "urn:ogc:def:crs:OGC:1.3:CRS84."
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class GeoJsonFrame:
+    """local: metres in the frame of the DEM. body: whose degrees, where the document tells.
+
+    crs: of its positions, None where they are degrees already.
+    """
+
+    local: bool = False
+    body: str | None = None
+    crs: pyproj.CRS | None = None
+
+    def places(self, pairs: Pairs, called: str) -> list[Fields]:
+        """Pairs of numbers as the fields of places in a request. Raises RequestError."""
+        if self.local:
+            return [{"east_m": east_m, "north_m": north_m} for east_m, north_m in pairs]
+        if self.crs is not None:
+            pairs = _in_degrees(self.crs, pairs, called)
+        body: Fields = {} if self.body is None else {"body": self.body}
+        for lon_deg, lat_deg in pairs:
+            if not (-180.0 <= lon_deg <= 360.0 and -90.0 <= lat_deg <= 90.0):
+                raise RequestError(
+                    f"{called} has coordinates ({lon_deg:g}, {lat_deg:g}), which are no longitude and latitude; "
+                    "GeoJSON is in degrees (RFC 7946), so transform it, name its CRS in a member crs, or give metres "
+                    "as east_m and north_m."
+                )
+        return [{"lon_deg": lon_deg, "lat_deg": lat_deg, **body} for lon_deg, lat_deg in pairs]
+
+
+# what RFC 7946 says of a document that says nothing: WGS 84, or the degrees of the DEM's own body
+DEGREES = GeoJsonFrame()
+
+
+def frame_within(frame: GeoJsonFrame, document: Mapping[str, JsonValue], called: str) -> GeoJsonFrame:
+    """The frame of a part of a document: the whole's, unless the part says otherwise. Raises RequestError."""
+    told = document.get(COORDINATES_ARE)
+    if told is not None:
+        if not str(told).startswith(("metres", "longitude")):
+            raise RequestError(f"{called} says that its coordinates are {str(told)[:80]!r}, which is not understood.")
+        frame = replace(frame, local=str(told).startswith("metres"))
+    if isinstance(body := document.get("body"), str):
+        frame = replace(frame, body=body)
+    if document.get("crs") is not None:
+        frame = _with_crs(frame, document["crs"], called)
+    return frame
+
+
+def _with_crs(frame: GeoJsonFrame, member: Any, called: str) -> GeoJsonFrame:
+    properties = member.get("properties") if isinstance(member, dict) else None
+    name = properties.get("name") if isinstance(properties, dict) else None
+    if not isinstance(name, str):
+        raise RequestError(f"{called} has a member crs that names no CRS.")
+    if member.get("type") != "name":
+        raise RequestError(
+            f"{called} is in the CRS {name[:80]!r}, says a member crs that is not of the type 'name' (GeoJSON 2008)."
+        )
+    crs = _crs_of_name(name, called)
+    if frame.local or not (crs.is_geographic or crs.is_projected):
+        why = "says that its coordinates are metres of the DEM as well" if frame.local else "is no CRS of a map"
+        raise RequestError(f"{called} is in the CRS {name[:80]!r}, which {why}.")
+    try:
+        body = body_of(crs).name
+    except FrameError as error:
+        raise RequestError(f"{called}: {error}") from error
+    if frame.body not in (None, body):
+        raise RequestError(f"{called} is in the CRS {name[:80]!r}, which lies on {body}, not on {frame.body}.")
+    return GeoJsonFrame(body=body, crs=None if crs.to_authority() in WGS_84 else crs)
+
+
+@lru_cache(maxsize=16)
+def _to_degrees(crs: pyproj.CRS) -> pyproj.Transformer:
+    geodetic = pyproj.CRS.from_epsg(4326) if body_of(crs).name == "Earth" else crs.geodetic_crs
+    return pyproj.Transformer.from_crs(crs, geodetic, always_xy=True, allow_ballpark=False)
+
+
+def _in_degrees(crs: pyproj.CRS, pairs: Sequence[tuple[float, float]], called: str) -> Pairs:
+    try:
+        x, y = np.array(pairs, np.float64).reshape(-1, 2).T
+        lon, lat = _to_degrees(crs).transform(x, y)
+    except ProjError as error:
+        raise RequestError(f"{called}: PROJ knows no exact way from its CRS {crs.name} to WGS 84.") from error
+    if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
+        raise RequestError(f"{called} has places that its CRS {crs.name} cannot express.")
+    return list(zip(lon.tolist(), lat.tolist(), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +201,10 @@ def polygons_of(document: Any, called: str) -> list[tuple[Fields, Mapping[str, J
         raise RequestError(
             f"{called} holds a {others[0]} beside its polygons, which is no area; close it or take it out."
         )
-    return [(_polygon_fields(shape), shape.properties) for shape in shapes]
-
-
-def _polygon_fields(shape: GeoJsonShape) -> Fields:
-    ring, *holes = shape.lines
-    return {"ring": [*ring], "holes": [[*hole] for hole in holes]}
+    return [
+        ({"ring": [*shape.lines[0]], "holes": [[*hole] for hole in shape.lines[1:]]}, shape.properties)
+        for shape in shapes
+    ]
 
 
 def line_of(document: Any, called: str) -> list[Fields]:
@@ -82,7 +219,7 @@ def line_of(document: Any, called: str) -> list[Fields]:
             points += shape.lines[0]
         elif shape.kind == "Polygon":
             raise RequestError(f"{called} holds no LineString only: a path has no Polygon.")
-        elif line and not _same(line[-1], shape.lines[0][0]):
+        elif line and _rounded(line[-1]) != _rounded(shape.lines[0][0]):
             raise RequestError(f"{called} holds several lines that do not meet; a path is one LineString.")
         else:
             line += shape.lines[0][1:] if line else shape.lines[0]
@@ -149,10 +286,6 @@ def _pair(at: Any, called: str) -> tuple[float, float]:
     if not (abs(x) <= LARGEST and abs(y) <= LARGEST):
         raise RequestError(f"{called} holds a geometry whose coordinates are no finite numbers.")
     return float(x), float(y)
-
-
-def _same(one: Fields, other: Fields) -> bool:
-    return _rounded(one) == _rounded(other)
 
 
 def _rounded(place: Fields) -> tuple[float, float]:

@@ -1,36 +1,40 @@
-"""The app: settings in, FastAPI application out, with the web page at ``/`` and HEAD wherever GET is."""
+"""The app, settings in and FastAPI application out; and serving it until it is told to stop."""
 
 from __future__ import annotations
 
 import asyncio
 import importlib.metadata
+import logging
+import socket
+import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
+import uvicorn
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import FileResponse
 from fastapi.routing import APIRoute
 from starlette.staticfiles import StaticFiles
 
+from service.errors import AddressError
 from service.jobs.folder import DataFolder
-from service.live.sessions import rehearse
+from service.jobs.store import Store
+from service.live.replay import rehearse
 from service.products.registry import all_products
 from service.settings import Settings
 
 from .body_limit import BodyLimit, body_limits
 from .context import Service
 from .dems import router as dems
-from .detector_streams import router as detector_streams
 from .detectors import detections
 from .detectors import router as detectors
-from .meta import health_routes, problem_routes
-from .openapi import describe, tags_of
+from .meta import describe, health_routes, problem_routes, tags_of
 from .problems import answer_with_problems
 from .resources import product_router
 
-__all__ = ["add_web_page", "allow_head", "create_app"]
+__all__ = ["add_web_page", "allow_head", "create_app", "serve"]
 
 PAGE = Path(__file__).parent / "page"
 # Everything comes from the service itself: the page works without internet, and nothing else gets a say in it.
@@ -44,6 +48,7 @@ PAGE_HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
+GRACE_S = 3
 
 
 def allow_head(router: APIRouter) -> None:
@@ -132,10 +137,76 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     for router in routers:
         allow_head(router)
         app.include_router(router)
-    app.include_router(detector_streams)
     add_web_page(app)
     answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]
     app.add_middleware(BodyLimit, limits=body_limits(chosen, long))
     describe(app, [product.asked for product in products.values()])
     return app
+
+
+def serve(settings: Settings) -> None:
+    """Serve HTTP until SIGINT or SIGTERM. Raises AddressError, DataFolderError, DataFolderInUseError."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s", stream=sys.stderr)
+    with _listening(settings.host, settings.port) as listener:
+        folder = DataFolder.open(settings.data_folder)
+        try:
+            # a store that cannot be used ends here with one sentence, within the app with a traceback
+            Store(folder.database).close()
+            config = uvicorn.Config(
+                create_app(settings, folder),
+                # one event loop everywhere, whatever else is installed
+                loop="asyncio",
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                timeout_graceful_shutdown=GRACE_S,
+                ws="websockets-sansio",
+                # beyond its limit a message is answered with a problem; only one far beyond it ends the stream
+                ws_max_size=4 * settings.max_stream_message_bytes,
+                # answers are small and want to be quick
+                ws_per_message_deflate=False,
+            )
+            _Server(config, _url(settings.host, listener), folder).run(sockets=[listener])
+        finally:
+            folder.close()
+
+
+class _Server(uvicorn.Server):
+    """Says on stdout where it listens, once it does."""
+
+    def __init__(self, config: uvicorn.Config, url: str, folder: DataFolder) -> None:
+        super().__init__(config)
+        self._url = url
+        self._folder = folder
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, then tell."""
+        await super().startup(sockets)
+        print(f"Sightline listens on {self._url} (data in {self._folder.root})", flush=True)
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        listener = socket.socket(family, kind, protocol)
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(address)
+            listener.listen(2048)
+        except OSError:
+            listener.close()
+            raise
+    except OSError as error:
+        raise AddressError(
+            f"Sightline cannot listen on {host} port {port}: {error.strerror or error}; choose another port "
+            "(SIGHTLINE_PORT, 0 picks a free one) or host (SIGHTLINE_HOST)."
+        ) from error
+    return listener
+
+
+def _url(host: str, listener: socket.socket) -> str:
+    port = listener.getsockname()[1]
+    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"

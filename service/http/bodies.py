@@ -1,28 +1,212 @@
-"""What requests bring: bodies in JSON, and how long the client is willing to wait.
+"""What requests bring: bodies in JSON, files streamed to disk with digest and limit, and how long the client waits.
 
 Bodies are taken in whole and handed to a worker, for the process that answers everybody must not parse them.
 """
 
 from __future__ import annotations
 
+import asyncio
+import hashlib
 import re
+import uuid
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Annotated
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Annotated, Self
 
 from fastapi import Depends, Header, Request
+from python_multipart import MultipartParser
+from python_multipart.exceptions import MultipartParseError
+from python_multipart.multipart import parse_options_header
 
-from service.errors import BusyError, MediaTypeError, NotJsonError
+from service.errors import BusyError, MediaTypeError, NotJsonError, RequestError
 from service.jobs.channel import BodyArguments
+from service.jobs.folder import DataFolder
 
+from .body_limit import too_large
 from .context import Service, ServiceDep
-from .uploads import receive
 
-__all__ = ["WaitDep", "is_json", "json_body", "long_body"]
+__all__ = ["Upload", "WaitDep", "clean_name", "is_json", "json_body", "long_body", "receive"]
 
+BLOCK_BYTES = 1024 * 1024
+MAX_NAME_LENGTH = 100
+# file systems count bytes, 255 at most, and a letter can have four
+MAX_NAME_BYTES = 200
+MAX_BOUNDARY_BYTES = 200  # RFC 2046 allows 70, the parser 256
+# a client that sends nothing for so long has gone, and others want its place
+STALL_S = 60.0
+SUFFIX_OF_TYPE = {"image/tiff": ".tif", "application/x-npz": ".npz", "application/x-npy": ".npy"}
 WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?=$|[,;])", re.IGNORECASE)
 # Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
 BIG_BYTES = 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """A received file: where it lies, what it was called (without folders), its size and SHA-256."""
+
+    path: Path
+    name: str
+    size_bytes: int
+    sha256: str
+
+
+@asynccontextmanager
+async def receive(
+    request: Request, folder: DataFolder, max_bytes: int, limit_name: str, file_name: str | None = None
+) -> AsyncIterator[Upload]:
+    """The request's file, on disk inside the block and removed after it. Raises BodyTooLargeError, RequestError."""
+    place = folder.incoming / uuid.uuid4().hex
+    await asyncio.to_thread(place.mkdir)
+    try:
+        yield await _received(request, place, max_bytes, limit_name, file_name)
+    finally:
+        await asyncio.to_thread(folder.remove, place)
+
+
+async def _received(request: Request, place: Path, max_bytes: int, limit_name: str, file_name: str | None) -> Upload:
+    declared = request.headers.get("content-type", "")
+    media_type, options = parse_options_header(declared)
+    form = _Form(options.get(b"boundary", b"")) if media_type == b"multipart/form-data" else None
+    with (place / "file").open("wb") as file:
+        sink = _Sink(file)
+        async for chunk in _unless_stalled(request.stream()):
+            sink.take(chunk if form is None else form.parse(chunk))
+            if sink.size_bytes > max_bytes:
+                raise too_large(max_bytes, limit_name)
+            if sink.pending_bytes >= BLOCK_BYTES:
+                await asyncio.to_thread(sink.write)
+        await asyncio.to_thread(sink.write)
+    if form is not None:
+        form.check_complete()
+        file_name = file_name or form.file_name
+    name = clean_name(
+        file_name or _name_in_header(request) or f"upload{SUFFIX_OF_TYPE.get(media_type.decode('latin-1'), '')}"
+    )
+    if not sink.size_bytes:
+        raise RequestError(f"{name} is empty.")
+    # the suffix and, for .hgt, the name itself tell how to read it
+    path = (place / "file").rename(place / name)
+    return Upload(path, name, sink.size_bytes, sink.sha256.hexdigest())
+
+
+async def _unless_stalled(chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    """The chunks as they come. Raises RequestError when the next one is too long in coming."""
+    while True:
+        try:
+            async with asyncio.timeout(STALL_S):
+                chunk = await anext(chunks, None)
+        except TimeoutError as error:
+            raise RequestError(f"Nothing more of the body came for {STALL_S:g} s; send it again.") from error
+        if chunk is None:
+            return
+        yield chunk
+
+
+def clean_name(name: str) -> str:
+    """A file name without folders, control or quoting characters, never empty and never hidden."""
+    last = re.split(r"[/\\]", name)[-1]
+    plain = re.sub(r"[^\w.() +-]", "_", last).lstrip(". ")
+    stem, dot, suffix = plain.rpartition(".")
+    stem = stem[: max(MAX_NAME_LENGTH - len(suffix) - 1, 0)]
+    while stem and len(f"{stem}{dot}{suffix}".encode()) > MAX_NAME_BYTES:
+        stem = stem[:-1]
+    return f"{stem}{dot}{suffix}"[:MAX_NAME_LENGTH].encode()[:MAX_NAME_BYTES].decode(errors="ignore") or "upload"
+
+
+def _name_in_header(request: Request) -> str | None:
+    _, options = parse_options_header(request.headers.get("content-disposition", ""))
+    name = options.get(b"filename")
+    return None if name is None else name.decode("utf-8", "replace")
+
+
+class _Sink:
+    """Takes bytes as they come, and writes and hashes them in a thread, block by block."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        self._pending = bytearray()
+        self.sha256 = hashlib.sha256()
+        self.size_bytes = 0
+
+    @property
+    def pending_bytes(self) -> int:
+        return len(self._pending)
+
+    def take(self, data: bytes) -> None:
+        self.size_bytes += len(data)
+        self._pending += data
+
+    def write(self) -> None:
+        block, self._pending = self._pending, bytearray()
+        self.sha256.update(block)
+        self._file.write(block)
+
+
+class _Form:
+    """The one file of a multipart form; anything else in the form is refused, not ignored."""
+
+    def __init__(self, boundary: bytes) -> None:
+        if not boundary:
+            raise RequestError("The multipart form has no boundary.")
+        if len(boundary) > MAX_BOUNDARY_BYTES:
+            raise RequestError(f"The boundary of the multipart form is longer than {MAX_BOUNDARY_BYTES} bytes.")
+        self.file_name: str | None = None
+        self._data = bytearray()
+        self._header_name = bytearray()
+        self._header_value = bytearray()
+        self._headers: dict[bytes, bytes] = {}
+        self._files = 0
+        self._ended = False
+        self._parser = MultipartParser(
+            boundary,
+            {
+                "on_header_field": lambda data, start, end: self._header_name.extend(data[start:end]),
+                "on_header_value": lambda data, start, end: self._header_value.extend(data[start:end]),
+                "on_header_end": self._on_header_end,
+                "on_headers_finished": self._on_headers_finished,
+                "on_part_data": lambda data, start, end: self._data.extend(data[start:end]),
+                "on_end": self._on_end,
+            },
+        )
+
+    def parse(self, chunk: bytes) -> bytes:
+        """Bytes of the file in the next chunk of the form."""
+        try:
+            self._parser.write(chunk)
+        except MultipartParseError as error:
+            raise RequestError("The multipart form is damaged.") from error
+        data, self._data = bytes(self._data), bytearray()
+        return data
+
+    def check_complete(self) -> Self:
+        """Raises RequestError unless the form came to its end and had a file."""
+        if not self._files:
+            raise RequestError("The form has no file; send one, for instance with `curl -F file=@dem.tif`.")
+        if not self._ended:
+            raise RequestError("The multipart form ended before its last part was complete.")
+        return self
+
+    def _on_header_end(self) -> None:
+        self._headers[bytes(self._header_name).lower()] = bytes(self._header_value)
+        self._header_name.clear()
+        self._header_value.clear()
+
+    def _on_headers_finished(self) -> None:
+        _, options = parse_options_header(self._headers.pop(b"content-disposition", b""))
+        self._headers.clear()
+        field = options.get(b"name", b"").decode("utf-8", "replace")
+        name = options.get(b"filename")
+        if name is None:
+            raise RequestError(f"The form field {field[:40]!r} is not known; options go into the query, the file here.")
+        self._files += 1
+        if self._files > 1:
+            raise RequestError("The form has more than one file; upload one DEM at a time.")
+        self.file_name = name.decode("utf-8", "replace")
+
+    def _on_end(self) -> None:
+        self._ended = True
 
 
 def _wait_s(

@@ -1,21 +1,132 @@
-"""The service about itself: alive, ready, how busy, and what the `type` of a problem means."""
+"""The service about itself: what OpenAPI says of every route, alive, ready, how busy, what a problem's `type` means."""
 
 from __future__ import annotations
 
 import time
-from typing import Literal
+from collections.abc import Iterable, MutableMapping
+from http import HTTPStatus
+from typing import Any, Literal
 
-from fastapi import APIRouter, Request
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import APIRouter, FastAPI, Request
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.errors import BusyError, NotFoundError
+from service.live.request import DetectionIn, DetectorIn, EpochsIn
+from service.products import Product
 
-from .answers import ProblemType
+from .answers import Problem, ProblemType
 from .context import ServiceDep
-from .openapi import problem_responses
-from .problems import METHOD, PROBLEMS
+from .problems import FRAMEWORK_KINDS, MEDIA_TYPE, METHOD, PROBLEMS
 
-__all__ = ["Health", "JobCounts", "Ready", "WorkerCounts", "health_routes", "problem_routes"]
+__all__ = [
+    "LOCATION",
+    "Health",
+    "JobCounts",
+    "Ready",
+    "Responses",
+    "WorkerCounts",
+    "body_of",
+    "describe",
+    "health_routes",
+    "problem_responses",
+    "problem_routes",
+    "tags_of",
+]
+
+LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"type": "string"}}}
+# how FastAPI is told of the responses of a route, by status
+Responses = dict[int | str, dict[str, Any]]  # JSON of OpenAPI and classes: the type is FastAPI's own
+GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
+OTHERS = [
+    {
+        "name": "Detectors",
+        "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
+        "`/detectors/{detector_id}/stream`, which OpenAPI cannot describe: an epoch (`EpochIn`) per text message, its "
+        "answer (`EpochOut`) back, in order; `?watch=true` sends every answer of the session.",
+    },
+    {"name": "Health", "description": "How the service is."},
+    {"name": "Problems", "description": "What the errors mean."},
+]
+# bodies that routes read unparsed, beside those of the products
+OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
+# Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
+FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
+TEMPLATE = "#/components/schemas/{model}"
+health_routes = APIRouter(tags=["Health"])
+problem_routes = APIRouter(prefix="/problems", tags=["Problems"])
+DOCUMENTED = [*((kind, error.__doc__) for error, kind in PROBLEMS.items()), (METHOD, "Another method is needed.")]
+TYPES = {
+    kind.name: ProblemType(
+        type=f"/problems/{kind.name}", title=kind.title, status=kind.status, description=(words or kind.title).strip()
+    )
+    for kind, words in DOCUMENTED
+}
+
+
+def problem_responses(*statuses: int) -> Responses:
+    """OpenAPI responses for these statuses and for what may happen everywhere, each a problem of some kinds."""
+    return {status: _response(status) for status in sorted({*statuses, 500, 503})}
+
+
+def _response(status: int) -> dict[str, JsonValue]:
+    kinds = {kind.name: kind for kind in (*PROBLEMS.values(), *FRAMEWORK_KINDS.values()) if kind.status == status}
+    told = ", ".join(f"`/problems/{name}`" for name in sorted(kinds))
+    documented: dict[str, JsonValue] = {
+        "description": f"{HTTPStatus(status).phrase}: {told}.",
+        "content": {
+            MEDIA_TYPE: {
+                "schema": {"$ref": f"#/components/schemas/{Problem.__name__}"},
+            }
+        },
+    }
+    if status == 503:
+        documented["headers"] = {
+            "Retry-After": {"description": "Seconds after which to try again.", "schema": {"type": "integer"}}
+        }
+    return documented
+
+
+def body_of(model: type[BaseModel]) -> dict[str, JsonValue]:
+    """How OpenAPI documents a body that is read here."""
+    content: JsonValue = {"application/json": {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}}}
+    return {"requestBody": {"required": True, "content": content}}
+
+
+def tags_of(products: Iterable[Product]) -> list[dict[str, str]]:
+    """The groups of operations, in the order of the documents."""
+    return [*GROUND, *({"name": product.tag, "description": product.summary} for product in products), *OTHERS]
+
+
+def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
+    """Add to the app's OpenAPI the bodies that routes read unparsed, and the shape of problems.
+
+    The latter in place of the framework's own validation errors.
+    """
+    models: tuple[type[BaseModel], ...] = (Problem, *bodies, *OTHER_BODIES)
+    generated = app.openapi
+
+    def described() -> dict[str, Any]:  # JSON of OpenAPI: the type is FastAPI's own
+        if app.openapi_schema is None:
+            schema = generated()
+            schemas = schema.setdefault("components", {}).setdefault("schemas", {})
+            for model in models:
+                own = model.model_json_schema(ref_template=TEMPLATE)
+                schemas.update(own.pop("$defs", {}))
+                schemas[model.__name__] = own
+            for name in FRAMEWORK_SCHEMAS:
+                schemas.pop(name, None)
+            for item in schema["paths"].values():
+                for operation in item.values():
+                    _drop_framework_answers(operation["responses"])
+            app.openapi_schema = schema
+        return app.openapi_schema
+
+    app.openapi = described  # type: ignore[method-assign] # FastAPI has no other way
+
+
+def _drop_framework_answers(responses: MutableMapping[str, object]) -> None:
+    for status in [status for status, answer in responses.items() if FRAMEWORK_SCHEMAS[0] in str(answer)]:
+        del responses[status]
 
 
 class WorkerCounts(BaseModel):
@@ -71,9 +182,6 @@ class Ready(BaseModel):
     status: Literal["ready"] = Field(description="Always ready; otherwise the answer is 503.")
 
 
-health_routes = APIRouter(tags=["Health"])
-
-
 @health_routes.get("/health", summary="Is it alive?", responses=problem_responses())
 async def health(request: Request, service: ServiceDep) -> Health:
     """Always 200 while the process answers; `degraded` when workers are missing or the data folder cannot be
@@ -99,16 +207,6 @@ async def ready(service: ServiceDep) -> Ready:
     if not service.store_writable:
         raise BusyError("The job store cannot be written", limit_name="data_folder", limit=0)
     return Ready(status="ready")
-
-
-problem_routes = APIRouter(prefix="/problems", tags=["Problems"])
-DOCUMENTED = [*((kind, error.__doc__) for error, kind in PROBLEMS.items()), (METHOD, "Another method is needed.")]
-TYPES = {
-    kind.name: ProblemType(
-        type=f"/problems/{kind.name}", title=kind.title, status=kind.status, description=(words or kind.title).strip()
-    )
-    for kind, words in DOCUMENTED
-}
 
 
 @problem_routes.get("", summary="List the kinds of problems", responses=problem_responses())

@@ -18,9 +18,8 @@ from service.products import Product
 from .answers import Limit, MapOut, Offset, Page, list_model, out_model, state_model
 from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
-from .files import file_answer
-from .jobs import after_waiting, answer_of, finished, has_layer, path_of, whole_answer
-from .openapi import LOCATION, Responses, body_of, problem_responses
+from .jobs import after_waiting, answer_of, file_answer, finished, has_layer, path_of, whole_answer
+from .meta import LOCATION, Responses, body_of, problem_responses
 
 __all__ = ["product_router"]
 

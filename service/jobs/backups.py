@@ -19,8 +19,7 @@ from service.errors import DataFolderError, DataFolderInUseError, RequestError
 
 from .folder import DataFolder, make_durable, move_into_place
 from .kept_files import copy_files, is_sound
-from .marker import STORE, FolderKind, kind_of, mark, read_marker
-from .quarantine import Quarantine
+from .marker import STORE, FolderKind, Quarantine, kind_of, mark, read_marker
 from .records import Known
 from .recovery import adopt
 from .store import Store

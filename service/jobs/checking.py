@@ -14,8 +14,7 @@ from service.errors import DataFolderError
 
 from .backups import folder_of_ours
 from .kept_files import is_sound
-from .marker import STORE
-from .quarantine import Quarantine, size_bytes
+from .marker import STORE, Quarantine, size_bytes
 from .store_file import dem_digests_in, known_to
 
 __all__ = ["Check", "SetAside", "check"]

@@ -27,8 +27,7 @@ from typing import IO, Self
 
 from service.errors import DataFolderError, DataFolderInUseError
 
-from .marker import STORE, FolderKind, kind_of, mark
-from .quarantine import Quarantine, sentence_of_parts
+from .marker import STORE, FolderKind, Quarantine, kind_of, mark, sentence_of_parts
 from .records import Known
 from .store_file import SIDE_FILES
 

@@ -42,9 +42,9 @@ class Store:
             self._prepare(path)
             self._file = path.stat()
         except sqlite3.DatabaseError as error:
-            # an operational one, such as a lock or a right that is missing, is no damage
-            damaged = not isinstance(error, sqlite3.OperationalError)
-            cure = "; `sightline store restore` puts a backup in its place" if damaged else ""
+            # a lock or a right that is missing is no damage
+            locked = isinstance(error, sqlite3.OperationalError)
+            cure = "" if locked else "; `sightline store restore` puts a backup in its place"
             raise DataFolderError(f"{path} cannot be used as the job store: {error}{cure}.") from error
 
     def close(self) -> None:

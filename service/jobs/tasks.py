@@ -14,21 +14,17 @@ from pydantic import JsonValue, ValidationError
 
 from dem_samples import sample_path
 from service.errors import NotFoundError, NotReadyError, NotValidError
-from service.jobs.bodies import model_of
+from service.jobs.channel import model_of
 from service.jobs.folder import DataFolder, digest_of, make_durable
-from service.jobs.kept_files import load_grid, save_grid
+from service.jobs.kept_files import load, load_grid, save, save_grid
 from service.jobs.records import JobRequest
-from service.jobs.results import load, save
-from service.live.limits import DetectorLimits
-from service.live.request import EpochsIn
+from service.live.request import DetectorLimits, EpochsIn
 from service.parts.map_facts import ground_of
-from service.parts.older_names import notes_on_older_names
-from service.parts.sentences import fields_of, sentence_of
+from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
 from service.products import Given, Needs, Product, Work
 from service.settings import Settings
 from terrain import ElevationGrid, read_dem
 
-from .bodies import body_in, read_body
 from .channel import (
     BodyArguments,
     CalculateArguments,
@@ -39,6 +35,8 @@ from .channel import (
     LayerArguments,
     NeedsFields,
     ReadDemArguments,
+    body_in,
+    read_body,
 )
 
 __all__ = [

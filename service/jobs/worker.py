@@ -35,8 +35,8 @@ from terrain import ElevationGrid
 
 from .channel import Done, Failed, FromWorker, Order, Progress, Ready, Start, ToWorker, decode, encode
 from .folder import DataFolder, is_full
+from .kept_files import load, save
 from .records import Failure
-from .results import load, save
 from .tasks import Task, TaskContext, tasks_for
 
 __all__ = ["main", "rehearse"]

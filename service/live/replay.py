@@ -21,9 +21,10 @@ from detection import (
     RangeEpoch,
     RangingAnchor,
 )
-from service.live.sessions import rehearse
+from service.live.request import ANCHORS, RANGES, DetectorIn, DetectorLimits, EpochIn
+from service.live.sessions import Bench, DetectorSession
 
-__all__ = ["AnchorSummary", "Episode", "Replay", "ReplaySummary", "replay"]
+__all__ = ["AnchorSummary", "Episode", "Replay", "ReplaySummary", "rehearse", "replay"]
 
 MOST_NEEDS = 5  # of what would settle epochs, the most frequent
 
@@ -207,3 +208,20 @@ def _finite(value: object) -> object:
     if isinstance(value, list | tuple):
         return [_finite(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def rehearse() -> None:
+    """Load what a detector needs by using it, in both dimensions: a range that lies, odometry, then all ranges lie."""
+    ranges = [{**measured, "range_m": measured["range_m"] + 3.0 * (n == 1)} for n, measured in enumerate(RANGES)]
+    odometry = {"duration_s": 1.0, "wheel_m": (0.1, 0.0), "accelerometer_m": (0.1, 0.0, 0.0), "heading_deg": 90.0}
+    for dimension in (2, 3):
+        asked = DetectorIn.model_validate({"anchors": ANCHORS, "settings": {"dimension": dimension}})
+        limits = DetectorLimits(len(ANCHORS), asked.settings.search_limit, 0, 1)
+        session = DetectorSession("rehearsal", asked, limits, Bench(), time.monotonic, 1.0)
+        for time_s in range(3):
+            epoch = {"time_s": float(time_s), "ranges": ranges, "odometry": odometry if time_s else None}
+            session.answer(EpochIn.model_validate(epoch))
+        for time_s in range(3, 15):
+            apart = [{**one, "range_m": one["range_m"] * (1.0 + 0.1 * n)} for n, one in enumerate(RANGES)]
+            session.answer(EpochIn.model_validate({"time_s": float(time_s), "ranges": apart}))
+        session.state()  # it looks for the cause

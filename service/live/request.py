@@ -1,18 +1,31 @@
-"""Epochs of ranges, the anchors they go to, and what a detector is told, as requests and streams write them."""
+"""Epochs of ranges and the anchors they go to, as requests and streams write them, and what one epoch may cost."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self
+from dataclasses import dataclass
+from typing import Annotated, Any, Protocol, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
+from service.errors import LimitError
 from service.live.settings import DetectorSettingsIn
 from service.parts.anchors import AnchorId
 from service.parts.points import Metres, NotNegativeMetres, StrictModel
+from service.settings import Settings
 
-__all__ = ["ANCHORS", "RANGES", "DetectionIn", "DetectorIn", "EpochIn", "EpochsIn", "RangeIn", "RangingAnchorIn"]
+__all__ = [
+    "ANCHORS",
+    "RANGES",
+    "DetectionIn",
+    "DetectorIn",
+    "DetectorLimits",
+    "EpochIn",
+    "EpochsIn",
+    "RangeIn",
+    "RangingAnchorIn",
+]
 
 # What a sensor delivers is not refused: a range that is no number or not positive is counted by the detector.
 Measured = Annotated[float, Field(strict=True)]
@@ -34,6 +47,12 @@ RANGES: list[Any] = [
     {"anchor_id": "D5", "range_m": 182.165, "sigma_m": 0.05},
     {"anchor_id": "D6", "range_m": 114.948, "p_sight": 0.9},
 ]
+# of bodies: the field, what it lists, and whose they are
+LISTS = (
+    ("anchors", "anchors", "A detector"),
+    ("ranges", "ranges", "An epoch"),
+    ("moved", "moved anchors", "An epoch"),
+)
 
 
 class RangingAnchorIn(StrictModel):
@@ -171,3 +190,88 @@ class DetectorIn(_Detector):
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(
         None, description="Seconds without a request after which it expires; left out = the most that is allowed."
     )
+
+
+class Asked(Protocol):
+    """What a stateless detection and a session have in common."""
+
+    @property
+    def anchors(self) -> list[RangingAnchorIn]:
+        """The anchors."""
+        ...
+
+    @property
+    def settings(self) -> DetectorSettingsIn:
+        """What the detector is told."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorLimits:
+    """How many anchors, subsets and streams a detector may have; from the settings of the service."""
+
+    max_anchors: int
+    max_search: int
+    max_streams: int
+    max_epochs: int
+
+    @classmethod
+    def of(cls, settings: Settings) -> DetectorLimits:
+        """The limits that the settings name."""
+        return cls(
+            settings.max_detector_anchors,
+            settings.max_detector_search,
+            settings.max_detector_streams,
+            settings.max_detector_epochs,
+        )
+
+    def refuse_long(self, fields: Any) -> None:
+        """Raise LimitError where a list of a body is longer than it may be, before anything in it is looked at."""
+        for name, what, whose in LISTS:
+            given = fields.get(name) if isinstance(fields, dict) else None
+            if isinstance(given, list):
+                self._check_number(len(given), what, whose)
+
+    def refuse_long_epochs(self, fields: Any) -> None:
+        """The same for a body of several epochs."""
+        epochs = fields.get("epochs") if isinstance(fields, dict) else None
+        if not isinstance(epochs, list):
+            return
+        if len(epochs) > self.max_epochs:
+            raise LimitError(
+                f"A request may have {self.max_epochs} epochs, not {len(epochs)}",
+                limit_name="max_detector_epochs",
+                limit=self.max_epochs,
+                given=len(epochs),
+            )
+        for epoch in epochs:
+            self.refuse_long(epoch)
+
+    def check_detector(self, asked: Asked) -> None:
+        """Raise LimitError where there are too many anchors or the search may take too long."""
+        self._check_number(len(asked.anchors), "anchors", "A detector")
+        if asked.settings.search_limit > self.max_search:
+            raise LimitError(
+                f"search_limit is {asked.settings.search_limit}, more than the limit of {self.max_search} subsets",
+                limit_name="max_detector_search",
+                limit=self.max_search,
+                given=asked.settings.search_limit,
+            )
+
+    def check_ranges(self, ranges: list[RangeIn]) -> None:
+        """Raise LimitError where an epoch has more ranges than a detector may have anchors."""
+        self._check_number(len(ranges), "ranges", "An epoch")
+
+    def check_epoch(self, asked: EpochIn) -> None:
+        """The same, for the anchors that have moved too."""
+        self.check_ranges(asked.ranges)
+        self._check_number(len(asked.moved), "moved anchors", "An epoch")
+
+    def _check_number(self, given: int, what: str, whose: str) -> None:
+        if given > self.max_anchors:
+            raise LimitError(
+                f"{whose} may have {self.max_anchors} {what}, not {given}",
+                limit_name="max_detector_anchors",
+                limit=self.max_anchors,
+                given=given,
+            )

@@ -9,7 +9,7 @@ from typing import Annotated, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
-from service.parts.sight import CurvatureIn
+from service.parts.anchors import CurvatureIn
 from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
 from visibility import FLAT, Curvature
 

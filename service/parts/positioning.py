@@ -7,10 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
-from service.parts.anchors import AntennaIn, FramesIn, TrackIn
+from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
 from service.parts.map_facts import DEM_ID
 from service.parts.points import DegreesEast, DegreesNorth, Metres, NotNegativeMetres, Positive, StrictModel
-from service.parts.sight import SightParameters
 
 __all__ = [
     "EXAMPLE_ANCHORS",

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
-from service.parts.anchors import FramesIn, TrackIn
+from service.parts.anchors import FramesIn, SightParameters, TrackIn
 from service.parts.map_facts import curvature_of
 from service.parts.positioning import (
     CeilingParameters,
@@ -19,8 +19,7 @@ from service.parts.positioning import (
     RangingParameters,
     SatellitesIn,
 )
-from service.parts.positions import points_in_grid, resolve_anchor
-from service.parts.sight import SightParameters
+from service.parts.shapes_in_grid import points_in_grid, resolve_anchor
 from terrain import ElevationGrid
 from visibility import (
     Anchor,

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.measured_ranges import RANGING, RangeLog, plaza, starloc
 from benchmarks.ranging_logs import write_log
 from detection import RangeEpoch
-from service.cli.asking.ranging_anchors import ranging_anchors
+from service.cli.asking.anchor_files import ranging_anchors
 from service.live.epoch_logs import read_epochs
 
 pytestmark = pytest.mark.skipif(not RANGING.is_dir(), reason="the published ranging logs lie in ../shared/data only")

@@ -23,8 +23,7 @@ import trimesh
 from detection import DetectionError
 from gnss import parse_almanac, parse_rinex_navigation
 from service.cli.asking.anchor_files import anchors_from_file, tracks_from_file
-from service.cli.asking.path_files import PLANNED, path_from_file, trajectory_from_file
-from service.cli.asking.shape_files import place_fields, polygon_fields
+from service.cli.asking.path_files import PLANNED, path_from_file, place_fields, polygon_fields, trajectory_from_file
 from service.errors import ServiceError
 from service.live.epoch_logs import read_epochs
 from terrain import ElevationGrid, TerrainError, read_dem, write_npz

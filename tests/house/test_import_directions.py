@@ -102,7 +102,6 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
 # what is still imported late, and has to be looked at
 LATE_YET = {
     "planning/paths/solving.py": {"planning.paths.turning"},
-    "planning/placement/judges.py": {".sight"},
 }
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from service.products.paths.calculate import FinishedPath, calculate_path
+from service.products.paths.answer import FinishedPath
+from service.products.paths.calculate import calculate_path
 from service.products.paths.request import PathParameters
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 

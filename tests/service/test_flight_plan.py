@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from planning import PathProblemError, PlaceError
 from service.errors import LimitError, RequestError
-from service.jobs.results import load, save
+from service.jobs.kept_files import load, save
 from service.products import Given, Work
 from service.products.flights import FLIGHT
 from service.products.flights.calculate import calculate_flight, check_flight_request

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from service.jobs.results import load, save
+from service.jobs.kept_files import load, save
 from service.products import Work
 from service.products.dop import DOP_MAP
 from service.products.morphing import MORPHING_MAP

@@ -8,8 +8,8 @@ from typing import ClassVar
 import pytest
 from pydantic import Field, ValidationError
 
-from service.parts.older_names import WithOlderNames, notes_on_older_names
 from service.parts.points import StrictModel
+from service.parts.sentences import WithOlderNames, notes_on_older_names
 
 
 class Limits(WithOlderNames):

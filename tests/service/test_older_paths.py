@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from service.jobs.results import load, save
-from service.parts.older_names import notes_on_older_names
+from service.jobs.kept_files import load, save
+from service.parts.sentences import notes_on_older_names
 from service.products import Given
 from service.products.paths import PATH
 from service.products.paths.files import LAYERS

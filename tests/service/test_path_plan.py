@@ -12,14 +12,13 @@ import shapely
 from planning import PathProblemError, PlaceError
 from planning.paths import RoverModel
 from service.errors import RequestError
-from service.jobs.results import load, save
+from service.jobs.kept_files import load, save
 from service.parts.plan_answers import time_words
 from service.products.paths import PATH
-from service.products.paths.calculate import check_path_request
+from service.products.paths.calculate import check_path_request, limits_of, rover_of
 from service.products.paths.files import LAYERS
 from service.products.paths.picture import draw_path
 from service.products.paths.profile import draw_profile
-from service.products.paths.question import limits_of, rover_of
 from service.products.paths.request import PathLimitsIn, PathParameters, RoverIn
 from service.products.registry import PRODUCTS
 from terrain import height_at, to_grid_frame

@@ -7,7 +7,7 @@ import pytest
 
 from service.parts.anchors import AnchorIn
 from service.parts.points import PointIn
-from service.parts.positions import resolve_anchor, resolve_point
+from service.parts.shapes_in_grid import resolve_anchor, resolve_point
 from terrain import ElevationGrid, FrameError, height_at, to_lon_lat
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from visibility import AnchorError, VisibilityInputError

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.cli.asking.anchor_files import anchors_from_file
-from service.files.tables import TableWriter, cell_of, text_of
+from service.files.csv_table import TableWriter, cell_of, text_of
 
 HOSTILE = ["=1+1", "+SUM(A1)", "-2+3", "@cmd", "\t=1", "\r=1", "＝1+1", "'=1+1", "''@x", '=HYPERLINK("http://x")']
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.jobs.results import load, save
+from service.jobs.kept_files import load, save
 from service.products import Work
 from service.products.registry import PRODUCTS
 from service.products.visibility import VISIBILITY_MAP

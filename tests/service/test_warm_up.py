@@ -16,7 +16,7 @@ import dem_samples
 import terrain
 import visibility
 from service.cli.demo import DRONES, RECEIVER_ABOVE_GROUND_M
-from service.jobs.results import load, save
+from service.jobs.kept_files import load, save
 from service.products import Product, Work
 from service.products.dop import DOP_MAP
 from service.products.morphing import MORPHING_MAP

@@ -10,8 +10,14 @@ from terrain import ElevationGrid, height_at
 from tests.visibility.grounds import hills
 from tests.visibility.morphing_cases import low_anchors, satellites
 from visibility import VISIBLE, Anchor, AntennaLimits, VisibilityInputError, min_visible_altitude
-from visibility.air.control_volumes import control_volume, volume_blocks, volume_slabs, whole_volume
-from visibility.air.volume_layers import AltitudeLayers, altitude_layers
+from visibility.air.control_volumes import (
+    AltitudeLayers,
+    altitude_layers,
+    control_volume,
+    volume_blocks,
+    volume_slabs,
+    whole_volume,
+)
 from visibility.air.volume_views import horizontal_section, vertical_section
 
 

@@ -205,10 +205,10 @@ ORIGIN = [0.0, 0.0, 0.0]
     ("arguments", "options", "sentence"),
     [
         ((TETRAHEDRON_M, ORIGIN, "range"), {}, "kind must be one of ranging, pseudorange, tdoa, not 'range'"),
-        (([[1, 2]], ORIGIN), {}, r"anchor_positions_m must be one row of east, north .* not shape \(1, 2\)"),
+        (([[1, 2]], ORIGIN), {}, r"anchor_positions_m must hold one row of east, north .* not shape \(1, 2\)"),
         (([[1, 2, math.nan]], ORIGIN), {}, r"anchor_positions_m\[0\] must be three finite numbers, not \[1"),
-        (([["a", "b", "c"]], ORIGIN), {}, "anchor_positions_m must hold numbers, east, north"),
-        ((TETRAHEDRON_M, [0.0, 0.0]), {}, r"receiver_m must be one row of east, north .* not shape \(1, 2\)"),
+        (([["a", "b", "c"]], ORIGIN), {}, "anchor_positions_m must hold numbers: east, north"),
+        ((TETRAHEDRON_M, [0.0, 0.0]), {}, r"receiver_m must hold one row of east, north .* not shape \(1, 2\)"),
         ((TETRAHEDRON_M, [0.0, math.inf, 0.0]), {}, r"receiver_m\[0\] must be three finite numbers"),
         ((TETRAHEDRON_M, ORIGIN), {"visible": [True]}, r"each of the 4 anchors whether it is seen, .* \(1,\)"),
         ((TETRAHEDRON_M, ORIGIN), {"distant": [True]*3}, r"one for each of the 4 anchors, not shape \(3,\)"),

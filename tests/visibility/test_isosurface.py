@@ -12,9 +12,8 @@ import visibility
 from terrain import ElevationGrid
 from tests.visibility.morphing_cases import low_anchors
 from visibility import Anchor, VisibilityInputError, min_visible_altitude
-from visibility.air.control_volumes import control_volume, whole_volume
+from visibility.air.control_volumes import altitude_layers, control_volume, whole_volume
 from visibility.air.isosurfaces import isosurface
-from visibility.air.volume_layers import altitude_layers
 from visibility.dilution.dop_questions import FlightLimit
 
 CORNERS = ((0.0, 0.0), (400.0, 0.0), (0.0, -400.0), (400.0, -400.0))

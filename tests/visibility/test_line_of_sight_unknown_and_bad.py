@@ -150,8 +150,8 @@ def test_points_that_make_no_question_are_refused_by_name(from_point, sentence):
     ("arguments", "sentence"),
     [
         ({"to_points_m": np.zeros((2, 3))}, "Each line needs two points, not 3 from_points_m and 2 to_points_m"),
-        ({"to_points_m": np.zeros((3, 2))}, r"to_points_m must hold east, north and altitude .*\(3, 2\)"),
-        ({"to_points_m": np.zeros((1, 3, 3))}, "to_points_m must hold east, north and altitude"),
+        ({"to_points_m": np.zeros((3, 2))}, r"to_points_m must hold one row of east, north and altitude .*\(3, 2\)"),
+        ({"to_points_m": np.zeros((1, 3, 3))}, "to_points_m must hold one row of east, north and altitude"),
         ({"to_points_m": [(0, 0, 1), (0, 0, 1), (0, 0, math.nan)]}, r"to_points_m\[2\] must be three finite numbers"),
         ({"unknown": "maybe"}, "unknown must be one of unknown, open, blocked, not 'maybe'"),
         ({"wavelength_m": 0.0}, "wavelength_m must be a positive number of metres, not 0.0"),

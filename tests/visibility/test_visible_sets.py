@@ -210,5 +210,5 @@ def test_a_point_that_is_no_point_is_refused():
     minimum = min_visible_altitude(grid, eyes(grid, 2))
     with pytest.raises(VisibilityInputError, match=r"points_m\[1\] must be three finite numbers"):
         visible_sets(minimum, [[0.0, 0.0, 0.0], [0.0, math.nan, 0.0]])
-    with pytest.raises(VisibilityInputError, match="points_m must hold east, north and altitude"):
+    with pytest.raises(VisibilityInputError, match="points_m must hold one row of east, north and altitude"):
         dop_along(minimum, [[0.0, 0.0]])

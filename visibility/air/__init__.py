@@ -1,8 +1,10 @@
 """The air over the ground: control volumes, sections, isosurfaces, morphing maps and how they change with time."""
 
 from visibility.air.control_volumes import (
+    AltitudeLayers,
     ControlVolume,
     VoxelBlock,
+    altitude_layers,
     control_volume,
     volume_blocks,
     volume_slabs,
@@ -11,7 +13,6 @@ from visibility.air.control_volumes import (
 from visibility.air.isosurfaces import Isosurface, isosurface
 from visibility.air.morphing_maps import ColumnState, MorphingMap, morphing_map
 from visibility.air.morphing_times import Availability, MorphingFrame, availability, morphing_frames
-from visibility.air.volume_layers import AltitudeLayers, altitude_layers
 from visibility.air.volume_views import (
     HorizontalSection,
     VerticalSection,

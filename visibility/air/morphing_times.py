@@ -15,8 +15,7 @@ from visibility.dilution.dop_questions import FlightLimit, geometry_fault
 from visibility.dilution.sets_in_sight import sources_of_anchors
 from visibility.errors import AnchorError, VisibilityInputError
 from visibility.sight.anchor_tracks import MovingAnchor, anchors_at
-from visibility.sight.anchors import Anchor, check_anchors
-from visibility.sight.distant import DistantAnchor
+from visibility.sight.anchors import Anchor, DistantAnchor, check_anchors
 from visibility.sight.minimum_altitude import SurfaceCache
 
 __all__ = ["Availability", "MorphingFrame", "anchors_over", "availability", "morphing_frames"]

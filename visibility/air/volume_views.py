@@ -10,8 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import height_at
-from visibility.air.control_volumes import BLOCK_VOXELS, ControlVolume, volume_blocks, volume_slab, whole_volume
-from visibility.air.volume_layers import AltitudeLayers
+from visibility.air.control_volumes import (
+    BLOCK_VOXELS,
+    AltitudeLayers,
+    ControlVolume,
+    volume_blocks,
+    volume_slab,
+    whole_volume,
+)
 from visibility.dilution.dop_questions import set_words
 from visibility.errors import VisibilityInputError
 

@@ -17,13 +17,13 @@ from visibility.dilution.dop_questions import (
     kind_code,
     numbers,
     pack_sets,
-    positions,
     set_words,
     sources_of,
     unit_normals,
 )
 from visibility.dilution.kernels import dop as kernel
 from visibility.errors import VisibilityInputError
+from visibility.sight.sight_points import checked_positions
 
 __all__ = ["Dop", "dop", "dop_at_points", "dop_per_visible_set"]
 
@@ -75,7 +75,9 @@ def dop(
         rays are parallel, a satellite's for example.
     Raises VisibilityInputError.
     """
-    points_m = positions("receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude")))
+    points_m = checked_positions(
+        "receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude"))
+    )
     sources = sources_of(anchor_positions_m, distant)
     mask = visible_sets_of(visible, len(points_m), len(sources.anchors))
     found = solve(points_m, sources, mask, None, kind, surface_normal)
@@ -99,7 +101,12 @@ def dop_at_points(
     Raises VisibilityInputError.
     """
     return solve(
-        positions("points_m", points_m), sources_of(anchor_positions_m, distant), mask, unknown, kind, surface_normal
+        checked_positions("points_m", points_m),
+        sources_of(anchor_positions_m, distant),
+        mask,
+        unknown,
+        kind,
+        surface_normal,
     )
 
 
@@ -176,7 +183,7 @@ def dop_per_visible_set(
     Exact for distant anchors, near enough for satellites, and wrong by as much as directions turn within the volume for
     near ones; docs/dop.md has the error. Raises VisibilityInputError.
     """
-    points = positions("points_m", points_m)
+    points = checked_positions("points_m", points_m)
     return solve_per_set(points, sources_of(anchor_positions_m, distant), mask, unknown, kind)
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from visibility.dilution.kernels import dop as kernel
 from visibility.dilution.kernels.normal_matrices import Sources
 from visibility.errors import VisibilityInputError
+from visibility.sight.sight_points import checked_positions
 
 __all__ = [
     "DopKind",
@@ -84,28 +85,13 @@ def numbers(name: str, values: npt.ArrayLike, what: str) -> npt.NDArray[np.float
         raise VisibilityInputError(f"{name} must hold numbers, {what} ({error}).") from error
 
 
-def positions(name: str, values_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """(n, 3) float64 copy of finite positions; raises VisibilityInputError that names the offender."""
-    what = "east, north and altitude in metres"
-    array = numbers(name, values_m, what)
-    if array.size == 0:
-        return np.empty((0, 3))
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise VisibilityInputError(f"{name} must be one row of {what} for each, not shape {array.shape}.")
-    broken = ~np.isfinite(array).all(axis=1)
-    if broken.any():
-        first = int(np.argmax(broken))
-        raise VisibilityInputError(f"{name}[{first}] must be three finite numbers, not {array[first].tolist()}.")
-    return array
-
-
 def sources_of(
     anchor_positions_m: npt.ArrayLike,
     distant: npt.ArrayLike | None,
     variances_m2: npt.NDArray[np.float64] | None = None,
 ) -> Sources:
     """Anchors as the kernels take them, distant ones as unit directions; raises VisibilityInputError."""
-    anchors = positions("anchor_positions_m", anchor_positions_m)
+    anchors = checked_positions("anchor_positions_m", anchor_positions_m)
     far = np.zeros(len(anchors), np.bool_)
     if distant is not None:
         try:

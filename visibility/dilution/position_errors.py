@@ -11,15 +11,14 @@ import numpy.typing as npt
 
 from visibility.dilution.dop import checked_sets, visible_sets_of
 from visibility.dilution.dop_maps import antenna_points, check_receiver
-from visibility.dilution.dop_questions import DopKind, Sources, kind_code, numbers, positions, sources_of, unit_normals
+from visibility.dilution.dop_questions import DopKind, Sources, kind_code, numbers, sources_of, unit_normals
 from visibility.dilution.ground_normals import post_normals, rover_normals
 from visibility.dilution.kernels import dop as kernel
 from visibility.dilution.sets_in_sight import column_tables, sets_of
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import Anchor
-from visibility.sight.distant import DistantAnchor
+from visibility.sight.anchors import Anchor, DistantAnchor
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
-from visibility.sight.sight_points import check_points
+from visibility.sight.sight_points import check_points, checked_positions
 
 __all__ = [
     "PositionError",
@@ -105,8 +104,10 @@ def position_error(
     pose_covariance_m2: (k, 3, 3) or (3, 3) for all, east, north, up, m², in its place.
     The rest as for ``dop``. Raises VisibilityInputError.
     """
-    points_m = positions("receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude")))
-    anchors = len(positions("anchor_positions_m", anchor_positions_m))
+    points_m = checked_positions(
+        "receiver_m", np.atleast_2d(numbers("receiver_m", receiver_m, "east, north, altitude"))
+    )
+    anchors = len(checked_positions("anchor_positions_m", anchor_positions_m))
     variances_m2 = variances_of(anchors, ranging_sigma_m, pose_sigma_m, pose_covariance_m2)
     sources = sources_of(anchor_positions_m, distant, variances_m2)
     mask, unknown, count = checked_sets(visible_sets_of(visible, len(points_m), anchors), None, len(points_m), anchors)

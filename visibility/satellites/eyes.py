@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gnss.gps_time import Moments
 from gnss.sky import ConeAxis, Place
 from terrain import ElevationGrid, FrameError
-from visibility.sight.distant import DistantAnchor
+from visibility.sight.anchors import DistantAnchor
 
 from ..errors import VisibilityInputError
 from .in_view import DEFAULT_CONE_RAD, Constellation, SatellitesInView, satellites_in_view, true_to_grid

@@ -17,7 +17,7 @@ from gnss.broadcast_ephemeris import EPHEMERIS_USEFUL_S, Ephemerides, ephemeris_
 from gnss.gps_time import Instants, Moments, instants
 from gnss.sky import ConeAxis, Place, enu_to_ecef_m, look_angles, off_axis_rad
 from terrain import ElevationGrid, FrameError, body_of, height_at, to_grid_frame, to_lon_lat
-from visibility.sight.distant import middle_m
+from visibility.sight.anchors import middle_m
 
 from ..errors import VisibilityInputError
 

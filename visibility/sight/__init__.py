@@ -1,7 +1,7 @@
 """Who sees whom: anchors, lines of sight, minimum visible altitudes, curvature, cameras, reflections."""
 
 from visibility.sight.anchor_tracks import AnchorTrack, MovingAnchor
-from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, anchor_above_ground, check_anchors
+from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, DistantAnchor, anchor_above_ground, check_anchors
 from visibility.sight.camera import (
     OUTSIDE_DEM,
     OUTSIDE_VIEW,
@@ -11,8 +11,6 @@ from visibility.sight.camera import (
     occluded_points,
 )
 from visibility.sight.curvature import FLAT, Curvature
-from visibility.sight.distant import DistantAnchor
-from visibility.sight.ground_profile import GroundProfile, profile
 from visibility.sight.minimum_altitude import (
     HIDDEN,
     UNKNOWN,
@@ -22,7 +20,14 @@ from visibility.sight.minimum_altitude import (
     min_visible_altitude,
 )
 from visibility.sight.reflections import Reflections, reflections
-from visibility.sight.sight_line import LineOfSight, fresnel_radius_m, knife_edge_loss_db, line_of_sight
+from visibility.sight.sight_line import (
+    GroundProfile,
+    LineOfSight,
+    fresnel_radius_m,
+    knife_edge_loss_db,
+    line_of_sight,
+    profile,
+)
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
 
 __all__ = [

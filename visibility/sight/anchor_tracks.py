@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from visibility.errors import AnchorError, VisibilityInputError
-from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, Covariance
-from visibility.sight.distant import DistantAnchor
+from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, Covariance, DistantAnchor
 
 __all__ = ["AnchorTrack", "MovingAnchor", "anchors_at"]
 

@@ -12,9 +12,8 @@ import numpy.typing as npt
 
 from compiled.fresh_memory import take_pages
 from terrain import ElevationGrid, height_at
-from visibility.sight.anchors import Anchor
+from visibility.sight.anchors import Anchor, DistantAnchor, middle_m
 from visibility.sight.curvature import Curvature
-from visibility.sight.distant import DistantAnchor, middle_m
 from visibility.sight.sectors import Eye
 
 __all__ = ["Engine", "UnknownGround", "clear_altitudes"]

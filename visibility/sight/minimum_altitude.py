@@ -15,10 +15,9 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import Anchor, check_anchors, raise_to_reach, within_reach
+from visibility.sight.anchors import Anchor, DistantAnchor, check_anchors, raise_to_reach, within_reach
 from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes
 from visibility.sight.curvature import Curvature
-from visibility.sight.distant import DistantAnchor
 from visibility.sight.fast_errors import fast_errors
 from visibility.sight.kernels.reach import classify
 from visibility.sight.sweeps import exact_sweep, fast_sweep

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from visibility.dilution.ground_normals import post_normals
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import Anchor
-from visibility.sight.distant import DistantAnchor
+from visibility.sight.anchors import Anchor, DistantAnchor
 from visibility.sight.kernels.reflections import shortest_reflections
 from visibility.sight.minimum_altitude import VISIBLE, MinimumVisibleAltitude, min_visible_altitude
 

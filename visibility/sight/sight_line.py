@@ -1,4 +1,4 @@
-"""Line of sight between two points, and radio over it: the first Fresnel zone, the loss over a knife edge."""
+"""Line of sight between two points, the ground under it, and radio over it: Fresnel zone, loss over a knife edge."""
 
 from __future__ import annotations
 
@@ -12,16 +12,65 @@ from terrain import ElevationGrid
 from visibility.cover.buildings import Buildings
 from visibility.cover.ray_triangle import Engine
 from visibility.sight.curvature import Curvature
-from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M
+from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M, GridPoint
+from visibility.sight.kernels.profiles import ground_profile, profile_room
 from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, UnknownGround
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
-from visibility.sight.sight_points import check_point
+from visibility.sight.sight_points import check_point, in_posts
 
-__all__ = ["LineOfSight", "Verdict", "fresnel_radius_m", "knife_edge_loss_db", "line_of_sight"]
+__all__ = [
+    "GroundProfile",
+    "LineOfSight",
+    "Verdict",
+    "fresnel_radius_m",
+    "knife_edge_loss_db",
+    "line_of_sight",
+    "profile",
+]
 
+SAME_SHARE = 1e-12
 Verdict = Literal["clear", "blocked", "unknown"]
-
 _VERDICTS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
+FREE_ABOVE = 0.6  # share of the first zone that must be clear for free-space propagation (ITU-R P.526)
+
+
+@dataclass(frozen=True, eq=False)
+class GroundProfile:
+    """Ground and line wherever the line crosses an edge of the triangulation, and under its ends; m places in order.
+
+    distance_m: (m,) horizontal distance from the first point. ground_m: (m,) altitude of the ground; NaN = unknown.
+    line_m: (m,) altitude of the line; with curvature it sags between its ends, as the ground would otherwise bulge.
+    clearance_m: (m,) line over ground. Between two places each of them is straight. Parts outside the DEM have none.
+    """
+
+    distance_m: npt.NDArray[np.float64]
+    ground_m: npt.NDArray[np.float64]
+    line_m: npt.NDArray[np.float64]
+    clearance_m: npt.NDArray[np.float64]
+    curvature: Curvature
+
+
+def profile(
+    grid: ElevationGrid, from_point: npt.ArrayLike, to_point: npt.ArrayLike, *, curvature: Curvature | None = None
+) -> GroundProfile:
+    """The ground under the straight line between two points (east, north, altitude) in the grid's frame, metres.
+
+    curvature: None takes what the grid's CRS implies (Curvature.of); FLAT switches it off. Raises VisibilityInputError.
+    """
+    start_m, end_m = check_point(grid, "from_point", from_point), check_point(grid, "to_point", to_point)
+    curvature = Curvature.over(grid, curvature)
+    start, end = (GridPoint(*in_posts(grid, point[None])[0].tolist()) for point in (start_m, end_m))
+    places = np.empty((profile_room(grid.rows, grid.cols), 3))
+    cells_m = (grid.cell_east_m, grid.cell_north_m)
+    count = ground_profile(grid.heights_m, cells_m, curvature.drop_per_m2, start, end, places)
+    share, ground_m, clearance_m = places[:count].T
+    # a post is met by a row, a column and a diagonal at once
+    new = np.diff(share, prepend=-1.0) > SAME_SHARE
+    share, ground_m, clearance_m = share[new], ground_m[new], clearance_m[new]
+    reach_m = float(np.hypot(*(end_m - start_m)[:2]))
+    sag_m = curvature.drop_m(reach_m) * share * (1.0 - share)
+    line_m = start_m[2] + share * (end_m[2] - start_m[2]) - sag_m
+    return GroundProfile(share * reach_m, ground_m, line_m, clearance_m, curvature)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +174,6 @@ def _blocked_by(sight: LinesOfSight) -> Literal["ground", "unknown ground", "bui
     if sight.hits_building is not None and sight.hits_building[0]:
         return "building"
     return "unknown ground"
-
-
-FREE_ABOVE = 0.6  # share of the first zone that must be clear for free-space propagation (ITU-R P.526)
 
 
 def fresnel_radius_m(

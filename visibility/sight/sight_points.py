@@ -9,7 +9,7 @@ from terrain import ElevationGrid
 from visibility.errors import VisibilityInputError
 from visibility.sight.anchors import FURTHEST_USEFUL_M
 
-__all__ = ["check_point", "check_points", "horizontal_box", "in_posts"]
+__all__ = ["check_point", "check_points", "checked_positions", "horizontal_box", "in_posts"]
 
 
 def check_point(grid: ElevationGrid, name: str, point_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -22,23 +22,38 @@ def check_point(grid: ElevationGrid, name: str, point_m: npt.ArrayLike) -> npt.N
     return point
 
 
-def check_points(grid: ElevationGrid, name: str, points_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """(n, 3) float64 copy of points given as east, north, altitude; raises VisibilityInputError naming the offender."""
+def checked_positions(name: str, values_m: npt.ArrayLike, *, or_one: bool = False) -> npt.NDArray[np.float64]:
+    """(n, 3) C-contiguous float64 copy of finite positions, each its east, north and altitude, metres.
+
+    name: what sentences call them. or_one: a single position (3,) is taken as well, and told without a number.
+    Raises VisibilityInputError, naming the first position that is none.
+    """
     try:
-        points = np.array(points_m, np.float64, ndmin=2)
-    except (TypeError, ValueError) as error:
-        raise VisibilityInputError(f"{name} must hold numbers: east, north, altitude in metres ({error}).") from error
-    if points.size == 0:
-        return np.empty((0, 3))
-    if points.ndim != 2 or points.shape[1] != 3:
+        given = np.array(values_m, np.float64, order="C")
+    except (TypeError, ValueError) as fault:
         raise VisibilityInputError(
-            f"{name} must hold east, north and altitude of each point in metres, not shape {np.shape(points_m)}."
+            f"{name} must hold numbers: east, north and altitude in metres ({fault})."
+        ) from fault
+    if given.size == 0:
+        return np.empty((0, 3))
+    rows = given[None] if or_one and given.ndim == 1 else given
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise VisibilityInputError(
+            f"{name} must hold one row of east, north and altitude in metres for each, not shape {given.shape}."
         )
-    broken = ~np.isfinite(points).all(axis=1)
+    broken = ~np.isfinite(rows).all(axis=1)
     if broken.any():
         first = int(np.argmax(broken))
-        one = f"{name}[{first}]" if np.ndim(points_m) == 2 else name
-        raise VisibilityInputError(f"{one} must be three finite numbers, not {points[first].tolist()}.")
+        told = f"{name}[{first}]" if rows is given else name
+        raise VisibilityInputError(f"{told} must be three finite numbers, not {rows[first].tolist()}.")
+    return rows
+
+
+def check_points(grid: ElevationGrid, name: str, points_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(n, 3) float64 copy of points given as east, north, altitude; raises VisibilityInputError naming the offender."""
+    points = checked_positions(name, points_m, or_one=True)
+    if len(points) == 0:
+        return points
     low_m, high_m = horizontal_box(grid)
     outside_m = np.hypot(*np.maximum(np.maximum(low_m - points[:, :2], points[:, :2] - high_m), 0.0).T)
     if outside_m.max() > FURTHEST_USEFUL_M:

@@ -48,7 +48,7 @@ class RuleOptions:
 
     def part(self) -> dict[str, object]:
         """As the request has them. Raises RequestError."""
-        from .shape_files import polygon_fields
+        from .path_files import polygon_fields
 
         return {**told(self), "no_fly": [polygon for file in self.no_fly for polygon in polygon_fields(file)]}
 
@@ -72,7 +72,7 @@ class CandidateOptions:
 
     def part(self) -> list[dict[str, object]]:
         """As the request has them. Raises RequestError."""
-        from .shape_files import place_fields, polygon_fields
+        from .path_files import place_fields, polygon_fields
 
         found: list[dict[str, object]] = []
         if self.spacing_m is not None:
@@ -127,7 +127,7 @@ class TargetOptions:
 
     def part(self) -> dict[str, object]:
         """As the request has them. Raises RequestError."""
-        from .shape_files import path_fields, polygon_fields, weight_fields
+        from .path_files import path_fields, polygon_fields, weight_fields
 
         found = told(self)
         if self.area is not None:
@@ -152,7 +152,7 @@ class PlacementRules(RuleOptions):
 
     def part(self) -> dict[str, object]:
         """As the request has them. Raises RequestError."""
-        from .shape_files import stand_off_fields
+        from .path_files import stand_off_fields
 
         shapes = [shape for text in self.stand_off for shape in stand_off_fields(text)]
         return {**RuleOptions.part(self), "stand_off": shapes}

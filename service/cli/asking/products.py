@@ -15,9 +15,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 from service.files.layer import Layer, replacing
-from service.parts.maps_for_paths import MAP_KINDS, kind_of_summary
-from service.parts.older_names import notes_on_older_names
-from service.parts.sentences import sentence_of
+from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_names, sentence_of
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
 

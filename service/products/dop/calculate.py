@@ -10,11 +10,11 @@ from pydantic import Field
 
 from service.parts.map_facts import curvature_of, share_of
 from service.parts.positioning_answers import PositioningSummary, positioning_summary
-from service.parts.positions import points_in_grid
-from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
 from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import points_in_grid
 from service.products import UNWATCHED, Work
+from service.products.in_common import QUANTILES
 from terrain import ElevationGrid
 from visibility import (
     Curvature,

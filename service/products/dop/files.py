@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from service.files.csv_table import TableWriter
 from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
-from service.files.rasters import BYTES, common_tags, write_cog
-from service.files.tables import TableWriter
-from service.parts.product_parts import Raster
+from service.products.in_common import BYTES, Raster, common_tags, write_cog
 from visibility import UNKNOWN
 from visibility.dilution import DopReason
 

@@ -266,16 +266,9 @@ def _legend(axes: Axes, title: str, classes: Sequence[MapClass], unknown: bool, 
     listed = [*classes, *([MapClass("unknown", UNKNOWN_COLOUR)] if unknown else []), *more]
     handles = [Patch(fc=kind.colour, ec=INK, lw=0.6, label=kind.label) for kind in listed]
     legend = axes.legend(
-        handles=handles,
-        title=title,
-        loc="upper left",
-        bbox_to_anchor=(1.0, 1.0),
-        borderaxespad=0.0,
-        frameon=False,
-        alignment="left",
-        fontsize=9,
-        title_fontsize=9.5,
-    )
+        handles=handles, title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, frameon=False,
+        alignment="left", fontsize=9, title_fontsize=9.5,
+    )  # fmt: skip
     legend.get_title().set_fontweight("bold")
 
 
@@ -288,9 +281,8 @@ def _kilometres(axes: Axes, grid: ElevationGrid) -> None:
 def _extent_km(grid: ElevationGrid) -> tuple[float, float, float, float]:
     west_m, south_m, east_m, north_m = grid.bounds_m
     half_east_m, half_north_m = 0.5 * grid.cell_east_m, 0.5 * grid.cell_north_m
-    corners_m = west_m - half_east_m, east_m + half_east_m, south_m - half_north_m, north_m + half_north_m
-    west_km, east_km, south_km, north_km = (corner_m / 1000.0 for corner_m in corners_m)
-    return west_km, east_km, south_km, north_km
+    west_km, east_km = (west_m - half_east_m) / 1000.0, (east_m + half_east_m) / 1000.0
+    return west_km, east_km, (south_m - half_north_m) / 1000.0, (north_m + half_north_m) / 1000.0
 
 
 def _edges(middles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

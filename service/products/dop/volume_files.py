@@ -13,7 +13,7 @@ import numpy.typing as npt
 import rasterio
 
 from service.errors import RequestError
-from service.files.rasters import BYTES, FLOATS, add_array, common_tags, transform_of
+from service.products.in_common import BYTES, FLOATS, add_array, common_tags, transform_of
 from visibility.air import ControlVolume, VoxelBlock, volume_dataset, volume_slabs
 
 from .calculate import FinishedDopMap

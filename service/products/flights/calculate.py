@@ -12,14 +12,14 @@ from pydantic import BaseModel, Field
 
 from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
-from service.files.missions import mission_warnings
+from service.files.layer import mission_warnings
 from service.parts.map_facts import MapSummary
 from service.parts.plan_answers import ValidationOut, finite, validation_answer
-from service.parts.positions import resolve_point
-from service.parts.product_parts import preamble
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
 from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import resolve_point
 from service.products import UNWATCHED, Work
+from service.products.in_common import preamble
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, morphing_map
 from visibility.air import MorphingMap

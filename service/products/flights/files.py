@@ -6,12 +6,11 @@ import math
 from functools import partial
 from pathlib import Path
 
+from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import COPTER, MISSIONS, TAKE_OFF, WAYPOINT, PlanItem, plan_text
-from service.files.tables import TableWriter
-from service.parts.product_parts import Feature, feature, place_in_file
+from service.files.layer import COPTER, GEOJSON, MISSIONS, PNG, TAKE_OFF, WAYPOINT, Layer, PlanItem, plan_text
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
+from service.products.in_common import Feature, feature, place_in_file
 
 __all__ = ["LAYERS"]
 

@@ -6,10 +6,10 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
+from service.parts.anchors import SightParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
 from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters
-from service.parts.sight import SightParameters
 
 __all__ = ["REQUEST", "FlightIn", "FlightParameters"]
 

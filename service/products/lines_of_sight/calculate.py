@@ -15,7 +15,7 @@ from pydantic import BaseModel, Field, JsonValue
 
 from service.files.layer import JSON, Layer
 from service.parts.map_facts import curvature_of
-from service.parts.positions import points_in_grid
+from service.parts.shapes_in_grid import points_in_grid
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
 from visibility import HIDDEN, UNKNOWN, VISIBLE, lines_of_sight

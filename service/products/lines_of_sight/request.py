@@ -6,9 +6,9 @@ from typing import Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
+from service.parts.anchors import CurvatureChoice
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, PointIn, Positive, StrictModel
-from service.parts.sight import CurvatureChoice
 
 __all__ = ["PAIRS", "LineOptions", "LinesOfSightIn", "LinesOfSightParameters", "PairIn"]
 

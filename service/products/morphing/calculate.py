@@ -11,10 +11,10 @@ from pydantic import BaseModel, Field
 from service.parts.map_facts import share_of
 from service.parts.positioning import MorphingMapParameters
 from service.parts.positioning_answers import PositioningSummary, positioning_summary
-from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import RangingSources, Source, limit_of, sight_lines
 from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
+from service.products.in_common import QUANTILES
 from terrain import ElevationGrid
 from visibility import dop_map, morphing_map
 from visibility.air import ColumnState

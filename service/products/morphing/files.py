@@ -11,10 +11,9 @@ import numpy as np
 from service.errors import RequestError
 from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, PNG, Layer
-from service.files.rasters import common_tags
-from service.parts.product_parts import Raster
 from service.parts.ranging_sources import limit_of, lines_to
 from service.parts.shapes_in_grid import air_layers
+from service.products.in_common import Raster, common_tags
 from visibility import control_volume
 from visibility.air import ColumnState, Isosurface, isosurface
 

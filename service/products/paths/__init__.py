@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from service.estimates import refuse_budget, refuse_map
-from service.parts.maps_for_paths import MAP_KINDS, with_map
+from service.parts.sentences import MAP_KINDS, with_map
 from service.products import Given, Needs, Product
 from service.settings import Settings
 from terrain import ElevationGrid
 
-from .answer import PathSummary
-from .calculate import FinishedPath, calculate_path, check_path_request
+from .answer import FinishedPath, PathSummary
+from .calculate import calculate_path, check_path_request
 from .files import LAYERS
 from .request import REQUEST, PathIn, PathParameters, PathQuestion
 

@@ -1,9 +1,12 @@
-"""Paths as the service tells about them."""
+"""Paths as the service tells about them, and what is kept of a finished plan."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
 import shapely
 from pydantic import BaseModel, Field
 
@@ -11,9 +14,26 @@ from planning.paths import Path, PathStatus, Reason, Relaxation, Unreachable
 from service.parts.map_facts import MapSummary
 from service.parts.plan_answers import PathPlaceOut, ValidationOut, finite, place_answer
 from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
+from service.products.paths.request import PathParameters
+from terrain import ElevationGrid
+from visibility import Anchor, DistantAnchor
 
-__all__ = ["PathAreaOut", "PathSummary", "goal_answer", "totals_answer", "unreachable_answer"]
+__all__ = [
+    "VERTEX_COLUMNS",
+    "FinishedPath",
+    "PathAreaOut",
+    "PathSummary",
+    "goal_answer",
+    "totals_answer",
+    "unreachable_answer",
+    "vertex_table",
+]
 
+# fields of a path, one number for each vertex
+VERTEX_COLUMNS = (
+    *("east_m", "north_m", "altitude_m", "heading_rad", "distance_m", "time_s", "slope_rad", "pitch_rad", "roll_rad"),
+    *("anchor_count", "dop", "margin_m", "clearance_m", "position_sigma_m", "bubble_radius_m"),
+)
 UNITS = {Reason.SLOPE: "deg", Reason.PITCH_OR_ROLL: "deg", Reason.STEP: "m"}
 
 
@@ -113,6 +133,45 @@ class PathSummary(MapSummary):
     way_points: list[PathPlaceOut] = Field(description="The places to pass, in order.")
     ranged_to: list[str] = Field(description="Names of all that the rover ranges to, in the order of the vertices'.")
     needed_in_sight: int = Field(description="So many anchors make a place count as in sight.")
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedPath:
+    """A finished plan, also one that found no path.
+
+    vertices: (n, columns) float64, VERTEX_COLUMNS of the path; none without one.
+    visible: (n, anchors) uint8. corners: numbers of the vertices at which the way turns.
+    dop: (rows, cols) float32 at the antenna, +inf = no fix, NaN = unknown. count: (rows, cols) uint16, surely in sight.
+    reasons: (rows - 1, cols - 1) uint16, why each square may not be driven, 0 = it may.
+    """
+
+    grid: ElevationGrid
+    anchors: tuple[Anchor | DistantAnchor, ...]
+    parameters: PathParameters
+    answer: PathSummary
+    vertices: npt.NDArray[np.float64]
+    visible: npt.NDArray[np.uint8]
+    corners: npt.NDArray[np.int64]
+    dop: npt.NDArray[np.float32]
+    count: npt.NDArray[np.uint16]
+    reasons: npt.NDArray[np.uint16]
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a path."""
+        return len(self.vertices) > 0
+
+    def column(self, name: str) -> npt.NDArray[np.float64]:
+        """(n,) one of VERTEX_COLUMNS along the path."""
+        values: npt.NDArray[np.float64] = self.vertices[:, VERTEX_COLUMNS.index(name)]
+        return values
+
+
+def vertex_table(path: Path | None) -> npt.NDArray[np.float64]:
+    """(n, columns) the path's VERTEX_COLUMNS; no rows without a path."""
+    if path is None:
+        return np.zeros((0, len(VERTEX_COLUMNS)))
+    return np.column_stack([np.asarray(getattr(path, name), np.float64) for name in VERTEX_COLUMNS])
 
 
 def goal_answer(goal: tuple[float, float] | shapely.Geometry) -> PathAreaOut | PathPlaceOut:

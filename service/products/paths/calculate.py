@@ -1,74 +1,156 @@
-"""A planned path as the service answers it: the outcome, what holds at each vertex, and the map it was planned on."""
+"""A planned path: the question in the grid's frame, the outcome, what holds at each vertex, and the map below."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
+import shapely
 
-from planning.paths import Path, PathOutcome, PathProblem, plan_path
-from service.files.missions import mission_warnings
+from navigation import MotionNoise
+from planning.paths import (
+    CostWeights,
+    NavigationModel,
+    PathLimits,
+    PathOutcome,
+    PathProblem,
+    PlanBudget,
+    RoverModel,
+    plan_path,
+)
+from service.files.layer import mission_warnings
 from service.parts.plan_answers import finite, place_answer, validation_answer
+from service.parts.points import PlaceIn, PolygonIn
 from service.parts.positioning import ORBIT_TEXTS
 from service.parts.positioning_answers import placed_anchors, placed_satellites
-from service.parts.product_parts import preamble
-from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
+from service.parts.ranging_sources import RangingSources, limit_of, lines_to, ranging_sources, sight_lines, track_of
 from service.parts.sentences import told_as_asked
-from service.parts.shapes_in_grid import told_of_areas
+from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, told_of_areas
 from service.products import UNWATCHED, Work
-from service.products.paths.answer import PathSummary, goal_answer, totals_answer, unreachable_answer
-from service.products.paths.question import path_question, path_sources, path_tracks
-from service.products.paths.request import PathParameters
+from service.products.in_common import preamble
+from service.products.paths.answer import (
+    FinishedPath,
+    PathSummary,
+    goal_answer,
+    totals_answer,
+    unreachable_answer,
+    vertex_table,
+)
+from service.products.paths.request import NavigationIn, PathLimitsIn, PathParameters, RoverIn
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
+from visibility.air import MorphingMap
+from visibility.sight import AnchorTrack, check_anchors
 
-__all__ = ["VERTEX_COLUMNS", "FinishedPath", "calculate_path", "check_path_request"]
+__all__ = [
+    "calculate_path",
+    "check_path_request",
+    "limits_of",
+    "navigation_of",
+    "path_question",
+    "path_sources",
+    "path_tracks",
+    "rover_of",
+]
 
-# fields of a path, one number for each vertex
-VERTEX_COLUMNS = (
-    *("east_m", "north_m", "altitude_m", "heading_rad", "distance_m", "time_s", "slope_rad", "pitch_rad", "roll_rad"),
-    *("anchor_count", "dop", "margin_m", "clearance_m", "position_sigma_m", "bubble_radius_m"),
-)
 SHARE_OF_SIGHT_LINES = 0.3
 SHARE_OF_PLAN = 0.9
 ORBITS = {"satellites": set(ORBIT_TEXTS)}
-
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True, eq=False)
-class FinishedPath:
-    """A finished plan, also one that found no path.
+def path_sources(grid: ElevationGrid, asked: PathParameters) -> RangingSources:
+    """What the rover ranges to, checked. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
+    sources = ranging_sources(grid, asked)
+    if sources.all:
+        check_anchors(grid, sources.all)
+    return sources
 
-    vertices: (n, columns) float64, VERTEX_COLUMNS of the path; none without one.
-    visible: (n, anchors) uint8. corners: numbers of the vertices at which the way turns.
-    dop: (rows, cols) float32 at the antenna, +inf = no fix, NaN = unknown. count: (rows, cols) uint16, surely in sight.
-    reasons: (rows - 1, cols - 1) uint16, why each square may not be driven, 0 = it may.
+
+def path_tracks(grid: ElevationGrid, asked: PathParameters) -> tuple[AnchorTrack, ...]:
+    """The anchors that move. Raises AnchorError, FrameError, VisibilityInputError."""
+    return tuple(track_of(grid, track) for track in asked.tracks)
+
+
+def path_question(
+    grid: ElevationGrid,
+    asked: PathParameters,
+    sources: RangingSources,
+    maps: MinimumVisibleAltitude | MorphingMap | None = None,
+    tracks: tuple[AnchorTrack, ...] = (),
+) -> PathProblem:
+    """The problem; maps: what was calculated of these sources; tracks: anchors that move.
+
+    Raises PathError, RequestError, FrameError.
     """
+    start, *way_points = [(e, n) for e, n in places_in_grid(grid, [asked.start, *asked.way_points]).tolist()]
+    heading_deg = asked.start_heading_deg
+    return PathProblem(
+        grid,
+        start,
+        tuple(_goal(grid, goal, number) for number, goal in enumerate(asked.goals)),
+        tuple(way_points),
+        rover=rover_of(asked.rover),
+        limits=limits_of(asked.limits),
+        weights=CostWeights(**asked.weights.model_dump()),
+        anchors=(*sources.all, *tracks),
+        maps=maps,
+        no_go=_areas(grid, asked.no_go, "no_go"),
+        keep_in=_areas(grid, asked.keep_in, "keep_in"),
+        start_heading_rad=None if heading_deg is None else math.radians(heading_deg),
+        navigation=navigation_of(asked.navigation),
+        departure_s=asked.departure_s,
+        frame_s=asked.frame_s,
+        seed=asked.seed,
+        budget=PlanBudget(**asked.budget.model_dump()),
+    )
 
-    grid: ElevationGrid
-    anchors: tuple[Anchor | DistantAnchor, ...]
-    parameters: PathParameters
-    answer: PathSummary
-    vertices: npt.NDArray[np.float64]
-    visible: npt.NDArray[np.uint8]
-    corners: npt.NDArray[np.int64]
-    dop: npt.NDArray[np.float32]
-    count: npt.NDArray[np.uint16]
-    reasons: npt.NDArray[np.uint16]
 
-    @property
-    def found(self) -> bool:
-        """Whether there is a path."""
-        return len(self.vertices) > 0
+def rover_of(asked: RoverIn) -> RoverModel:
+    """The rover. Raises PathProblemError."""
+    return RoverModel(
+        footprint_radius_m=asked.footprint_radius_m,
+        receiver_above_ground_m=asked.receiver_above_ground_m,
+        max_slope_rad=math.radians(asked.max_slope_deg),
+        max_pitch_rad=math.radians(asked.max_pitch_deg),
+        max_roll_rad=math.radians(asked.max_roll_deg),
+        max_step_m=_unlimited(asked.max_step_m),
+        min_turning_radius_m=asked.min_turning_radius_m,
+        can_reverse=asked.can_reverse,
+        speed_m_per_s=asked.speed_m_per_s,
+        speed_over_slope=tuple((math.radians(one.slope_deg), one.speed_m_per_s) for one in asked.speed_over_slope),
+    )
 
-    def column(self, name: str) -> npt.NDArray[np.float64]:
-        """(n,) one of VERTEX_COLUMNS along the path."""
-        values: npt.NDArray[np.float64] = self.vertices[:, VERTEX_COLUMNS.index(name)]
-        return values
+
+def limits_of(asked: PathLimitsIn) -> PathLimits:
+    """The limits on positioning. Raises PathProblemError."""
+    return PathLimits(**asked.model_dump(exclude={"dop_limit"}), dop_limit=_unlimited(asked.dop_limit))
+
+
+def navigation_of(asked: NavigationIn) -> NavigationModel:
+    """The filter. Raises PathProblemError."""
+    motion = MotionNoise(*[asked.motion_m2_per_s3] * 3)
+    return NavigationModel(
+        motion, asked.interval_s, asked.initial_sigma_m, asked.ground_sigma_m, asked.initial_velocity_sigma_m_per_s
+    )
+
+
+def _goal(grid: ElevationGrid, goal: PlaceIn | PolygonIn, number: int) -> tuple[float, float] | shapely.Polygon:
+    if isinstance(goal, PolygonIn):
+        return polygon_in_grid(grid, goal, f"goals[{number}]")
+    east_m, north_m = places_in_grid(grid, [goal])[0].tolist()
+    return east_m, north_m
+
+
+def _areas(grid: ElevationGrid, polygons: list[PolygonIn], called: str) -> tuple[shapely.Polygon, ...]:
+    return tuple(polygon_in_grid(grid, polygon, f"{called}[{n}]") for n, polygon in enumerate(polygons))
+
+
+def _unlimited(value: float | None) -> float:
+    return math.inf if value is None else value
 
 
 @told_as_asked
@@ -114,7 +196,7 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
         mapped.standing,
         asked,
         answer,
-        _vertex_table(path),
+        vertex_table(path),
         np.zeros((0, 0), np.uint8) if path is None else path.visible.astype(np.uint8),
         np.zeros(0, np.int64) if path is None else path.corners,
         dop,
@@ -187,10 +269,3 @@ def _answer(
         ranged_to=[str(getattr(anchor, "id", "")) for anchor in problem.anchors],
         needed_in_sight=problem.limits.needed_in_sight,
     )
-
-
-def _vertex_table(path: Path | None) -> npt.NDArray[np.float64]:
-    """(n, columns) the path's VERTEX_COLUMNS; no rows without a path."""
-    if path is None:
-        return np.zeros((0, len(VERTEX_COLUMNS)))
-    return np.column_stack([np.asarray(getattr(path, name), np.float64) for name in VERTEX_COLUMNS])

@@ -10,15 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import MISSIONS, ROVER, WAYPOINT, PlanItem, above_sea_level, plan_text
-from service.files.tables import TableWriter
+from service.files.layer import GEOJSON, MISSIONS, PNG, ROVER, WAYPOINT, Layer, PlanItem, above_sea_level, plan_text
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut
-from service.parts.product_parts import Feature, feature, place_in_file
-from service.products.paths.answer import PathAreaOut
-from service.products.paths.calculate import VERTEX_COLUMNS, FinishedPath
+from service.products.in_common import Feature, feature, place_in_file
+from service.products.paths.answer import VERTEX_COLUMNS, FinishedPath, PathAreaOut
 from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]

@@ -25,8 +25,8 @@ from service.parts.plan_answers import PathPlaceOut, time_words
 from service.parts.points import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
 from service.products.dop.picture import dilution_classes
-from service.products.paths.calculate import FinishedPath
-from service.products.paths.question import path_tracks
+from service.products.paths.answer import FinishedPath
+from service.products.paths.calculate import path_tracks
 
 __all__ = ["draw_path"]
 

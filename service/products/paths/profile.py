@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from service.drawing.furniture import INK
 from service.drawing.sheet import DPI
 from service.parts.map_facts import dem_name
-from service.products.paths.calculate import FinishedPath
+from service.products.paths.answer import FinishedPath
 from service.products.paths.picture import DARK_COLOUR, WAY_COLOUR
 
 __all__ = ["draw_profile"]

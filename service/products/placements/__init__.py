@@ -13,10 +13,9 @@ from service.settings import Settings
 from terrain import ElevationGrid
 from visibility.sight import check_anchors
 
-from .answer import PlacementSummary
 from .calculate import FinishedPlacement, calculate_placement, cluster_of
 from .files import LAYERS
-from .question import placement_question
+from .question import PlacementSummary, placement_question
 from .request import REQUEST, PlacementIn, PlacementParameters
 
 __all__ = ["PLACEMENT"]

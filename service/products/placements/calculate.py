@@ -22,17 +22,25 @@ from planning.placement import (
     placement_maps,
 )
 from service.errors import RequestError
-from service.files.missions import above_sea_level, mission_warnings
+from service.files.layer import above_sea_level, mission_warnings
 from service.parts.positioning_answers import placed_anchors
-from service.parts.product_parts import preamble
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import told_of_areas
 from service.products import UNWATCHED, Work
+from service.products.in_common import preamble
 from terrain import ElevationGrid
 from visibility import Anchor
 
-from .answer import CandidatesOut, DilutionOut, HoverOut, PlacedOut, PlacementSummary, TargetsOut
-from .question import areas_of_placement, placement_question
+from .question import (
+    CandidatesOut,
+    DilutionOut,
+    HoverOut,
+    PlacedOut,
+    PlacementSummary,
+    TargetsOut,
+    areas_of_placement,
+    placement_question,
+)
 from .request import PlacementParameters
 
 __all__ = ["FinishedPlacement", "calculate_placement", "cluster_of"]

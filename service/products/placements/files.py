@@ -10,16 +10,27 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import COG, GEOJSON, PNG, Layer
-from service.files.missions import LOITER, MISSIONS, TAKE_OFF, WAYPOINT, PlanItem, above_sea_level, plan_text, zip_plans
-from service.files.rasters import common_tags
-from service.files.tables import TableWriter
-from service.parts.product_parts import Raster, feature
+from service.files.layer import (
+    COG,
+    GEOJSON,
+    LOITER,
+    MISSIONS,
+    PNG,
+    TAKE_OFF,
+    WAYPOINT,
+    Layer,
+    PlanItem,
+    above_sea_level,
+    plan_text,
+    zip_plans,
+)
+from service.products.in_common import Raster, common_tags, feature
 from terrain import height_at, to_lon_lat, true_offsets
 
-from .answer import PlacedOut
 from .calculate import FinishedPlacement
+from .question import PlacedOut
 
 __all__ = ["LAYERS"]
 

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
+from service.parts.anchors import SightParameters
 from service.parts.map_facts import DEM_ID, DemId
-from service.parts.older_names import WithOlderNames
 from service.parts.points import (
     Metres,
     NotNegativeMetres,
@@ -19,7 +19,7 @@ from service.parts.points import (
     StrictModel,
     WeightIn,
 )
-from service.parts.sight import SightParameters
+from service.parts.sentences import WithOlderNames
 
 __all__ = [
     "REQUEST",

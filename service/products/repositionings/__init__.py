@@ -5,8 +5,8 @@ from __future__ import annotations
 from planning.placement import path_length_m, path_targets
 from service.errors import LimitError
 from service.estimates import refuse_map
-from service.parts.positions import resolve_anchor
 from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import resolve_anchor
 from service.products import Given, Needs, Product
 from service.products.placements.question import goal_of, rules_of
 from service.settings import Settings

@@ -11,14 +11,13 @@ import numpy.typing as npt
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
 from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
-from service.files.missions import mission_warnings
+from service.files.layer import mission_warnings
 from service.parts.map_facts import MapSummary, curvature_of
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors
-from service.parts.positions import resolve_anchor
-from service.parts.product_parts import preamble
 from service.parts.sentences import told_as_asked
-from service.parts.shapes_in_grid import places_in_grid, told_of_areas
+from service.parts.shapes_in_grid import places_in_grid, resolve_anchor, told_of_areas
 from service.products import UNWATCHED, Work
+from service.products.in_common import preamble
 from service.products.placements.question import areas_of_rules, goal_of, rules_of, sight_of
 from terrain import ElevationGrid
 from visibility import Anchor, Curvature

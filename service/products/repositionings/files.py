@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from planning.placement import flight_level_m
+from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import GEOJSON, PNG, Layer
-from service.files.missions import LOITER, MISSIONS, WAYPOINT, PlanItem, plan_text, zip_plans
-from service.files.tables import TableWriter
+from service.files.layer import GEOJSON, LOITER, MISSIONS, PNG, WAYPOINT, Layer, PlanItem, plan_text, zip_plans
 from service.parts.positioning_answers import PlacedAnchor
-from service.parts.product_parts import feature
+from service.products.in_common import feature
 from terrain import ElevationGrid, to_lon_lat
 
 from .calculate import FinishedRepositioning, MoveOut

@@ -6,10 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.anchors import AnchorId
+from service.parts.anchors import AnchorId, SightParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import NotNegative, NotNegativeMetres, PlaceIn, Positive, StrictModel
-from service.parts.sight import SightParameters
 from service.products.placements.request import GoalIn, RulesIn, Share
 
 __all__ = ["REQUEST", "DroneFlightIn", "RepositioningIn", "RepositioningParameters", "RoverPoseIn"]

@@ -16,10 +16,10 @@ from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
 from service.parts.map_facts import Ground, curvature_of, ground_of
 from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite, placed_anchors, placed_satellites
-from service.parts.product_parts import QUANTILES
 from service.parts.ranging_sources import Source
 from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
+from service.products.in_common import QUANTILES
 from terrain import ElevationGrid
 from visibility import Buildings
 

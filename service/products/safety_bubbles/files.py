@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, JSON, PNG, Layer
-from service.files.tables import TableWriter
-from service.parts.product_parts import feature
+from service.products.in_common import feature
 from service.products.safety_bubbles.calculate import FinishedBubbles
 from terrain import to_lon_lat
 

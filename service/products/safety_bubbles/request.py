@@ -14,9 +14,9 @@ from planning.bubbles import surroundings, way_m
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from service.parts.positioning import RangingParameters
-from service.parts.positions import points_in_grid
 from service.parts.ranging_sources import RangingSources, ranging_sources
 from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import points_in_grid
 from terrain import ElevationGrid
 from visibility import Buildings
 from visibility.cover import parse_buildings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from service.estimates import refuse_map
-from service.parts.positions import resolve_anchor
+from service.parts.shapes_in_grid import resolve_anchor
 from service.products import Product
 from service.settings import Settings
 from terrain import ElevationGrid

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from service.parts.map_facts import MapSummary, curvature_of, share_of
-from service.parts.positions import resolve_anchor
-from service.parts.product_parts import preamble
 from service.parts.sentences import told_as_asked
+from service.parts.shapes_in_grid import resolve_anchor
 from service.products import UNWATCHED, Work
+from service.products.in_common import preamble
 from terrain import ElevationGrid, height_at
 from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
 

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
-from service.files.rasters import BYTES, add_array, common_tags, write_cog
-from service.parts.product_parts import Raster, feature
+from service.products.in_common import BYTES, Raster, add_array, common_tags, feature, write_cog
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
 from visibility import UNKNOWN

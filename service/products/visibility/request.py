@@ -6,10 +6,9 @@ from typing import Any, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.anchors import AnchorIn
+from service.parts.anchors import AnchorIn, SightParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegativeMetres
-from service.parts.sight import SightParameters
 
 __all__ = ["REQUEST", "VisibilityMapIn", "VisibilityMapParameters"]
 

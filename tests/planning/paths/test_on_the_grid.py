@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from planning.kernels.path_segments import CLEAR, segment_cost, step_cost
 from planning.kernels.searches import least_worst_way
 from planning.paths import CostWeights, PathProblem, PathStatus, RoverModel, plan_path
+from planning.paths.corridors import EIGHT, SIXTEEN, grid_way, straightened
 from planning.paths.ends import ends_of
 from planning.paths.fields import CostField, cost_field
-from planning.paths.ways import EIGHT, SIXTEEN, grid_way, straightened
 from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from tests.reference import squares_dijkstra as reference

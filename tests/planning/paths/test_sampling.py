@@ -10,12 +10,11 @@ import pytest
 
 from planning import PlanningProcessError
 from planning.paths import PathProblem, PathStatus, PlanBudget, RoverModel, plan_path
-from planning.paths.corridors import Corridor, CorridorTask
+from planning.paths.corridors import Corridor, CorridorTask, cost_of, grid_way
 from planning.paths.ends import ends_of
 from planning.paths.fields import cost_field
 from planning.paths.places import Cells
 from planning.paths.sampling import OwnProcess
-from planning.paths.ways import cost_of, grid_way
 from terrain.synthetic import fractal
 
 

@@ -22,7 +22,7 @@ from planning.placement import (
     plan_repositioning,
     reposition,
 )
-from planning.placement.flights import flight_costs
+from planning.placement.stretches import flight_costs
 from terrain import ElevationGrid
 from tests.planning.placement.grounds import exact_sight, rough_grid
 from visibility import Anchor, Curvature, anchor_above_ground

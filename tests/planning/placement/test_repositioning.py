@@ -21,7 +21,7 @@ from planning.placement import (
     reposition,
     straight_ahead,
 )
-from planning.placement.flights import flight_costs
+from planning.placement.stretches import flight_costs
 from terrain import ElevationGrid, height_at
 from tests.planning.placement.grounds import exact_sight, rough_grid
 from visibility import Anchor, anchor_above_ground

@@ -7,7 +7,7 @@ import pytest
 from service.cli.asking.anchor_files import anchors_from_file
 from service.cli.asking.texts import anchor_from_text
 from service.parts.anchors import AnchorIn
-from service.parts.positions import resolve_anchor
+from service.parts.shapes_in_grid import resolve_anchor
 from service.products.visibility import VISIBILITY_MAP
 from tests.service.small_maps import small_map
 

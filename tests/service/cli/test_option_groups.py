@@ -8,8 +8,8 @@ from pydantic_core import PydanticUndefined
 from service.cli import bubble, detect, dop, fly, los, plan, reposition, serve, visibility
 from service.cli.asking import options, placing
 from service.live.settings import DetectorSettingsIn
+from service.parts.anchors import SightParameters
 from service.parts.positioning import MorphingMapParameters
-from service.parts.sight import SightParameters
 from service.products.dop.request import DopMapParameters, VolumeIn
 from service.products.flights.request import FlightBudgetIn, FlightParameters
 from service.products.lines_of_sight.request import LineOptions

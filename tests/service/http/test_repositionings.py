@@ -15,7 +15,7 @@ from PIL import Image
 
 from planning.placement import Flight, Goal, reposition, straight_ahead
 from service.parts.anchors import AnchorIn
-from service.parts.positions import resolve_anchor
+from service.parts.shapes_in_grid import resolve_anchor
 from tests.service.http.test_bad_requests import assert_problem
 from tests.service.running import Server
 from tests.service.small_maps import small_grid

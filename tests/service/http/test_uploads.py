@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator
 import pytest
 
 from service.errors import RequestError
-from service.http import uploads
-from service.http.uploads import clean_name
+from service.http import bodies
+from service.http.bodies import clean_name
 from tests.service.running import Server
 
 FILE_SYSTEMS_LIMIT_BYTES = 255
@@ -42,10 +42,10 @@ def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -
         await asyncio.sleep(3600.0)
 
     async def first_and_next() -> bytes:
-        chunks = uploads._unless_stalled(stalling())
+        chunks = bodies._unless_stalled(stalling())
         assert await anext(chunks) == b"first"
         return await anext(chunks)
 
-    monkeypatch.setattr(uploads, "STALL_S", 0.05)
+    monkeypatch.setattr(bodies, "STALL_S", 0.05)
     with pytest.raises(RequestError, match="Nothing more of the body came"):
         asyncio.run(first_and_next())

@@ -11,7 +11,7 @@ import numpy as np
 
 from compiled.options import scalar_kernel
 from visibility.air.kernels.columns import ABOVE, EVERYWHERE, MAYBE, NOWHERE, SURE, UNKNOWN, Column
-from visibility.dilution.kernels.dilution import dilutions
+from visibility.dilution.kernels.dop import dilutions
 
 __all__ = ["solve_distant"]
 

@@ -44,8 +44,7 @@ from visibility.air.kernels.columns import (
 )
 from visibility.air.kernels.distant_columns import solve_distant
 from visibility.air.kernels.pdop_columns import solve_pdop
-from visibility.dilution.kernels.dilution import PDOP, dilutions, never_a_fix
-from visibility.dilution.kernels.dop import RANGING
+from visibility.dilution.kernels.dop import PDOP, RANGING, dilutions, never_a_fix
 from visibility.dilution.kernels.normal_matrices import Sources
 
 __all__ = [

@@ -8,7 +8,7 @@ from numba import prange
 
 from compiled.options import parallel_kernel, scalar_kernel
 from visibility.air.kernels.columns import COLUMN_ROWS, MAYBE, SURE, count_of, fill_column, same_set, set_between
-from visibility.dilution.kernels.dilution import dilutions
+from visibility.dilution.kernels.dop import dilutions
 
 __all__ = ["Layers", "Voxels", "volume_layers"]
 

@@ -17,8 +17,7 @@ from numba import float32, int64, prange
 from compiled.options import parallel_kernel, scalar_kernel
 from compiled.vectors import BLOCK
 from visibility.sight.kernels.blocks import block_of
-from visibility.sight.kernels.sweep_edges import first_strip, rays_on_map
-from visibility.sight.kernels.sweep_lines import Line, Rays, sweep_line
+from visibility.sight.kernels.sweep_lines import Line, Rays, first_strip, rays_on_map, sweep_line
 from visibility.sight.kernels.sweep_loops import BEND, NO_GROUND, NOT_BLOCKED, PER_ACROSS, PER_LEAN, STRIDE, Ahead
 from visibility.sight.kernels.turning import TILE, turn_in, turn_out
 

@@ -1,29 +1,109 @@
-"""What products that lie on a grid have in common: the preamble of their answers, their rasters, their features."""
+"""What products that lie on a grid have in common: the preamble of their answers, rasters, arrays, features."""
 
 from __future__ import annotations
 
 import importlib.metadata
 import math
+import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypedDict, TypeVar
 
+import numpy as np
 import numpy.typing as npt
+import rasterio
 from pydantic import JsonValue
+from rasterio.transform import Affine
 
-from service.files.rasters import BYTES, FLOATS, write_cog
-from service.parts.map_facts import Ground, ground_of
-from service.parts.sight import SightParameters
+from service.parts.anchors import SightParameters
+from service.parts.map_facts import Ground, MapSummary, ground_of
 from terrain import ElevationGrid, to_lon_lat
 from visibility import Curvature
 
-__all__ = ["QUANTILES", "Feature", "Preamble", "Raster", "feature", "place_in_file", "preamble"]
+__all__ = [
+    "BYTES",
+    "FLOATS",
+    "QUANTILES",
+    "Feature",
+    "Preamble",
+    "Raster",
+    "add_array",
+    "common_tags",
+    "feature",
+    "place_in_file",
+    "preamble",
+    "transform_of",
+    "write_cog",
+]
 
+# A download waits for the writer: 1024² posts and 4 anchors take 0.03 s as bytes and 0.1 s as floats with these,
+# against 0.3 s with DEFLATE floats. Nearest-neighbour overviews keep classes classes and infinities apart.
+BYTES = {"compress": "DEFLATE", "level": "1"}
+FLOATS = {"compress": "ZSTD", "level": "1"}
 QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
-DECIMALS_DEG, DECIMALS_M = 8, 3
-
 Feature = dict[str, object]
+
+
+def write_cog(
+    path: Path,
+    grid: ElevationGrid,
+    bands: Iterable[npt.NDArray[Any]],
+    descriptions: list[str],
+    nodata: float | None,
+    tags: dict[str, str],
+    compression: dict[str, str],
+) -> None:
+    """Write bands (rows, cols), each with its description; float bands whose tags say metres get that unit."""
+    bands = list(bands)
+    profile = {
+        "driver": "COG",
+        "height": grid.rows,
+        "width": grid.cols,
+        "count": len(bands),
+        "dtype": bands[0].dtype,
+        "nodata": nodata,
+        "crs": None if grid.crs is None else rasterio.crs.CRS.from_wkt(grid.crs.to_wkt()),
+        "transform": transform_of(grid),
+        "overview_resampling": "NEAREST",
+        "bigtiff": "IF_SAFER",
+        **compression,
+    }
+    with rasterio.open(path, "w", **profile) as dataset:
+        for number, (band, description) in enumerate(zip(bands, descriptions, strict=True), start=1):
+            dataset.write(band, number)
+            dataset.set_band_description(number, description)
+            if tags["units"] == "metre":
+                dataset.set_band_unit(number, "metre")
+        dataset.update_tags(**tags)
+
+
+def transform_of(grid: ElevationGrid) -> Affine:
+    """Pixel corners to metres: posts are cell centres, so the corner of the first cell is half a cell out."""
+    west_m = grid.origin_east_m - 0.5 * grid.cell_east_m
+    north_m = grid.origin_north_m + 0.5 * grid.cell_north_m
+    return Affine(grid.cell_east_m, 0.0, west_m, 0.0, -grid.cell_north_m, north_m)
+
+
+def common_tags(grid: ElevationGrid, answer: MapSummary, product: str) -> dict[str, str]:
+    """What every raster of a map says about where it came from."""
+    return {
+        "product": product,
+        "version": answer.version,
+        "mode": answer.mode,
+        "error_statement": answer.error_statement,
+        "curvature": answer.curvature,
+        "dem_sha256": grid.digest,
+    }
+
+
+def add_array(archive: zipfile.ZipFile, name: str, array: npt.NDArray[Any]) -> None:
+    """One array of an .npz."""
+    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+        np.lib.format.write_array(member, np.asarray(array), allow_pickle=False)
+
+
+DECIMALS_DEG, DECIMALS_M = 8, 3
 
 
 class OnAGrid(Protocol):
