@@ -51,7 +51,7 @@ def plan_repositioning(
     occluded: Collection[str] = (),
     movable: Collection[str] | None = None,
     share: float = 1.0,
-    above_ground_m: Sequence[float] = (60.0, 120.0),
+    above_ground_m: Sequence[float] | None = None,
     receiver_above_ground_m: float = 1.5,
     cheapest: Literal["distance", "time"] = "distance",
     flight: Flight | None = None,
@@ -114,6 +114,6 @@ def _sentence(found: Leapfrog) -> str:
             f"{move.to.north_m:.0f} at {move.to.altitude_m:.0f} m: {gained}."
         )
     return (
-        f"{len(found.moves)} moves, {found.flight_m / 1000:.1f} km of flight, and the rover waits "
+        f"{len(found.moves)} move{'' if len(found.moves) == 1 else 's'}, {found.flight_m / 1000:.1f} km of flight, and the rover waits "
         f"{found.waited_s:.0f} s: {gained}."
     )

@@ -25,12 +25,13 @@ from .sight import SightOptions
 from .stretches import SeenStretch, problem_along, worth_over
 from .together import may_stand_beside
 
-__all__ = ["Move", "Repositioning", "reposition", "reposition_for"]
+__all__ = ["USUAL_HEIGHTS_M", "Move", "Repositioning", "reposition", "reposition_for"]
 
 Floats = npt.NDArray[np.float64]
 MOST_CHECKS = 400  # places whose lines are traced exactly, cheapest first
 TRIES = 8  # places of each drone that are traced when none restores
 ROUNDING = 1e-9
+USUAL_HEIGHTS_M = (60.0, 120.0)  # above ground, beside each drone's own altitude, where none are asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def reposition(
     occluded: Collection[str] = (),
     movable: Collection[str] | None = None,
     share: float = 1.0,
-    above_ground_m: Sequence[float] = (60.0, 120.0),
+    above_ground_m: Sequence[float] | None = None,
     receiver_above_ground_m: float = 1.5,
     cheapest: Literal["distance", "time"] = "distance",
     flight: Flight | None = None,
@@ -86,7 +87,8 @@ def reposition(
 
     occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved, a
         cell at least.
-    movable: ids that may be moved; all by default. above_ground_m: heights to consider, beside each drone's own.
+    movable: ids that may be moved; all by default. above_ground_m: the heights to consider, and no others; None =
+        USUAL_HEIGHTS_M and each drone's own altitude.
     Every post within the flight range is considered at each of these heights. Raises PlacementError, AnchorError.
     """
     rules = rules or PlacementRules()
@@ -115,7 +117,7 @@ def reposition_for(
     occluded: Collection[str],
     movable: Collection[str] | None,
     share: float,
-    above_ground_m: Sequence[float],
+    above_ground_m: Sequence[float] | None,
     cheapest: Literal["distance", "time"],
     flight: Flight,
     rules: PlacementRules,
@@ -125,7 +127,7 @@ def reposition_for(
 
     toward: where no move restores or gains, take one that brings points nearer to what the goal needs in sight.
     """
-    _check(anchors, goal, occluded, movable, share)
+    _check(anchors, goal, occluded, movable, share, above_ground_m)
     counted = [anchor for anchor in anchors if anchor.id not in occluded]
     before, partly = worth_over(stretch, counted, goal)
     if before >= share - ROUNDING:
@@ -179,7 +181,7 @@ def _places_of(
     others: list[Anchor],
     standing: list[Anchor],
     goal: Goal,
-    above_ground_m: Sequence[float],
+    above_ground_m: Sequence[float] | None,
     flight: Flight,
     rules: PlacementRules,
 ) -> _Places | None:
@@ -228,9 +230,9 @@ def _places_of(
 
 
 def _around(
-    grid: ElevationGrid, here_m: Floats, above_ground_m: Sequence[float], reach_m: float
+    grid: ElevationGrid, here_m: Floats, above_ground_m: Sequence[float] | None, reach_m: float
 ) -> tuple[npt.NDArray[np.intp], Candidates]:
-    """(posts (n,), candidates over them) of all posts within reach, at each height and at the drone's own altitude."""
+    """(posts (n,), candidates over them) of all posts within reach, at each height; None = as ``reposition`` says."""
     row = np.arange(grid.rows)
     col = np.arange(grid.cols)
     north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
@@ -238,7 +240,9 @@ def _around(
     post = np.flatnonzero(near)
     ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
     east, north = east_m[post % grid.cols], north_m[post // grid.cols]
-    altitudes = [ground_m + height_m for height_m in above_ground_m] + [np.full(len(post), here_m[2])]
+    altitudes = [ground_m + height_m for height_m in (USUAL_HEIGHTS_M if above_ground_m is None else above_ground_m)]
+    if above_ground_m is None:
+        altitudes.append(np.full(len(post), here_m[2]))
     position_m = np.concatenate([np.column_stack([east, north, altitude]) for altitude in altitudes])
     candidates = Candidates(position_m, np.tile(ground_m, len(altitudes)), ("drone",) * len(position_m))
     return np.tile(post, len(altitudes)), candidates
@@ -286,7 +290,12 @@ def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tupl
 
 
 def _check(
-    anchors: Sequence[Anchor], goal: Goal, occluded: Collection[str], movable: Collection[str] | None, share: float
+    anchors: Sequence[Anchor],
+    goal: Goal,
+    occluded: Collection[str],
+    movable: Collection[str] | None,
+    share: float,
+    above_ground_m: Sequence[float] | None,
 ) -> None:
     ids = {anchor.id for anchor in anchors}
     strange = sorted({*occluded, *(movable or ())} - ids)
@@ -296,3 +305,5 @@ def _check(
         raise PlacementError("Repositioning restores a share: ask for the objective coverage or dop.")
     if not (math.isfinite(share) and 0.0 < share <= 1.0):
         raise PlacementError(f"share must be > 0 and <= 1, not {share}.")
+    if above_ground_m is not None and not len(above_ground_m):
+        raise PlacementError("above_ground_m names no height to move to; give one or leave it out.")

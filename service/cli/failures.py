@@ -9,6 +9,8 @@ from typing import get_args
 from cyclopts import CoercionError, CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 from cyclopts.exceptions import UnknownCommandError
 
+from .spoken import spoken
+
 __all__ = ["BAD_INPUT", "FAULT", "exit_code_of", "interrupted", "unheard", "usage"]
 
 FAULT, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -88,6 +90,6 @@ def _usage_sentence(error: CycloptsError) -> str:
 
 
 def _say(sentence: str, code: int) -> int:
-    one_line = " ".join(sentence.split())
+    one_line = spoken(" ".join(sentence.split()))
     print(one_line if one_line.endswith((".", "!", "?")) else f"{one_line}.", file=sys.stderr)
     return code

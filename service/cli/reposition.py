@@ -96,7 +96,11 @@ class MoveOptions:
     receiver_above_ground_m: ReceiverHeight = None
     share: Annotated[float, option("Of the path along which it shall hold, 0..1.", "SHARE")] = 1.0
     heights_above_ground_m: Annotated[
-        tuple[float, ...], option("Height above ground to move to. Repeatable. (60, 120)", "M", "--height")
+        tuple[float, ...], option(
+            "Height above ground to move to; these and no others. Repeatable. (default 60, 120, own altitude)",
+            "M",
+            "--height",
+        )
     ] = ()
     cheapest: Annotated[Literal["distance", "time"], option("Of which the cheapest move is taken.")] = "distance"
     stretch_m: Annotated[
@@ -209,6 +213,7 @@ def _tables(answer: RepositioningSummary) -> tuple[Table, ...]:
     facts = [
         ("goal", answer.goal),
         ("occluded", ", ".join(answer.occluded) or "–"),
+        ("heights looked at", answer.heights),
         ("of the path before", share_text(answer.before_share)),
         ("of the path after", share_text(answer.after_share)),
         ("restored everywhere", "yes" if answer.restored else "no"),

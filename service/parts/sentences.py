@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from terrain import ElevationGrid, places_told
 
-__all__ = ["MOST_FIELDS", "fields_of", "place_of", "sentence_of", "sentence_of_detail", "told_as_asked"]
+__all__ = ["MOST_FIELDS", "counted", "fields_of", "place_of", "sentence_of", "sentence_of_detail", "told_as_asked"]
 
 MOST_FIELDS = 100
 # Tags of unions appear in pydantic's locations but not in the request.
@@ -47,6 +47,11 @@ def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     more = len(details) - 1
     also = f" (and {more} more)" if more else ""
     return f"{place}: {message}{also}." if place else f"{message}{also}."
+
+
+def counted(number: int, thing: str) -> str:
+    """So many of a thing whose plural ends in s: ``1 anchor``, ``2 anchors``."""
+    return f"{number:,} {thing}" if number == 1 else f"{number:,} {thing}s"
 
 
 def fields_of(error: ValidationError) -> list[dict[str, str]]:

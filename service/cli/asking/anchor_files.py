@@ -14,7 +14,7 @@ from service.files.geojson_reading import GeoJsonShape, shapes_of
 from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
 from service.parts.sentences import sentence_of
 
-__all__ = ["anchors_from_file", "tracks_from_file"]
+__all__ = ["IN_THE_PLANE", "anchors_from_file", "tracks_from_file"]
 
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine
@@ -23,11 +23,13 @@ TEXTS = {"id", "body"}
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field != "body"))
 ANCHORS, TRACKS = "anchors file", "track file"
+IN_THE_PLANE = "where anchors and rover are at one height, say --dimension 2 and leave heights out"
 
 
-def anchors_from_file(path: Path, *, level: bool = False) -> list[AnchorIn]:
-    """The anchors of a .json, .geojson or .csv file. level: heights do not matter, and may be left out.
+def anchors_from_file(path: Path, *, level: bool | None = None) -> list[AnchorIn]:
+    """The anchors of a .json, .geojson or .csv file.
 
+    level: of a detector, which knows no ground: whether heights do not matter, and may be left out.
     Raises RequestError.
     """
     suffix = path.suffix.lower()
@@ -54,10 +56,12 @@ def tracks_from_file(path: Path) -> list[TrackIn]:
         raise RequestError(f"The track file {path.name}: {sentence_of(error)}") from error
 
 
-def _anchor(where: str, fields: object, level: bool) -> AnchorIn:
+def _anchor(where: str, fields: object, level: bool | None) -> AnchorIn:
     if not isinstance(fields, Mapping):
         raise RequestError(f"{where}: an anchor must be an object with id, position and height.")
-    if level and not {"altitude_m", "above_ground_m"} & set(fields):
+    if level is not None and not {"altitude_m", "above_ground_m"} & set(fields):
+        if not level:
+            raise RequestError(f"{where}: an anchor of a detector in space needs altitude_m; {IN_THE_PLANE}.")
         fields = {**fields, "altitude_m": 0.0}
     try:
         return AnchorIn.model_validate(fields)

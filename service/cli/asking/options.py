@@ -28,6 +28,7 @@ __all__ = [
     "Output",
     "PlacesAndAnchors",
     "PositioningOptions",
+    "RangeSigma",
     "Reading",
     "ReceiverHeight",
     "RequestFile",
@@ -62,6 +63,14 @@ DemPath = Annotated[
     str, Parameter(allow_leading_hyphen=False, help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")
 ]
 ReceiverHeight = Annotated[float | None, option("Above ground, metres. (default 1.5)", "M", "--receiver-height")]
+RangeSigma = Annotated[
+    float | None,
+    option(
+        "One-sigma error of every range, metres. (default what each anchor says, else 0.1; to satellites 1)",
+        "M",
+        "--range-sigma",
+    ),
+]
 RequestFile = Annotated[
     Path | None, option("The request as JSON, as over HTTP, in place of all the above.", "FILE", "--request")
 ]
@@ -137,6 +146,11 @@ class AnchorOptions:
         of_texts = [anchor_from_text(text, lonlat=self.lonlat) for text in self.anchor]
         return of_texts + [anchor for path in self.anchors for anchor in anchors_from_file(path)]
 
+    def part(self, range_sigma_m: float | None = None) -> list[dict[str, object]]:
+        """The same as fields, so that the error of every range, where it is told, is checked too. Raises RequestError."""
+        sigma = {} if range_sigma_m is None else {"ranging_sigma_m": range_sigma_m}
+        return [{**anchor.model_dump(exclude_none=True), **sigma} for anchor in self.read()]
+
 
 @GROUP
 @dataclass(frozen=True, slots=True)
@@ -151,7 +165,9 @@ class PlacesAndAnchors(AnchorOptions):
 class SightOptions:
     """How sight lines are calculated: fields of every request that asks about sight."""
 
-    mode: Annotated[Mode, option("Column sweep, or every edge that a line crosses.")] = "fast"
+    mode: Annotated[
+        Mode, option("fast: a sweep that errs beside shadows and in altitudes behind them; exact: every edge.")
+    ] = "fast"
     unknown: Annotated[Unknown, option("What a line over unknown ground is, unless known ground blocks it.")] = (
         "unknown"
     )

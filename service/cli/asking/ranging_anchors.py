@@ -13,7 +13,7 @@ from gnss import Place, ecef_to_enu_m, place_ecef_m
 from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 
-from .anchor_files import anchors_from_file
+from .anchor_files import IN_THE_PLANE, anchors_from_file
 from .texts import ANCHOR_FORM, anchor_from_text
 
 __all__ = ["ranging_anchors"]
@@ -52,7 +52,7 @@ def _from_text(text: str, level: bool) -> AnchorIn:
     except RequestError as error:
         if ANCHOR_FORM in str(error):
             raise RequestError(
-                f"--anchor {text!r} is not of the form ID,EAST,NORTH,HEIGHT with HEIGHT like 612msl."
+                f"--anchor {text!r} is not of the form ID,EAST,NORTH,HEIGHT with HEIGHT like 612msl; {IN_THE_PLANE}."
             ) from error
         raise
 
@@ -81,7 +81,7 @@ def _in_local_frame(asked: Sequence[AnchorIn], level: bool) -> tuple[list[Rangin
 
 def _altitude_m(anchor: AnchorIn) -> float:
     if anchor.altitude_m is None:
-        raise RequestError(f"Anchor {anchor.id}: a detector knows no ground; give altitude_m (612msl).")
+        raise RequestError(f"Anchor {anchor.id}: a detector knows no ground; give its altitude (612msl, altitude_m in a file), or {IN_THE_PLANE}.")
     return anchor.altitude_m
 
 

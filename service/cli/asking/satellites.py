@@ -41,8 +41,8 @@ class SatelliteOptions:
     )
     sky_at: Annotated[str | None, option("Where a DEM without CRS lies, degrees; for satellites.", "LON,LAT")] = None
 
-    def part(self) -> dict[str, object] | None:
-        """As the request has them; None without a file of orbits. Raises RequestError."""
+    def part(self, range_sigma_m: float | None = None) -> dict[str, object] | None:
+        """As the request has them; None without a file of orbits. range_sigma_m: of every range. Raises RequestError."""
         if self.almanac is not None and self.navigation is not None:
             raise RequestError("Give only one of --almanac and --navigation.")
         if self.almanac is None and self.navigation is None:
@@ -52,7 +52,8 @@ class SatelliteOptions:
         if self.time is None:
             option = "--almanac" if self.navigation is None else "--navigation"
             raise RequestError(f"{option} needs --time, such as --time 2007-01-27T06:00:00Z.")
-        found = {**told(self), "reference_date": self.reference_date or _date_of(self.time)}
+        sigma = {} if range_sigma_m is None else {"ranging_sigma_m": range_sigma_m}
+        found = {**told(self), **sigma, "reference_date": self.reference_date or _date_of(self.time)}
         if self.almanac is not None:
             found["almanac"] = _orbit_text("almanac", self.almanac)
         if self.navigation is not None:

@@ -13,7 +13,7 @@ from planning.paths import Path, PathOutcome, PathProblem, plan_path
 from service.files.missions import mission_warnings
 from service.parts.plan_answers import finite, place_answer, validation_answer
 from service.parts.positioning import ORBIT_TEXTS
-from service.parts.positioning_answers import placed_anchors, placed_satellites
+from service.parts.positioning_answers import placed_anchors, placed_satellites, range_sigmas_told
 from service.parts.product_parts import preamble
 from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
 from service.parts.sentences import told_as_asked
@@ -186,6 +186,7 @@ def _answer(
         way_points=[place_answer(place) for place in problem.way_points],
         ranged_to=[str(getattr(anchor, "id", "")) for anchor in problem.anchors],
         needed_in_sight=problem.limits.needed_in_sight,
+        sigmas=range_sigmas_told((*mapped.standing, *path_tracks(grid, asked))),
     )
 
 

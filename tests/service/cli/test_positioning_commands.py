@@ -167,6 +167,32 @@ def test_a_path_gets_a_table_of_who_is_in_sight_and_how_good_that_is(sightline, 
         assert int(row["anchors_in_sight"]) == len(seen)
 
 
+@pytest.mark.parametrize("antenna_m", [None, 40.0], ids=["usual", "told"])
+def test_a_planned_path_and_a_way_of_a_bubble_are_paths_here_too(sightline, dem_file, tmp_path, antenna_m):
+    ends = ("--start", f"{WEST_M + 120},{NORTH_M - 420}", "--goal", f"{WEST_M + 300},{NORTH_M - 420}")
+    planned = sightline("plan", dem_file, *ends, "--max-slope", "60", "--no-sampling", "--out", tmp_path / "plan")
+    assert planned.code == 0, planned.stderr
+    way = list(csv.DictReader((tmp_path / "plan" / "path.csv").read_text().splitlines()))
+    (tmp_path / "way.csv").write_text(
+        "east_m,north_m,above_ground_m,time_s\n"
+        + "".join(f"{row['east_m']},{row['north_m']},{antenna_m or 1.5},{row['time_s']}\n" for row in way)
+    )
+    height = () if antenna_m is None else ("--receiver-height", antenna_m)
+
+    def table(path):
+        ended = sightline("dop", dem_file, *ANCHORS, *height, "--path", path, "--out", tmp_path / "out")
+        assert ended.code == 0, ended.stderr
+        return list(csv.DictReader((tmp_path / "out" / "path.csv").read_text().splitlines()))
+
+    of_the_plan, of_the_way = table(tmp_path / "plan" / "path.csv"), table(tmp_path / "way.csv")
+    assert of_the_plan == of_the_way
+    # the plan's own altitude is the ground's
+    for row, vertex in zip(of_the_plan, way, strict=True):
+        above_m = float(row["altitude_m"]) - float(vertex["altitude_m"])
+        assert above_m == pytest.approx(antenna_m or 1.5, abs=2e-3)
+    assert len(table(tmp_path / "plan" / "path.geojson")) >= 2
+
+
 def test_the_meshes_of_the_limit_are_one_surface_in_both_formats(sightline, dem_file, tmp_path):
     ended = sightline(
         *("morph", dem_file, *ANCHORS, "--ceiling", "300msl", "--dop-limit", "4"),
