@@ -130,8 +130,8 @@ def _nothing_else(used: Sequence[EpochNote], located: float, clear: float, dimen
     if few > 1.0 - HARDLY:
         space = "in space" if dimension == SPACE else "in the plane"
         sentence = (
-            f"{few:.0%} of the epochs have {dimension} ranges or fewer, which cannot check one another {space}: whether "
-            f"they are clear is not known.{often}"
+            f"{few:.0%} of the epochs have {dimension} ranges or fewer, which cannot check one another {space}: "
+            f"whether they are clear is not known.{often}"
         )
         return [Suspicion(Cause.TOO_FEW, sentence, few)]
     sentence = (

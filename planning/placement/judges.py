@@ -33,8 +33,9 @@ class Goal:
     """What is wanted at the targets.
 
     objective: "coverage", the share of targets with at least ``min_anchors`` in sight (None = 4); "dop", the share that
-        has a dilution of precision (``measure``) below ``dop_limit`` as well (None = as many as a fix needs); "mean_error" and "worst_error", the position
-        error in metres over the targets, where every error counts at most ``worst_counted_m``.
+        has a dilution of precision (``measure``) below ``dop_limit`` as well (None = as many as a fix needs);
+        "mean_error" and "worst_error", the position error in metres over the targets, where every error counts at most
+        ``worst_counted_m``.
     spare: how many anchors may be lost, any of them, 0 or 1: a target counts for what it has after the worst loss.
     ranging_sigma_m: of the anchors to be placed, for errors in metres.
     Raises PlacementError.

@@ -114,6 +114,6 @@ def _sentence(found: Leapfrog) -> str:
             f"{move.to.north_m:.0f} at {move.to.altitude_m:.0f} m: {gained}."
         )
     return (
-        f"{len(found.moves)} move{'' if len(found.moves) == 1 else 's'}, {found.flight_m / 1000:.1f} km of flight, and the rover waits "
-        f"{found.waited_s:.0f} s: {gained}."
+        f"{len(found.moves)} move{'' if len(found.moves) == 1 else 's'}, {found.flight_m / 1000:.1f} km of flight, and "
+        f"the rover waits {found.waited_s:.0f} s: {gained}."
     )

@@ -149,8 +149,7 @@ def _suspected(replayed: Replay, form: LogOptions) -> list[str]:
     from detection import diagnose
 
     return [
-        _cured(one, form)
-        for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
+        _cured(one, form) for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
     ]
 
 
@@ -168,8 +167,9 @@ def _cured(suspicion: Suspicion, form: LogOptions) -> str:
         if given == PLAIN:
             return told if fits is None else f"{told} If the ranges are: --range-unit {fits}."
         # what was just said of the ranges is likelier wrong than where anchors stand
+        times = f"{factor:.3g}" if factor < 100.0 else f"{factor:,.0f}"
         is_it = "is that their unit?" if fits is None else f"are they in {fits}? Then say --range-unit {fits}."
-        return f"Taken with --range-unit {given} the ranges are about {factor:.3g} times what fits the anchors: {is_it}"
+        return f"Taken with --range-unit {given} the ranges are about {times} times what fits the anchors: {is_it}"
     cures = {
         Cause.TIME_ORDER: " Or gather the ranges of one moment with --epoch S.",
         Cause.DIMENSION: " (--dimension 3)",
@@ -281,10 +281,10 @@ def _warnings(replayed: Replay, summary: ReplaySummary, frame: Mapping[str, floa
             del strange[anchor.id]
         ids = [repr(name) for name, _ in strange.most_common(SHOWN_IDS)]
         more = f" and {len(strange) - SHOWN_IDS} more" if len(strange) > SHOWN_IDS else ""
-        warnings.append(
-            f"Ranges to {', '.join(ids)}{more} were not used: no --anchor or --anchors names them."
-        )
+        warnings.append(f"Ranges to {', '.join(ids)}{more} were not used: no --anchor or --anchors names them.")
     if summary.searches_cut_short:
         short, used = summary.searches_cut_short, summary.epochs_used
-        warnings.append(f"In {short} of {used} epochs the search was cut short after --set search_limit=N sets of ranges.")
+        warnings.append(
+            f"In {short} of {used} epochs the search was cut short after --set search_limit=N sets of ranges."
+        )
     return warnings

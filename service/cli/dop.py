@@ -89,11 +89,12 @@ def dop(
     range_sigma: RangeSigma = None,
     rover: RoverOptions = RoverOptions(),
     path: Annotated[
-        Path | None, option(
+        Path | None,
+        option(
             "CSV of east_m, north_m, above_ground_m (or altitude_m), or path.csv of a plan or a GeoJSON LineString, "
             "which are --receiver-height above the ground: adds path.csv.",
             "FILE",
-        )
+        ),
     ] = None,
     cut: Annotated[
         tuple[str, ...],

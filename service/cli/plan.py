@@ -190,9 +190,13 @@ def plan(
         asked = request_from_file(request, PATH, on)
     else:
         if map is not None and range_sigma is not None:
-            raise RequestError("A map brings its anchors along, with the error of their ranges; give --map or --range-sigma.")
+            raise RequestError(
+                "A map brings its anchors along, with the error of their ranges; give --map or --range-sigma."
+            )
         sigma = {} if range_sigma is None else {"ranging_sigma_m": range_sigma}
-        tracks = [{**track.model_dump(exclude_none=True), **sigma} for file in track for track in tracks_from_file(file)]
+        tracks = [
+            {**track.model_dump(exclude_none=True), **sigma} for file in track for track in tracks_from_file(file)
+        ]
         sky = satellites.part(range_sigma)
         fields = {
             **way.part(lonlat=anchors.lonlat),

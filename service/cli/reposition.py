@@ -96,11 +96,12 @@ class MoveOptions:
     receiver_above_ground_m: ReceiverHeight = None
     share: Annotated[float, option("Of the path along which it shall hold, 0..1.", "SHARE")] = 1.0
     heights_above_ground_m: Annotated[
-        tuple[float, ...], option(
+        tuple[float, ...],
+        option(
             "Height above ground to move to; these and no others. Repeatable. (default 60, 120, own altitude)",
             "M",
             "--height",
-        )
+        ),
     ] = ()
     cheapest: Annotated[Literal["distance", "time"], option("Of which the cheapest move is taken.")] = "distance"
     stretch_m: Annotated[

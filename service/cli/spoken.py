@@ -8,10 +8,14 @@ from collections.abc import Mapping
 
 __all__ = ["spoken"]
 
-FIELD = re.compile(r"(?<![\w\-.'\"/])[a-z][a-z0-9_]*(?:\[\d+\])?(?:\.[a-z][a-z0-9_]*(?:\[\d+\])?)*(?:=(?!\w))?(?![\w\-/'\"(])")
+FIELD = re.compile(
+    r"(?<![\w\-.'\"/])[a-z][a-z0-9_]*(?:\[\d+\])?(?:\.[a-z][a-z0-9_]*(?:\[\d+\])?)*(?:=(?!\w))?(?![\w\-/'\"(])"
+)
 LAST = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+)\])?=?$")
 # in a file, as in a request, a field is called by its name
-OF_A_FILE = re.compile(r"The (?:request|map|log|anchors file|track file|path file|file) |\S+, (?:line|anchor|feature) \d")
+OF_A_FILE = re.compile(
+    r"The (?:request|map|log|anchors file|track file|path file|file) |\S+, (?:line|anchor|feature) \d"
+)
 PHRASES = (
     ("its altitude_m instead of above_ground_m", "its altitude (612msl) instead of its height above ground (80agl)"),
     ("give above_ground_m", "give its height above ground (80agl)"),
@@ -24,7 +28,12 @@ OTHERWISE = {
     **dict.fromkeys(("ceiling_above_ground_m", "ceiling_altitude_m"), "ceiling"),
     **dict.fromkeys(("from_s", "to_s", "step_s"), "frames"),
     **{"bounds_m": "bounds", "ranging_sigma_m": "range_sigma", "map_id": "map", "goals": "goal", "way_points": "via"},
-    **{"step_m": "layer_m", "surface_layer_m": "mesh_layer", "horizontal_m2_per_s3": "agility", "up_m2_per_s3": "agility"},
+    **{
+        "step_m": "layer_m",
+        "surface_layer_m": "mesh_layer",
+        "horizontal_m2_per_s3": "agility",
+        "up_m2_per_s3": "agility",
+    },
 }
 
 

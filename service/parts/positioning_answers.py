@@ -78,7 +78,7 @@ def placed_satellites(sources: Iterable[Anchor | DistantAnchor]) -> list[PlacedS
 
 
 def range_sigmas_told(sources: Iterable[Anchor | DistantAnchor | AnchorTrack]) -> str:
-    """The one-sigma errors that errors in metres stand on: of ranges, and of the anchors' own places where there are any.
+    """The one-sigma errors that errors in metres stand on: of ranges, and of the anchors' own places.
 
     Such as ``0.1 m to anchors, 1 m to satellites``; empty without sources.
     """

@@ -147,7 +147,7 @@ class AnchorOptions:
         return of_texts + [anchor for path in self.anchors for anchor in anchors_from_file(path)]
 
     def part(self, range_sigma_m: float | None = None) -> list[dict[str, object]]:
-        """The same as fields, so that the error of every range, where it is told, is checked too. Raises RequestError."""
+        """The same as fields, so that a sigma of every range, if there is one, is checked. Raises RequestError."""
         sigma = {} if range_sigma_m is None else {"ranging_sigma_m": range_sigma_m}
         return [{**anchor.model_dump(exclude_none=True), **sigma} for anchor in self.read()]
 

@@ -20,7 +20,6 @@ from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import sentence_of
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
-
 from visibility.sight.sight_lines import ERROR_STATEMENT
 
 from ..output import (
@@ -33,7 +32,7 @@ from ..output import (
     progress_bar,
 )
 from .options import Output, Reading
-from .texts import told_of_heights
+from .texts import told_of_heights, warnings_with
 
 __all__ = ["ask", "completed", "given_map", "request_from_file", "request_of_fields"]
 
@@ -79,7 +78,7 @@ def ask(
     with progress_bar(what) as progress:
         finished = _calculated(product, grid, parameters, replace(work or Work(), progress=progress))
     answer: Any = finished.answer
-    answer = answer.model_copy(update={"warnings": [*answer.warnings, *told]})
+    answer = answer.model_copy(update={"warnings": warnings_with(told, answer.warnings)})
     document = answer.model_dump(mode="json")
     written = [] if folder is None else _write_files(finished, document, summary, layers, folder)
     if output.as_json:

@@ -81,7 +81,10 @@ def _in_local_frame(asked: Sequence[AnchorIn], level: bool) -> tuple[list[Rangin
 
 def _altitude_m(anchor: AnchorIn) -> float:
     if anchor.altitude_m is None:
-        raise RequestError(f"Anchor {anchor.id}: a detector knows no ground; give its altitude (612msl, altitude_m in a file), or {IN_THE_PLANE}.")
+        raise RequestError(
+            f"Anchor {anchor.id}: a detector knows no ground; give its altitude (612msl, altitude_m in a file), or "
+            f"{IN_THE_PLANE}."
+        )
     return anchor.altitude_m
 
 

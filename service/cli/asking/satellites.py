@@ -42,7 +42,7 @@ class SatelliteOptions:
     sky_at: Annotated[str | None, option("Where a DEM without CRS lies, degrees; for satellites.", "LON,LAT")] = None
 
     def part(self, range_sigma_m: float | None = None) -> dict[str, object] | None:
-        """As the request has them; None without a file of orbits. range_sigma_m: of every range. Raises RequestError."""
+        """As the request has them, all with this sigma; None without a file of orbits. Raises RequestError."""
         if self.almanac is not None and self.navigation is not None:
             raise RequestError("Give only one of --almanac and --navigation.")
         if self.almanac is None and self.navigation is None:

@@ -28,7 +28,7 @@ from service.products.dop.picture import dilution_classes
 from service.products.paths.calculate import FinishedPath
 from service.products.paths.question import path_tracks
 
-__all__ = ["draw_path"]
+__all__ = ["draw_path", "path_classes"]
 
 # Without a limit on the dilution the classes are round about these.
 USUAL_LIMIT = 5.0
@@ -54,7 +54,7 @@ OF_LIMITS = {
 def draw_path(finished: FinishedPath) -> Figure:
     """The path as a figure with one Axes in kilometres of the grid's frame."""
     grid, answer = finished.grid, finished.answer
-    classes, numbers, title = _classes(finished)
+    classes, numbers, title = path_classes(finished)
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
@@ -72,7 +72,7 @@ def draw_path(finished: FinishedPath) -> Figure:
     return figure
 
 
-def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
+def path_classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
     """Classes of the dilution, then by reason what may not be driven; without anchors only that."""
     asked, grid = finished.parameters, finished.grid
     if not (finished.answer.ranged_to or asked.morphing_map):

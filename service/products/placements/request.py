@@ -109,8 +109,8 @@ class GoalIn(WithOlderNames):
     )
     min_anchors: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
         None,
-        description="So many anchors have to be in sight (coverage, dop); left out = 4 for coverage, and as many as a fix "
-        "needs for dop.",
+        description="So many anchors have to be in sight (coverage, dop); left out = 4 for coverage, and as many as a "
+        "fix needs for dop.",
     )
     dop_limit: Positive = Field(5.0, description="A dilution of precision below this is good enough, no unit.")
     measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution of precision.")

@@ -63,7 +63,9 @@ def problem_of(goal: Goal, *, weighted: bool = False, fixed: tuple[Anchor, ...] 
     return Problem(targets, goal, np.hstack([candidates.position_m, weight]), table, fixed_rows, fixed_table)
 
 
-@pytest.mark.parametrize(("goal", "needed"), NEEDED_UNASKED, ids=lambda one: one.sentence() if isinstance(one, Goal) else "")
+@pytest.mark.parametrize(
+    ("goal", "needed"), NEEDED_UNASKED, ids=lambda one: one.sentence() if isinstance(one, Goal) else ""
+)
 def test_a_dilution_asks_for_as_many_anchors_as_a_fix_needs(goal: Goal, needed: int) -> None:
     assert goal.needed == needed
     assert goal.needed_with_spare == needed + goal.spare

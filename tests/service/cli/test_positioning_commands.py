@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from service.products.morphing.picture import morphing_classes
 from tests.service.cli.positioning_words import ANCHORS, PLACES, band
 from tests.service.small_maps import HOLE, NORTH_M, WEST_M, small_grid
 from visibility import (
@@ -19,6 +20,7 @@ from visibility import (
     position_error_map,
     visible_sets,
 )
+from visibility.air import ColumnState
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +115,41 @@ def test_morph_writes_what_the_library_answers(sightline, dem_file, tmp_path, li
         {state.name.lower(): np.mean(expected.state[known] == state) for state in expected.states()}
     )
     assert told["ceiling"] == {"altitude_m": 400.0, "above_ground_m": None}
+
+
+def test_the_table_the_picture_and_the_answer_call_states_alike(sightline, dem_file, tmp_path):
+    words = ("morph", dem_file, *ANCHORS, "--ceiling", "120msl", "--dop-limit", "6")
+    told = json.loads(sightline(*words, "--json").stdout)
+    names = {state["state"]: state["words"] for state in told["states"]}
+    assert names["outside"] == "ground above the ceiling"
+    table = sightline(*words).stdout
+    assert all(name in table for name in names.values())
+    above_m, state = (
+        np.array([[np.nan, 5.0]], np.float32),
+        np.array([[ColumnState.OUTSIDE, ColumnState.ABOVE]], np.uint8),
+    )
+    drawn = [kind.label for kind in morphing_classes(above_m, state, [1.0, 2.0, 3.0, 4.0])[0]]
+    # heights stand in the picture for what the table has in one row; what is unknown is drawn by every map alike
+    assert set(names.values()) - set(drawn) == {"from a height up", "unknown"}
+    assert {label[:1] for label in drawn if label not in names.values()} <= set("<>0123456789")
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("visibility", ()),
+        ("dop", ()),
+        ("morph", ("--ceiling", "300agl")),
+        ("place", ("--spacing", "200", "--height", "60agl")),
+    ],
+)
+def test_a_fast_answer_says_what_it_may_be_off_by(sightline, dem_file, command, more):
+    more = (*more, "--count", "1") if command == "place" else more
+    statement = json.loads(sightline(command, dem_file, *ANCHORS, *more, "--json").stdout)["error_statement"]
+    assert "differ from exact" in statement
+    line = f"Mode fast: {statement}. Where an altitude or a single post decides, take --mode exact."
+    assert line in sightline(command, dem_file, *ANCHORS, *more).stdout.splitlines()
+    assert "Mode fast" not in sightline(command, dem_file, *ANCHORS, *more, "--mode", "exact").stdout
 
 
 def test_a_person_gets_tables_and_paths(sightline, dem_file, tmp_path):

@@ -22,7 +22,8 @@ def asked(sightline, dem_file, tmp_path, monkeypatch):
     """The answer of a command line as JSON, or as a person reads it, on one line."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "way.csv").write_text(
-        f"east_m,north_m,above_ground_m,time_s\n{WEST_M + 120},{NORTH_M - 420},30,0\n{WEST_M + 300},{NORTH_M - 420},30,20\n"
+        "east_m,north_m,above_ground_m,time_s\n"
+        f"{WEST_M + 120},{NORTH_M - 420},30,0\n{WEST_M + 300},{NORTH_M - 420},30,20\n"
     )
 
     def run(command, *words, read=False):
