@@ -112,8 +112,8 @@ def test_ids_that_nobody_named_are_told(sightline, tmp_path):
     log.write_text("\n".join([HEAD, *sorted(rows, key=lambda row: float(row.split(",")[0]))]))
     (told,) = [one for one in summary_of(sightline, log, *TEXTS)["warnings"] if "were not used" in one]
     assert told == (
-        "Ranges to 'tag 0', 'tag 1', 'tag 2', 'tag 3', 'tag 4' and 2 more were not used: no --anchor or --anchors names "
-        "them."
+        "Ranges to 'tag 0', 'tag 1', 'tag 2', 'tag 3', 'tag 4' and 2 more were not used: no --anchor or --anchors "
+        "names them."
     )
 
 
