@@ -16,7 +16,7 @@ from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
-from .candidates import Candidates
+from .candidates import candidates_within
 from .flights import Flight, flight_costs
 from .judges import CountJudge, Goal, judge_of
 from .placing import positions_of
@@ -191,7 +191,9 @@ def _places_of(
     """
     grid = stretch.grid
     here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
-    post, candidates = _around(grid, here_m, above_ground_m, flight.max_flight_m)
+    heights_m = USUAL_HEIGHTS_M if above_ground_m is None else above_ground_m
+    own_m = [anchor.altitude_m] if above_ground_m is None else []
+    post, candidates = candidates_within(grid, here_m, flight.max_flight_m, heights_m, own_m)
     relayed = rules.link is not None and rules.link.relays > 0
     try:
         feasible = feasible_candidates(
@@ -227,25 +229,6 @@ def _places_of(
     share = judge_of(problem).with_each([], everyone)
     partly = CountJudge(problem, goal.needed_with_spare, partial=True).with_each([], everyone)
     return _Places(anchor, others, place_m, share, partly, flight_m[keep], flight_s[keep])
-
-
-def _around(
-    grid: ElevationGrid, here_m: Floats, above_ground_m: Sequence[float] | None, reach_m: float
-) -> tuple[npt.NDArray[np.intp], Candidates]:
-    """(posts (n,), candidates over them) of all posts within reach, at each height; None = as ``reposition`` says."""
-    row = np.arange(grid.rows)
-    col = np.arange(grid.cols)
-    north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
-    near = np.add.outer((north_m - here_m[1]) ** 2, (east_m - here_m[0]) ** 2) <= reach_m**2
-    post = np.flatnonzero(near)
-    ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
-    east, north = east_m[post % grid.cols], north_m[post // grid.cols]
-    altitudes = [ground_m + height_m for height_m in (USUAL_HEIGHTS_M if above_ground_m is None else above_ground_m)]
-    if above_ground_m is None:
-        altitudes.append(np.full(len(post), here_m[2]))
-    position_m = np.concatenate([np.column_stack([east, north, altitude]) for altitude in altitudes])
-    candidates = Candidates(position_m, np.tile(ground_m, len(altitudes)), ("drone",) * len(position_m))
-    return np.tile(post, len(altitudes)), candidates
 
 
 def _cheapest_that_restores(

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 
 __all__ = ["spoken"]
 
+NAME = r"[a-z][a-z0-9_]*(?:\[\d+\])?"
 FIELD = re.compile(
-    r"(?<![\w\-.'\"/])[a-z][a-z0-9_]*(?:\[\d+\])?(?:\.[a-z][a-z0-9_]*(?:\[\d+\])?)*(?:=(?!\w))?(?![\w\-/'\"(])"
+    rf"(?<![\w\-.'\"/=])(?:{NAME}\.)*(?P<name>[a-z][a-z0-9_]*)(?:\[(?P<number>\d+)\])?(?P<given>=|(?!\w))(?![/'\"(\[]|\.\w)"
 )
-LAST = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+)\])?=?$")
 # in a file, as in a request, a field is called by its name
 OF_A_FILE = re.compile(
     r"The (?:request|map|log|anchors file|track file|path file|file) |\S+, (?:line|anchor|feature) \d"
@@ -50,14 +50,16 @@ def spoken(sentence: str) -> str:
     options = _options_of(words[0])
 
     def said_for(found: re.Match[str]) -> str:
-        text = found[0]
-        name, number = LAST.search(text).groups()  # type: ignore[union-attr] # FIELD ends as LAST does
-        if not ("_" in text or "[" in text or text.endswith("=") or _leads(sentence, found)):
-            return text  # a word like any other
-        option = options.get(name)
-        if option is None or sentence[: found.start()].endswith("--set "):
+        text, number = found[0], found["number"]
+        # a word like any other is not meant
+        meant = "_" in text or number is not None or found["given"] or _leads(sentence, found)
+        option = options.get(found["name"])
+        if not meant or option is None or sentence[: found.start()].endswith("--set "):
             return text
-        return option if number is None else f"{option} (number {int(number) + 1})"
+        if number is not None:
+            return f"{option} (number {int(number) + 1})"
+        value_follows = found["given"] and re.match(r"[\w\-]", sentence[found.end() :])
+        return f"{option} " if value_follows else option
 
     return FIELD.sub(said_for, sentence)
 

@@ -30,6 +30,8 @@ SAID = [
         "x.npy holds heights alone; give cell_m=, the metres.",
         "x.npy holds heights alone; give --cell-m, the metres.",
     ),
+    ("info", "kept (give nodata=-9999 if they are fill).", "kept (give --nodata -9999 if they are fill)."),
+    ("info", "unknown ground (give nodata=nan to keep).", "unknown ground (give --nodata nan to keep)."),
     ("detect", "range_sigma_m is 0.1 m: is that too small?", "--range-sigma is 0.1 m: is that too small?"),
     ("detect", "The settings: k_geometric: too small.", "The settings: --set k_geometric: too small."),
 ]
