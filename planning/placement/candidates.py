@@ -12,7 +12,7 @@ import shapely
 from planning.errors import PlacementError
 from terrain import ElevationGrid, height_at
 
-__all__ = ["Candidates", "candidate_grid", "candidate_points", "join_candidates"]
+__all__ = ["Candidates", "candidate_grid", "candidate_points", "candidates_within", "join_candidates"]
 
 Floats = npt.NDArray[np.float64]
 MOST_CANDIDATES = 5_000_000
@@ -131,7 +131,7 @@ def _within(grid: ElevationGrid, area: shapely.Geometry) -> tuple[float, float, 
 
 def candidates_within(
     grid: ElevationGrid,
-    here_m: npt.NDArray[np.float64],
+    here_m: Floats,
     reach_m: float,
     above_ground_m: Sequence[float],
     altitudes_m: Sequence[float],
