@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -53,6 +54,8 @@ class OcclusionOptions:
 
     def part(self, among: set[str]) -> dict[str, object]:
         """As the request has them. among: the anchors that there are. Raises RequestError."""
+        if not (math.isfinite(self.persistent_s) and self.persistent_s >= 0.0):
+            raise RequestError(f"--persistent must be a number of seconds >= 0, not {self.persistent_s}.")
         lasting = [] if self.verdicts is None else _lasting_occlusions(self.verdicts, self.persistent_s)
         hidden = list(dict.fromkeys((*self.occluded, *(one for one in lasting if one in among))))
         return {"occluded": hidden, **({"movable": list(self.movable)} if self.movable else {})}

@@ -186,7 +186,6 @@ def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: W
         times_s,
         sources.all,
         epsilon=parameters.epsilon,
-        sigmas="" if parameters.covariances_m2 is not None else range_sigmas_told(sources.all),
         dem_sigma_m=parameters.dem_sigma_m,
         filter=BubbleFilter(
             kind=parameters.kind,
@@ -218,6 +217,7 @@ def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: W
         least_margin_m=float(check.margin_m.min()),
         radius_quantiles_m={name: float(np.quantile(found.radius_m, share)) for name, share in QUANTILES.items()},
         epsilon=parameters.epsilon,
+        sigmas="" if parameters.covariances_m2 is not None else range_sigmas_told(sources.all),
         least_promise=float(found.promise.min()),
         error_statement=None if sight is None else sight.error_statement,
         curvature=None if sight is None else sight.curvature.sentence(),

@@ -29,7 +29,7 @@ def asked(sightline, dem_file, tmp_path, monkeypatch):
     def run(command, *words, read=False):
         ended = sightline(command[0], dem_file, *command[1:], *words, *(() if read else ("--json",)))
         assert ended.code == 0, ended.stderr
-        return " ".join(ended.stdout.split()) if read else json.loads(ended.stdout)
+        return " ".join(ended.stdout.replace("│", " ").split()) if read else json.loads(ended.stdout)
 
     return run
 
