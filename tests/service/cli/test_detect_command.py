@@ -197,7 +197,7 @@ BAD_LINES = [
     (["--anchors", "missing.csv"], "cannot be read"),
     ([*TEXTS, "--tolerance", "0"], "geometric_tolerance_m must be a number > 0"),
     ([*TEXTS, "--tolerance", "-1"], "geometric_tolerance_m must be a number > 0"),
-    ([*TEXTS, "--range-sigma", "nan"], "range_sigma_m: Input should be a finite number"),
+    ([*TEXTS, "--range-sigma", "nan"], "--range-sigma: Input should be a finite number"),
     ([*TEXTS, "--dimension", "4"], "dimension: Input should be 2 or 3"),
     ([*TEXTS, "--epoch", "-1"], "--epoch must be a number of seconds"),
     ([*TEXTS, "--set", "colour=red"], "--set 'colour=red' is not of the form NAME=VALUE"),

@@ -183,7 +183,7 @@ BAD = {
     "a spacing of nothing": (("--spacing", 0, "--height", "40agl"), "greater than 0"),
     "a file that is not there": ((*LATTICE, "--no-fly", "nowhere.geojson"), "cannot be read"),
     "local without scheduler": ((*LATTICE, "--or-local"), "--or-local goes with --scheduler"),
-    "a corridor without path": ((*LATTICE, "--corridor", 50), "corridor_width_m needs a path"),
+    "a corridor without path": ((*LATTICE, "--corridor", 50), "--corridor needs a path"),
 }
 
 
