@@ -11,6 +11,8 @@ import math
 import sys
 from pathlib import Path
 
+from scipy.io.matlab import MatReadError
+
 from service.files.range_log import COLUMNS
 
 from .measured_ranges import RangeLog, plaza, starloc
@@ -60,8 +62,8 @@ def labyrinth(folder: Path) -> tuple[list[dict[str, float | str]], list[dict[str
 
 def write_labyrinth(folder: Path, out: Path) -> None:
     """The same as files."""
-    out.mkdir(parents=True, exist_ok=True)
     anchors, rows = labyrinth(folder)
+    out.mkdir(parents=True, exist_ok=True)
     _write(out / "anchors.csv", ["id", "east_m", "north_m"], anchors)
     _write(out / "log.csv", list(COLUMNS), rows)
 
@@ -114,7 +116,7 @@ def main() -> int:
                 write_log(log, arguments.out, f"tag-{log.name.rpartition(' ')[2]}")
     except OSError as error:
         parser.error(f"{error.filename or place}: {error.strerror or error}. What {data} takes is {PLACES[data]}.")
-    except (ValueError, KeyError, IndexError) as error:
+    except (MatReadError, ValueError, KeyError, IndexError) as error:
         parser.error(f"{place} is no data of {data}, which takes {PLACES[data]} ({type(error).__name__}: {error}).")
     return 0
 
