@@ -9,7 +9,7 @@ from typing import get_args
 from cyclopts import CoercionError, CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 from cyclopts.exceptions import UnknownCommandError
 
-from .spoken import spoken
+from .asking.spoken import spoken
 
 __all__ = ["BAD_INPUT", "FAULT", "exit_code_of", "interrupted", "unheard", "usage"]
 

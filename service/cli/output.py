@@ -16,7 +16,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from .spoken import spoken
+from .asking.spoken import spoken
 
 __all__ = [
     "facts_table",

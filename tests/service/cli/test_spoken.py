@@ -5,9 +5,9 @@ from typing import get_args
 
 import pytest
 
-from service.cli import spoken as module
 from service.cli.app import COMMANDS, command_line
-from service.cli.spoken import spoken
+from service.cli.asking import spoken as module
+from service.cli.asking.spoken import spoken
 from tests.service.small_maps import NORTH_M, WEST_M
 
 ALTITUDE = "give its altitude (612msl) instead of its height above ground (80agl)"

@@ -69,7 +69,7 @@ def _leads(sentence: str, found: re.Match[str]) -> bool:
 
 def _options_of(command: str) -> Mapping[str, str]:
     """What stands for each field of a command's requests: its option, as people type it."""
-    from .app import COMMANDS, command_line
+    from ..app import COMMANDS, command_line
 
     if command not in COMMANDS:
         return {}
