@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,6 +41,8 @@ LOG = (
 )
 # More episodes than these are for the file, not for the eye.
 SHOWN_EPISODES = 15
+SHOWN_IDS = 5
+PLAIN = "m"
 
 
 @GROUP
@@ -114,7 +117,8 @@ def detect(
     with progress_bar("Epochs") as progress:
         replayed = replay(placed, read.epochs, asked.settings(), progress)
     summary = replayed.summary()
-    warnings = [*read.warnings, *_warnings(summary, frame), *_suspected(replayed), *summary.health.warnings]
+    warnings = [*read.warnings, *_warnings(replayed, summary, frame), *_suspected(replayed, form)]
+    warnings += summary.health.warnings
     document = {"log": log.name, "frame": frame, **summary.document(), "warnings": warnings}
     written: list[Path] = []
     if folder is not None:
@@ -140,31 +144,43 @@ def _columns(text: str) -> dict[str, str]:
     return columns
 
 
-def _suspected(replayed: Replay) -> list[str]:
-    """What the log as a whole suffers from, and what to type against it."""
+def _suspected(replayed: Replay, form: LogOptions) -> list[str]:
+    """What the log as a whole suffers from, and what to type against it; form: what was typed about it."""
     from detection import diagnose
 
     return [
-        f"{one.sentence}{_cure(one)}"
-        for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
+        _cured(one, form) for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
     ]
 
 
-def _cure(suspicion: Suspicion) -> str:
+def _cured(suspicion: Suspicion, form: LogOptions) -> str:
     from detection import Cause
     from service.files.range_log import LENGTHS_M, TIMES_S
 
+    told, factor = suspicion.sentence, suspicion.value
+    if suspicion.cause is Cause.TIME_UNIT:
+        seconds = factor * TIMES_S[form.time_unit]
+        return f"{told} Then say --time-unit {min(TIMES_S, key=lambda unit: abs(TIMES_S[unit] - seconds))}."
+    if suspicion.cause in (Cause.RANGE_UNIT, Cause.SCALE):
+        given = form.range_unit
+        fits = _unit_of(LENGTHS_M[given] / factor, LENGTHS_M)
+        if given == PLAIN:
+            return told if fits is None else f"{told} If the ranges are: --range-unit {fits}."
+        # what was just said of the ranges is likelier wrong than where anchors stand
+        times = f"{factor:.3g}" if factor < 100.0 else f"{factor:,.0f}"
+        is_it = "is that their unit?" if fits is None else f"are they in {fits}? Then say --range-unit {fits}."
+        return f"Taken with --range-unit {given} the ranges are about {times} times what fits the anchors: {is_it}"
     cures = {
         Cause.TIME_ORDER: " Or gather the ranges of one moment with --epoch S.",
         Cause.DIMENSION: " (--dimension 3)",
-        Cause.SIGMA: " (--range-sigma)",
     }
-    if suspicion.cause is Cause.TIME_UNIT:
-        return f" Then say --time-unit {min(TIMES_S, key=lambda unit: abs(TIMES_S[unit] - suspicion.value))}."
-    if suspicion.cause is Cause.RANGE_UNIT and suspicion.value > 1.0:
-        likely = min(LENGTHS_M, key=lambda unit: abs(math.log(LENGTHS_M[unit] * suspicion.value)))
-        return f" If the ranges are: --range-unit {likely}."
-    return cures.get(suspicion.cause, "")
+    return f"{told}{cures.get(suspicion.cause, '')}"
+
+
+def _unit_of(metres: float, units: Mapping[str, float]) -> str | None:
+    """The unit that is so many metres, to a twentieth; None where none is."""
+    likely = min(units, key=lambda unit: abs(math.log(units[unit] / metres)))
+    return likely if abs(math.log(units[likely] / metres)) < 0.05 else None
 
 
 def _settings(options: DetectorOptions) -> DetectorSettingsIn:
@@ -197,6 +213,7 @@ def _facts(log: str, summary: ReplaySummary) -> Table:
         log,
         [
             ("epochs", f"{summary.epochs_used} of {summary.epochs} used"),
+            ("one sigma of a range", f"{summary.settings.range_sigma_m:g} m where the log gives none"),
             ("classified", _counted(summary.classifications)),
             ("positions", f"{_counted(summary.planning)}; available {share_text(summary.availability)}"),
             ("odometry", _counted(summary.odometry)),
@@ -252,15 +269,22 @@ def _episodes_tables(summary: ReplaySummary) -> list[Table]:
     return [table]
 
 
-def _warnings(summary: ReplaySummary, frame: Mapping[str, float] | None) -> list[str]:
+def _warnings(replayed: Replay, summary: ReplaySummary, frame: Mapping[str, float] | None) -> list[str]:
     silent = [one.anchor.id for one in summary.anchors if not one.ranges]
     warnings = [f"No range of {', '.join(silent)} could be used."] if silent else []
     if frame is not None:
         at = f"{frame['lon_deg']:.6f}, {frame['lat_deg']:.6f}"
         warnings.append(f"Anchors came in degrees: east and north are metres from longitude, latitude {at}.")
     if summary.rejections.get("unknown anchor"):
-        warnings.append("Ranges to anchors that were not named with --anchor or --anchors were not used.")
+        strange = Counter(one.anchor_id for epoch in replayed.epochs for one in epoch.ranges)
+        for anchor in replayed.anchors:
+            del strange[anchor.id]
+        ids = [repr(name) for name, _ in strange.most_common(SHOWN_IDS)]
+        more = f" and {len(strange) - SHOWN_IDS} more" if len(strange) > SHOWN_IDS else ""
+        warnings.append(f"Ranges to {', '.join(ids)}{more} were not used: no --anchor or --anchors names them.")
     if summary.searches_cut_short:
         short, used = summary.searches_cut_short, summary.epochs_used
-        warnings.append(f"In {short} of {used} epochs the search was cut short at search_limit sets of ranges.")
+        warnings.append(
+            f"In {short} of {used} epochs the search was cut short after --set search_limit=N sets of ranges."
+        )
     return warnings

@@ -19,6 +19,7 @@ from service.drawing.sheet import DPI, save_png
 from service.files.csv_table import TableWriter
 from service.files.layer import replacing
 from service.live.replay import Replay
+from service.parts.sentences import counted
 
 __all__ = ["FILES", "draw_verdicts", "write_replay", "write_verdict_picture"]
 
@@ -109,9 +110,10 @@ def _subtitle(replayed: Replay) -> str:
     verdicts = [verdict for result in replayed.results for verdict in result.verdicts]
     occluded, short = (sum(v.sight is sight for v in verdicts) for sight in (Sight.OCCLUDED, Sight.TOO_SHORT))
     left_out = len(replayed.anchors) - MOST_LANES
-    more = f"; {left_out} more anchors are not drawn" if left_out > 0 else ""
+    more = f"; {counted(left_out, 'more anchor')} not drawn" if left_out > 0 else ""
     too_short = f", {short:,} too short" if short else ""
-    return f"{used:,} epochs, {len(verdicts):,} ranges, {occluded:,} of them occluded{too_short}{more}"
+    epochs, ranges = counted(used, "epoch"), counted(len(verdicts), "range")
+    return f"{epochs}, {ranges}, {occluded:,} of them occluded{too_short}{more}"
 
 
 def _short(anchor_id: str) -> str:

@@ -29,6 +29,7 @@ __all__ = [
     "Output",
     "PlacesAndAnchors",
     "PositioningOptions",
+    "RangeSigma",
     "Reading",
     "ReceiverHeight",
     "RequestFile",
@@ -73,6 +74,14 @@ def option(help: str, metavar: str | None = None, name: str | None = None) -> Pa
 
 
 ReceiverHeight = Annotated[float | None, option("Above ground, metres. (default 1.5)", "M", "--receiver-height")]
+RangeSigma = Annotated[
+    float | None,
+    option(
+        "One-sigma error of every range, metres. (default what each anchor says, else 0.1; to satellites 1)",
+        "M",
+        "--range-sigma",
+    ),
+]
 RequestFile = Annotated[
     Path | None, option("The request as JSON, as over HTTP, in place of all the above.", "FILE", "--request")
 ]
@@ -148,6 +157,11 @@ class AnchorOptions:
         of_texts = [anchor_from_text(text, lonlat=self.lonlat) for text in self.anchor]
         return of_texts + [anchor for path in self.anchors for anchor in anchors_from_file(path)]
 
+    def part(self, range_sigma_m: float | None = None) -> list[dict[str, object]]:
+        """The same as fields, so that a sigma of every range, if there is one, is checked. Raises RequestError."""
+        sigma = {} if range_sigma_m is None else {"ranging_sigma_m": range_sigma_m}
+        return [{**anchor.model_dump(exclude_none=True), **sigma} for anchor in self.read()]
+
 
 @GROUP
 @dataclass(frozen=True, slots=True)
@@ -162,7 +176,9 @@ class PlacesAndAnchors(AnchorOptions):
 class SightOptions:
     """How sight lines are calculated: fields of every request that asks about sight."""
 
-    mode: Annotated[Mode, option("Column sweep, or every edge that a line crosses.")] = "fast"
+    mode: Annotated[
+        Mode, option("fast: a sweep that errs beside shadows and in altitudes behind them; exact: every edge.")
+    ] = "fast"
     unknown: Annotated[Unknown, option("What a line over unknown ground is, unless known ground blocks it.")] = (
         "unknown"
     )
@@ -201,8 +217,8 @@ class SatelliteOptions:
     )
     sky_at: Annotated[str | None, option("Where a DEM without CRS lies, degrees; for satellites.", "LON,LAT")] = None
 
-    def part(self) -> dict[str, object] | None:
-        """As the request has them; None without a file of orbits. Raises RequestError."""
+    def part(self, range_sigma_m: float | None = None) -> dict[str, object] | None:
+        """As the request has them, all with this sigma; None without a file of orbits. Raises RequestError."""
         if self.almanac is not None and self.navigation is not None:
             raise RequestError("Give only one of --almanac and --navigation.")
         if self.almanac is None and self.navigation is None:
@@ -212,7 +228,8 @@ class SatelliteOptions:
         if self.time is None:
             option = "--almanac" if self.navigation is None else "--navigation"
             raise RequestError(f"{option} needs --time, such as --time 2007-01-27T06:00:00Z.")
-        found = {**told(self), "reference_date": self.reference_date or _date_of(self.time)}
+        sigma = {} if range_sigma_m is None else {"ranging_sigma_m": range_sigma_m}
+        found = {**told(self), **sigma, "reference_date": self.reference_date or _date_of(self.time)}
         if self.almanac is not None:
             found["almanac"] = _orbit_text("almanac", self.almanac)
         if self.navigation is not None:

@@ -28,10 +28,12 @@ __all__ = [
     "place_fields",
     "position_fields",
     "told_of_heights",
+    "warnings_with",
 ]
 
 HEIGHT = re.compile(r"(?P<metres>[^a-zA-Z]+(?:[eE][-+]?\d+)?)(?P<above>agl|msl|hae)", re.IGNORECASE)
 ANCHOR_FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (altitude)"
+FROM_WHERE = "what its heights count from"
 CUT_FORM = "a line EAST,NORTH,EAST,NORTH of two or more places nor a height like 1000msl or 50agl"
 
 
@@ -155,9 +157,7 @@ def told_of_heights(grid: ElevationGrid, words: frozenset[str]) -> tuple[str, ..
         if word == "msl" and body != "Earth":
             told.append(f"{body} has no sea level: heights given as msl were taken as the DEM counts its own.")
         elif reference is HeightReference.UNKNOWN:
-            told.append(
-                f"The DEM does not say what its heights count from: those given as {word} were taken as it counts."
-            )
+            told.append(f"The DEM does not say {FROM_WHERE}: those given as {word} were taken as it counts.")
         elif reference is not means[word]:
             other = "hae" if word == "msl" else "msl"
             raise RequestError(
@@ -165,6 +165,19 @@ def told_of_heights(grid: ElevationGrid, words: frozenset[str]) -> tuple[str, ..
                 f"bring heights given as {word} to it; give them above the ground (80agl), or from there (612{other})."
             )
     return tuple(told)
+
+
+def warnings_with(told: Iterable[str], warnings: Iterable[str]) -> list[str]:
+    """The warnings of an answer with what told_of_heights told; what both say is said once."""
+    found = list(warnings)
+    for sentence in told:
+        _, same, more = sentence.partition(f"{FROM_WHERE}: ")
+        said = next((number for number, one in enumerate(found) if same and f"{FROM_WHERE}; " in one), None)
+        if said is None:
+            found.append(sentence)
+        else:
+            found[said] = f"{found[said].removesuffix('.')}, and {more}"
+    return found
 
 
 def _height(text: str) -> dict[str, float] | None:

@@ -107,3 +107,12 @@ def test_a_file_that_holds_no_verdicts_is_refused(sightline, dem_file, tmp_path,
     (tmp_path / "detection.json").write_text(content)
     ended = sightline("reposition", dem_file, *QUESTION, "--verdicts", tmp_path / "detection.json")
     assert (ended.code, "is no detection.json" in ended.stderr) == (2, True)
+
+
+def test_it_is_told_to_which_heights_drones_could_move(sightline, dem_file):
+    asked = sightline("reposition", dem_file, *QUESTION, "--height", 90, "--occluded", "D1", "--json")
+    told = json.loads(asked.stdout)
+    assert told["heights"] == "60 and 90 m above ground"
+    assert {round(move["to"]["above_ground_m"], 6) for move in told["moves"]} <= {60.0, 90.0}
+    usual = sightline("reposition", dem_file, *QUESTION[:-2], "--occluded", "D1")
+    assert "60 and 120 m above ground, and each drone's own altitude" in " ".join(usual.stdout.split())

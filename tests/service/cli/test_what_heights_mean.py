@@ -216,6 +216,16 @@ def test_what_msl_was_taken_for_is_told_where_it_is_not_sure(sightline, dem, dat
     assert all(sentence in warning for warning in told)
 
 
+@pytest.mark.parametrize("datum", [None, "made up"])
+def test_what_heights_count_from_is_said_once(sightline, dem, datum):
+    start, goal = (f"{at(*place)},{height}" for place, height in (((100, 400), "150msl"), ((750, 70), "150msl")))
+    words = ("--start", start, "--goal", goal, "--iterations", 2000)
+    told = json.loads(sightline("fly", dem(datum), *words, "--json").stdout)
+    assert told["status"] == "found"
+    (warning,) = [one for one in told["warnings"] if "what its heights count from" in one]
+    assert "flight.plan takes them as above mean sea level, and those given as msl were taken as it counts." in warning
+
+
 def test_beacons_are_where_the_anchors_are(sightline, tmp_path):
     """As AP_Beacon_Backend places them: offsets turned by BCN_ORIENT_YAW, which holds whole degrees, into NED."""
     there = pyproj.Transformer.from_crs(4326, 32632, always_xy=True).transform(14.4, 64.0)  # 5.4° off the meridian
