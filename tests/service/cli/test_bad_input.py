@@ -5,12 +5,14 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
-import service.products.visibility.product
 
+import service.cli
 import service.cli.output
+import service.products.visibility
 import service.products.visibility.files
 from tests.service.small_maps import NORTH_M, WEST_M
 
@@ -199,11 +201,16 @@ def test_a_full_disk_is_a_fault_and_leaves_no_broken_file(sightline, dem_file, t
     assert list(tmp_path.iterdir()) == []
 
 
+def calculate_with(monkeypatch, calculate):
+    changed = replace(service.products.visibility.VISIBILITY_MAP, calculate=calculate)
+    monkeypatch.setattr(service.products.visibility, "VISIBILITY_MAP", changed)
+
+
 def test_an_unforeseen_fault_shows_where_it_happened(dem_file, monkeypatch):
     def stumble(*_):
         raise ZeroDivisionError("a mistake of ours")
 
-    monkeypatch.setattr(service.products.visibility.product, "calculate", stumble)
+    calculate_with(monkeypatch, stumble)
     monkeypatch.setattr("sys.argv", ["sightline", "visibility", str(dem_file), "--anchor", GOOD])
     with pytest.raises(ZeroDivisionError, match="a mistake of ours"):
         service.cli.main()
@@ -213,7 +220,7 @@ def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(service.products.visibility.product, "calculate", interrupt)
+    calculate_with(monkeypatch, interrupt)
     ended = sightline("visibility", dem_file, "--anchor", GOOD)
     assert (ended.code, ended.stderr) == (130, "Interrupted.\n")
 
