@@ -109,19 +109,6 @@ def test_every_layer_downloads_under_its_link_as_what_it_claims_to_be(
         np.testing.assert_array_equal(arrays["min_visible_altitude_m"], computed_here.altitude_m)
 
 
-def test_a_layer_that_is_had_already_is_not_sent_again(server: Server, finished: dict[str, Any]) -> None:
-    href = finished["layers"][0]["href"]
-    first = server.client.get(href)
-    again = server.client.get(href, headers={"If-None-Match": first.headers["ETag"]})
-    assert again.status_code == 304
-    assert again.content == b""
-    part = server.client.get(href, headers={"Range": "bytes=0-3"})
-    assert (part.status_code, part.content) == (206, first.content[:4])
-    head = server.client.head(href)
-    assert (head.status_code, head.content) == (200, b"")
-    assert int(head.headers["Content-Length"]) == len(first.content)
-
-
 @pytest.mark.skipif(not MOUNTAINS.is_file(), reason="needs ../shared/data")
 def test_without_a_wait_the_answer_is_202_and_polling_leads_to_the_map(server: Server) -> None:
     dem = server.upload(MOUNTAINS)

@@ -107,8 +107,7 @@ def test_many_lines_come_as_a_request_and_leave_as_files(sightline, tmp_path):
     file.write_text(json.dumps(body))
     valley = ROOT / "dem_samples" / "valley.npz"
     ended = sightline("los", valley, "--request", file, "--out", out, "--json")
-    assert ended.code == 0, ended.stderr
-    told = json.loads(ended.stdout)
+    told = ended.told()
     assert (told["lines"], told["clear"]) == (1, 1)
     assert json.loads((out / "lines.json").read_text())[0]["verdict"] == "clear"
     refused = sightline("los", valley, "--from", "647000,5136200,90agl", "--to", "648000,5136200,9agl", "--out", out)

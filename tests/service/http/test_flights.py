@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from terrain import write_npz
 from tests.service.http.test_bad_requests import assert_problem
 from tests.service.running import Server
 from tests.service.small_flights import HIGH, MAP, START, flight_request
-from tests.service.small_maps import small_grid
 
 WAIT = {"Prefer": "wait=60"}
-
-
-@pytest.fixture(scope="module")
-def ground(server: Server, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    path = Path(tmp_path_factory.mktemp("ground")) / "small.npz"
-    write_npz(small_grid(), path)
-    return server.upload(path)
 
 
 def asked(server: Server, ground: dict[str, Any], **changes: Any) -> Any:
