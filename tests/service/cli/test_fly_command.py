@@ -6,7 +6,6 @@ import pytest
 
 from service.products.flights.files import LAYERS
 from tests.service.cli.positioning_words import ANCHORS
-from tests.service.small_flights import flight_request
 from tests.service.small_maps import NORTH_M, WEST_M
 
 
@@ -47,13 +46,6 @@ def test_a_flight_is_planned_above_the_map_that_morph_wrote(sightline, dem_file,
     assert (summary["status"], summary["seed"]) == ("found", 3)
     assert summary["totals"]["margin_m"] is not None
     assert summary["totals"]["time_s"] == pytest.approx(summary["totals"]["length_m"] / 9.0)
-
-
-def test_a_request_as_over_http_is_taken_from_a_file(sightline, dem_file, tmp_path):
-    (tmp_path / "request.json").write_text(json.dumps({"dem_id": "0" * 32, **flight_request()}))
-    ended = sightline("fly", dem_file, "--request", tmp_path / "request.json", "--json")
-    assert json.loads(ended.stdout)["status"] == "found"
-    assert "names a dem_id of a service; it is passed over" in ended.stderr
 
 
 @pytest.mark.parametrize(

@@ -75,16 +75,6 @@ def test_the_table_tells_each_anchors_share(sightline, dem_file):
     assert "…" not in ended.stdout, "nothing is cut off"
 
 
-def test_the_summary_file_and_json_on_stdout_are_the_same(sightline, dem_file, tmp_path):
-    ended = sightline("visibility", dem_file, "--anchor", D1, "--json", "--out", tmp_path)
-    assert (ended.code, ended.stderr) == (0, "")
-    printed = json.loads(ended.stdout)
-    assert {path.rpartition("/")[2] for path in printed.pop("files")} == FILES
-    assert printed == json.loads((tmp_path / "visibility.json").read_text())
-    (anchor,) = printed["anchors"]
-    assert anchor["visible_share"] + anchor["hidden_share"] + anchor["unknown_share"] == pytest.approx(1.0)
-
-
 def test_without_a_folder_only_the_summary_is_printed(sightline, dem_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     ended = sightline("visibility", dem_file, "--anchor", D1, "--json")

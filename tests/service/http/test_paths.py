@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
-import gpxpy
 import numpy as np
 import pytest
 
@@ -35,18 +33,6 @@ def test_a_found_path_comes_with_totals_costs_and_the_validators_report(found: d
     assert result["totals"]["length_m"] > 0.0
     assert result["ratio"] == pytest.approx(result["cost"] / result["reference_cost"])
     assert found["request"]["rover"]["max_slope_deg"] == 25.0
-
-
-def test_every_layer_of_a_path_can_be_downloaded(server: Server, found: dict[str, Any]) -> None:
-    names = [layer["name"] for layer in found["layers"]]
-    assert names == ["path.geojson", "path.csv", "path.gpx", "path.plan", "map.png", "profile.png"]
-    files = {layer["name"]: server.client.get(layer["href"]) for layer in found["layers"]}
-    assert {answer.status_code for answer in files.values()} == {200}
-    for layer in found["layers"]:
-        assert files[layer["name"]].headers["Content-Type"] == layer["media_type"]
-    line = json.loads(files["path.geojson"].content)["features"][0]
-    assert len(gpxpy.parse(files["path.gpx"].text).tracks[0].segments[0].points) == len(line["geometry"]["coordinates"])
-    assert files["map.png"].content.startswith(b"\x89PNG")
 
 
 def test_no_path_is_an_answer_and_has_only_a_map(server: Server, ground: dict[str, Any]) -> None:
