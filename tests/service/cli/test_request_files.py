@@ -95,7 +95,7 @@ def test_a_request_is_answered_and_all_files_of_its_answer_are_written(product, 
     assert product.answer.model_validate(told).model_dump(mode="json") == told
     assert len(written) > 1
     for name in written - {summary}:
-        assert_opens(name, (out / name).read_bytes())
+        assert_opens(product.layer[name], (out / name).read_bytes())
 
 
 def test_a_map_id_is_passed_over_only_for_a_map_of_the_command_line(tmp_path, capsys):
