@@ -76,12 +76,6 @@ def test_the_wall_makes_the_goal_unreachable_and_the_answer_says_what_would_open
     assert cut.relaxations[0].sentence
 
 
-def test_the_summary_is_json_without_nan(found, blocked):
-    for finished in (found, blocked):
-        document = finished.answer.model_dump(mode="json")
-        assert json.loads(json.dumps(document, allow_nan=False))["dem"]["name"] == "small.tif"
-
-
 def test_geojson_holds_the_line_with_totals_and_what_holds_at_each_vertex(found, written):
     document = json.loads(written(found, "path.geojson"))
     line, *points = document["features"]
