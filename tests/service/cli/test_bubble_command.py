@@ -42,8 +42,7 @@ def test_bubble_writes_what_the_library_answers(sightline, dem_file, path_file, 
         "bubble", dem_file, "--path", path_file, *ANCHORS, "--range-sigma", "0.4", "--epsilon", "2",
         "--dem-sigma", "0.5", "--start-sigma", "3", "--out", tmp_path / "out", "--json",
     )  # fmt: skip
-    assert ended.code == 0, ended.stderr
-    told = json.loads(ended.stdout)
+    told = ended.told()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
     assert sorted(told["files"]) == [str(tmp_path / "out" / name) for name in FILES]
     grid = small_grid()

@@ -53,8 +53,7 @@ def test_a_crew_follows_a_path(sightline, dem_file, tmp_path):
     path.write_text(json.dumps({"type": "FeatureCollection", "features": [line], "coordinates_are": "metres"}))
     words = (*CREW, "--min-anchors", 2, "--height", 60, "--path", path, "--stretch", 250, "--out", tmp_path)
     done = sightline("reposition", dem_file, *words, "--json")
-    assert done.code == 0, done.stderr
-    told = json.loads(done.stdout)
+    told = done.told()
     assert len(told["stretches"]) == 3
     rows = list(csv.DictReader((tmp_path / "schedule.csv").read_text().splitlines()))
     assert [float(row["start_s"]) for row in rows] == sorted(move["start_s"] for move in told["moves"])
@@ -97,9 +96,7 @@ BAD = {
 def test_a_wrong_line_is_told_in_one_sentence(sightline, dem_file, what):
     words, sentence = BAD[what]
     ended = sightline("reposition", dem_file, *words)
-    assert ended.code == 2, ended
-    assert sentence in ended.stderr
-    assert ended.stderr.count("\n") == 1
+    ended.refused(sentence)
 
 
 @pytest.mark.parametrize("content", ["no JSON", "[]", '{"anchors": [{}], "episodes": []}'])
