@@ -6,8 +6,9 @@ import numba
 import numpy as np
 import pytest
 
-from compiled.options import FASTMATH, KERNELS_WITHIN, cache_folder, inner_loop, noalias_active, scalar_kernel
+from compiled.options import FASTMATH, cache_folder, inner_loop, kernels_within, noalias_active, scalar_kernel
 from terrain.synthetic import fractal
+from tests.house.repository import imported_modules, modules
 from visibility import Anchor, min_visible_altitude
 
 
@@ -52,10 +53,10 @@ def test_inner_loops_still_know_nan():
 
 
 def test_kernels_are_kept_under_the_digest_of_all_kernel_sources_that_can_be_in_them(tmp_path):
-    folder = cache_folder(str(tmp_path), "visibility")
+    folder = cache_folder(str(tmp_path), "visibility.sight.kernels")
     assert folder.startswith(str(tmp_path))
-    assert folder == cache_folder(str(tmp_path), "visibility")
-    assert folder != cache_folder(str(tmp_path), "terrain")
+    assert folder == cache_folder(str(tmp_path), "visibility.sight.kernels")
+    assert folder != cache_folder(str(tmp_path), "detection.kernels")
 
     @scalar_kernel
     def one(value):
@@ -64,12 +65,16 @@ def test_kernels_are_kept_under_the_digest_of_all_kernel_sources_that_can_be_in_
     assert "kernels-" in str(one._cache.cache_path)
 
 
-def test_every_package_with_kernels_has_its_sources_in_the_digest():
-    from tests.house.repository import PACKAGES, modules
-
-    with_kernels = {name for name in PACKAGES if any("kernels" in str(path) for path in modules(name))}
-    assert with_kernels - {"service"} <= set(KERNELS_WITHIN)
-    assert all(package in within for package, within in KERNELS_WITHIN.items())
+@pytest.mark.parametrize("folder", kernels_within(""))
+def test_a_folder_of_kernels_counts_every_folder_that_its_modules_import(folder):
+    for source in modules(folder.replace(".", "/")):
+        names = imported_modules(source)
+        folders = {
+            ".".join(name.split(".")[: name.split(".").index("kernels") + 1]) for name in names if "kernels" in name
+        }
+        assert folders <= set(kernels_within(folder)), source.name
+        for other in folders:
+            assert set(kernels_within(other)) <= set(kernels_within(folder)), source.name
 
 
 @pytest.mark.timeout(120)
