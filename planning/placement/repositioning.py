@@ -18,10 +18,9 @@ from visibility.sight import check_anchors
 
 from .judges import CountJudge, Goal, judge_of
 from .placing import positions_of
-from .rules import PlacementRules, feasible_candidates
+from .rules import PlacementRules, candidates_within, feasible_candidates
 from .sight import SightOptions
 from .stretches import Flight, SeenStretch, flight_costs, problem_along, worth_over
-from .targets import candidates_within
 from .together import may_stand_beside
 
 __all__ = ["USUAL_HEIGHTS_M", "Move", "Repositioning", "reposition", "reposition_for"]

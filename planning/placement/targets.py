@@ -20,7 +20,6 @@ __all__ = [
     "area_targets",
     "candidate_grid",
     "candidate_points",
-    "candidates_within",
     "corridor_targets",
     "join_candidates",
     "path_targets",
@@ -128,31 +127,6 @@ def _lattice(low_m: float, high_m: float, spacing_m: float) -> Floats:
     places = int((high_m - low_m) / spacing_m + 1e-9) + 1
     margin_m = (high_m - low_m - (places - 1) * spacing_m) / 2.0
     return np.asarray(low_m + margin_m + spacing_m * np.arange(places), np.float64)
-
-
-def candidates_within(
-    grid: ElevationGrid,
-    here_m: Floats,
-    reach_m: float,
-    above_ground_m: Sequence[float],
-    altitudes_m: Sequence[float],
-) -> tuple[npt.NDArray[np.intp], Candidates]:
-    """(posts (n,), candidates over them) of all posts within reach, at each height above ground and each altitude.
-
-    here_m: (3,) east, north, altitude of a drone in the grid's frame; reach_m: metres over the ground. Unknown ground
-    gives NaN.
-    """
-    row, col = np.arange(grid.rows), np.arange(grid.cols)
-    north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
-    near = np.add.outer((north_m - here_m[1]) ** 2, (east_m - here_m[0]) ** 2) <= reach_m**2
-    post = np.flatnonzero(near)
-    ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
-    east, north = east_m[post % grid.cols], north_m[post // grid.cols]
-    levels = [ground_m + height_m for height_m in above_ground_m]
-    levels += [np.full(len(post), altitude_m) for altitude_m in altitudes_m]
-    position_m = np.concatenate([np.column_stack([east, north, level]) for level in levels])
-    candidates = Candidates(position_m, np.tile(ground_m, len(levels)), ("drone",) * len(position_m))
-    return np.tile(post, len(levels)), candidates
 
 
 def _within(grid: ElevationGrid, area: shapely.Geometry) -> tuple[float, float, float, float]:
