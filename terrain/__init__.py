@@ -3,6 +3,15 @@
 from .array_files import write_npz
 from .crs_parts import same_map
 from .crs_texts import parse_crs
+from .datums.conversion import altitude_step, with_vertical_datum
+from .datums.geoid import egm96_height_m
+from .datums.references import (
+    HeightReference,
+    VerticalDatum,
+    height_reference_of,
+    parse_vertical_datum,
+    vertical_datum_of,
+)
 from .errors import (
     DemFormatError,
     DemReadError,
@@ -12,10 +21,10 @@ from .errors import (
     FrameError,
     SampleError,
     TerrainError,
+    VerticalDatumError,
 )
 from .frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
 from .grid import ElevationGrid, Provenance
-from .height_references import HeightReference, height_reference_of
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
@@ -40,8 +49,12 @@ __all__ = [
     "SampleError",
     "TerrainError",
     "TriangleMesh",
+    "VerticalDatum",
+    "VerticalDatumError",
+    "altitude_step",
     "body_of",
     "cone",
+    "egm96_height_m",
     "fractal",
     "grid_mesh",
     "grid_north",
@@ -50,6 +63,7 @@ __all__ = [
     "horizon_distance_m",
     "nearest_surface",
     "parse_crs",
+    "parse_vertical_datum",
     "places_told",
     "plane",
     "read_dem",
@@ -59,6 +73,8 @@ __all__ = [
     "to_lon_lat",
     "told_place",
     "true_offsets",
+    "vertical_datum_of",
     "wedge",
+    "with_vertical_datum",
     "write_npz",
 ]

@@ -7,6 +7,7 @@ TerrainError
 │   ├── DemTooLargeError    more cells than the limit; carries cells and limit
 │   └── DemUnsupportedError a raster, but rotated, empty, all void, without usable units ...
 ├── FrameError              a position or CRS that cannot be expressed in the grid's frame
+├── VerticalDatumError      a height that cannot be brought to another vertical datum
 └── SampleError             an unknown or damaged bundled DEM
 """
 
@@ -19,6 +20,7 @@ __all__ = [
     "FrameError",
     "SampleError",
     "TerrainError",
+    "VerticalDatumError",
 ]
 
 
@@ -53,6 +55,10 @@ class DemUnsupportedError(DemReadError):
 
 class FrameError(TerrainError):
     """A position or CRS cannot be expressed in the grid's frame."""
+
+
+class VerticalDatumError(TerrainError):
+    """A height cannot be brought to another vertical datum: one is unknown, or its geoid model is not there."""
 
 
 class SampleError(TerrainError):
