@@ -15,6 +15,8 @@ import pyproj
 from .array_files import read_npy, read_npz
 from .crs_parts import horizontal_part, vertical_part
 from .crs_texts import parse_crs
+from .datums.conversion import with_vertical_datum
+from .datums.references import parse_vertical_datum
 from .errors import DemReadError, DemUnsupportedError, ElevationGridError
 from .formats import local_file, sniff_format
 from .frames import datum_doubt
@@ -39,6 +41,7 @@ def read_dem(
     target_crs: Any = None,
     cell_m: float | tuple[float, float] | None = None,
     band: int | None = None,
+    vertical_datum: str | None = None,
     max_cells: int = DEFAULT_MAX_CELLS,
 ) -> ElevationGrid:
     """Read a DEM file: GeoTIFF or COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy.
@@ -52,9 +55,13 @@ def read_dem(
     target_crs: metric CRS of the grid; without it the file's own where that measures metres truly, else a local one.
     cell_m: metres between posts, one number or (east, north), for files that do not tell.
     band: which band holds the heights, from 1; without it the first.
+    vertical_datum: what heights count from in the grid: "msl", "hae", "EGM96", "EGM2008", or a vertical CRS that PROJ
+        knows. Heights above another datum are brought to it; those of a file that does not tell are taken as above it.
     max_cells: a larger raster is refused before its pixels are read.
-    Raises DemReadError (DemFormatError, DemTooLargeError, DemUnsupportedError), FrameError for an unknown CRS.
+    Raises DemReadError (DemFormatError, DemTooLargeError, DemUnsupportedError), FrameError for an unknown CRS,
+    VerticalDatumError for a datum that heights cannot be brought to.
     """
+    wanted = None if vertical_datum is None else parse_vertical_datum(vertical_datum)
     if height_unit is not None and height_unit not in HEIGHT_UNITS:
         raise DemReadError(f"height_unit must be one of {', '.join(HEIGHT_UNITS)}, not {height_unit!r}.")
     file = local_file(path)
@@ -95,9 +102,9 @@ def read_dem(
     except ElevationGridError as error:
         raise DemReadError(f"{file.name}: {error}") from error
     doubt = datum_doubt(grid)
-    if doubt is None or doubt in grid.provenance.warnings:
-        return grid
-    return replace(grid, provenance=replace(grid.provenance, warnings=(*grid.provenance.warnings, doubt)))
+    if doubt is not None and doubt not in grid.provenance.warnings:
+        grid = replace(grid, provenance=replace(grid.provenance, warnings=(*grid.provenance.warnings, doubt)))
+    return grid if wanted is None else with_vertical_datum(grid, wanted)
 
 
 def _horizontal_target(target_crs: Any) -> pyproj.CRS:

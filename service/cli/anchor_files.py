@@ -19,7 +19,7 @@ __all__ = ["anchors_from_file"]
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
-TEXTS = {"id", "body"}
+TEXTS = {"id", "body", "altitude_datum"}
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 
 

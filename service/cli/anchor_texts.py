@@ -10,11 +10,11 @@ from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 from service.parts.sentences import sentence_of
 
-from .height_words import HEIGHT
+from .height_words import height_field
 
-__all__ = ["anchor_from_text", "height_field", "position_fields"]
+__all__ = ["anchor_from_text", "position_fields"]
 
-FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (altitude)"
+FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground), 612msl (sea level) or 650hae (ellipsoid)"
 
 
 def anchor_from_text(text: str, *, lonlat: bool) -> AnchorIn:
@@ -45,14 +45,3 @@ def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, Any
         )
     pair = ("lon_deg", "lat_deg") if lonlat else ("east_m", "north_m")
     return {pair[0]: first, pair[1]: second, **height}
-
-
-def height_field(text: str, complaint: str) -> dict[str, float]:
-    """80agl or 612msl as a field of a request. Raises RequestError with the given complaint."""
-    height = HEIGHT.fullmatch(text.strip())
-    if height is None:
-        raise RequestError(complaint)
-    try:
-        return {"above_ground_m" if height["above"].lower() == "agl" else "altitude_m": float(height["metres"])}
-    except ValueError as error:
-        raise RequestError(complaint) from error

@@ -31,6 +31,7 @@ from .options import (
     ReceiverHeight,
     UnknownGround,
     UnknownOption,
+    VerticalDatumOption,
     reading_options,
 )
 from .place_options import place
@@ -75,12 +76,13 @@ def info(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     as_json: AsJson = False,
 ) -> None:
     """Show what is read from a DEM, what was converted on the way, and every warning."""
     from .info import show_info
 
-    show_info(dem, reading_options(nodata, crs, height_unit, band, cell_m), as_json)
+    show_info(dem, reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum), as_json)
 
 
 @app.command()
@@ -101,6 +103,7 @@ def visibility(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -108,16 +111,14 @@ def visibility(
 
     Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
     """
-    from .height_words import height_words
     from .visibility import make_visibility_map
 
     make_visibility_map(
         dem,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         anchor_texts=anchor or [],
         lonlat=lonlat,
         anchor_files=anchors or [],
-        heights=height_words(anchor),
         asked={
             "receiver_above_ground_m": receiver_height,
             "receiver_altitude_m": receiver_altitude,
@@ -160,6 +161,7 @@ def los(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     as_json: AsJson = False,
 ) -> None:
     """Tell whether one point sees another, and by how much."""
@@ -167,7 +169,7 @@ def los(
 
     show_line_of_sight(
         dem,
-        reading_options(nodata, crs, height_unit, band, cell_m),
+        reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         (start, end),
         lonlat=lonlat,
         flat=curvature is CurvatureWord.FLAT,

@@ -14,7 +14,7 @@ from service.parts.sentences import sentence_of
 from service.products.safety_bubbles.answer import BuildingFacts, FirstViolation, SafetyBubblesSummary
 from service.products.safety_bubbles.request import BubbleParameters
 
-from .anchor_texts import height_field
+from .height_words import height_field
 from .maps import anchors_of, make_map
 from .output import facts_table
 from .path_files import points_and_columns
@@ -95,7 +95,7 @@ def _path(path: Path, height: str | None) -> dict[str, Any]:
     return fields
 
 
-def _point(name: str, fields: dict[str, float]) -> PointIn:
+def _point(name: str, fields: dict[str, float | str]) -> PointIn:
     try:
         return PointIn.model_validate(fields)
     except ValidationError as error:

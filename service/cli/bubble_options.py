@@ -32,6 +32,7 @@ from .options import (
     SkyAt,
     UnknownGround,
     UnknownOption,
+    VerticalDatumOption,
     reading_options,
 )
 
@@ -141,6 +142,7 @@ def bubble(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -151,7 +153,6 @@ def bubble(
     """
     from .bubble import make_bubbles
     from .building_files import building_fields
-    from .height_words import height_words
     from .positioning import SatelliteOptions
 
     make_bubbles(
@@ -180,8 +181,7 @@ def bubble(
             "unknown": unknown.value,
             "curvature": curvature.value,
         },
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=height_words(anchor, height),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         out=out,
         as_json=as_json,
     )

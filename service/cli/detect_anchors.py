@@ -33,6 +33,12 @@ def ranging_anchors(
     twice = sorted(anchor_id for anchor_id, count in Counter(anchor.id for anchor in asked).items() if count > 1)
     if twice:
         raise RequestError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
+    datums = sorted({anchor.altitude_datum for anchor in asked if anchor.altitude_datum is not None})
+    if len(datums) > 1 and not level:
+        raise RequestError(
+            f"Heights of a detector's anchors count from one datum, not from {' and '.join(datums)}: give all as msl, "
+            "or all as hae."
+        )
     in_degrees = [anchor for anchor in asked if anchor.lon_deg is not None]
     if not in_degrees:
         return [_ranging(anchor, level) for anchor in asked], None

@@ -21,6 +21,7 @@ from .options import (
     Mode,
     Nodata,
     OutFolder,
+    VerticalDatumOption,
     reading_options,
 )
 
@@ -72,6 +73,7 @@ def fly(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -81,7 +83,6 @@ def fly(
     flight.plan and profile.png into --out.
     """
     from .fly import FlyOptions, flight_request, make_flight
-    from .height_words import height_words
 
     options = FlyOptions(
         start=start,
@@ -103,8 +104,7 @@ def fly(
     make_flight(
         dem,
         flight_request(request, map, options),
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=height_words(start, goal, anchor, ceiling),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         out=out,
         as_json=as_json,
     )

@@ -9,14 +9,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from service.errors import RequestError
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.points import PointIn
 from service.parts.positions import resolve_point
 from service.parts.sentences import sentence_of
+from service.products.lines_of_sight.request import PairIn
 from terrain import ElevationGrid, read_dem
 from visibility import FLAT, LineOfSight, line_of_sight
 
 from .anchor_texts import position_fields
-from .height_words import height_words, told_of_heights
 from .output import facts_table, print_json, print_tables, print_warnings
 
 __all__ = ["show_line_of_sight"]
@@ -35,8 +36,9 @@ def show_line_of_sight(
     """Read the DEM and print the verdict between both ends, each EAST,NORTH,HEIGHT."""
     asked = [_point(name, text, lonlat) for name, text in zip(("--from", "--to"), ends, strict=True)]
     grid = read_dem(dem, **reading)
-    told = (*grid.provenance.warnings, *told_of_heights(grid, height_words(ends)))
-    start_m, end_m = (resolve_point(grid, point, name) for name, point in zip(("--from", "--to"), asked, strict=True))
+    pair, of_altitudes = in_dem_datum(grid, PairIn.model_validate({"from": asked[0], "to": asked[1]}))
+    told = (*grid.provenance.warnings, *of_altitudes)
+    start_m, end_m = resolve_point(grid, pair.from_, "--from"), resolve_point(grid, pair.to, "--to")
     sight = line_of_sight(grid, start_m, end_m, curvature=FLAT if flat else None, **options)
     if as_json:
         print_json(_document(grid, sight, start_m, end_m, told))

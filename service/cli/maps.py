@@ -17,13 +17,13 @@ from rich.table import Table
 from service.errors import RequestError
 from service.files.layer import Layer
 from service.files.replacing import replacing
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.anchors import AnchorIn
 from service.products.product import Finished, Product, Work
 from terrain import read_dem
 
 from .anchor_files import anchors_from_file
 from .anchor_texts import anchor_from_text
-from .height_words import told_of_heights
 from .output import print_json, print_tables, print_warnings, progress_bar
 
 __all__ = ["anchors_of", "leaving_nothing_new", "make_map", "output_folder"]
@@ -49,7 +49,6 @@ def make_map(
     *,
     summary: str,
     reading: dict[str, Any],
-    heights: frozenset[str],
     out: Path | None,
     as_json: bool,
     left_out: Collection[str] = (),
@@ -58,11 +57,11 @@ def make_map(
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work.
 
-    tables: of the answer. summary: the file of the answer. left_out: layers that are not written. heights: the words
-    with which the options' heights were given. work: what the calculation may use; its progress is shown here.
+    tables: of the answer. summary: the file of the answer. left_out: layers that are not written. work: what the
+    calculation may use; its progress is shown here.
     """
     grid = read_dem(dem, **reading)
-    told = told_of_heights(grid, heights)
+    asked, told = in_dem_datum(grid, asked)
     layers = tuple(
         layer
         for layer in product.layers

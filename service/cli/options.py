@@ -38,8 +38,10 @@ __all__ = [
     "ReferenceDate",
     "SatelliteTime",
     "SkyAt",
+    "TerrainFrame",
     "UnknownGround",
     "UnknownOption",
+    "VerticalDatumOption",
     "reading_options",
 ]
 
@@ -109,6 +111,19 @@ Band = Annotated[int | None, typer.Option("--band", metavar="N", help="Band that
 CellM = Annotated[
     float | None, typer.Option("--cell-m", metavar="M", help="Metres between posts, for files that do not tell.")
 ]
+TerrainFrame = Annotated[
+    bool,
+    typer.Option("--terrain-frame", help="Altitudes in .plan files count from the ground, not from sea level."),
+]
+VerticalDatumOption = Annotated[
+    str | None,
+    typer.Option(
+        "--vertical-datum",
+        metavar="DATUM",
+        help="What the DEM's heights shall count from: msl, hae, EGM96, EGM2008, EPSG:5703; converted where it says "
+        "another, taken where it says none.",
+    ),
+]
 UnknownOption = Annotated[
     UnknownGround, typer.Option(help="What a line over unknown ground is, unless known ground blocks it.")
 ]
@@ -172,7 +187,9 @@ def reading_options(
     height_unit: HeightUnitWord | None,
     band: int | None,
     cell_m: float | None,
+    vertical_datum: str | None,
 ) -> dict[str, Any]:
     """What read_dem takes besides the path."""
     unit = None if height_unit is None else height_unit.value
-    return {"nodata": nodata, "crs": crs, "height_unit": unit, "band": band, "cell_m": cell_m}
+    given = {"nodata": nodata, "crs": crs, "height_unit": unit, "band": band, "cell_m": cell_m}
+    return {**given, "vertical_datum": vertical_datum}

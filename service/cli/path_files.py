@@ -14,7 +14,7 @@ from service.parts.sentences import sentence_of
 __all__ = ["path_from_file", "points_and_columns"]
 
 # cells are numbers
-COLUMNS = tuple(field for field in PointIn.model_fields if field != "body")
+COLUMNS = tuple(field for field in PointIn.model_fields if field not in ("body", "altitude_datum"))
 
 
 def path_from_file(path: Path) -> list[PointIn]:

@@ -17,7 +17,8 @@ from service.errors import RequestError
 from service.products.placements.answer import PlacementSummary
 from service.products.placements.request import PlacementParameters
 
-from .anchor_texts import height_field, position_fields
+from .anchor_texts import position_fields
+from .height_words import height_field
 from .maps import make_map
 from .output import facts_table, share_text
 from .request_files import given
@@ -177,13 +178,16 @@ def _interrupt_as_stop() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def _heights(texts: list[str]) -> dict[str, list[float]]:
-    found: dict[str, list[float]] = {"above_ground_m": [], "altitude_m": []}
-    for text in texts:
-        form = f"The height {text!r} is not of the form 120agl (above ground) or 900msl (altitude)."
-        for field, metres in height_field(text, form).items():
-            found[field].append(metres)
-    return found
+def _heights(texts: list[str]) -> Fields:
+    form = "The height {!r} is not of the form 120agl (above ground) or 900msl (altitude)."
+    heights = [height_field(text, form.format(text)) for text in texts]
+    datums = {height["altitude_datum"] for height in heights if "altitude_datum" in height}
+    if len(datums) > 1:
+        raise RequestError("The heights of one set of places count from one datum: all as msl, or all as hae.")
+    found: Fields = {
+        name: [height[name] for height in heights if name in height] for name in ("above_ground_m", "altitude_m")
+    }
+    return found | ({"altitude_datum": datums.pop()} if datums else {})
 
 
 def _tables(answer: PlacementSummary) -> tuple[Table, ...]:

@@ -29,8 +29,10 @@ from .options import (
     Nodata,
     OutFolder,
     ReceiverHeight,
+    TerrainFrame,
     UnknownGround,
     UnknownOption,
+    VerticalDatumOption,
     reading_options,
 )
 
@@ -133,6 +135,8 @@ def place(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
+    terrain_frame: TerrainFrame = False,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -144,7 +148,6 @@ def place(
     """
     from service.products.placements.request import PlacementParameters
 
-    from .height_words import height_words
     from .maps import anchors_of
     from .place import CandidateOptions, GoalOptions, RuleOptions, TargetOptions, make_placement
     from .request_files import given, request_from_file
@@ -178,6 +181,7 @@ def place(
             "mode": mode.value,
             "unknown": unknown.value,
             "curvature": curvature.value,
+            "plan_altitudes": "ground" if terrain_frame else None,
         }
         asked = PlacementParameters.model_validate(given(fields))
     make_placement(
@@ -185,8 +189,7 @@ def place(
         asked,
         scheduler,
         or_local=or_local,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=height_words(anchor, height, mast, site, base),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         out=out,
         as_json=as_json,
     )

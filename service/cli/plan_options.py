@@ -28,7 +28,9 @@ from .options import (
     ReferenceDate,
     SatelliteTime,
     SkyAt,
+    TerrainFrame,
     UnknownGround,
+    VerticalDatumOption,
     reading_options,
 )
 
@@ -126,6 +128,8 @@ def plan(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
+    terrain_frame: TerrainFrame = False,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -134,7 +138,6 @@ def plan(
     Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
     path.plan and profile.png into --out.
     """
-    from .height_words import height_words
     from .plan import PlanOptions, make_path, path_request
     from .positioning import SatelliteOptions
 
@@ -178,13 +181,13 @@ def plan(
             "mode": mode,
             "unknown": unknown,
             "curvature": curvature,
+            "plan_altitudes": "ground" if terrain_frame else None,
         },
     )
     make_path(
         dem,
         path_request(request, map, options),
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=height_words(anchor),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         out=out,
         as_json=as_json,
     )

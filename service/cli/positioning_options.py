@@ -38,6 +38,7 @@ from .options import (
     SkyAt,
     UnknownGround,
     UnknownOption,
+    VerticalDatumOption,
     reading_options,
 )
 
@@ -105,6 +106,7 @@ def dop(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -115,7 +117,6 @@ def dop(
     --path is given, cut-1.png and so on for each --cut, and with --volume the
     voxels.
     """
-    from .height_words import height_words
     from .path_files import path_from_file
     from .positioning import SatelliteOptions, make_dop_map
     from .volume_texts import VolumeOptions, cut_fields
@@ -142,9 +143,8 @@ def dop(
         anchor or [],
         anchors or [],
         lonlat=lonlat,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         left_out=air.left_out,
-        heights=height_words(anchor, cut, ceiling),
         out=out,
         as_json=as_json,
     )
@@ -199,6 +199,7 @@ def morph(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -209,7 +210,6 @@ def morph(
     surface.stl; with --frames frames_altitude.tif, frames_state.tif,
     availability.tif, availability.png and animation.gif.
     """
-    from .height_words import height_words
     from .positioning import SatelliteOptions, make_morphing_map
     from .track_files import frames_fields, tracks_from_file
     from .volume_texts import ceiling_fields
@@ -234,9 +234,8 @@ def morph(
         anchor or [],
         anchors or [],
         lonlat=lonlat,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         left_out=() if mesh else MESHES,
-        heights=height_words(anchor, ceiling, available_at),
         out=out,
         as_json=as_json,
     )

@@ -31,6 +31,7 @@ from .options import (
     ReceiverHeight,
     UnknownGround,
     UnknownOption,
+    VerticalDatumOption,
     reading_options,
 )
 
@@ -117,6 +118,7 @@ def reposition(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    vertical_datum: VerticalDatumOption = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -127,7 +129,6 @@ def reposition(
     """
     from service.products.repositionings.request import RepositioningParameters
 
-    from .height_words import height_words
     from .maps import anchors_of
     from .place import GoalOptions, RuleOptions
     from .reposition import RoverOptions, lasting_occlusions, make_repositioning
@@ -172,8 +173,7 @@ def reposition(
     make_repositioning(
         dem,
         asked,
-        reading=reading_options(nodata, crs, height_unit, band, cell_m),
-        heights=height_words(anchor),
+        reading=reading_options(nodata, crs, height_unit, band, cell_m, vertical_datum),
         out=out,
         as_json=as_json,
     )

@@ -13,12 +13,12 @@ from service.files.read_tables import read_table
 from service.parts.frames import TrackIn, TrackPointIn
 from service.parts.sentences import sentence_of
 
-from .height_words import HEIGHT
+from .height_words import height_field
 
 __all__ = ["frames_fields", "tracks_from_file"]
 
 # cells are numbers
-POINT_COLUMNS = tuple(field for field in TrackPointIn.model_fields if field != "body")
+POINT_COLUMNS = tuple(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum"))
 
 
 def tracks_from_file(path: Path) -> list[TrackIn]:
@@ -32,7 +32,7 @@ def tracks_from_file(path: Path) -> list[TrackIn]:
         raise RequestError(f"The track file {path.name}: {sentence_of(error)}") from error
 
 
-def frames_fields(frames: str | None, available_at: str | None) -> dict[str, float] | None:
+def frames_fields(frames: str | None, available_at: str | None) -> dict[str, float | str] | None:
     """--frames and --available-at as the ``frames`` of a request; None without. Raises RequestError."""
     if frames is None:
         if available_at is not None:
@@ -42,18 +42,11 @@ def frames_fields(frames: str | None, available_at: str | None) -> dict[str, flo
         from_s, to_s, step_s = (float(part) for part in frames.split(","))
     except ValueError as error:
         raise RequestError(f"--frames {frames!r} is not of the form FROM,TO,STEP in seconds.") from error
-    fields = {"from_s": from_s, "to_s": to_s, "step_s": step_s}
+    fields: dict[str, float | str] = {"from_s": from_s, "to_s": to_s, "step_s": step_s}
     if available_at is None:
         return fields
-    height = HEIGHT.fullmatch(available_at.strip())
     form = f"--available-at {available_at!r} is not of the form 60agl (above ground) or 1500msl (altitude)."
-    if height is None:
-        raise RequestError(form)
-    try:
-        metres = float(height["metres"])
-    except ValueError as error:
-        raise RequestError(form) from error
-    return {**fields, "above_ground_m" if height["above"].lower() == "agl" else "altitude_m": metres}
+    return {**fields, **height_field(available_at, form)}
 
 
 def _of_json(path: Path) -> list[Any]:

@@ -30,7 +30,6 @@ def make_visibility_map(
     lonlat: bool,
     anchor_files: list[Path],
     asked: dict[str, Any],
-    heights: frozenset[str],
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -47,7 +46,6 @@ def make_visibility_map(
         summary=SUMMARY,
         left_out=LEFT_OUT,
         reading=reading,
-        heights=heights,
         out=out,
         as_json=as_json,
     )

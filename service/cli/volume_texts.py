@@ -7,7 +7,7 @@ from typing import Any
 
 from service.errors import RequestError
 
-from .height_words import HEIGHT
+from .height_words import height_fields
 
 __all__ = ["VOLUME_FILES", "VolumeOptions", "ceiling_fields", "cut_fields"]
 
@@ -45,18 +45,17 @@ class VolumeOptions:
 
 def ceiling_fields(text: str) -> dict[str, Any]:
     """--ceiling as the fields of a request. Raises RequestError."""
-    height = _height(text)
-    if height is None:
+    fields = height_fields(text, "ceiling_")
+    if fields is None:
         raise RequestError(f"--ceiling {text!r} is not of the form 2500msl (altitude) or 300agl (above ground).")
-    metres, above_ground = height
-    return {"ceiling_above_ground_m" if above_ground else "ceiling_altitude_m": metres}
+    return fields
 
 
 def cut_fields(text: str, *, lonlat: bool) -> dict[str, Any]:
     """One --cut as an entry of a request's ``cuts``. Raises RequestError."""
-    height = _height(text)
+    height = height_fields(text)
     if height is not None:
-        return {"above_ground_m" if height[1] else "altitude_m": height[0]}
+        return height
     numbers = _numbers(text)
     if numbers is None or len(numbers) < 4 or len(numbers) % 2:
         raise RequestError(f"--cut {text!r} is neither {CUT_FORM}.")
@@ -69,17 +68,6 @@ def _bounds(text: str) -> dict[str, float]:
     if numbers is None or len(numbers) != 4:
         raise RequestError(f"--bounds {text!r} is not of the form WEST,SOUTH,EAST,NORTH in metres.")
     return dict(zip(("west_m", "south_m", "east_m", "north_m"), numbers, strict=True))
-
-
-def _height(text: str) -> tuple[float, bool] | None:
-    """(metres, whether they count from the ground) of 80agl or 612msl; None for any other text."""
-    height = HEIGHT.fullmatch(text.strip())
-    if height is None:
-        return None
-    try:
-        return float(height["metres"]), height["above"].lower() == "agl"
-    except ValueError:
-        return None
 
 
 def _numbers(text: str) -> list[float] | None:

@@ -9,7 +9,7 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from service.parts.anchors import AntennaIn
-from service.parts.points import Metres, NotNegativeMetres, PointIn, Positive, StrictModel
+from service.parts.points import InADatum, Metres, NotNegativeMetres, PointIn, Positive
 
 __all__ = ["FramesIn", "TrackIn", "TrackPointIn"]
 
@@ -45,7 +45,7 @@ class TrackIn(AntennaIn):
         return self
 
 
-class FramesIn(StrictModel):
+class FramesIn(InADatum):
     """Evenly spaced times, and the height of which availability is told; second 0 is the satellites' time."""
 
     from_s: Seconds = Field(0.0, description="The first frame, seconds.")

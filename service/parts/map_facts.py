@@ -10,11 +10,12 @@ from typing import Any, Protocol
 
 from service.parts.map_answers import BoundsOfPosts, Ground
 from service.parts.sight import CurvatureIn
-from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
+from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of, vertical_datum_of
 from visibility import FLAT, Curvature
 
 __all__ = [
     "Calculation",
+    "altitude_datum_of",
     "body_name",
     "check_bodies",
     "crs_label",
@@ -88,6 +89,11 @@ def ground_of(grid: ElevationGrid) -> Ground:
 def dem_summary(grid: ElevationGrid) -> dict[str, Any]:
     """The same, ready for JSON."""
     return ground_of(grid).model_dump(mode="json")
+
+
+def altitude_datum_of(grid: ElevationGrid) -> dict[str, str]:
+    """What stands beside altitudes in files of anchors, so that another DEM can take them; nothing where unknown."""
+    return {} if (own := vertical_datum_of(grid)) is None else {"altitude_datum": own.name}
 
 
 def body_name(grid: ElevationGrid) -> str | None:

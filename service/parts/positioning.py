@@ -9,7 +9,7 @@ from pydantic import Field, JsonValue, model_validator
 from service.parts.anchors import AntennaIn
 from service.parts.frames import FramesIn, TrackIn
 from service.parts.map_answers import DEM_ID
-from service.parts.points import Metres, NotNegativeMetres, Positive
+from service.parts.points import InADatum, Metres, NotNegativeMetres, Positive
 from service.parts.satellites import SatellitesIn
 from service.parts.sight import SightParameters
 
@@ -67,11 +67,13 @@ class PositioningParameters(RangingParameters):
         return self
 
 
-class CeilingParameters(PositioningParameters):
+class CeilingParameters(PositioningParameters, InADatum):
     """How good positioning must be in the air, up to a ceiling."""
 
+    altitude_fields = ("ceiling_altitude_m",)
+
     ceiling_altitude_m: Metres | None = Field(
-        None, description="Top of the air, metres in the DEM's vertical datum; or give ceiling_above_ground_m."
+        None, description="Top of the air, metres above altitude_datum; or give ceiling_above_ground_m."
     )
     ceiling_above_ground_m: Positive | None = Field(
         None, description="Top of the air above the ground of each post, metres; or give ceiling_altitude_m."

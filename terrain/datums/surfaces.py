@@ -9,9 +9,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 import pyproj
-from pyproj.aoi import AreaOfInterest
 from pyproj.crs import CompoundCRS
-from pyproj.transformer import TransformerGroup
+from pyproj.transformer import AreaOfInterest, TransformerGroup
 
 from terrain.errors import VerticalDatumError
 
@@ -74,13 +73,14 @@ def datum_step_m(
             f"Heights above {given.name} cannot be brought to {wanted.name}: PROJ lacks {missing}. Install it "
             "(projsync, or the package proj-data), or name the DEM's own datum."
         )
-    told = ()
-    if missing:
-        told = (
-            f"PROJ lacks {missing}, so EGM96 stood in for {(given if begin.missing else wanted).name}: heights may be "
-            "off by half a metre, in mountains by some metres.",
-        )
-    return begin.height_m - end.height_m, told
+    step_m = begin.height_m - end.height_m
+    if not missing:
+        return step_m, ()
+    lifted = given if begin.missing else wanted
+    return step_m, (
+        f"PROJ lacks {missing}, so EGM96 stood in for {lifted.name}: heights may be off by half a metre, in mountains "
+        "by some metres.",
+    )
 
 
 @lru_cache(maxsize=64)

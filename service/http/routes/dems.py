@@ -87,6 +87,14 @@ async def upload_dem(
     cell_m: Annotated[
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,
+    vertical_datum: Annotated[
+        str | None,
+        Query(
+            max_length=120,
+            description="What heights shall count from: `msl`, `hae`, `EGM96`, `EGM2008`, or a vertical CRS such as "
+            "`EPSG:5703`. Heights above another datum are converted; those of a file that tells none are taken so.",
+        ),
+    ] = None,
 ) -> DemOut:
     """Read a GeoTIFF, COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file and keep it.
 
@@ -96,6 +104,7 @@ async def upload_dem(
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
     given = {"nodata": fill, "crs": crs, "height_unit": height_unit, "band": band, "cell_m": cell_m}
+    given["vertical_datum"] = vertical_datum
     options = {name: value for name, value in given.items() if value is not None}
     if sample is not None:
         if options or filename is not None:

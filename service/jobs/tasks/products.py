@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from service.errors import NotFoundError, NotReadyError, NotValidError
 from service.jobs.folder import digest_of, make_durable
 from service.jobs.results import load, save
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.older_names import notes_on_older_names
 from service.parts.sentences import fields_of, sentence_of
 from service.products.product import Given, Product, Work
@@ -38,11 +39,12 @@ def check_request(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping
     except ValidationError as error:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
     grid = context.grid(asked.dem_id)
+    parameters, told = in_dem_datum(grid, parameters)
     product.check(grid, parameters, context.settings)
     packed = product.pack(grid, parameters, context.work)
     if context.work.exists():
         make_durable(context.work)
-    notes = notes_on_older_names(asked)
+    notes = [*notes_on_older_names(asked), *told]
     return {"dem_id": asked.dem_id, "parameters": packed, "has_inputs": context.work.exists(), "notes": notes}
 
 

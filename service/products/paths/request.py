@@ -12,7 +12,7 @@ from service.parts.areas import Areas, GoalIn, StandingPlace
 from service.parts.frames import TrackIn
 from service.parts.map_answers import DEM_ID, DemId
 from service.parts.older_names import WithOlderNames
-from service.parts.points import NotNegative, NotNegativeMetres, Positive, StrictModel
+from service.parts.points import NotNegative, NotNegativeMetres, PlanAltitudes, Positive, StrictModel
 from service.parts.positioning import MorphingMapParameters, RangingParameters
 
 __all__ = [
@@ -193,6 +193,7 @@ class PathQuestion(RangingParameters):
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = Field(
         0, description="A number; the same seed and iterations give the same path."
     )
+    plan_altitudes: PlanAltitudes = "sea level"
 
 
 class PathParameters(PathQuestion):

@@ -13,6 +13,7 @@ from service.files.arrays import add_array
 from service.files.cog import BYTES, FLOATS, common_tags, write_cog
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.parts.map_facts import altitude_datum_of
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
 from visibility import UNKNOWN
@@ -21,7 +22,7 @@ __all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count", "write_min_
 
 # told by the geometry and by the altitude that came of it
 TWICE = {"above_ground_m"}  # an anchor has one height; with two a file would be refused when it is read
-POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m"}
+POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m", "altitude_datum"}
 
 
 def write_visible(finished: VisibilityMap, path: Path) -> None:
@@ -93,6 +94,7 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
                     **found.model_dump(exclude={"above_ground_m"}),
                     **limits,
                     "altitude_m": anchor.altitude_m,
+                    **altitude_datum_of(grid),
                 },
             }
         )
