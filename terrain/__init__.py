@@ -1,5 +1,6 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
+from .areas import DEGREES, GRID_METRES, Area, Box, Circle, Outline, area_in, area_window
 from .array_files import write_npz
 from .crs_parts import same_map
 from .crs_texts import parse_crs
@@ -13,12 +14,16 @@ from .datums.references import (
     vertical_datum_of,
 )
 from .errors import (
+    AreaError,
     DemFormatError,
     DemReadError,
     DemTooLargeError,
     DemUnsupportedError,
     ElevationGridError,
     FrameError,
+    GroundChangedError,
+    GroundSourceError,
+    NoGroundError,
     SampleError,
     TerrainError,
     VerticalDatumError,
@@ -31,11 +36,20 @@ from .nearest_surface import NearestSurface, nearest_surface
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
+from .tiles.mosaic import read_mosaic
+from .tiles.plan import MosaicPlan, plan_mosaic
+from .tiles.tile import Tile, read_tile
 from .told_places import places_told, told_place
 
 __all__ = [
     "DEFAULT_MAX_CELLS",
+    "DEGREES",
+    "GRID_METRES",
+    "Area",
+    "AreaError",
     "Body",
+    "Box",
+    "Circle",
     "DemFormatError",
     "DemReadError",
     "DemTooLargeError",
@@ -43,15 +57,23 @@ __all__ = [
     "ElevationGrid",
     "ElevationGridError",
     "FrameError",
+    "GroundChangedError",
+    "GroundSourceError",
     "HeightReference",
+    "MosaicPlan",
     "NearestSurface",
+    "NoGroundError",
+    "Outline",
     "Provenance",
     "SampleError",
     "TerrainError",
+    "Tile",
     "TriangleMesh",
     "VerticalDatum",
     "VerticalDatumError",
     "altitude_step",
+    "area_in",
+    "area_window",
     "body_of",
     "cone",
     "egm96_height_m",
@@ -65,8 +87,11 @@ __all__ = [
     "parse_crs",
     "parse_vertical_datum",
     "places_told",
+    "plan_mosaic",
     "plane",
     "read_dem",
+    "read_mosaic",
+    "read_tile",
     "ridge",
     "same_map",
     "to_grid_frame",

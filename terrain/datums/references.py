@@ -22,6 +22,7 @@ __all__ = [
     "VerticalDatum",
     "height_reference_of",
     "parse_vertical_datum",
+    "reference_of_name",
     "vertical_datum_of",
 ]
 
@@ -72,7 +73,7 @@ def height_reference_of(grid: ElevationGrid) -> HeightReference:
     A registered vertical CRS counts from a surface of gravity: heights above an ellipsoid belong to a geographic CRS of
     three dimensions (ISO 19111). One that is named after a geodetic datum counts from its ellipsoid (as ESRI has them).
     """
-    reference = _reference_of((grid.vertical_datum or "").strip())
+    reference = reference_of_name(grid.vertical_datum)
     on_earth = grid.crs is None or body_of(grid.crs).name == "Earth"
     return reference if on_earth or reference is HeightReference.ELLIPSOID else HeightReference.UNKNOWN
 
@@ -100,7 +101,7 @@ def parse_vertical_datum(text: str) -> VerticalDatum:
 def _datum(name: str) -> VerticalDatum | None:
     if CODE.fullmatch(name):
         return _registered_datum(name)
-    reference = _reference_of(name)
+    reference = reference_of_name(name)
     if reference is HeightReference.UNKNOWN:
         return None
     if reference is HeightReference.ELLIPSOID:
@@ -121,7 +122,9 @@ def _registered_datum(code: str) -> VerticalDatum | None:
     return KNOWN.get(crs.to_epsg(), VerticalDatum(UNIT.sub("", crs.name), HeightReference.SEA_LEVEL, crs))
 
 
-def _reference_of(name: str) -> HeightReference:
+def reference_of_name(vertical_datum: str | None) -> HeightReference:
+    """What heights count from on Earth, by the name of their vertical datum alone."""
+    name = (vertical_datum or "").strip()
     if ELLIPSOIDS.search(name):
         return HeightReference.ELLIPSOID
     if SEA_LEVELS.search(name) or _registered(name) is not None:
