@@ -88,7 +88,8 @@ def read_dem(
         conversions=(*conversions, *placed.conversions),
         warnings=(*warnings, *placed.warnings),
     )
-    return grid_of(placed, heights.vertical_datum, provenance)
+    grid = grid_of(placed, heights.vertical_datum, provenance)
+    return grid if wanted is None else with_vertical_datum(grid, wanted)
 
 
 def grid_of(placed: Placed, vertical_datum: str | None, provenance: Provenance) -> ElevationGrid:
@@ -110,7 +111,7 @@ def grid_of(placed: Placed, vertical_datum: str | None, provenance: Provenance) 
     doubt = datum_doubt(grid)
     if doubt is not None and doubt not in grid.provenance.warnings:
         grid = replace(grid, provenance=replace(grid.provenance, warnings=(*grid.provenance.warnings, doubt)))
-    return grid if wanted is None else with_vertical_datum(grid, wanted)
+    return grid
 
 
 def read_part(
