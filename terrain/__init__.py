@@ -30,6 +30,7 @@ from .errors import (
 )
 from .frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
 from .grid import ElevationGrid, Provenance
+from .large_dem import LargeDem, open_dem
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
@@ -60,6 +61,7 @@ __all__ = [
     "GroundChangedError",
     "GroundSourceError",
     "HeightReference",
+    "LargeDem",
     "MosaicPlan",
     "NearestSurface",
     "NoGroundError",
@@ -84,6 +86,7 @@ __all__ = [
     "height_reference_of",
     "horizon_distance_m",
     "nearest_surface",
+    "open_dem",
     "parse_crs",
     "parse_vertical_datum",
     "places_told",

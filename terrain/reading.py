@@ -29,7 +29,7 @@ from .raw import PostWindow, RawDem
 from .units import HEIGHT_UNITS
 from .voids import implausible_heights, unknown_posts
 
-__all__ = ["grid_of", "horizontal_target", "read_dem", "read_part"]
+__all__ = ["grid_of", "heights_in_metres", "horizontal_target", "read_dem", "read_part"]
 
 
 def read_dem(
@@ -72,7 +72,7 @@ def read_dem(
     void, void_warnings = unknown_posts(file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=nodata)
     conversions = [*raw.conversions, *heights.conversions]
     warnings = [*raw.warnings, *heights.warnings, *void_warnings]
-    heights_m = _heights_m(raw, void, heights)
+    heights_m = heights_in_metres(raw, void, heights)
     placed = place(
         file.name, raw, heights_m,
         crs="local" if crs is not None and given is None else None if given is None else horizontal_part(given),
@@ -129,7 +129,7 @@ def read_part(
     void, warnings = unknown_posts(
         file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=None, may_be_void=True
     )
-    return raw, heights, _heights_m(raw, void, heights), (*raw.warnings, *heights.warnings, *warnings)
+    return raw, heights, heights_in_metres(raw, void, heights), (*raw.warnings, *heights.warnings, *warnings)
 
 
 def horizontal_target(target_crs: Any) -> pyproj.CRS:
@@ -163,7 +163,8 @@ def _cell_pair(cell_m: float | tuple[float, float] | None) -> tuple[float, float
     return float(east_m), float(north_m)
 
 
-def _heights_m(raw: RawDem, void: npt.NDArray[np.bool_], heights: Heights) -> npt.NDArray[np.float32]:
+def heights_in_metres(raw: RawDem, void: npt.NDArray[np.bool_], heights: Heights) -> npt.NDArray[np.float32]:
+    """What stands in a file as metres, float32; NaN where void."""
     with np.errstate(over="ignore", invalid="ignore"):
         # out of range only where void, and those become NaN in the next line
         if heights.factor == 1.0 and heights.offset_m == 0.0:
