@@ -104,12 +104,20 @@ def visibility(
     band: Band = None,
     cell_m: CellM = None,
     vertical_datum: VerticalDatumOption = None,
+    windows: Annotated[
+        bool,
+        typer.Option("--windows", help="Read only the ground in reach of anchors with max_range_m: any DEM in metres."),
+    ] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="With --windows: work on the Dask cluster of this scheduler.")
+    ] = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
     """Calculate which anchors are in sight over a whole DEM.
 
-    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
+    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out; by windows, which
+    a DEM of more posts than are read whole is by itself, only the first and the count and lowest altitude of all.
     """
     from .visibility import make_visibility_map
 
@@ -128,6 +136,8 @@ def visibility(
         },
         out=out,
         as_json=as_json,
+        windows=windows,
+        scheduler=scheduler,
     )
 
 

@@ -12,6 +12,7 @@ from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 from service.products.visibility.answer import VisibilityMapSummary
 from service.products.visibility.request import VisibilityMapParameters
+from terrain import DemTooLargeError
 
 from .maps import anchors_of, make_map
 from .output import share_text
@@ -32,22 +33,41 @@ def make_visibility_map(
     asked: dict[str, Any],
     out: Path | None,
     as_json: bool,
+    windows: bool,
+    scheduler: str | None,
 ) -> None:
-    """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work."""
+    """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work.
+
+    windows: read the ground in anchors' reach alone; a DEM with more posts than are read whole is read so by itself.
+    """
+    if scheduler is not None and not windows:
+        raise RequestError("--scheduler goes with --windows.")
     parameters = _parameters(anchors_of(anchor_texts, anchor_files, lonlat=lonlat), asked)
     # after the options were read: what is wrong with them must not wait for all that this loads
     from service.products.visibility.product import VISIBILITY_MAP
 
-    make_map(
-        dem,
-        VISIBILITY_MAP,
-        parameters,
-        lambda answer: (anchors_table(answer), count_table(answer)),
-        summary=SUMMARY,
-        left_out=LEFT_OUT,
-        reading=reading,
-        out=out,
-        as_json=as_json,
+    told = ()
+    if not windows:
+        try:
+            make_map(
+                dem,
+                VISIBILITY_MAP,
+                parameters,
+                lambda answer: (anchors_table(answer), count_table(answer)),
+                summary=SUMMARY,
+                left_out=LEFT_OUT,
+                reading=reading,
+                out=out,
+                as_json=as_json,
+            )
+        except DemTooLargeError as error:
+            told = (f"The DEM has {error.cells:,} posts, more than are read whole; it was read by windows.",)
+        else:
+            return
+    from .large_visibility import make_map_by_windows
+
+    make_map_by_windows(
+        dem, parameters, summary=SUMMARY, reading=reading, scheduler=scheduler, out=out, as_json=as_json, told=told
     )
 
 
