@@ -13,12 +13,16 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from service.errors import RequestError
 from terrain import LargeDem
 from visibility import Anchor
 from visibility.sight.fast_errors import FastErrors
 from visibility.sight.in_reach import Reach, ReachOptions, in_reach
 
 __all__ = ["Parcel", "ParcelFacts", "distance_within", "remove_parcel", "stored", "work_out"]
+
+
+UNSEEN = "The folder {} is not one that this machine and the workers share; put --out where all of them see it."
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +53,12 @@ class ParcelFacts:
 
 
 def work_out(parcel: Parcel) -> ParcelFacts:
-    """Calculate a parcel and leave its arrays in its folder, each whole or not at all."""
+    """Calculate a parcel and leave its arrays in its folder, each whole or not at all.
+
+    Raises RequestError where the folder is not there, and what ``in_reach`` raises.
+    """
+    if not Path(parcel.folder).is_dir():
+        raise RequestError(UNSEEN.format(parcel.folder))
     found = in_reach(parcel.dem, parcel.anchor, parcel.reach, parcel.options)
     for name, array in (("altitude", found.altitude_m), ("seen", found.seen)):
         path = _path(parcel, name)
@@ -88,10 +97,13 @@ def distance_within(
 def stored(parcel: Parcel) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
     """(altitude_m, seen) of a finished parcel, as long as its file is needed mapped and not read whole.
 
-    Raises FileNotFoundError where the folder of whoever worked it out is not this one.
+    Raises RequestError where the folder of whoever worked it out is not this one.
     """
-    altitude_m = np.load(_path(parcel, "altitude"), mmap_mode="r", allow_pickle=False)
-    return altitude_m, np.load(_path(parcel, "seen"), mmap_mode="r", allow_pickle=False)
+    try:
+        altitude_m = np.load(_path(parcel, "altitude"), mmap_mode="r", allow_pickle=False)
+        return altitude_m, np.load(_path(parcel, "seen"), mmap_mode="r", allow_pickle=False)
+    except FileNotFoundError as error:
+        raise RequestError(UNSEEN.format(parcel.folder)) from error
 
 
 def remove_parcel(parcel: Parcel) -> None:
