@@ -1,4 +1,4 @@
-"""Maps over a DEM of 40,000² posts by windows, each in a process of its own: time, memory, and the answer on a sample."""
+"""Maps over a DEM of 40,000² posts by windows, each in a process of its own: time, memory, the answer on a sample."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ TILE = 4096
 TIMES_IN_MEMORY, MOST_BYTES = 1.3, 2 << 30
 WINDOW_S, WINDOW_BYTES = 2.0, 600e6
 NOTE = """\
-A COG of 40,000² float32 posts, 1 m apart: one fractal of 4,096² over and over, where anchors reach; blocks elsewhere are
-not in the file. Anchors 30 m above ground, receivers 1.5 m, fast mode, both files written as COGs. "In memory" is what
-`sightline visibility` does, reading, sight lines, count.tif and min_visible_altitude.tif, for one anchor over the square
-of its reach, per post; its file is a window cut out of the same COG. Memory is the process's highest resident."""
+A COG of 40,000² float32 posts, 1 m apart: one fractal of 4,096² over and over, where anchors reach; blocks elsewhere
+are not in the file. Anchors 30 m above ground, receivers 1.5 m, fast mode, both files written as COGs. "In memory" is
+what `sightline visibility` does, reading, sight lines, count.tif and min_visible_altitude.tif, for one anchor over the
+square of its reach, per post; its file is a window cut out of the same COG. Memory is the process's highest."""
 
 
 def by_windows(posts: int = POSTS, range_m: float = 4000.0, anchors: int = 12) -> Table:
@@ -185,6 +185,7 @@ def _in_memory(path: str, anchors: str, out: Path) -> dict[str, Any]:
     with rasterio.open(out / COUNT) as file:
         visible = file.read(1)
     within = visible != 255
+    assert visible.shape == finished.count.shape, "the cut is the square of the reach"
     differ = int(np.count_nonzero(visible[within] != finished.count[within]))
     return {"seconds": seconds, "posts": answer.posts_in_reach, "bytes": peak, "differ": differ}
 

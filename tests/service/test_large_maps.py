@@ -15,7 +15,7 @@ from service.products.product import Work
 from service.products.visibility.calculate import calculate
 from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
 from service.products.visibility.large_parcels import distance_within
-from terrain import DemUnsupportedError, GroundChangedError, open_dem, read_dem
+from terrain import DemUnsupportedError, GroundChangedError, LargeDem, open_dem, read_dem
 from tests.service.large_dems import NORTH_M, WEST_M, anchors, hills_m, parameters, write_cog
 from visibility import Anchor, AntennaLimits, min_visible_altitude
 from visibility.sight.in_reach import ReachOptions, in_reach, reach_of
@@ -26,9 +26,18 @@ def cog(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_cog(tmp_path_factory.mktemp("large") / "hills.tif", hills_m())
 
 
-def bands(path: Path) -> list[Any]:
+def bands(path: Path, dem: LargeDem) -> list[Any]:
+    """The bands of a file, laid upon all posts of the DEM."""
     with rasterio.open(path) as file:
-        return [file.read(number) for number in file.indexes]
+        row, col = dem.post_at(file.transform.c + dem.cell_east_m / 2.0, file.transform.f - dem.cell_north_m / 2.0)
+        assert (row, col) == (round(row), round(col))
+        assert file.transform.a == dem.cell_east_m
+        whole = []
+        for number in file.indexes:
+            band = np.full(dem.shape, file.nodata, file.dtypes[number - 1])
+            band[round(row) : round(row) + file.height, round(col) : round(col) + file.width] = file.read(number)
+            whole.append(band)
+        return whole
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +58,9 @@ def test_windows_are_the_whole_read_in_parts(cog: Path) -> None:
 def test_exact_maps_are_equal_to_those_in_memory(cog: Path, in_memory: Any, tmp_path: Path) -> None:
     shares: list[float] = []
     answer = make_large_map(open_dem(cog), parameters(mode="exact"), tmp_path, Work(progress=shares.append))
-    visible, unknown = bands(tmp_path / COUNT)
-    (lowest_m,) = bands(tmp_path / LOWEST)
     dem = open_dem(cog)
+    visible, unknown = bands(tmp_path / COUNT, dem)
+    (lowest_m,) = bands(tmp_path / LOWEST, dem)
     within = np.array([distance_within(dem, one, (0, dem.rows), (0, dem.cols)) for one in in_memory.anchors])
     reach = within.any(axis=0)
     known = reach & ~np.isnan(in_memory.grid.heights_m)
@@ -85,7 +94,7 @@ def test_an_anchor_has_the_answer_of_the_ground_in_its_reach(cog: Path, in_memor
 
 def test_fast_maps_differ_from_the_whole_by_no_more_than_they_say(cog: Path, in_memory: Any, tmp_path: Path) -> None:
     make_large_map(open_dem(cog), parameters(mode="fast"), tmp_path)
-    visible, unknown = bands(tmp_path / COUNT)
+    visible, unknown = bands(tmp_path / COUNT, open_dem(cog))
     sure = (visible != 255) & (unknown == 0) & (in_memory.unknown_count == 0)
     assert np.count_nonzero(visible[sure] != in_memory.count[sure]) / sure.sum() < 0.01
 
@@ -97,7 +106,8 @@ def test_the_files_are_cogs_with_overviews(cog: Path, tmp_path: Path) -> None:
             assert file.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
             assert file.overviews(1)
             assert file.block_shapes[0] == (512, 512)
-            assert (file.transform, file.crs, file.shape) == (ground.transform, ground.crs, ground.shape)
+            assert file.crs == ground.crs
+            assert file.width < ground.width
 
 
 def test_a_range_limit_is_needed_and_the_estimate_says_why(cog: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from visibility.sight.curvature import Curvature
 from visibility.sight.fast_errors import FastErrors, fast_errors
 from visibility.sight.minimum_altitude import EXACT_ERROR, Mode, UnknownGround, min_visible_altitude
 
-__all__ = ["Reach", "ReachOptions", "Reached", "in_reach", "reach_of", "work_bytes"]
+__all__ = ["Reach", "ReachOptions", "Reached", "box_of", "in_reach", "reach_of", "work_bytes"]
 
 # heights, altitudes, turned ground, receivers, classes and masks of one anchor, per post of its window
 BYTES_PER_POST = 4 * 5 + 4
@@ -96,6 +97,16 @@ def reach_of(dem: LargeDem, anchor: Anchor) -> Reach | None:
     if first_row > last_row or first_col > last_col:
         return None
     return Reach(first_row, last_row, first_col, last_col)
+
+
+def box_of(reaches: Sequence[Reach]) -> Reach:
+    """The posts around all of some reaches, at least one."""
+    return Reach(
+        min(reach.first_row for reach in reaches),
+        max(reach.last_row for reach in reaches),
+        min(reach.first_col for reach in reaches),
+        max(reach.last_col for reach in reaches),
+    )
 
 
 def work_bytes(posts: int) -> int:

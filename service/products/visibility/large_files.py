@@ -12,10 +12,10 @@ import numpy.typing as npt
 import rasterio
 import rasterio.shutil
 from rasterio.transform import Affine
-from rasterio.windows import Window
 
 from terrain import LargeDem
 from visibility import Anchor
+from visibility.sight.in_reach import Reach
 
 from .large_parcels import distance_within
 
@@ -31,12 +31,14 @@ Pieces = Sequence[tuple[Anchor, npt.NDArray[np.float32], npt.NDArray[np.uint8], 
 
 @contextmanager
 def unfinished_raster(
-    dem: LargeDem, path: Path, dtype: str, nodata: float, descriptions: Sequence[str]
+    dem: LargeDem, part: Reach, path: Path, dtype: str, nodata: float, descriptions: Sequence[str]
 ) -> Iterator[Any]:
-    """A tiled GeoTIFF on the posts of a raster, to be written by windows; blocks that are not written take no room."""
-    west_m, north_m = dem.origin_east_m - 0.5 * dem.cell_east_m, dem.origin_north_m + 0.5 * dem.cell_north_m
+    """A tiled GeoTIFF on part of a raster's posts, to be written by windows; blocks without anything take no room."""
+    west_m = dem.origin_east_m + (part.first_col - 0.5) * dem.cell_east_m
+    north_m = dem.origin_north_m - (part.first_row - 0.5) * dem.cell_north_m
+    rows, cols = part.shape
     profile = {
-        "driver": "GTiff", "height": dem.rows, "width": dem.cols, "count": len(descriptions), "dtype": dtype,
+        "driver": "GTiff", "height": rows, "width": cols, "count": len(descriptions), "dtype": dtype,
         "nodata": nodata,
         "crs": None if dem.crs is None else rasterio.crs.CRS.from_wkt(dem.crs.to_wkt()),
         "transform": Affine(dem.cell_east_m, 0.0, west_m, 0.0, -dem.cell_north_m, north_m),
@@ -61,18 +63,18 @@ def to_cog(unfinished: Path, path: Path) -> None:
 
 
 def combined(
-    dem: LargeDem, window: Window, pieces: Pieces
+    dem: LargeDem, block: Reach, pieces: Pieces
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
     """(anchors in sight, anchors unknown, lowest altitude with one in sight) over a block, from what anchors see.
 
     pieces: the anchor, its altitudes and classes where its window and the block overlap, and where in the block that
     is. NOTHING, NOTHING and NaN where no anchor is in reach; NOTHING and NaN where all in reach are unknown.
     """
-    shape = (window.height, window.width)
+    shape = block.shape
     visible, unknown, in_reach = (np.zeros(shape, np.uint8) for _ in range(3))
     lowest_m = np.full(shape, np.nan, np.float32)
     for anchor, altitude_m, seen, (rows, cols) in pieces:
-        first_row, first_col = window.row_off + rows.start, window.col_off + cols.start
+        first_row, first_col = block.first_row + rows.start, block.first_col + cols.start
         within = distance_within(
             dem, anchor, (first_row, first_row + seen.shape[0]), (first_col, first_col + seen.shape[1])
         )

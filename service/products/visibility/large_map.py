@@ -22,7 +22,7 @@ from service.parts.positions import resolve_anchor
 from service.products.product import Work
 from terrain import ElevationGrid, LargeDem, height_reference_of, to_grid_frame
 from visibility import Anchor
-from visibility.sight.in_reach import Reach, ReachOptions, reach_of, work_bytes
+from visibility.sight.in_reach import Reach, ReachOptions, box_of, reach_of, work_bytes
 
 from .answer import ReceiverHeight
 from .large_answer import AnchorInReach, LargeGround, LargeMapSummary
@@ -55,7 +55,8 @@ def make_large_map(
     COUNT: uint8, anchors in sight and anchors unknown among those in reach; 255 (nodata) in reach of none, and in the
     first band where all in reach are unknown. LOWEST: float32 metres, the lowest altitude from which at least one is in
     sight; +inf at none, NaN (nodata) unknown or in reach of none. In reach is what lies no further on the map than the
-    range. Both are tiled COGs with overviews. An anchor at a time is in memory; its answer is min_visible_altitude's of
+    range. Both are tiled COGs with overviews,
+    over the box of posts around all reaches. An anchor at a time is in memory; its answer is min_visible_altitude's of
     the ground in its reach.
 
     work: progress, stop (nothing is left behind then), and the scheduler of a Dask cluster whose workers read their own
@@ -104,20 +105,21 @@ def _write(dem: LargeDem, parcels: Sequence[Parcel], parts: Path, work: Work) ->
     posts, done = sum(parcel.reach.posts for parcel in parcels), 0
     coming = _worked_out(parcels, work)
     nan = float("nan")
+    box = box_of([parcel.reach for parcel in parcels])
     with (
-        unfinished_raster(dem, parts / COUNT, "uint8", NOTHING, ("visible anchors", "unknown anchors")) as count,
-        unfinished_raster(dem, parts / LOWEST, "float32", nan, ("lowest altitude with an anchor in sight",)) as lowest,
+        unfinished_raster(dem, box, parts / COUNT, "uint8", NOTHING, ("visible anchors", "unknown anchors")) as count,
+        unfinished_raster(dem, box, parts / LOWEST, "float32", nan, ("lowest altitude with one in sight",)) as lowest,
     ):
         lowest.set_band_unit(1, "metre")
-        for first_row in range(0, dem.rows, BLOCK):
-            rows = first_row, min(first_row + BLOCK, dem.rows)
+        for first_row in range(box.first_row, box.last_row + 1, BLOCK):
+            rows = first_row, min(first_row + BLOCK, box.last_row + 1)
             here = [one for one in parcels if one.reach.first_row < rows[1] and one.reach.last_row >= rows[0]]
             while any(one.number not in facts for one in here):
                 number, fact = next(coming)
                 facts[number] = fact
                 done += parcels[number].reach.posts
                 work.progress(SHARE_OF_ROWS * done / posts)
-            _write_rows(dem, here, rows, count, lowest)
+            _write_rows(dem, box, here, rows, (count, lowest))
             for parcel in here:
                 if parcel.reach.last_row < rows[1]:
                     remove_parcel(parcel)
@@ -144,11 +146,14 @@ def _go_on(stop: Callable[[], bool]) -> None:
         raise RequestError("The map was ended before it was done; nothing of it is left.")
 
 
-def _write_rows(dem: LargeDem, parcels: Sequence[Parcel], rows: tuple[int, int], count: Any, lowest: Any) -> None:
-    """What the parcels say of one block row, where any of them reaches."""
+def _write_rows(
+    dem: LargeDem, box: Reach, parcels: Sequence[Parcel], rows: tuple[int, int], files: tuple[Any, Any]
+) -> None:
+    """What the parcels say of one block row, where any of them reaches, into count and lowest."""
+    count, lowest = files
     arrays = {parcel.number: stored(parcel) for parcel in parcels}
-    for first_col in range(0, dem.cols, COLUMNS_AT_A_TIME):
-        cols = first_col, min(first_col + COLUMNS_AT_A_TIME, dem.cols)
+    for first_col in range(box.first_col, box.last_col + 1, COLUMNS_AT_A_TIME):
+        cols = first_col, min(first_col + COLUMNS_AT_A_TIME, box.last_col + 1)
         pieces = []
         for parcel in parcels:
             reach = parcel.reach
@@ -163,8 +168,9 @@ def _write_rows(dem: LargeDem, parcels: Sequence[Parcel], rows: tuple[int, int],
                 where = slice(top - rows[0], bottom - rows[0]), slice(left - cols[0], right - cols[0])
                 pieces.append((parcel.anchor, altitude_m, seen, where))
         if pieces:
-            window = Window(cols[0], rows[0], cols[1] - cols[0], rows[1] - rows[0])
-            visible, unknown, lowest_m = combined(dem, window, pieces)
+            block = Reach(rows[0], rows[1] - 1, cols[0], cols[1] - 1)
+            visible, unknown, lowest_m = combined(dem, block, pieces)
+            window = Window(cols[0] - box.first_col, rows[0] - box.first_row, block.shape[1], block.shape[0])
             count.write(visible, 1, window=window)
             count.write(unknown, 2, window=window)
             lowest.write(lowest_m, 1, window=window)
