@@ -35,6 +35,7 @@ from visibility.sight.curvature import FLAT, Curvature
 from visibility.sight.distant import DistantAnchor
 from visibility.sight.fresnel import fresnel_radius_m, knife_edge_loss_db
 from visibility.sight.ground_profile import GroundProfile, profile
+from visibility.sight.in_reach import Reach, Reached, ReachOptions, in_reach, reach_of
 from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
 from visibility.sight.occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
 from visibility.sight.reflections import Reflections, reflections
@@ -88,6 +89,9 @@ __all__ = [
     "OccludedPoints",
     "PositionError",
     "PositionErrorMap",
+    "Reach",
+    "ReachOptions",
+    "Reached",
     "Reflections",
     "SurfaceCache",
     "VerticalSection",
@@ -112,6 +116,7 @@ __all__ = [
     "fresnel_radius_m",
     "grid_surface_mesh",
     "horizontal_section",
+    "in_reach",
     "isosurface",
     "knife_edge_loss_db",
     "least_anchors",
@@ -130,6 +135,7 @@ __all__ = [
     "position_error_along",
     "position_error_map",
     "profile",
+    "reach_of",
     "read_buildings",
     "reflections",
     "rover_normals",
