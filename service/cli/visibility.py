@@ -46,7 +46,7 @@ def make_visibility_map(
     # after the options were read: what is wrong with them must not wait for all that this loads
     from service.products.visibility.product import VISIBILITY_MAP
 
-    told = ()
+    told: tuple[str, ...] = ()
     if not windows:
         try:
             make_map(

@@ -164,9 +164,9 @@ def _write_rows(
                     slice(top - reach.first_row, bottom - reach.first_row),
                     slice(left - reach.first_col, right - reach.first_col),
                 )
-                altitude_m, seen = (np.asarray(array[part]) for array in arrays[parcel.number])
+                altitude_m, seen = arrays[parcel.number]
                 where = slice(top - rows[0], bottom - rows[0]), slice(left - cols[0], right - cols[0])
-                pieces.append((parcel.anchor, altitude_m, seen, where))
+                pieces.append((parcel.anchor, np.asarray(altitude_m[part]), np.asarray(seen[part]), where))
         if pieces:
             block = Reach(rows[0], rows[1] - 1, cols[0], cols[1] - 1)
             visible, unknown, lowest_m = combined(dem, block, pieces)

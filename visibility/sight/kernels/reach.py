@@ -12,7 +12,7 @@ __all__ = ["classify", "raise_to_reach", "upper_bounds", "within_reach"]
 
 @scalar_kernel
 def _in_sector(east, north, azimuth_from, azimuth_width):
-    if east == 0.0 and north == 0.0:
+    if azimuth_width >= 2.0 * math.pi or (east == 0.0 and north == 0.0):
         return True
     return (math.atan2(east, north) - azimuth_from) % (2.0 * math.pi) <= azimuth_width
 
