@@ -115,7 +115,7 @@ def dop(
 
     from .asking.path_files import path_from_file
     from .asking.products import ask, request_of_fields
-    from .asking.texts import cut_fields, height_words
+    from .asking.texts import cut_fields
 
     asked: BaseModel | Path | None = request
     left_out = () if volume.volume or request is not None else VOLUME_FILES
@@ -144,7 +144,6 @@ def dop(
         summary="dop.json",
         left_out=left_out,
         reading=reading,
-        heights=height_words(anchors.anchor, cut, volume.ceiling),
         output=output,
     )
 

@@ -88,7 +88,7 @@ def morph(
 
     from .asking.anchor_files import tracks_from_file
     from .asking.products import ask, request_of_fields
-    from .asking.texts import ceiling_fields, frames_fields, height_words
+    from .asking.texts import ceiling_fields, frames_fields
 
     asked: BaseModel | Path | None = request
     if asked is None:
@@ -117,7 +117,6 @@ def morph(
         summary="morph.json",
         left_out=() if mesh else MESHES,
         reading=reading,
-        heights=height_words(anchors.anchor, ceiling, motion.available_at),
         output=output,
     )
 

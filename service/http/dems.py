@@ -61,6 +61,9 @@ EXAMPLE: dict[str, JsonValue] = {
     },
 }
 router = APIRouter(prefix="/dems", tags=["DEMs"])
+DATUM = (
+    "What heights shall count from: `msl`, `hae`, `EGM96`, or a vertical CRS as `EPSG:5703`; converted to, or taken so."
+)
 UPLOAD_BODY = {
     "requestBody": {
         "description": "The file, as a form or as it is. Not needed with `sample`.",
@@ -182,6 +185,7 @@ async def upload_dem(
     cell_m: Annotated[
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,
+    vertical_datum: Annotated[str | None, Query(max_length=120, description=DATUM)] = None,
 ) -> DemOut:
     """Read a GeoTIFF, COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file and keep it.
 
@@ -191,6 +195,7 @@ async def upload_dem(
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
     given = {"nodata": fill, "crs": crs, "height_unit": height_unit, "band": band, "cell_m": cell_m}
+    given["vertical_datum"] = vertical_datum
     options = cast(ReadingOptions, {name: value for name, value in given.items() if value is not None})
     if sample is not None:
         if options or filename is not None:

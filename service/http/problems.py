@@ -77,6 +77,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_terrain.DemTooLargeError: ProblemKind("dem-too-large", 422, "The DEM has too many cells"),
     of_terrain.DemUnsupportedError: ProblemKind("dem-unsupported", 422, "The raster cannot serve as a DEM"),
     of_terrain.FrameError: ProblemKind("frame", 422, "The position or CRS does not fit the DEM"),
+    of_terrain.VerticalDatumError: ProblemKind("vertical-datum", 422, "Heights cannot be brought to that datum"),
     of_terrain.SampleError: ProblemKind("sample", 404, "There is no such bundled DEM"),
     of_visibility.VisibilityError: ProblemKind("visibility", 422, "The question cannot be answered"),
     of_visibility.AnchorError: ProblemKind("anchor", 422, "An anchor cannot be used"),

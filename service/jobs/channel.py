@@ -144,6 +144,7 @@ class ReadingOptions(TypedDict, total=False):
     height_unit: str
     band: int
     cell_m: float
+    vertical_datum: str
 
 
 class ReadDemArguments(TypedDict):

@@ -19,6 +19,7 @@ from service.jobs.folder import DataFolder, digest_of, make_durable
 from service.jobs.kept_files import load, load_grid, save, save_grid
 from service.jobs.records import JobRequest
 from service.live.request import DetectorLimits, EpochsIn
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.map_facts import ground_of
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
 from service.products import Given, Needs, Product, Work
@@ -157,11 +158,12 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
     except ValidationError as error:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
     grid = context.grid(asked.dem_id)
+    parameters, told = in_dem_datum(grid, parameters)
     product.check(grid, parameters, context.settings)
     packed = product.pack(grid, parameters, context.work)
     if context.work.exists():
         make_durable(context.work)
-    notes = notes_on_older_names(asked)
+    notes = [*notes_on_older_names(asked), *told]
     request = JobRequest(parameters=packed, has_inputs=context.work.exists(), notes=notes)
     return {"dem_id": asked.dem_id, "request": request}
 

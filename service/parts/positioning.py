@@ -9,7 +9,7 @@ from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
 from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
 from service.parts.map_facts import DEM_ID
-from service.parts.points import DegreesEast, DegreesNorth, Metres, NotNegativeMetres, Positive, StrictModel
+from service.parts.points import DegreesEast, DegreesNorth, InADatum, Metres, NotNegativeMetres, Positive, StrictModel
 
 __all__ = [
     "EXAMPLE_ANCHORS",
@@ -114,11 +114,13 @@ class PositioningParameters(RangingParameters):
         return self
 
 
-class CeilingParameters(PositioningParameters):
+class CeilingParameters(PositioningParameters, InADatum):
     """How good positioning must be in the air, up to a ceiling."""
 
+    altitude_fields = ("ceiling_altitude_m",)
+
     ceiling_altitude_m: Metres | None = Field(
-        None, description="Top of the air, metres in the DEM's vertical datum; or give ceiling_above_ground_m."
+        None, description="Top of the air, metres above altitude_datum; or give ceiling_above_ground_m."
     )
     ceiling_above_ground_m: Positive | None = Field(
         None, description="Top of the air above the ground of each post, metres; or give ceiling_altitude_m."

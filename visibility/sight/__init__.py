@@ -11,6 +11,7 @@ from visibility.sight.camera import (
     occluded_points,
 )
 from visibility.sight.curvature import FLAT, Curvature
+from visibility.sight.in_reach import Reach, Reached, ReachOptions, in_reach, reach_of
 from visibility.sight.minimum_altitude import (
     HIDDEN,
     UNKNOWN,
@@ -50,17 +51,22 @@ __all__ = [
     "MinimumVisibleAltitude",
     "MovingAnchor",
     "OccludedPoints",
+    "Reach",
+    "ReachOptions",
+    "Reached",
     "Reflections",
     "SurfaceCache",
     "anchor_above_ground",
     "camera_for_anchor",
     "check_anchors",
     "fresnel_radius_m",
+    "in_reach",
     "knife_edge_loss_db",
     "line_of_sight",
     "lines_of_sight",
     "min_visible_altitude",
     "occluded_points",
     "profile",
+    "reach_of",
     "reflections",
 ]

@@ -34,6 +34,7 @@ __all__ = [
     "RequestFile",
     "SatelliteOptions",
     "SightOptions",
+    "TerrainFrame",
     "Unknown",
     "nothing_to_range_to",
     "option",
@@ -76,6 +77,7 @@ ReceiverHeight = Annotated[float | None, option("Above ground, metres. (default 
 RequestFile = Annotated[
     Path | None, option("The request as JSON, as over HTTP, in place of all the above.", "FILE", "--request")
 ]
+TerrainFrame = Annotated[bool, option("Altitudes in .plan files count from the ground, not from sea level.")]
 
 
 def told(group: Any) -> dict[str, object]:
@@ -101,13 +103,27 @@ class Reading:
     ] = None
     band: Annotated[int | None, WHOLE, option("Band that holds the heights. (default 1)", "N")] = None
     cell_m: Annotated[float | None, option("Metres between posts, for files that do not tell.", "M")] = None
+    vertical_datum: Annotated[
+        str | None,
+        option(
+            "What the DEM's heights shall count from: msl, hae, EGM96, EGM2008, EPSG:5703; converted where it says "
+            "another, taken where it says none.",
+            "DATUM",
+        ),
+    ] = None
 
     def read(self, dem: str) -> ElevationGrid:
         """The DEM of a file. Raises TerrainError."""
         from terrain import read_dem
 
         return read_dem(
-            dem, nodata=self.nodata, crs=self.crs, height_unit=self.height_unit, band=self.band, cell_m=self.cell_m
+            dem,
+            nodata=self.nodata,
+            crs=self.crs,
+            height_unit=self.height_unit,
+            band=self.band,
+            cell_m=self.cell_m,
+            vertical_datum=self.vertical_datum,
         )
 
 

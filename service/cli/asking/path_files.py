@@ -32,7 +32,7 @@ __all__ = [
 
 PATH = "path file"
 # cells are numbers
-COLUMNS = tuple(field for field in PointIn.model_fields if field != "body")
+COLUMNS = tuple(field for field in PointIn.model_fields if field not in ("body", "altitude_datum"))
 PLANNED = {f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name for name in VERTEX_COLUMNS}
 COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
 
@@ -203,7 +203,7 @@ def _filter_of_a_plan() -> dict[str, object]:
     }
 
 
-def _metres(height: str) -> dict[str, float]:
+def _metres(height: str) -> dict[str, float | str]:
     return height_field(height, f"--height {height!r} is not of the form 30agl (above ground) or 1500msl (altitude).")
 
 

@@ -15,13 +15,13 @@ from rich.table import Table
 
 from service.errors import RequestError
 from service.files.layer import Layer, replacing
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_names, sentence_of
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
 
 from ..output import leaving_nothing_new, output_folder, print_json, print_tables, print_warnings, progress_bar
 from .options import Output, Reading
-from .texts import told_of_heights
 
 __all__ = ["ask", "completed", "given_map", "request_from_file", "request_of_fields"]
 
@@ -40,7 +40,6 @@ def ask(
     summary: str,
     reading: Reading,
     output: Output,
-    heights: frozenset[str] = frozenset(),
     left_out: Collection[str] = (),
     what: str = "Sight lines",
     work: Work | None = None,
@@ -50,13 +49,13 @@ def ask(
 
     asked: what the options make, of ``product.parameters``, or the file of a request; changes: what the command line
     says of either. tables: of the answer. summary: the file of the answer. left_out: layers that are
-    not written. heights: the words with which the options' heights were given. work: what the calculation may use; its
+    not written. work: what the calculation may use; its
     progress is shown here. Raises RequestError and what the packages raise.
     """
     parameters = request_from_file(asked, product) if isinstance(asked, Path) else asked
     parameters = parameters.model_copy(update=dict(changes or {}))
     grid = reading.read(dem)
-    told = told_of_heights(grid, heights)
+    parameters, told = in_dem_datum(grid, parameters)
     layers = tuple(
         layer
         for layer in product.layers
