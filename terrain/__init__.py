@@ -27,6 +27,7 @@ from .nearest_surface import NearestSurface, nearest_surface
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
+from .tiles.library import GroundLibrary, index_ground, read_library
 from .tiles.mosaic import read_mosaic
 from .tiles.plan import MosaicPlan, plan_mosaic
 from .tiles.tile import Tile, read_tile
@@ -49,6 +50,7 @@ __all__ = [
     "ElevationGridError",
     "FrameError",
     "GroundChangedError",
+    "GroundLibrary",
     "GroundSourceError",
     "HeightReference",
     "MosaicPlan",
@@ -70,12 +72,14 @@ __all__ = [
     "height_at",
     "height_reference_of",
     "horizon_distance_m",
+    "index_ground",
     "nearest_surface",
     "parse_crs",
     "places_told",
     "plan_mosaic",
     "plane",
     "read_dem",
+    "read_library",
     "read_mosaic",
     "read_tile",
     "ridge",

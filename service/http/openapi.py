@@ -8,6 +8,7 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import BaseModel
 
+from service.ground.request import GroundIn
 from service.http.problem_answer import Problem
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
 from service.products.product import Product
@@ -27,7 +28,7 @@ OTHERS = [
 ]
 # what routes read and write without the framework's knowledge
 # bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
+OTHER_BODIES = (GroundIn, DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"

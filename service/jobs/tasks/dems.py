@@ -16,7 +16,7 @@ from terrain import ElevationGrid, read_dem
 
 from .context import TaskContext
 
-__all__ = ["draw_hillshade", "read_uploaded_dem"]
+__all__ = ["draw_hillshade", "read_uploaded_dem", "summary_of"]
 
 
 def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -31,7 +31,7 @@ def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Map
     grid = read_dem(path, max_cells=context.settings.max_dem_cells, **options)
     save_grid(grid, context.work)
     make_durable(context.work)
-    return _summary(grid)
+    return summary_of(grid)
 
 
 def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -45,7 +45,8 @@ def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mappin
     return {}
 
 
-def _summary(grid: ElevationGrid) -> dict[str, Any]:
+def summary_of(grid: ElevationGrid) -> dict[str, Any]:
+    """What the store keeps of a DEM, ready for JSON."""
     known = grid.unknown_posts < grid.heights_m.size
     ground = dem_summary(grid)
     # the resource has the name that the file came under
