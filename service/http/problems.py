@@ -59,7 +59,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_terrain.NoGroundError: ProblemKind("no-ground", 422, "There is no ground in the area"),
     of_terrain.GroundChangedError: ProblemKind("ground-changed", 409, "The ground library was changed"),
     of_terrain.GroundSourceError: ProblemKind("ground-source", 502, "A source of ground fails"),
-    of_terrain.AreaError: ProblemKind("area", 422, "The area cannot be used"),
+    of_terrain.AreaError: ProblemKind("ground-area", 422, "The area cannot be used"),
     of_terrain.FrameError: ProblemKind("frame", 422, "The position or CRS does not fit the DEM"),
     of_terrain.SampleError: ProblemKind("sample", 404, "There is no such bundled DEM"),
     of_visibility.VisibilityError: ProblemKind("visibility", 422, "The question cannot be answered"),

@@ -14,7 +14,8 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from dem_samples import sample_manifest
-from service.errors import BusyError, RequestError
+from service.errors import BusyError, NotFoundError, RequestError
+from service.ground.levels import Levels, levels_of
 from service.ground.request import GroundIn
 from service.http.bodies import is_json
 from service.http.context import Service, ServiceDep
@@ -155,6 +156,48 @@ async def get_hillshade(dem_id: str, request: Request, service: ServiceDep) -> R
     await service.supervisor.in_store(service.store.dem, dem_id)
     path = await service.drawings.hillshade(dem_id)
     return await file_answer(request, path, "image/png", f"{dem_id}-hillshade")
+
+
+@router.get("/{dem_id}/levels", summary="See at which resolutions a DEM is there", responses=problem_responses(404))
+async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
+    """Sizes and places of its heights at each resolution; every level has half the rows and columns of the one before.
+
+    The coarsest has at most 256 rows and columns. A value is the mean of the known posts under it.
+    """
+    dem = await service.supervisor.in_store(service.store.dem, dem_id)
+    return levels_of(dem.id, dem.summary)
+
+
+@router.get(
+    "/{dem_id}/heights",
+    summary="Get the heights of a DEM as bare numbers",
+    response_class=FileResponse,
+    responses={
+        200: {
+            "description": "The array.",
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+            "headers": {"ETag": {"description": "Changes when the heights do.", "schema": {"type": "string"}}},
+        },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 416, 422, 503, 507),
+    },
+)
+async def get_heights(
+    dem_id: str,
+    request: Request,
+    service: ServiceDep,
+    level: Annotated[int, Query(ge=0, description="Resolution level, a number; 0 holds the posts themselves.")] = 0,
+) -> Response:
+    """Altitudes in metres: float32, little-endian, rows from the north, NaN where unknown; `/levels` tells the size.
+
+    Ranges and If-None-Match are understood.
+    """
+    dem = await service.supervisor.in_store(service.store.dem, dem_id)
+    levels = levels_of(dem.id, dem.summary).levels
+    if level >= len(levels):
+        raise NotFoundError("level", str(level), f"this DEM has levels 0 to {len(levels) - 1}")
+    path = await service.drawings.level(dem_id, level)
+    return await file_answer(request, path, "application/octet-stream", f"{dem.summary['sha256']}-{level}")
 
 
 @router.delete("/{dem_id}", status_code=204, summary="Delete a DEM", responses=problem_responses(404, 409))

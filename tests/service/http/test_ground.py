@@ -100,7 +100,7 @@ def test_the_coverage_is_geojson_without_paths(server: Server, tiles: Path) -> N
         ({"area": {**MIDDLE, "radius_m": -1.0}}, 422, "validation", "greater than 0"),
         (
             {"area": {"west_deg": 1.0, "south_deg": 5.0, "east_deg": 2.0, "north_deg": 4.0}},
-            422, "area", "south must lie below north",
+            422, "ground-area", "south must lie below north",
         ),
         ({"area": MIDDLE, "crs": "EPSG:4326"}, 422, "dem-unsupported", "must be a projected CRS in metres"),
         ({"area": MIDDLE, "crs": "EPSG:0"}, 422, "frame", "is not known"),
