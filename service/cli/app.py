@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from .areas import AreaFile, AreaText, AroundText, MarginOption, area_fields
 from .bubble_options import bubble
 from .detect_options import detect
 from .failures import INTERRUPTED, exit_code_of, interrupted, unheard
@@ -76,12 +77,17 @@ def info(
     height_unit: HeightUnitOption = None,
     band: Band = None,
     cell_m: CellM = None,
+    lonlat: LonLat = False,
+    area: AreaText = None,
+    around: AroundText = None,
+    polygon: AreaFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Show what is read from a DEM, what was converted on the way, and every warning."""
     from .info import show_info
 
-    show_info(dem, reading_options(nodata, crs, height_unit, band, cell_m), as_json)
+    where = area_fields(area, around, polygon, in_degrees=lonlat)
+    show_info(dem, reading_options(nodata, crs, height_unit, band, cell_m), where, as_json)
 
 
 @app.command()
@@ -97,6 +103,10 @@ def visibility(
     mode: ModeOption = Mode.FAST,
     unknown: UnknownOption = UnknownGround.UNKNOWN,
     curvature: CurvatureOption = CurvatureWord.AUTO,
+    area: AreaText = None,
+    around: AroundText = None,
+    polygon: AreaFile = None,
+    margin: MarginOption = 0.0,
     nodata: Nodata = None,
     crs: Crs = None,
     height_unit: HeightUnitOption = None,
@@ -105,7 +115,7 @@ def visibility(
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
-    """Calculate which anchors are in sight over a whole DEM.
+    """Calculate which anchors are in sight over a whole DEM, or over an area of it.
 
     Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
     """
@@ -125,7 +135,9 @@ def visibility(
             "mode": mode.value,
             "unknown": unknown.value,
             "curvature": curvature.value,
+            "area": area_fields(area, around, polygon, in_degrees=lonlat),
         },
+        margin_m=margin,
         out=out,
         as_json=as_json,
     )

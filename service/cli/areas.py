@@ -11,7 +11,7 @@ import typer
 
 from service.errors import RequestError
 
-__all__ = ["AreaFile", "AreaText", "AroundText", "area_fields"]
+__all__ = ["AreaFile", "AreaText", "AroundText", "MarginOption", "area_fields"]
 
 Fields = dict[str, Any]
 
@@ -26,6 +26,10 @@ AroundText = Annotated[
 ]
 AreaFile = Annotated[
     Path | None, typer.Option("--polygon", metavar="FILE", help="Only the polygon in a GeoJSON file, in degrees.")
+]
+
+MarginOption = Annotated[
+    float, typer.Option("--margin", metavar="M", help="Of tiles: ground around the area that hides too, metres.")
 ]
 
 

@@ -7,15 +7,12 @@ from typing import Annotated
 
 import typer
 
-from .areas import AreaFile, AreaText, AroundText
+from .areas import AreaFile, AreaText, AroundText, MarginOption
 from .options import AsJson
 from .store_options import DataOption
 
 __all__ = ["ground_commands"]
 
-MarginOption = Annotated[
-    float, typer.Option("--margin", metavar="M", help="Ground around the area that is taken too, metres.")
-]
 TargetCrs = Annotated[
     str | None, typer.Option("--crs", metavar="CRS", help="Metric CRS; pairs are metres in it, else degrees.")
 ]

@@ -5,18 +5,26 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
+from service.parts.area import AreaChoice
+from service.parts.map_area import map_area
 from service.parts.map_facts import dem_summary
-from terrain import ElevationGrid, read_dem
+from terrain import ElevationGrid
 
+from .grounds import read_ground
 from .output import facts_table, print_json, print_tables, print_warnings
 
 __all__ = ["dem_description", "show_info"]
 
 
-def show_info(dem: str, reading: dict[str, Any], as_json: bool) -> None:
-    """Read the DEM as every command does and print what came of it."""
-    description = dem_description(read_dem(dem, **reading))
+def show_info(dem: str, reading: dict[str, Any], area: dict[str, Any] | None, as_json: bool) -> None:
+    """Read the DEM as every command does and print what came of it. area: as a request has it; of tiles only that."""
+    asked = None if area is None else TypeAdapter(AreaChoice).validate_python(area)
+    grid = read_ground(dem, reading, asked)
+    if asked is not None:
+        grid = map_area(grid, asked).box
+    description = dem_description(grid)
     if as_json:
         print_json(description)
         return

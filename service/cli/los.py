@@ -12,10 +12,11 @@ from service.errors import RequestError
 from service.parts.points import PointIn
 from service.parts.positions import resolve_point
 from service.parts.sentences import sentence_of
-from terrain import ElevationGrid, read_dem
+from terrain import ElevationGrid
 from visibility import FLAT, LineOfSight, line_of_sight
 
 from .anchor_texts import position_fields
+from .grounds import read_ground
 from .height_words import height_words, told_of_heights
 from .output import facts_table, print_json, print_tables, print_warnings
 
@@ -34,7 +35,7 @@ def show_line_of_sight(
 ) -> None:
     """Read the DEM and print the verdict between both ends, each EAST,NORTH,HEIGHT."""
     asked = [_point(name, text, lonlat) for name, text in zip(("--from", "--to"), ends, strict=True)]
-    grid = read_dem(dem, **reading)
+    grid = read_ground(dem, reading)
     told = (*grid.provenance.warnings, *told_of_heights(grid, height_words(ends)))
     start_m, end_m = (resolve_point(grid, point, name) for name, point in zip(("--from", "--to"), asked, strict=True))
     sight = line_of_sight(grid, start_m, end_m, curvature=FLAT if flat else None, **options)

@@ -19,10 +19,10 @@ from service.files.layer import Layer
 from service.files.replacing import replacing
 from service.parts.anchors import AnchorIn
 from service.products.product import Finished, Product, Work
-from terrain import read_dem
 
 from .anchor_files import anchors_from_file
 from .anchor_texts import anchor_from_text
+from .grounds import read_ground
 from .height_words import told_of_heights
 from .output import print_json, print_tables, print_warnings, progress_bar
 
@@ -55,13 +55,15 @@ def make_map(
     left_out: Collection[str] = (),
     what: str = "Sight lines",
     work: Work | None = None,
+    margin_m: float = 0.0,
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work.
 
     tables: of the answer. summary: the file of the answer. left_out: layers that are not written. heights: the words
     with which the options' heights were given. work: what the calculation may use; its progress is shown here.
+    margin_m: of tiles, ground around the area that is read too, since it hides.
     """
-    grid = read_dem(dem, **reading)
+    grid = read_ground(dem, reading, getattr(asked, "area", None), margin_m)
     told = told_of_heights(grid, heights)
     layers = tuple(
         layer

@@ -96,7 +96,12 @@ class Measure(StrEnum):
     TDOP = "tdop"
 
 
-DemPath = Annotated[str, typer.Argument(metavar="DEM", help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")]
+DemPath = Annotated[
+    str,
+    typer.Argument(
+        metavar="DEM", help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file; a folder of tiles; or @ground."
+    ),
+]
 Nodata = Annotated[float | None, typer.Option("--nodata", metavar="NUMBER", help="Value that marks unknown posts.")]
 Crs = Annotated[
     str | None,

@@ -31,6 +31,7 @@ def make_visibility_map(
     anchor_files: list[Path],
     asked: dict[str, Any],
     heights: frozenset[str],
+    margin_m: float,
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -48,6 +49,7 @@ def make_visibility_map(
         left_out=LEFT_OUT,
         reading=reading,
         heights=heights,
+        margin_m=margin_m,
         out=out,
         as_json=as_json,
     )

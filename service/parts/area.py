@@ -12,7 +12,7 @@ from service.parts.points import DegreesEast, DegreesNorth, Metres, Positive, St
 from service.parts.shapes import PlaceIn, PolygonIn
 from terrain import DEGREES, GRID_METRES, Area, Box, Circle, Outline
 
-__all__ = ["AreaChoice", "BoxDegreesIn", "BoxMetresIn", "CircleIn", "area_of"]
+__all__ = ["AnyArea", "AreaChoice", "BoxDegreesIn", "BoxMetresIn", "CircleIn", "area_of"]
 
 
 class BoxDegreesIn(StrictModel):

@@ -9,6 +9,7 @@ from pydantic import Field, JsonValue, model_validator
 from service.parts.anchors import AntennaIn
 from service.parts.frames import FramesIn, TrackIn
 from service.parts.map_answers import DEM_ID
+from service.parts.map_area import AreaParameters
 from service.parts.points import Metres, NotNegativeMetres, Positive
 from service.parts.satellites import SatellitesIn
 from service.parts.sight import SightParameters
@@ -92,7 +93,7 @@ class CeilingParameters(PositioningParameters):
         return self.ceiling_altitude_m, False
 
 
-class MorphingMapParameters(CeilingParameters):
+class MorphingMapParameters(CeilingParameters, AreaParameters):
     """Above which altitude positioning is good enough, up to a ceiling."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(
@@ -113,6 +114,12 @@ class MorphingMapParameters(CeilingParameters):
     def near_sources(self) -> tuple[AntennaIn, ...]:
         """Anchors, then tracks."""
         return (*self.anchors, *self.tracks)
+
+    @model_validator(mode="after")
+    def _no_frames_over_an_area(self) -> Self:
+        if self.area is not None and self.frames is not None:
+            raise ValueError("Frames are of the whole DEM; leave out area or frames.")
+        return self
 
     @model_validator(mode="after")
     def _frames_for_tracks(self) -> Self:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
+from service.parts.anchors import AnchorIn
 from service.parts.map_facts import curvature_of
+from service.parts.points import StrictModel
 from service.parts.positions import resolve_anchor
 from service.parts.shapes_in_grid import places_in_grid
 from service.products.lines_of_sight.answer import BlockingPoint
@@ -47,8 +50,7 @@ REASONS = {reason.value: reason.name.lower() for reason in DopReason}
 def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
     """Answer about every place. Raises AnchorError, FrameError, VisibilityInputError."""
     places_m = places_in_grid(grid, asked.points)
-    anchors = [resolve_anchor(grid, anchor) for anchor in asked.anchors]
-    warnings = check_anchors(grid, anchors) if anchors else ()
+    anchors, warnings = _resolved(grid, AnchorsIn(anchors=asked.anchors).model_dump_json())
     curvature = curvature_of(asked) or Curvature.of(grid)
     ground_m, normals = np.atleast_1d(height_at(grid, places_m[:, 0], places_m[:, 1])), _normals(grid, places_m)
     receivers_m = np.column_stack([places_m, _altitudes(asked, ground_m)])
@@ -84,6 +86,19 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
 def number(value: float | np.floating) -> float | None:
     """Ready for JSON, which has no NaN and no infinity."""
     return float(value) if math.isfinite(value) else None
+
+
+class AnchorsIn(StrictModel):
+    """The anchors of a probe alone."""
+
+    anchors: list[AnchorIn]
+
+
+@lru_cache(maxsize=8)
+def _resolved(grid: ElevationGrid, text: str) -> tuple[tuple[Anchor, ...], tuple[str, ...]]:
+    """(anchors in the grid's frame, warnings): a pointer over a map asks of the same ones again and again."""
+    anchors = tuple(resolve_anchor(grid, anchor) for anchor in AnchorsIn.model_validate_json(text).anchors)
+    return anchors, check_anchors(grid, anchors) if anchors else ()
 
 
 def _altitudes(asked: ProbeIn, ground_m: Floats) -> Floats:

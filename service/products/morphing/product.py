@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from service.estimates import refuse_frames, refuse_map
+from service.parts.map_area import map_area
 from service.parts.moving_sources import check_moving_sources, moving_sources
 from service.parts.positioning import MorphingMapParameters
 from service.parts.ranging_sources import check_sources, ranging_sources
@@ -22,6 +23,7 @@ __all__ = ["MORPHING_MAP"]
 def _check(grid: ElevationGrid, parameters: MorphingMapParameters, settings: Settings) -> None:
     cells, mode, frames = grid.heights_m.size, parameters.mode, parameters.frames
     refuse_map(cells, len(parameters.anchors), mode, settings)
+    map_area(grid, parameters.area)
     if frames is None:
         sources = ranging_sources(grid, parameters).all
         check_sources(grid, sources, parameters)

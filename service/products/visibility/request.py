@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import AnchorIn
 from service.parts.map_answers import DEM_ID, DemId
+from service.parts.map_area import AreaParameters
 from service.parts.points import Metres, NotNegativeMetres
 from service.parts.sight import SightParameters
 
@@ -26,7 +27,7 @@ REQUEST: dict[str, JsonValue] = {
 }
 
 
-class VisibilityMapParameters(SightParameters):
+class VisibilityMapParameters(SightParameters, AreaParameters):
     """Anchors, receiver height and how to calculate."""
 
     model_config = ConfigDict(

@@ -89,3 +89,31 @@ def test_what_cannot_be_is_one_sentence_and_exit_code_2(ground: Any, words: tupl
     assert ended.code == 2
     assert sentence in ended.stderr
     assert len(ended.stderr.strip().splitlines()) == 1
+
+
+def test_a_folder_of_tiles_is_a_dem_and_an_area_of_it_a_map(sightline: Any, tiles: Path, tmp_path: Path) -> None:
+    (tiles / "lidar.tif").unlink()
+    words = ("--anchor", "D,702000,5098000,90agl", "--mode", "exact", "--json")
+    out, area = tmp_path / "whole", ("--area", "701000,5097600,703000,5098600", "--crs", "EPSG:32632")
+    whole = json.loads(sightline("visibility", tiles, *words, "--out", out).stdout)
+    assert whole["dem"]["name"] == "mosaic of 9 tiles"
+    part = json.loads(sightline("visibility", tiles, *words, *area, "--out", tmp_path / "part").stdout)
+    assert part["dem"]["rows"] * 30 == pytest.approx(1000.0, abs=61.0)
+    with rasterio.open(out / "visible.tif") as of_whole, rasterio.open(tmp_path / "part" / "visible.tif") as of_part:
+        window = rasterio.windows.from_bounds(*of_part.bounds, transform=of_whole.transform)
+        expected = of_whole.read(window=window.round_offsets().round_lengths())
+        np.testing.assert_array_equal(of_part.read(), expected)
+
+
+def test_the_library_is_a_dem_where_an_area_says_which(
+    ground: Any, sightline: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SIGHTLINE_DATA_FOLDER", str(tmp_path / "data"))
+    around = ("--around", "11.62,46.0,800m", "--lonlat")
+    told = json.loads(sightline("info", "@ground", *around, "--json").stdout)
+    assert (told["driver"], told["cell_east_m"]) == ("mosaic", 30.0)
+    seen = sightline("visibility", "@ground", "--anchor", "D,11.62,46.0,60agl", *around, "--margin", "500", "--json")
+    assert seen.code == 0, seen.stderr
+    missing = sightline("info", "@ground")
+    assert missing.code == 2
+    assert "@ground needs an area" in missing.stderr

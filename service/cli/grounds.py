@@ -1,0 +1,54 @@
+"""What a command's DEM is: a file, a folder of tiles, or ``@ground``, the ground library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from service.errors import RequestError
+from service.ground.folder import library_in
+from service.parts.area import AnyArea, area_of
+from service.settings import Settings
+from terrain import GRID_METRES, Area, ElevationGrid, GroundLibrary, index_ground, read_dem, read_mosaic
+
+from .output import progress_bar
+
+__all__ = ["LIBRARY_WORD", "read_ground"]
+
+LIBRARY_WORD = "@ground"
+
+
+def read_ground(
+    dem: str, reading: dict[str, Any], asked: AnyArea | None = None, margin_m: float = 0.0
+) -> ElevationGrid:
+    """The ground that a command is about; of tiles no more than the area and the margin around it.
+
+    Raises DemReadError, FrameError, AreaError, RequestError.
+    """
+    library = dem == LIBRARY_WORD
+    if not library and not Path(dem).is_dir():
+        return read_dem(dem, **reading)
+    given = [name for name, value in reading.items() if value is not None and name not in ("crs", "cell_m")]
+    if given:
+        raise RequestError(f"--{given[0].replace('_', '-')} is for a DEM in one file; tiles are read as they are.")
+    crs, cell_m = reading.get("crs"), reading.get("cell_m")
+    area = _area(asked, crs)
+    if library and area is None:
+        raise RequestError(f"{LIBRARY_WORD} needs an area: --around PLACE,RADIUS, --area W,S,E,N or --polygon FILE.")
+    tiles = library_in(Settings().data_folder.absolute()).tiles
+    if not library:
+        tiles = index_ground(GroundLibrary(), [dem])[0].tiles
+        if not tiles:
+            raise RequestError(f"The folder {dem} holds no DEM that can be read.")
+    with progress_bar("Reading tiles") as progress:
+        return read_mosaic(tiles, area, margin_m=margin_m, target_crs=crs, cell_m=cell_m, progress=progress)
+
+
+def _area(asked: AnyArea | None, crs: str | None) -> Area | None:
+    """The area where it has a place without a DEM: in degrees, or in metres of --crs."""
+    if asked is None:
+        return None
+    area = area_of(asked, crs or GRID_METRES)
+    if area.frame == GRID_METRES:
+        raise RequestError("Of tiles an area is in degrees (--lonlat), or in metres of --crs.")
+    return area
