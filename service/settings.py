@@ -9,6 +9,8 @@ from typing import Literal
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from service.ground.remote.schemes import GroundSource
+
 __all__ = ["Rehearsal", "Settings"]
 
 MIB = 1024 * 1024
@@ -58,6 +60,15 @@ class Settings(BaseSettings):
         default=(),
         description="Products of other packages, a JSON list of places such as package.module:NAME; each is a "
         "service.products.product.Product.",
+    )
+
+    ground_sources: dict[str, GroundSource] = Field(
+        default={},
+        description="Servers of ground that may be asked, JSON of name to base and scheme (copernicus-glo-30, "
+        "copernicus-glo-90, srtm, or template with template); none unless listed.",
+    )
+    max_ground_store_bytes: int = Field(
+        default=10 * GIB, ge=1, description="Bytes that are kept of what was read from them."
     )
 
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")

@@ -1,12 +1,13 @@
-"""What a command's DEM is: a file, a folder of tiles, or ``@ground``, the ground library."""
+"""What a command's DEM is: a file, a folder of tiles, ``@ground`` (the ground library), or ``@NAME`` of a source."""
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from service.errors import RequestError
-from service.ground.folder import library_in
+from service.ground.folder import STORE, claimed, library_in
 from service.parts.area import AnyArea, area_of
 from service.settings import Settings
 from terrain import GRID_METRES, Area, ElevationGrid, GroundLibrary, index_ground, read_dem, read_mosaic
@@ -25,23 +26,41 @@ def read_ground(
 
     Raises DemReadError, FrameError, AreaError, RequestError.
     """
-    library = dem == LIBRARY_WORD
-    if not library and not Path(dem).is_dir():
+    library, source = dem == LIBRARY_WORD, dem[1:] if dem.startswith("@") and dem != LIBRARY_WORD else None
+    if not library and source is None and not Path(dem).is_dir():
         return read_dem(dem, **reading)
     given = [name for name, value in reading.items() if value is not None and name not in ("crs", "cell_m")]
     if given:
         raise RequestError(f"--{given[0].replace('_', '-')} is for a DEM in one file; tiles are read as they are.")
     crs, cell_m = reading.get("crs"), reading.get("cell_m")
     area = _area(asked, crs)
-    if library and area is None:
-        raise RequestError(f"{LIBRARY_WORD} needs an area: --around PLACE,RADIUS, --area W,S,E,N or --polygon FILE.")
-    tiles = library_in(Settings().data_folder.absolute()).tiles
+    if (library or source is not None) and area is None:
+        raise RequestError(f"{dem} needs an area: --around PLACE,RADIUS, --area W,S,E,N or --polygon FILE.")
+    settings = Settings()
+    if source is not None and area is not None:
+        return _from_source(source, area, margin_m, crs, cell_m, settings)
+    tiles = library_in(settings.data_folder.absolute()).tiles
     if not library:
         tiles = index_ground(GroundLibrary(), [dem])[0].tiles
         if not tiles:
             raise RequestError(f"The folder {dem} holds no DEM that can be read.")
     with progress_bar("Reading tiles") as progress:
         return read_mosaic(tiles, area, margin_m=margin_m, target_crs=crs, cell_m=cell_m, progress=progress)
+
+
+def _from_source(
+    name: str, area: Area, margin_m: float, crs: str | None, cell_m: float | None, settings: Settings
+) -> ElevationGrid:
+    from service.ground.remote.area import fetch_area, source_named
+    from service.ground.remote.blocks import BlockStore
+
+    source = source_named(name, settings)
+    kept = BlockStore(claimed(settings.data_folder).with_name(STORE), settings.max_ground_store_bytes)
+    with tempfile.TemporaryDirectory(prefix="sightline-") as folder, progress_bar("Reading the source") as progress:
+        tiles = fetch_area(
+            source, area, margin_m, kept, Path(folder), max_cells=settings.max_dem_cells, progress=progress
+        )
+        return read_mosaic(tiles, area, margin_m=margin_m, target_crs=crs, cell_m=cell_m)
 
 
 def _area(asked: AnyArea | None, crs: str | None) -> Area | None:

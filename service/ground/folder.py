@@ -9,9 +9,11 @@ from service.errors import DataFolderError
 from service.jobs.marker import FolderKind, kind_of, mark
 from terrain import GroundLibrary, read_library
 
-__all__ = ["LIBRARY", "claimed", "library_in"]
+__all__ = ["LIBRARY", "STORE", "claimed", "library_in"]
 
 LIBRARY = "ground.json"
+# what was read of remote sources
+STORE = "ground-store"
 
 
 def claimed(root: Path) -> Path:

@@ -34,6 +34,9 @@ class GroundIn(StrictModel):
         description="Metric CRS of the grid and of an area in metres; left out = the finest tiles' or a local.",
     )
     cell_m: Positive | None = Field(None, description="Metres between posts; left out = the finest tiles'.")
+    source: Annotated[str, Field(min_length=1, max_length=64)] | None = Field(
+        None, description="A source that the operator lists (GET /ground names them); left out = the ground library."
+    )
     body: Annotated[str, Field(max_length=80)] = Field("Earth", description="Body whose ground it is.")
 
     def area_asked(self) -> Area:

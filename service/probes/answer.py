@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from service.products.lines_of_sight.answer import BlockingPoint
 
-__all__ = ["AnchorSeen", "DilutionOut", "PlaceOut", "ProbeOut", "ProfileOut", "ProfilesOut"]
+__all__ = ["AnchorSeen", "DilutionProbed", "PlaceProbed", "ProbeOut", "ProfileOut", "ProfilesOut"]
 
 
 class AnchorSeen(BaseModel):
@@ -28,7 +28,7 @@ class AnchorSeen(BaseModel):
     )
 
 
-class DilutionOut(BaseModel):
+class DilutionProbed(BaseModel):
     """Dilutions of precision by the anchors in sight, no unit; null where there is no fix."""
 
     gdop: float | None = Field(description="Of everything solved for, no unit.")
@@ -39,7 +39,7 @@ class DilutionOut(BaseModel):
     reason: Literal["ok", "too_few", "singular", "unknown"] = Field(description="Why there is no fix, or ok.")
 
 
-class PlaceOut(BaseModel):
+class PlaceProbed(BaseModel):
     """The ground at one place, and what is seen from above it."""
 
     east_m: float = Field(description="East in the DEM's metric CRS, metres.")
@@ -54,7 +54,7 @@ class PlaceOut(BaseModel):
     receiver_altitude_m: float | None = Field(description="Altitude of the receiver, metres; null over unknown ground.")
     anchors: list[AnchorSeen] = Field(description="Every anchor, in the order of the request.")
     visible_anchors: int = Field(description="How many are in sight.")
-    dilution: DilutionOut | None = Field(description="By the anchors in sight; null without anchors.")
+    dilution: DilutionProbed | None = Field(description="By the anchors in sight; null without anchors.")
     position_sigma_m: float | None = Field(description="One-sigma error of a fix by them, metres; null without a fix.")
     horizontal_sigma_m: float | None = Field(description="Its horizontal part, metres; null without a fix.")
 
@@ -62,7 +62,7 @@ class PlaceOut(BaseModel):
 class ProbeOut(BaseModel):
     """The answer, place by place."""
 
-    points: list[PlaceOut] = Field(description="The places, in the order of the request.")
+    points: list[PlaceProbed] = Field(description="The places, in the order of the request.")
     curvature: str = Field(description="Curvature and refraction that were used.")
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
 

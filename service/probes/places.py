@@ -34,7 +34,7 @@ from visibility import (
     rover_normals,
 )
 
-from .answer import AnchorSeen, DilutionOut, PlaceOut, ProbeOut
+from .answer import AnchorSeen, DilutionProbed, PlaceProbed, ProbeOut
 from .request import ProbeIn
 
 __all__ = ["number", "probe"]
@@ -64,7 +64,7 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
         here = int(at[number_]) if stands[number_] else None
         slope_deg, downhill_deg = _slope(normals[number_])
         points.append(
-            PlaceOut.model_construct(
+            PlaceProbed.model_construct(
                 east_m=east_m,
                 north_m=north_m,
                 lon_deg=degrees[number_][0],
@@ -188,11 +188,11 @@ def _anchor(
     )
 
 
-def _dilution(fixes: tuple[Dop, PositionError] | None, here: int | None) -> DilutionOut:
+def _dilution(fixes: tuple[Dop, PositionError] | None, here: int | None) -> DilutionProbed:
     if fixes is None or here is None:
-        return DilutionOut.model_construct(gdop=None, pdop=None, hdop=None, vdop=None, tdop=None, reason="unknown")
+        return DilutionProbed.model_construct(gdop=None, pdop=None, hdop=None, vdop=None, tdop=None, reason="unknown")
     found = fixes[0]
-    return DilutionOut.model_construct(
+    return DilutionProbed.model_construct(
         gdop=number(found.gdop[here]),
         pdop=number(found.pdop[here]),
         hdop=number(found.hdop[here]),

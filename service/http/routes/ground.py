@@ -20,6 +20,7 @@ class Coverage(BaseModel):
     """GeoJSON: the outline of every tile of the ground library."""
 
     type: Literal["FeatureCollection"] = "FeatureCollection"
+    sources: list[str] = Field(description="Names of the remote sources that may be asked for as `source`.")
     features: list[dict[str, Any]] = Field(
         description="A polygon each in longitude and latitude, degrees; its properties tell name, CRS, cells in metres."
     )
