@@ -163,16 +163,17 @@ class _View(io.RawIOBase):
         self._at = max(base + offset, 0)
         return self._at
 
-    def read(self, size: int = -1) -> bytes:
-        """So many bytes from here; none once the server has failed."""
-        end = self._file.length if size < 0 else self._at + size
+    def readinto(self, buffer: bytearray | memoryview) -> int:  # type: ignore[override] # 3.11 has no Buffer
+        """Fill the buffer from here; with nothing once the server has failed."""
+        into = memoryview(buffer).cast("B")
         try:
-            found = b"" if self._file.failure else self._file.part(self._at, end)
+            found = b"" if self._file.failure else self._file.part(self._at, self._at + len(into))
         except GroundSourceError as error:
             self._file.failure = error
             found = b""
+        into[: len(found)] = found
         self._at += len(found)
-        return found
+        return len(found)
 
 
 class _NotThereError(GroundSourceError):
