@@ -106,7 +106,7 @@ def visibility(
     area: AreaText = None,
     around: AroundText = None,
     polygon: AreaFile = None,
-    margin: MarginOption = 0.0,
+    margin: MarginOption = None,
     nodata: Nodata = None,
     crs: Crs = None,
     height_unit: HeightUnitOption = None,

@@ -29,7 +29,8 @@ AreaFile = Annotated[
 ]
 
 MarginOption = Annotated[
-    float, typer.Option("--margin", metavar="M", help="Of tiles: ground around the area that hides too, metres.")
+    float | None,
+    typer.Option("--margin", metavar="M", help="Read only so far around the area, metres: ground that hides it."),
 ]
 
 

@@ -62,7 +62,7 @@ def show(
     area: AreaText = None,
     around: AroundText = None,
     polygon: AreaFile = None,
-    margin: MarginOption = 0.0,
+    margin: MarginOption = None,
     crs: TargetCrs = None,
     body: BodyOption = "Earth",
     data: DataOption = None,
@@ -71,7 +71,7 @@ def show(
     """Tell which tiles would be taken for an area, in which order and why."""
     from .ground import show_ground
 
-    show_ground(area, around, polygon, margin_m=margin, crs=crs, body=body, data=data, as_json=as_json)
+    show_ground(area, around, polygon, margin_m=margin or 0.0, crs=crs, body=body, data=data, as_json=as_json)
 
 
 @ground_commands.command()

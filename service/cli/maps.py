@@ -55,13 +55,13 @@ def make_map(
     left_out: Collection[str] = (),
     what: str = "Sight lines",
     work: Work | None = None,
-    margin_m: float = 0.0,
+    margin_m: float | None = None,
 ) -> None:
     """Read, calculate, write into ``out`` and print. What can be wrong in the request is found before the work.
 
     tables: of the answer. summary: the file of the answer. left_out: layers that are not written. heights: the words
     with which the options' heights were given. work: what the calculation may use; its progress is shown here.
-    margin_m: of tiles, ground around the area that is read too, since it hides.
+    margin_m: how far around the area ground is read; None: of one file all, of tiles none.
     """
     grid = read_ground(dem, reading, getattr(asked, "area", None), margin_m)
     told = told_of_heights(grid, heights)

@@ -31,7 +31,7 @@ def make_visibility_map(
     anchor_files: list[Path],
     asked: dict[str, Any],
     heights: frozenset[str],
-    margin_m: float,
+    margin_m: float | None,
     out: Path | None,
     as_json: bool,
 ) -> None:

@@ -105,6 +105,21 @@ def test_a_folder_of_tiles_is_a_dem_and_an_area_of_it_a_map(sightline: Any, tile
         np.testing.assert_array_equal(of_part.read(), expected)
 
 
+def test_of_one_large_file_only_area_and_margin_are_read(sightline: Any, tmp_path: Path) -> None:
+    heights = rough(120, 150)
+    path = write_tif(tmp_path / "large.tif", heights, transform=METRES, tiled=True, blockxsize=16, blockysize=16)
+    area = ("--area", "701000,5097600,703000,5098600")
+    part = json.loads(sightline("info", path, *area, "--json").stdout)
+    words = ("--anchor", "D,702000,5098000,90agl", "--mode", "exact", "--json", *area)
+    whole = json.loads(sightline("visibility", path, *words).stdout)
+    read = json.loads(sightline("visibility", path, *words, "--margin", "300").stdout)
+    assert read["count_histogram"] == whole["count_histogram"], "the anchor lies in the area, so nothing else hides"
+    assert read["dem"]["sha256"] == whole["dem"]["sha256"] == part["sha256"]
+    assert "of an area of" in " ".join(read["warnings"])
+    refused = sightline("visibility", path, *words, "--margin", "300", "--band", "1")
+    assert (refused.code, "--band is for a DEM in one file" in refused.stderr) == (2, True)
+
+
 def test_the_library_is_a_dem_where_an_area_says_which(
     ground: Any, sightline: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
