@@ -1,6 +1,17 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
-from .areas import DEGREES, GRID_METRES, Area, Box, Circle, Outline, area_in, area_window
+from .areas import (
+    DEGREES,
+    GRID_METRES,
+    Area,
+    Box,
+    Circle,
+    Outline,
+    area_in,
+    area_in_degrees,
+    area_window,
+    grown_area,
+)
 from .array_files import write_npz
 from .crs_parts import same_map
 from .crs_texts import parse_crs
@@ -63,12 +74,14 @@ __all__ = [
     "Tile",
     "TriangleMesh",
     "area_in",
+    "area_in_degrees",
     "area_window",
     "body_of",
     "cone",
     "fractal",
     "grid_mesh",
     "grid_north",
+    "grown_area",
     "height_at",
     "height_reference_of",
     "horizon_distance_m",

@@ -4,39 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Tag
 
 from service.errors import RequestError
 from service.parts.areas import GeoJson, polygon_or_place
-from service.parts.points import DegreesEast, DegreesNorth, Metres, Positive, StrictModel
-from service.parts.shapes import PlaceIn, PolygonIn
+from service.parts.shapes import BoxDegreesIn, BoxMetresIn, CircleIn, PlaceIn, PolygonIn
 from terrain import DEGREES, GRID_METRES, Area, Box, Circle, Outline
 
-__all__ = ["AnyArea", "AreaChoice", "BoxDegreesIn", "BoxMetresIn", "CircleIn", "area_of"]
-
-
-class BoxDegreesIn(StrictModel):
-    """All between two meridians and two parallels; with west > east over the antimeridian."""
-
-    west_deg: DegreesEast = Field(description="Western side, longitude, degrees.")
-    south_deg: DegreesNorth = Field(description="Southern side, latitude, degrees.")
-    east_deg: DegreesEast = Field(description="Eastern side, longitude, degrees.")
-    north_deg: DegreesNorth = Field(description="Northern side, latitude, degrees.")
-
-
-class BoxMetresIn(StrictModel):
-    """All between two eastings and two northings."""
-
-    west_m: Metres = Field(description="Western side, east coordinate, metres.")
-    south_m: Metres = Field(description="Southern side, north coordinate, metres.")
-    east_m: Metres = Field(description="Eastern side, east coordinate, metres.")
-    north_m: Metres = Field(description="Northern side, north coordinate, metres.")
-
-
-class CircleIn(PlaceIn):
-    """All within a distance of a place."""
-
-    radius_m: Positive = Field(description="Distance over ground, metres.")
+__all__ = ["AnyArea", "AreaChoice", "area_of"]
 
 
 def _kind(value: Any) -> str:

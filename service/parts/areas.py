@@ -8,9 +8,10 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import RequestError
 from service.files.geojson_shapes import GeoJsonShape, polygons_of, shapes_of
-from service.parts.shapes import PlaceIn, PolygonIn
+from service.parts.area_polygons import polygon_fields_of
+from service.parts.shapes import BoxDegreesIn, BoxMetresIn, CircleIn, PlaceIn, PolygonIn
 
-__all__ = ["Areas", "GeoJson", "GoalIn", "StandingPlace", "polygon_or_place"]
+__all__ = ["AreaAsPolygon", "Areas", "GeoJson", "GoalIn", "StandingPlace", "polygon_or_place"]
 
 MOST_AREAS = 1000
 GeoJson = Annotated[
@@ -33,7 +34,7 @@ def _polygons(value: Any) -> Any:
         return value
     found: list[Any] = []
     for number, area in enumerate(areas):
-        found += _read(area, f"area {number}") if _is_geojson(area) else [area]
+        found += _read(area, f"area {number}") if _is_geojson(area) else [polygon_fields_of(area)]
     return found
 
 
@@ -53,6 +54,10 @@ def _point(value: Any) -> Any:
         given = f"{len(shapes)} geometries" if len(shapes) > 1 else f"a {shapes[0].kind}"
         raise ValueError(f"A place is a GeoJSON Point, not {given}.")
     return shapes[0].lines[0][0]
+
+
+def _goal(value: Any) -> Any:
+    return polygon_fields_of(polygon_or_place(value))
 
 
 def polygon_or_place(value: Any) -> Any:
@@ -79,14 +84,16 @@ def _place_or_area(value: Any) -> str:
     return "area" if is_area else "place"
 
 
+AreaShape = PolygonIn | BoxDegreesIn | BoxMetresIn | CircleIn
+AreaAsPolygon = Annotated[PolygonIn, BeforeValidator(polygon_fields_of, json_schema_input_type=AreaShape)]
 Areas = Annotated[
     list[PolygonIn],
-    BeforeValidator(_polygons, json_schema_input_type=list[PolygonIn] | GeoJson | list[GeoJson]),
+    BeforeValidator(_polygons, json_schema_input_type=list[AreaShape] | GeoJson | list[GeoJson]),
     Field(max_length=MOST_AREAS),
 ]
 StandingPlace = Annotated[PlaceIn, BeforeValidator(_point, json_schema_input_type=PlaceIn | GeoJson)]
 GoalIn = Annotated[
     Annotated[PlaceIn, Tag("place")] | Annotated[PolygonIn, Tag("area")],
     Discriminator(_place_or_area),
-    BeforeValidator(polygon_or_place, json_schema_input_type=PlaceIn | PolygonIn | GeoJson),
+    BeforeValidator(_goal, json_schema_input_type=PlaceIn | AreaShape | GeoJson),
 ]

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from service.errors import RequestError
 from service.settings import Settings
-from terrain import Area, Tile
-from terrain.areas import area_in_degrees, grown_area
+from terrain import Area, Tile, area_in_degrees, grown_area
 
 from .blocks import BlockStore
 from .schemes import GroundSource
