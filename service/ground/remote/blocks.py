@@ -15,6 +15,8 @@ __all__ = ["BLOCK_BYTES", "BlockStore", "RemoteFile"]
 
 BLOCK_BYTES = 256 * 1024
 DIGEST_BYTES = 32
+# when room is made, so much of the store stays
+KEPT_SHARE = 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class BlockStore:
     def __init__(self, folder: Path, max_bytes: int) -> None:
         self._folder = folder
         self._max_bytes = max_bytes
+        self._held_bytes: int | None = None  # as far as this process knows
 
     def file(self, url: str) -> RemoteFile | None:
         """What is kept of that file; None where nothing is."""
@@ -74,19 +77,30 @@ class BlockStore:
             unfinished.write_bytes(hashlib.sha256(block).digest() + block)
 
     def _make_room(self, more_bytes: int) -> None:
+        """Drop what was used least lately, a little more than is needed: looking at all blocks takes a while."""
+        if self._held_bytes is not None and self._held_bytes + more_bytes <= self._max_bytes:
+            self._held_bytes += more_bytes
+            return
+        kept = sorted(self._kept())
+        held_bytes = sum(size for _, size, _ in kept)
+        if held_bytes + more_bytes > self._max_bytes:
+            for _, size, path in kept:
+                if held_bytes + more_bytes <= KEPT_SHARE * self._max_bytes:
+                    break
+                path.unlink(missing_ok=True)
+                held_bytes -= size
+        self._held_bytes = held_bytes + more_bytes
+
+    def _kept(self) -> list[tuple[int, int, Path]]:
+        """(when it was used last, bytes, path) of each block."""
         kept = []
         for path in self._folder.glob("*/*.block"):
             try:
                 found = path.stat()
-            except OSError:
+            except OSError:  # another process has just dropped it
                 continue
             kept.append((found.st_mtime_ns, found.st_size, path))
-        held = sum(size for _, size, _ in kept)
-        for _, size, path in sorted(kept):
-            if held + more_bytes <= self._max_bytes:
-                return
-            path.unlink(missing_ok=True)
-            held -= size
+        return kept
 
     def _of(self, url: str) -> Path:
         return self._folder / hashlib.sha256(url.encode()).hexdigest()[:32]
