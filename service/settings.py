@@ -48,7 +48,10 @@ class Settings(BaseSettings):
         description="Short tasks that run beside them: reading DEMs, checking requests, drawing layers.",
     )
     spare_workers: int = Field(
-        default=1, ge=0, le=16, description="Warm processes that wait to take over when one is cancelled or dies."
+        default=1,
+        ge=0,
+        le=16,
+        description="Warm processes that answer probes, and take over when one is cancelled or dies.",
     )
 
     rehearse: Rehearsal = Field(

@@ -49,7 +49,7 @@ def list_ground(data: Path | None, picture: Path | None, as_json: bool) -> None:
 
         write_outlines(library, picture)
     if as_json:
-        print_json(coverage_of(library))
+        print_json(coverage_of(library).model_dump(mode="json"))
         return
     print_tables(_tiles_table(library))
     if picture is not None:
@@ -74,7 +74,7 @@ def show_ground(
     asked = area_of(TypeAdapter(AreaChoice).validate_python(fields), crs or GRID_METRES)
     plan = plan_mosaic(library_in(_folder(data)).tiles, asked, margin_m=margin_m, body=body)
     if as_json:
-        print_json(plan_told(plan))
+        print_json(plan_told(plan).model_dump(mode="json"))
         return
     print_tables(_plan_table(plan))
     if plan.uncovered:

@@ -3,19 +3,77 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
+from collections.abc import Iterable
+from typing import Literal
+
+from pydantic import BaseModel, Field, JsonValue
 
 from service.files.antimeridian import cut
 from terrain import GroundLibrary, MosaicPlan, Tile
 
-__all__ = ["coverage_of", "fingerprint", "plan_told"]
+__all__ = ["Coverage", "PlanOut", "coverage_of", "fingerprint", "plan_told"]
 
 DECIMALS = 7
 
 
-def coverage_of(library: GroundLibrary) -> dict[str, Any]:
-    """A FeatureCollection with the outline of every tile; of files only their names, not where they lie."""
-    return {"type": "FeatureCollection", "features": [_feature(tile) for tile in library.tiles]}
+class TileOutline(BaseModel):
+    """A polygon in longitude and latitude, cut at 180 degrees."""
+
+    type: Literal["Polygon", "MultiPolygon"]
+    coordinates: list[JsonValue] = Field(description="Rings of longitude and latitude, degrees (RFC 7946).")
+
+
+class TileFacts(BaseModel):
+    """What the header of a tile says; of its file only the name, not where it lies."""
+
+    name: str = Field(description="Name of the file.")
+    driver: str = Field(description="Format that it is read as.")
+    crs: str = Field(description="CRS of its posts: its code, or its name where it has none.")
+    body: str = Field(description="Celestial body that it lies on.")
+    rows: int = Field(description="Rows of posts.")
+    cols: int = Field(description="Columns of posts.")
+    cell_m: float = Field(description="Ground that a cell covers in its middle, metres.")
+    vertical_datum: str | None = Field(description="What heights count from, where its header says so.")
+    file_bytes: int = Field(description="Size of the file, bytes.")
+
+
+class TileFeature(BaseModel):
+    """One tile."""
+
+    type: Literal["Feature"] = "Feature"
+    geometry: TileOutline
+    properties: TileFacts
+
+
+class Coverage(BaseModel):
+    """GeoJSON: the outline of every tile of the ground library."""
+
+    type: Literal["FeatureCollection"] = "FeatureCollection"
+    features: list[TileFeature] = Field(description="A tile each.")
+    sources: list[str] = Field([], description="Names of the remote sources that may be asked for as `source`.")
+
+
+class LayerOut(BaseModel):
+    """Tiles on one lattice, and what they give of an area."""
+
+    tiles: list[str] = Field(description="Names of the files.")
+    crs: str = Field(description="CRS of their posts.")
+    cell_m: float = Field(description="Ground that a cell covers, metres.")
+    covers_share: float = Field(description="Share of the area that they cover, 0..1.")
+    gives_share: float = Field(description="Share of the area that no finer ones cover, 0..1.")
+    reason: str = Field(description="The same in words.")
+
+
+class PlanOut(BaseModel):
+    """Which tiles an area takes, finest first."""
+
+    uncovered_share: float = Field(description="Share of the area that lies in no tile, 0..1.")
+    layers: list[LayerOut]
+
+
+def coverage_of(library: GroundLibrary, sources: Iterable[str] = ()) -> Coverage:
+    """The outline of every tile, and which sources there are besides."""
+    return Coverage(features=[_feature(tile) for tile in library.tiles], sources=sorted(sources))
 
 
 def fingerprint(plan: MosaicPlan) -> str:
@@ -26,42 +84,44 @@ def fingerprint(plan: MosaicPlan) -> str:
     return sha.hexdigest()
 
 
-def plan_told(plan: MosaicPlan) -> dict[str, Any]:
-    """Which tiles, in which order and why, ready for JSON."""
-    return {
-        "uncovered_share": plan.uncovered,
-        "layers": [
-            {
-                "tiles": [tile.name for tile in planned.layer.tiles],
-                "crs": _crs_name(planned.layer.tiles[0]),
-                "cell_m": planned.layer.cell_m,
-                "covers_share": planned.covers,
-                "gives_share": planned.adds,
-                "reason": planned.reason(),
-            }
-            for planned in plan.layers
-        ],
-    }
+def plan_told(plan: MosaicPlan) -> PlanOut:
+    """Which tiles, in which order and why."""
+    layers = [
+        LayerOut(
+            tiles=[_name(tile) for tile in planned.layer.tiles],
+            crs=_crs_name(planned.layer.tiles[0]),
+            cell_m=planned.layer.cell_m,
+            covers_share=min(planned.covers, 1.0),
+            gives_share=min(planned.adds, 1.0),
+            reason=planned.reason(),
+        )
+        for planned in plan.layers
+    ]
+    return PlanOut(uncovered_share=plan.uncovered, layers=layers)
 
 
-def _feature(tile: Tile) -> dict[str, Any]:
+def _feature(tile: Tile) -> TileFeature:
     ring = [[round(lon, DECIMALS), round(lat, DECIMALS)] for lon, lat in (*tile.outline_deg, tile.outline_deg[0])]
-    return {
-        "type": "Feature",
-        "geometry": cut({"type": "Polygon", "coordinates": [ring[::-1]]}),  # GeoJSON turns anticlockwise
-        "properties": {
-            "name": tile.name.encode("utf-8", "replace").decode(),
-            "driver": tile.driver,
-            "crs": _crs_name(tile),
-            "body": tile.body,
-            "rows": tile.rows,
-            "cols": tile.cols,
-            "cell_m": round(tile.cell_m, 4),
-            "vertical_datum": tile.vertical_datum,
-            "file_bytes": tile.size_bytes,
-        },
-    }
+    # GeoJSON turns anticlockwise
+    outline = TileOutline.model_validate(cut({"type": "Polygon", "coordinates": [ring[::-1]]}))
+    facts = TileFacts(
+        name=_name(tile),
+        driver=tile.driver,
+        crs=_crs_name(tile),
+        body=tile.body,
+        rows=tile.rows,
+        cols=tile.cols,
+        cell_m=round(tile.cell_m, 4),
+        vertical_datum=tile.vertical_datum,
+        file_bytes=tile.size_bytes,
+    )
+    return TileFeature(geometry=outline, properties=facts)
+
+
+def _name(tile: Tile) -> str:
+    """The file's name as text: it may hold bytes that are none."""
+    return tile.name.encode("utf-8", "replace").decode()
 
 
 def _crs_name(tile: Tile) -> str:
-    return tile.crs_text if ":" in tile.crs_text[:8] else str(tile.crs.name)
+    return tile.crs_text if tile.crs_text.startswith("EPSG:") else str(tile.crs.name)

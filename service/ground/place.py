@@ -1,4 +1,4 @@
-"""Where a grid lies, for whoever draws maps: its CRS in words of others, its transform, its bounds in degrees."""
+"""Where a grid lies, for whoever draws maps: its CRS in words of others, its bounds in degrees."""
 
 from __future__ import annotations
 
@@ -16,16 +16,12 @@ BORDER_POINTS = 65
 
 
 def place_of(grid: ElevationGrid) -> dict[str, Any]:
-    """crs_wkt, crs_proj, transform and bounds_deg of a DEM, ready for JSON."""
+    """crs_wkt, crs_proj and bounds_deg of a DEM, ready for JSON."""
     return {
         "crs_wkt": None if grid.crs is None else grid.crs.to_wkt("WKT2_2019"),
         "crs_proj": None if grid.crs is None else _proj_string(grid.crs),
-        "transform": [
-            grid.cell_east_m, 0.0, grid.origin_east_m - grid.cell_east_m / 2.0,
-            0.0, -grid.cell_north_m, grid.origin_north_m + grid.cell_north_m / 2.0,
-        ],
         "bounds_deg": _bounds_deg(grid),
-    }  # fmt: skip
+    }
 
 
 def _proj_string(crs: pyproj.CRS) -> str | None:

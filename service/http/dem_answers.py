@@ -88,8 +88,7 @@ class DemOut(BaseModel):
     crs_proj: str | None = Field(
         None, description="The same as a PROJ string, where one can say it; null for a local frame."
     )
-    transform: list[float] | None = Field(
-        None,
+    transform: list[float] = Field(
         description="a, b, c, d, e, f of x = a·col + b·row + c and y = d·col + e·row + f, metres, for cell corners.",
     )
     bounds_deg: BoundsDegrees | None = Field(
@@ -114,6 +113,7 @@ class DemOut(BaseModel):
     @classmethod
     def of(cls, dem: DemRecord) -> Self:
         """The DEM of a record."""
+        summary = {**dem.summary, "transform": _transform(dem)}
         return cls(
             id=dem.id,
             name=dem.name,
@@ -123,8 +123,15 @@ class DemOut(BaseModel):
                 "hillshade": f"/dems/{dem.id}/hillshade.png",
                 "levels": f"/dems/{dem.id}/levels",
             },
-            **dem.summary,
+            **summary,
         )
+
+
+def _transform(dem: DemRecord) -> list[float]:
+    """The transform of any DEM, also of one that an older Sightline read and told less about."""
+    east_m, north_m = float(dem.summary["cell_east_m"]), float(dem.summary["cell_north_m"])
+    bounds = dem.summary["bounds_of_posts_m"]
+    return [east_m, 0.0, bounds["west"] - east_m / 2.0, 0.0, -north_m, bounds["north"] + north_m / 2.0]
 
 
 class DemList(Page):

@@ -55,7 +55,7 @@ def read_ground(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[s
 
 def tell_coverage(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
     """What the library covers, as GeoJSON. Raises DemReadError."""
-    return {**coverage_of(library_in(context.folder.root)), "sources": sorted(context.settings.ground_sources)}
+    return coverage_of(library_in(context.folder.root), context.settings.ground_sources).model_dump(mode="json")
 
 
 def _read(context: TaskContext, asked: GroundIn, tiles: Sequence[Tile]) -> ElevationGrid:
