@@ -14,6 +14,11 @@ from terrain import DEGREES, GRID_METRES, Area, Box, Circle, Outline
 __all__ = ["AnyArea", "AreaChoice", "area_of"]
 
 
+def _area(value: Any) -> Any:
+    """A polygon out of GeoJSON; anything else as it is."""
+    return polygon_or_place(value)
+
+
 def _kind(value: Any) -> str:
     if isinstance(value, AnyArea):
         return type(value).__name__
@@ -32,7 +37,7 @@ AreaChoice = Annotated[
     | Annotated[CircleIn, Tag("CircleIn")]
     | Annotated[PolygonIn, Tag("PolygonIn")],
     Discriminator(_kind),
-    BeforeValidator(polygon_or_place, json_schema_input_type=AnyArea | GeoJson),
+    BeforeValidator(_area, json_schema_input_type=AnyArea | GeoJson),
 ]
 
 

@@ -57,18 +57,19 @@ def _point(value: Any) -> Any:
 
 
 def _goal(value: Any) -> Any:
-    return polygon_fields_of(polygon_or_place(value))
+    """A place or a polygon, out of GeoJSON too."""
+    return polygon_fields_of(polygon_or_place(value, "goal", "; give them as several goals"))
 
 
-def polygon_or_place(value: Any) -> Any:
-    """A place or a polygon out of GeoJSON; anything else as it is."""
+def polygon_or_place(value: Any, called: str = "area", else_do: str = "") -> Any:
+    """A place or a polygon out of GeoJSON; anything else as it is. else_do: what to do with several polygons."""
     if not _is_geojson(value):
         return value
-    if _shapes(value, "GeoJSON area")[0].kind == "Point":
+    if _shapes(value, f"GeoJSON {called}")[0].kind == "Point":
         return _point(value)
-    polygons = _read(value, "area")
+    polygons = _read(value, called)
     if len(polygons) > 1:
-        raise ValueError(f"One polygon is wanted here, not {len(polygons)}.")
+        raise ValueError(f"The {called} is one polygon, not {len(polygons)}{else_do}.")
     return polygons[0]
 
 
