@@ -32,8 +32,8 @@ TILES_NOTE = """\
 is of 5 km around a place: POST /dems with the area, then POST /visibility-maps with four anchors until `visible.tif` is
 there, each place a new one, on a service of its own."""
 PROBES_NOTE = """\
-POST /probe over the loopback interface: one place, 16 anchors, ground, slope, clearances, dilution and error. One client
-asks one question after the other; then four do at once, as often as they can."""
+POST /probe over the loopback interface: one place, 16 anchors, ground, slope, clearances, dilution and error. One
+client asks one question after the other; then four do at once, as often as they can."""
 
 
 def tiles_to_map(side: int = 20, places: int = 5) -> Table:
