@@ -12,10 +12,12 @@ from pydantic import Field
 
 from service.parts.area import AnyArea, AreaChoice, area_of
 from service.parts.points import StrictModel
-from terrain import AreaError, ElevationGrid, area_in, area_window
+from terrain import GRID_METRES, Area, AreaError, Box, ElevationGrid, area_in, area_window
 from visibility import MinimumVisibleAltitude
 
 __all__ = ["AreaParameters", "MapArea", "map_area"]
+
+POSTS_AT_ONCE = 1_000_000
 
 
 class AreaParameters(StrictModel):
@@ -85,14 +87,26 @@ def map_area(grid: ElevationGrid, asked: AnyArea | None) -> MapArea:
     if asked is None:
         return MapArea(grid, (0, grid.rows - 1, 0, grid.cols - 1), None)
     area = area_of(asked)
-    first_row, last_row, first_col, last_col = window = area_window(grid, area)
-    shape = area_in(area, grid.crs)
-    shapely.prepare(shape)
-    rows, cols = np.meshgrid(
-        np.arange(first_row, last_row + 1), np.arange(first_col, last_col + 1), indexing="ij", sparse=False
-    )
-    east_m, north_m = grid.position_of(rows, cols)
-    inside = shapely.intersects_xy(shape, east_m, north_m)
+    window = area_window(grid, area)
+    inside = _inside(grid, area, window)
     if not inside.any():
         raise AreaError("The area lies between the posts of the DEM, so no post is in it; make it larger.")
     return MapArea(grid, window, None if inside.all() else inside)
+
+
+def _inside(grid: ElevationGrid, area: Area, window: tuple[int, int, int, int]) -> npt.NDArray[np.bool_]:
+    """(rows, cols) of a window, which of its posts lie in an area or on its border."""
+    first_row, last_row, first_col, last_col = window
+    rows, cols = np.arange(first_row, last_row + 1), np.arange(first_col, last_col + 1)
+    if isinstance(area, Box) and area.frame == GRID_METRES:
+        east_m, north_m = grid.position_of(rows, cols)
+        in_rows = (north_m >= area.south) & (north_m <= area.north)
+        return np.logical_and.outer(in_rows, (east_m >= area.west) & (east_m <= area.east))
+    shape = area_in(area, grid.crs)
+    shapely.prepare(shape)
+    inside = np.empty((len(rows), len(cols)), np.bool_)
+    step = max(1, POSTS_AT_ONCE // len(cols))
+    for start in range(0, len(rows), step):
+        posts = grid.position_of(*np.meshgrid(rows[start : start + step], cols, indexing="ij"))
+        inside[start : start + step] = shapely.intersects_xy(shape, *posts)
+    return inside

@@ -85,3 +85,16 @@ def test_an_area_without_posts_is_refused(area: dict[str, Any], sentence: str) -
     asked = small_parameters(area=area)
     with pytest.raises(AreaError, match=sentence):
         map_area(small_grid(), asked.area)
+
+
+def test_a_box_and_the_same_ring_hold_the_same_posts() -> None:
+    west, south, east, north = WEST_M + 100.0, NORTH_M - 333.0, WEST_M + 555.0, NORTH_M - 91.0
+    corners = [(west, south), (east, south), (east, north), (west, north)]
+    ring = small_parameters(area={"ring": [{"east_m": x, "north_m": y} for x, y in corners]}).area
+    box = small_parameters(area={"west_m": west, "south_m": south, "east_m": east, "north_m": north}).area
+    of_ring, of_box = map_area(small_grid(), ring), map_area(small_grid(), box)
+    assert of_ring.window == of_box.window == (4, 17, 3, 19)
+    assert of_ring.inside is not None
+    assert of_box.inside is not None
+    np.testing.assert_array_equal(of_ring.inside, of_box.inside)
+    assert np.count_nonzero(of_box.inside) == 12 * 15, "the outermost posts of the box around it lie outside"
