@@ -11,6 +11,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -54,11 +55,13 @@ def visibility(
     anchors: AnchorOptions = AnchorOptions(),
     receiver: ReceiverOptions = ReceiverOptions(),
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
 ) -> None:
-    """Calculate which anchors are in sight over a whole DEM.
+    """Calculate which anchors are in sight over a whole DEM, or over an area of it.
 
     Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
     """
@@ -74,7 +77,8 @@ def visibility(
             raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,80agl or --anchors FILE.")
         if receiver.receiver_above_ground_m is not None and receiver.receiver_altitude_m is not None:
             raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
-        fields = {"anchors": placed, **told(receiver), **told(sight)}
+        fields: dict[str, object] = {"anchors": placed, **told(receiver), **told(sight)}
+        fields["area"] = area.part(in_degrees=anchors.lonlat)
         asked = request_of_fields(fields, VisibilityMapParameters)
     # after the options were read: what is wrong with them must not wait for all that this loads
     from service.products.visibility import VISIBILITY_MAP
@@ -89,6 +93,7 @@ def visibility(
         reading=reading,
         heights=height_words(anchors.anchor),
         output=output,
+        margin_m=margin_m,
     )
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DemId
 from service.parts.points import Metres, NotNegativeMetres, PlaceIn, PointIn, Positive, StrictModel
 from service.parts.positioning import POSITIONING_EXAMPLE, PositioningParameters
@@ -80,7 +81,7 @@ class CutIn(StrictModel):
         return self
 
 
-class DopMapParameters(PositioningParameters):
+class DopMapParameters(PositioningParameters, AreaParameters):
     """How good positioning is for a rover on the ground, over a whole DEM."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(
