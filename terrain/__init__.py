@@ -1,6 +1,17 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
-from .areas import DEGREES, GRID_METRES, Area, Box, Circle, Outline, area_in, area_window
+from .areas import (
+    DEGREES,
+    GRID_METRES,
+    Area,
+    Box,
+    Circle,
+    Outline,
+    area_in,
+    area_in_degrees,
+    area_window,
+    grown_area,
+)
 from .array_files import write_npz
 from .crs_parts import same_map
 from .crs_texts import parse_crs
@@ -37,6 +48,7 @@ from .nearest_surface import NearestSurface, nearest_surface
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
+from .tiles.library import GroundLibrary, index_ground, read_library
 from .tiles.mosaic import read_mosaic
 from .tiles.plan import MosaicPlan, plan_mosaic
 from .tiles.tile import Tile, read_tile
@@ -59,6 +71,7 @@ __all__ = [
     "ElevationGridError",
     "FrameError",
     "GroundChangedError",
+    "GroundLibrary",
     "GroundSourceError",
     "HeightReference",
     "LargeDem",
@@ -75,6 +88,7 @@ __all__ = [
     "VerticalDatumError",
     "altitude_step",
     "area_in",
+    "area_in_degrees",
     "area_window",
     "body_of",
     "cone",
@@ -82,9 +96,11 @@ __all__ = [
     "fractal",
     "grid_mesh",
     "grid_north",
+    "grown_area",
     "height_at",
     "height_reference_of",
     "horizon_distance_m",
+    "index_ground",
     "nearest_surface",
     "open_dem",
     "parse_crs",
@@ -93,6 +109,7 @@ __all__ = [
     "plan_mosaic",
     "plane",
     "read_dem",
+    "read_library",
     "read_mosaic",
     "read_tile",
     "ridge",

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyproj
 import rasterio
 from rasterio._err import CPLE_BaseError  # damaged tags raise it bare
@@ -21,14 +18,14 @@ from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.windows import Window
 
-from .ascii_header import ascii_place, check_ascii_header
-from .ascii_values import check_ascii_values
+from .ascii_header import ascii_place, check_ascii_header, unit_in_prj
+from .ascii_values import check_ascii_values, whole_numbers
 from .crs_parts import horizontal_part, vertical_part
 from .crs_texts import parse_crs
 from .errors import DemFormatError, DemUnsupportedError, FrameError
 from .limits import check_declared_size
 from .raw import PostWindow, RawDem, RawHead
-from .stated_crs import check_stated_crs, prj_text
+from .stated_crs import check_stated_crs
 from .units import HeightUnit
 
 __all__ = ["read_raster", "read_raster_head"]
@@ -47,8 +44,6 @@ PICTURE = {ColorInterp.red, ColorInterp.green, ColorInterp.blue, ColorInterp.pal
 DTED_DATUMS = {"E96": "EGM96 geoid", "E08": "EGM2008 geoid", "MSL": "mean sea level", "WGS84": "ellipsoid of WGS 84"}
 SHEAR_TOLERANCE = 1e-6
 LONGEST_SHOWN = 80
-ZUNITS_PER_METRE = {"1": "m", "10": "dm", "100": "cm", "1000": "mm"}
-ZUNITS = re.compile(r"^[ \t]*zunits[ \t]+(\S+)", re.IGNORECASE | re.MULTILINE)
 
 
 def read_raster_head(file: Path, driver: str) -> RawHead:
@@ -76,22 +71,21 @@ def read_raster(
     """
     check_stated_crs(file, driver)
     with _opened(file, driver) as dataset:
-        head = _head(file, dataset, cell_m, band)
-        if driver != "AAIGrid" or dataset.dtypes[0] != "int32":
-            return _read(file, dataset, head, window, max_cells)
-    # among whole numbers GDAL makes 0 of nan and inf, and wraps those that are too large
-    with _opened(file, driver, DATATYPE="Float64") as dataset:
-        raw = _read(file, dataset, head, window, max_cells)
-        return replace(raw, values=_whole(raw.values))
+        return _read(file, dataset, _head(file, dataset, cell_m, band), window, max_cells)
 
 
 @contextmanager
-def _opened(file: Path, driver: str, **options: str) -> Iterator[Any]:
-    """The file, opened with one driver and its options; what GDAL finds damaged is a DemFormatError."""
+def _opened(file: Path, driver: str) -> Iterator[Any]:
+    """The file, opened with one driver; what GDAL finds damaged is a DemFormatError."""
     try:
         with rasterio.Env(**SEALED), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with rasterio.open(file, driver=driver, **options) as dataset:
+            with rasterio.open(file, driver=driver) as dataset:
+                if driver != "AAIGrid" or dataset.dtypes[0] != "int32":
+                    yield dataset
+                    return
+            # among whole numbers GDAL makes 0 of nan and inf, and wraps those that are too large
+            with rasterio.open(file, driver=driver, DATATYPE="Float64") as dataset:
                 yield dataset
     except (RasterioError, CPLE_BaseError) as error:
         raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as {driver}.") from error
@@ -106,8 +100,6 @@ def _head(file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_ba
     name, notes = file.name, _Notes()
     band = _band(name, dataset, asked_band, notes)
     at = band - 1
-    if dataset.driver == "AAIGrid":
-        check_ascii_header(file)
     if dataset.dtypes[at].startswith("complex"):
         raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
     scale, offset = float(dataset.scales[at]), float(dataset.offsets[at])
@@ -133,7 +125,7 @@ def _head(file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_ba
         y0, step_y = y0 + (dataset.height - 1) * -step_y, -step_y
     return RawHead(
         dataset.height, dataset.width, band, x0, y0, step_x, step_y, south_up, scale, offset,
-        height_unit=_unit(dataset, at) or (_zunits(file) if dataset.driver == "AAIGrid" else None),
+        height_unit=_unit(dataset, at) or (unit_in_prj(file) if dataset.driver == "AAIGrid" else None),
         crs=crs,
         crs_height_unit=crs_unit,
         vertical_datum=datum,
@@ -154,6 +146,8 @@ def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None, ma
     elif ColorInterp.alpha in dataset.colorinterp:  # GDAL heeds only an alpha band of uint8 or uint16
         declared_void = dataset.read(dataset.colorinterp.index(ColorInterp.alpha) + 1, window=part) == 0
     values = dataset.read(band, window=part)
+    if dataset.driver == "AAIGrid" and values.dtype == np.float64:
+        values = whole_numbers(values)
     if head.south_up:
         values = values[::-1]
         declared_void = None if declared_void is None else declared_void[::-1]
@@ -188,6 +182,7 @@ def _check_size(file: Path, dataset: Any, head: RawHead, window: PostWindow | No
             raise DemFormatError(
                 f"{file.name} is cut short: {head.rows} × {head.cols} heights do not fit into {file_bytes:,} bytes."
             )
+        check_ascii_header(file)
         check_ascii_values(file, head.rows, head.cols)
 
 
@@ -228,20 +223,6 @@ def _unit(dataset: Any, at: int) -> str | None:
             raise
         return error.object.decode("latin-1")
     return unit
-
-
-def _whole(values: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
-    """The values as 32 bit integers where that is what they all are."""
-    limits = np.iinfo(np.int32)
-    if np.isfinite(values).all() and limits.min <= values.min() and values.max() <= limits.max:
-        return values.astype(np.int32)
-    return values
-
-
-def _zunits(file: Path) -> str | None:
-    """What an Arc/Info .prj beside an ESRI ASCII grid says of its heights, which GDAL leaves out."""
-    found = ZUNITS.search(prj_text(file) or "")
-    return None if found is None or found[1].upper() == "NO" else ZUNITS_PER_METRE.get(found[1], found[1])
 
 
 def _geometry(

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -100,6 +101,8 @@ def dop(
     ] = (),
     volume: VolumeOptions = VolumeOptions(),
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -128,6 +131,7 @@ def dop(
             "volume": air,
             "cuts": [cut_fields(text, lonlat=anchors.lonlat) for text in cut],
             **told(sight),
+            "area": area.part(in_degrees=anchors.lonlat),
             "anchors": anchors.read(),
             "satellites": satellites.part(),
         }
@@ -145,6 +149,7 @@ def dop(
         left_out=left_out,
         reading=reading,
         output=output,
+        margin_m=margin_m,
     )
 
 

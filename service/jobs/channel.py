@@ -36,7 +36,9 @@ __all__ = [
     "Failed",
     "FromWorker",
     "GivenFields",
+    "GroundArguments",
     "LayerArguments",
+    "LevelArguments",
     "NeedsFields",
     "Order",
     "Progress",
@@ -159,6 +161,19 @@ class DemArguments(TypedDict):
     """A DEM of the data folder."""
 
     dem_id: str
+
+
+class LevelArguments(DemArguments):
+    """A DEM of the data folder at a resolution level."""
+
+    level: int
+
+
+class GroundArguments(TypedDict):
+    """Ground to read: the fields of the request, and the id of the DEM that it means."""
+
+    dem_id: str
+    asked: Mapping[str, JsonValue]
 
 
 class BodyArguments(TypedDict, total=False):

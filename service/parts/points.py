@@ -10,6 +10,9 @@ from terrain import VerticalDatumError, parse_vertical_datum
 
 __all__ = [
     "LARGEST",
+    "BoxDegreesIn",
+    "BoxMetresIn",
+    "CircleIn",
     "DegreesEast",
     "DegreesNorth",
     "InADatum",
@@ -147,6 +150,30 @@ class PlaceIn(StrictModel):
         if self.body is not None and self.lon_deg is None:
             raise ValueError("A place: body goes with lon_deg and lat_deg.")
         return self
+
+
+class BoxDegreesIn(StrictModel):
+    """All between two meridians and two parallels; with west > east over the antimeridian."""
+
+    west_deg: DegreesEast = Field(description="Western side, longitude, degrees.")
+    south_deg: DegreesNorth = Field(description="Southern side, latitude, degrees.")
+    east_deg: DegreesEast = Field(description="Eastern side, longitude, degrees.")
+    north_deg: DegreesNorth = Field(description="Northern side, latitude, degrees.")
+
+
+class BoxMetresIn(StrictModel):
+    """All between two eastings and two northings."""
+
+    west_m: Metres = Field(description="Western side, east coordinate, metres.")
+    south_m: Metres = Field(description="Southern side, north coordinate, metres.")
+    east_m: Metres = Field(description="Eastern side, east coordinate, metres.")
+    north_m: Metres = Field(description="Northern side, north coordinate, metres.")
+
+
+class CircleIn(PlaceIn):
+    """All within a distance of a place."""
+
+    radius_m: Positive = Field(description="Distance over ground, metres.")
 
 
 Ring = Annotated[list[PlaceIn], Field(min_length=3, max_length=10_000)]

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
 from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID
 from service.parts.points import DegreesEast, DegreesNorth, InADatum, Metres, NotNegativeMetres, Positive, StrictModel
 
@@ -141,7 +142,7 @@ class CeilingParameters(PositioningParameters, InADatum):
         return self.ceiling_altitude_m, False
 
 
-class MorphingMapParameters(CeilingParameters):
+class MorphingMapParameters(CeilingParameters, AreaParameters):
     """Above which altitude positioning is good enough, up to a ceiling."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(
@@ -162,6 +163,12 @@ class MorphingMapParameters(CeilingParameters):
     def near_sources(self) -> tuple[AntennaIn, ...]:
         """Anchors, then tracks."""
         return (*self.anchors, *self.tracks)
+
+    @model_validator(mode="after")
+    def _no_frames_over_an_area(self) -> Self:
+        if self.area is not None and self.frames is not None:
+            raise ValueError("Frames are of the whole DEM; leave out area or frames.")
+        return self
 
     @model_validator(mode="after")
     def _frames_for_tracks(self) -> Self:

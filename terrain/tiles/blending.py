@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pyproj
-import scipy.ndimage
 
 from terrain import kernels
 from terrain.crs_parts import same_map, split_shift
@@ -26,8 +25,6 @@ from .plan import MosaicPlan
 from .telling import Overlap, check_datums, overlaps_told, plan_told, source_of, with_sentences
 
 __all__ = ["blend"]
-
-NEIGHBOURS = np.ones((3, 3), np.bool_)
 
 
 def blend(
@@ -103,7 +100,7 @@ def _bridged(number: int, parts: Sequence[Part]) -> Posts:
         x0=own.posts.x0 - own.posts.step_x,
         y0=own.posts.y0 + own.posts.step_y,
     )
-    row, col = np.nonzero(scipy.ndimage.binary_dilation(covered, NEIGHBOURS) & ~covered)
+    row, col = np.nonzero(_beside(covered) & ~covered)
     x = np.asarray(posts.x0 + col * posts.step_x, np.float64)
     y = np.asarray(posts.y0 - row * posts.step_y, np.float64)
     for other in (part.posts for at, part in enumerate(parts) if at != number):
@@ -112,6 +109,17 @@ def _bridged(number: int, parts: Sequence[Part]) -> Posts:
             break
         heights_m[row[missing], col[missing]] = _heights_at(other, posts.crs, x[missing], y[missing])
     return posts
+
+
+def _beside(covered: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """The posts that are covered or have a neighbour, also across a corner, that is."""
+    across = covered.copy()
+    across[:, 1:] |= covered[:, :-1]
+    across[:, :-1] |= covered[:, 1:]
+    around = across.copy()
+    around[1:] |= across[:-1]
+    around[:-1] |= across[1:]
+    return around
 
 
 def _heights_at(

@@ -17,6 +17,8 @@ from .tile import Tile
 __all__ = ["RULE", "MosaicPlan", "PlannedLayer", "plan_mosaic"]
 
 RULE = "Finest first, by the ground that a cell covers; of equally fine ones the first by name."
+# of the longer side of an area
+CORNERS = 0.05
 # shares of outlines below this are rounding
 SLIVER = 1e-9
 WORDS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
@@ -72,10 +74,14 @@ def plan_mosaic(
     else:
         wanted = grown_area(area, margin_m)
         shape = area_in_degrees(wanted, ours[0].crs)
-        taken = [tile for tile in ours if _beside(tile, shape).intersects(shape)]
-        if not taken:
+        taken = [tile for tile in ours if _beside(tile, shape).intersects(_box_around(shape))]
+        if not any(_beside(tile, shape).intersects(shape) for tile in taken):
             raise NoGroundError(_what_is_near(ours, shape))
-    layers = layers_of(taken, float(shape.centroid.x))
+    layers = [
+        layer
+        for layer in layers_of(taken, float(shape.centroid.x))
+        if any(_beside(tile, shape).intersects(shape) for tile in layer.tiles)
+    ]
     planned, left = list[PlannedLayer](), shape
     for layer in layers:
         covered = shapely.union_all([_beside(tile, shape) for tile in layer.tiles])
@@ -83,6 +89,13 @@ def plan_mosaic(
         planned.append(PlannedLayer(layer, _share(shapely.intersection(shape, covered), shape), _share(adds, shape)))
         left = shapely.difference(left, covered)
     return MosaicPlan(tuple(planned), wanted, _share(left, shape))
+
+
+def _box_around(shape: shapely.Polygon) -> shapely.Polygon:
+    """What the corners of the grid may reach: it is the box around the area on a map, turned by up to some degrees."""
+    west, south, east, north = shape.bounds
+    more = CORNERS * max(east - west, north - south)
+    return shapely.box(west - more, south - more, east + more, north + more)
 
 
 def _share(part: shapely.Geometry, whole: shapely.Geometry) -> float:

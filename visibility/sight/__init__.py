@@ -30,6 +30,7 @@ from visibility.sight.sight_line import (
     profile,
 )
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
+from visibility.sight.sight_points import points_within_reach
 
 __all__ = [
     "ALL_ROUND",
@@ -66,6 +67,7 @@ __all__ = [
     "lines_of_sight",
     "min_visible_altitude",
     "occluded_points",
+    "points_within_reach",
     "profile",
     "reach_of",
     "reflections",

@@ -14,8 +14,8 @@ from detection import DetectionInputError, RangingAnchor
 from gnss import Place, ecef_to_enu_m, place_ecef_m
 from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table, text_of
-from service.files.geojson_reading import GeoJsonShape, shapes_of
 from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
+from service.parts.geojson_reading import GeoJsonShape, shapes_of
 from service.parts.sentences import sentence_of
 
 from .texts import ANCHOR_FORM, anchor_from_text

@@ -12,7 +12,7 @@ from pydantic import JsonValue, ValidationError
 from planning.questions.models import NavigationModel
 from service.errors import RequestError
 from service.files.csv_table import CsvTable, Numbers, check_columns, read_csv_table
-from service.files.geojson_reading import Fields, line_of, polygons_of, shapes_of
+from service.parts.geojson_reading import Fields, line_of, polygons_of, shapes_of
 from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
 from service.products.paths.answer import VERTEX_COLUMNS

@@ -44,17 +44,18 @@ def ask(
     what: str = "Sight lines",
     work: Work | None = None,
     changes: Mapping[str, object] | None = None,
+    margin_m: float | None = None,
 ) -> None:
     """Read, calculate, write and print. What can be wrong in the request is found before the work.
 
     asked: what the options make, of ``product.parameters``, or the file of a request; changes: what the command line
     says of either. tables: of the answer. summary: the file of the answer. left_out: layers that are
-    not written. work: what the calculation may use; its
-    progress is shown here. Raises RequestError and what the packages raise.
+    not written. work: what the calculation may use; its progress is shown here. margin_m: how far around the area
+    ground is read; None: of one file all, of tiles none. Raises RequestError and what the packages raise.
     """
     parameters = request_from_file(asked, product) if isinstance(asked, Path) else asked
     parameters = parameters.model_copy(update=dict(changes or {}))
-    grid = reading.read(dem)
+    grid = reading.read(dem, getattr(parameters, "area", None), margin_m)
     parameters, told = in_dem_datum(grid, parameters)
     layers = tuple(
         layer

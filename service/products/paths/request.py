@@ -9,11 +9,11 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from planning.paths import NavigationModel, PlanBudget
 from service.parts.anchors import TrackIn
+from service.parts.areas import Areas, GoalIn, StandingPlace
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import NotNegative, NotNegativeMetres, PlanAltitudes, Positive, StrictModel
 from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters, RangingParameters
 from service.parts.sentences import WithOlderNames
-from service.products.paths.areas import Areas, GoalIn, StandingPlace
 
 __all__ = [
     "REQUEST",

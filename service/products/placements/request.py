@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import SightParameters
+from service.parts.areas import AreaAsPolygon
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import (
     InADatum,
@@ -15,7 +16,6 @@ from service.parts.points import (
     PlaceIn,
     PlanAltitudes,
     PointIn,
-    PolygonIn,
     Positive,
     StandOffIn,
     StrictModel,
@@ -54,7 +54,7 @@ class CandidatesIn(InADatum):
 
     what: Literal["drone", "mast", "site"] = Field("drone", description="What would stand there.")
     spacing_m: Positive | None = Field(None, description="Of a square lattice of places, metres; or give places.")
-    area: PolygonIn | None = Field(None, description="Where the lattice lies; left out = the whole DEM.")
+    area: AreaAsPolygon | None = Field(None, description="Where the lattice lies; left out = the whole DEM.")
     places: Annotated[list[PlaceIn], Field(min_length=1, max_length=20_000)] | None = Field(
         None, description="Given places, in place of a lattice."
     )
@@ -75,7 +75,7 @@ class CandidatesIn(InADatum):
 class TargetsIn(StrictModel):
     """Where the rover has to see anchors: an area, a corridor or a path; the whole DEM by default."""
 
-    area: PolygonIn | None = Field(None, description="Only here; left out = the whole DEM.")
+    area: AreaAsPolygon | None = Field(None, description="Only here; left out = the whole DEM.")
     path: Annotated[list[PlaceIn], Field(min_length=2, max_length=10_000)] | None = Field(
         None, description="Along this planned path instead; each metre of it counts the same."
     )
@@ -144,7 +144,7 @@ class RulesIn(InADatum):
 
     altitude_fields = ("max_altitude_m",)
 
-    no_fly: Annotated[list[PolygonIn], Field(max_length=1000)] = Field([], description="No anchor over these.")
+    no_fly: Annotated[list[AreaAsPolygon], Field(max_length=1000)] = Field([], description="No anchor over these.")
     stand_off: Annotated[list[StandOffIn], Field(max_length=1000)] = Field([], description="Distances to keep.")
     min_above_ground_m: NotNegativeMetres = Field(0.0, description="Lowest height above ground, metres.")
     max_above_ground_m: Positive | None = Field(None, description="Ceiling above ground, metres.")

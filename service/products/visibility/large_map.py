@@ -61,11 +61,13 @@ def make_large_map(
 
     work: progress, stop (nothing is left behind then), and the scheduler of a Dask cluster whose workers read their own
     windows; the raster and the folder must lie where they see them.
-    Raises RequestError (no range limit, more memory or disk than there is), DemReadError, AnchorError, ClusterError,
+    Raises RequestError (no range limit, an area, more memory or disk than there is), DemReadError, AnchorError, ClusterError,
     VisibilityInputError, VerticalDatumError, FrameError.
     """
     started_s = time.perf_counter()
     work = work or Work()
+    if parameters.area is not None:
+        raise RequestError("A map by windows is of all ground in reach of its anchors; it takes no area.")
     middle = _ground_at(dem, *_middle(dem))
     parameters, told = in_dem_datum(middle, parameters)
     anchors = tuple(_anchor(dem, middle, parameters, number) for number in range(len(parameters.anchors)))

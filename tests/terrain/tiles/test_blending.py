@@ -21,7 +21,7 @@ from terrain import (
     read_tile,
 )
 from tests.terrain.files import hill, write_tif
-from tests.terrain.tiles.cutting import rough
+from tests.terrain.tiles.cutting import cut_tif, rough
 
 FINE = rasterio.Affine(10, 0, 500_200, 0, -10, 4_999_800)
 COARSE = rasterio.Affine(30, 0, 500_000, 0, -30, 5_000_000)
@@ -186,3 +186,14 @@ def test_over_the_antimeridian_tiles_lie_side_by_side(tmp_path: Path) -> None:
     grid = read_mosaic([west, east], Box(179.8, -16.6, -179.8, -16.4))
     assert grid.unknown_posts == 0
     assert grid.cols * grid.cell_east_m < 60_000.0
+
+
+def test_corners_of_the_box_around_a_circle_come_from_their_own_tiles(tmp_path: Path) -> None:
+    tiles = cut_tif(tmp_path / "cut", rough(100, 100), FINE, shared=False, pieces=2)
+    # in the north-west tile, near the point where all four meet; the box around it has a corner in the fourth
+    circle = Circle(500_200.0 + 460.0, 4_999_800.0 - 460.0, 55.0, frame="EPSG:32632")
+    grid = read_mosaic(tiles, circle)
+    assert grid.unknown_posts == 0
+    beside = rasterio.Affine(1, 0, 500_712, 0, -1, 4_999_280)
+    fine = write_tif(tmp_path / "lidar.tif", np.ones((30, 30), "f4"), transform=beside)
+    assert read_mosaic([*tiles, fine], circle).cell_east_m == 10.0, "what lies beside the area does not set its cells"
