@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import os
+import string
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
+from urllib.parse import urlsplit
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-__all__ = ["Rehearsal", "Settings"]
+__all__ = ["GroundSource", "Rehearsal", "Settings"]
 
 MIB = 1024 * 1024
 GIB = 1024 * MIB
 
 Rehearsal = Literal["everything", "maps"]
+Scheme = Literal["copernicus-glo-30", "copernicus-glo-90", "srtm", "template"]
+
+COPERNICUS = "{base}/Copernicus_DSM_COG_{step}_{NS}{lat:02d}_00_{EW}{lon:03d}_00_DEM/"
+COPERNICUS_FILE = "Copernicus_DSM_COG_{step}_{NS}{lat:02d}_00_{EW}{lon:03d}_00_DEM.tif"
+# (template, EPSG code of the vertical CRS where the files do not say it)
+SCHEMES = {
+    "copernicus-glo-30": ((COPERNICUS + COPERNICUS_FILE).replace("{step}", "10"), 3855),
+    "copernicus-glo-90": ((COPERNICUS + COPERNICUS_FILE).replace("{step}", "30"), 3855),
+    "srtm": ("{base}/{NS}{lat:02d}{EW}{lon:03d}.hgt", None),
+}
+PLACES = {"base", "NS", "EW", "lat", "lon"}
 
 
 def _cores() -> int:
@@ -25,6 +38,48 @@ def _memory_per_worker_bytes() -> int:
     """An equal share of the machine's memory for each core's worker and the rest of the system, 16 GiB at most."""
     physical_bytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     return max(GIB, min(16 * GIB, physical_bytes // (_cores() + 1)))
+
+
+class GroundSource(BaseModel):
+    """A server of ground that the operator lists, and how its files are called: one per degree by degree."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    base: str = Field(description="Where the files lie, such as https://copernicus-dem-30m.s3.amazonaws.com.")
+    scheme: Scheme = Field("template", description="How files are called.")
+    template: str | None = Field(
+        None, description="With scheme template: {base}, {NS}, {lat:02d}, {EW} and {lon:03d} of the south-west corner."
+    )
+
+    @model_validator(mode="after")
+    def _says_where_files_lie(self) -> Self:
+        if urlsplit(self.base).scheme not in ("http", "https") or not urlsplit(self.base).netloc:
+            raise ValueError(f"base must be an http or https address, not {self.base!r}.")
+        if (self.scheme == "template") != (self.template is not None):
+            raise ValueError("Give a template with scheme 'template', and with no other.")
+        named = {name for _, name, _, _ in string.Formatter().parse(self._template) if name is not None}
+        if not named <= PLACES or not self._template.startswith("{base}/"):
+            raise ValueError(f"The template must begin with {{base}}/ and may hold {', '.join(sorted(PLACES))} only.")
+        return self
+
+    @property
+    def vertical_epsg(self) -> int | None:
+        """The vertical CRS of the scheme's files, which do not say it themselves."""
+        return None if self.scheme == "template" else SCHEMES[self.scheme][1]
+
+    def url_of(self, west_deg: int, south_deg: int) -> str:
+        """The address of the file of one cell, by its south-west corner."""
+        return self._template.format(
+            base=self.base.rstrip("/"),
+            NS="N" if south_deg >= 0 else "S",
+            EW="E" if west_deg >= 0 else "W",
+            lat=abs(south_deg),
+            lon=abs(west_deg),
+        )
+
+    @property
+    def _template(self) -> str:
+        return self.template or SCHEMES[self.scheme][0]
 
 
 class Settings(BaseSettings):
@@ -46,7 +101,10 @@ class Settings(BaseSettings):
         description="Short tasks that run beside them: reading DEMs, checking requests, drawing layers.",
     )
     spare_workers: int = Field(
-        default=1, ge=0, le=16, description="Warm processes that wait to take over when one is cancelled or dies."
+        default=1,
+        ge=0,
+        le=16,
+        description="Warm processes that answer probes, and take over when one is cancelled or dies.",
     )
 
     rehearse: Rehearsal = Field(
@@ -58,6 +116,15 @@ class Settings(BaseSettings):
         default=(),
         description="Products of other packages, a JSON list of places such as package.module:NAME; each is a "
         "service.products.Product.",
+    )
+
+    ground_sources: dict[str, GroundSource] = Field(
+        default={},
+        description="Servers of ground that may be asked, JSON of name to base and scheme (copernicus-glo-30, "
+        "copernicus-glo-90, srtm, or template with template); none unless listed.",
+    )
+    max_ground_store_bytes: int = Field(
+        default=10 * GIB, ge=1, description="Bytes that are kept of what was read from them."
     )
 
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .errors import DemFormatError
+from .stated_crs import prj_text
 
-__all__ = ["NUMBER", "ascii_place", "check_ascii_header", "read_header"]
+__all__ = ["NUMBER", "ascii_place", "check_ascii_header", "read_header", "unit_in_prj"]
 
 # GDAL looks for the header no further than this, and has the values begin where a line begins with no letter, or "nan"
 HEADER_BYTES = 1 << 16
@@ -20,6 +21,8 @@ NUMBER = re.compile(
 X_PLACES, Y_PLACES = ("xllcorner", "xllcenter"), ("yllcorner", "yllcenter")
 KEYWORDS = {"ncols", "nrows", "cellsize", "dx", "dy", "nodata_value", *X_PLACES, *Y_PLACES}
 LONGEST_SHOWN = 40
+ZUNITS_PER_METRE = {"1": "m", "10": "dm", "100": "cm", "1000": "mm"}
+ZUNITS = re.compile(r"^[ \t]*zunits[ \t]+(\S+)", re.IGNORECASE | re.MULTILINE)
 
 
 def read_header(stream: BinaryIO) -> bytes:
@@ -52,6 +55,12 @@ def ascii_place(file: Path, rows: int, step: tuple[float, float]) -> tuple[float
     x = told[x_place] + (0.5 * step[0] if x_place.endswith("corner") else 0.0)
     y = told[y_place] + (0.5 * step[1] if y_place.endswith("corner") else 0.0)
     return x, y + (rows - 1) * step[1]
+
+
+def unit_in_prj(file: Path) -> str | None:
+    """What an Arc/Info .prj beside an ESRI ASCII grid says of its heights, which GDAL leaves out."""
+    found = ZUNITS.search(prj_text(file) or "")
+    return None if found is None or found[1].upper() == "NO" else ZUNITS_PER_METRE.get(found[1], found[1])
 
 
 def _told(file: Path) -> dict[str, float]:

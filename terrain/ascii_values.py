@@ -5,11 +5,15 @@ from __future__ import annotations
 import contextlib
 from collections import deque
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from .ascii_header import NUMBER, read_header
 from .errors import DemFormatError
 
-__all__ = ["check_ascii_values"]
+__all__ = ["check_ascii_values", "whole_numbers"]
 
 # larger ones are slower: their words no longer fit the cache
 CHUNK_BYTES = 1 << 16
@@ -39,6 +43,14 @@ def check_ascii_values(file: Path, rows: int, cols: int) -> None:
             f"{file.name} is damaged or cut short: {count:,} values where {cols:,} × {rows:,} = {rows * cols:,} are "
             "announced."
         )
+
+
+def whole_numbers(values: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+    """The values as 32 bit integers where that is what they all are."""
+    limits = np.iinfo(np.int32)
+    if np.isfinite(values).all() and limits.min <= values.min() and values.max() <= limits.max:
+        return values.astype(np.int32)
+    return values
 
 
 def _check_numbers(name: str, words: list[bytes], before: int, cols: int, *, usual: bool) -> None:

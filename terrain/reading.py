@@ -15,19 +15,21 @@ import pyproj
 from .array_files import read_npy, read_npz
 from .crs_parts import horizontal_part, vertical_part
 from .crs_texts import parse_crs
+from .datums.conversion import with_vertical_datum
+from .datums.references import parse_vertical_datum
 from .errors import DemReadError, DemUnsupportedError, ElevationGridError
 from .formats import local_file, sniff_format
 from .frames import datum_doubt
 from .grid import ElevationGrid, Provenance
 from .heights import Heights, heights_of
 from .limits import DEFAULT_MAX_CELLS
-from .placing import place
+from .placing import Placed, place
 from .raster_files import read_raster
-from .raw import RawDem
+from .raw import PostWindow, RawDem
 from .units import HEIGHT_UNITS
 from .voids import implausible_heights, unknown_posts
 
-__all__ = ["read_dem"]
+__all__ = ["grid_of", "heights_in_metres", "horizontal_target", "read_dem", "read_part"]
 
 
 def read_dem(
@@ -39,6 +41,7 @@ def read_dem(
     target_crs: Any = None,
     cell_m: float | tuple[float, float] | None = None,
     band: int | None = None,
+    vertical_datum: str | None = None,
     max_cells: int = DEFAULT_MAX_CELLS,
 ) -> ElevationGrid:
     """Read a DEM file: GeoTIFF or COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy.
@@ -52,20 +55,24 @@ def read_dem(
     target_crs: metric CRS of the grid; without it the file's own where that measures metres truly, else a local one.
     cell_m: metres between posts, one number or (east, north), for files that do not tell.
     band: which band holds the heights, from 1; without it the first.
+    vertical_datum: what heights count from in the grid: "msl", "hae", "EGM96", "EGM2008", or a vertical CRS that PROJ
+        knows. Heights above another datum are brought to it; those of a file that does not tell are taken as above it.
     max_cells: a larger raster is refused before its pixels are read.
-    Raises DemReadError (DemFormatError, DemTooLargeError, DemUnsupportedError), FrameError for an unknown CRS.
+    Raises DemReadError (DemFormatError, DemTooLargeError, DemUnsupportedError), FrameError for an unknown CRS,
+    VerticalDatumError for a datum that heights cannot be brought to.
     """
+    wanted = None if vertical_datum is None else parse_vertical_datum(vertical_datum)
     if height_unit is not None and height_unit not in HEIGHT_UNITS:
         raise DemReadError(f"height_unit must be one of {', '.join(HEIGHT_UNITS)}, not {height_unit!r}.")
     file = local_file(path)
     given = None if crs is None or (isinstance(crs, str) and crs == "local") else parse_crs(crs)
-    target = None if target_crs is None else _horizontal_target(target_crs)
+    target = None if target_crs is None else horizontal_target(target_crs)
     raw = _read_raw(file, _cell_pair(cell_m), band, max_cells)
     heights = heights_of(file.name, raw, unit=height_unit, given=given)
     void, void_warnings = unknown_posts(file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=nodata)
     conversions = [*raw.conversions, *heights.conversions]
     warnings = [*raw.warnings, *heights.warnings, *void_warnings]
-    heights_m = _heights_m(raw, void, heights)
+    heights_m = heights_in_metres(raw, void, heights)
     placed = place(
         file.name, raw, heights_m,
         crs="local" if crs is not None and given is None else None if given is None else horizontal_part(given),
@@ -75,6 +82,18 @@ def read_dem(
     )  # fmt: skip
     if placed.on_earth:
         warnings += implausible_heights(heights_m)
+    provenance = Provenance(
+        source=file.name,
+        driver=raw.driver,
+        conversions=(*conversions, *placed.conversions),
+        warnings=(*warnings, *placed.warnings),
+    )
+    grid = grid_of(placed, heights.vertical_datum, provenance)
+    return grid if wanted is None else with_vertical_datum(grid, wanted)
+
+
+def grid_of(placed: Placed, vertical_datum: str | None, provenance: Provenance) -> ElevationGrid:
+    """The grid of heights that were placed, which it keeps; doubts about its datum are told. Raises DemReadError."""
     placed.heights_m.setflags(write=False)  # ours alone: spares the grid its protective copy
     try:
         grid = ElevationGrid(
@@ -84,23 +103,37 @@ def read_dem(
             placed.origin_east_m,
             placed.origin_north_m,
             crs=placed.crs,
-            vertical_datum=heights.vertical_datum,
-            provenance=Provenance(
-                source=file.name,
-                driver=raw.driver,
-                conversions=(*conversions, *placed.conversions),
-                warnings=(*warnings, *placed.warnings),
-            ),
+            vertical_datum=vertical_datum,
+            provenance=provenance,
         )
     except ElevationGridError as error:
-        raise DemReadError(f"{file.name}: {error}") from error
+        raise DemReadError(f"{provenance.source}: {error}") from error
     doubt = datum_doubt(grid)
-    if doubt is None or doubt in grid.provenance.warnings:
-        return grid
-    return replace(grid, provenance=replace(grid.provenance, warnings=(*grid.provenance.warnings, doubt)))
+    if doubt is not None and doubt not in grid.provenance.warnings:
+        grid = replace(grid, provenance=replace(grid.provenance, warnings=(*grid.provenance.warnings, doubt)))
+    return grid
 
 
-def _horizontal_target(target_crs: Any) -> pyproj.CRS:
+def read_part(
+    file: Path, driver: str, window: PostWindow, *, max_cells: int
+) -> tuple[RawDem, Heights, npt.NDArray[np.float32], tuple[str, ...]]:
+    """(what stands in the file, what it means, heights in metres with NaN = unknown, warnings) of some of its posts.
+
+    Raises DemReadError as ``read_dem`` does; that no post is known is no fault of a part.
+    """
+    if driver == "NPZ":
+        raw = read_npz(file, max_cells=max_cells, window=window)
+    else:
+        raw = read_raster(file, driver, cell_m=None, band=None, max_cells=max_cells, window=window)
+    heights = heights_of(file.name, raw, unit=None, given=None)
+    void, warnings = unknown_posts(
+        file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=None, may_be_void=True
+    )
+    return raw, heights, heights_in_metres(raw, void, heights), (*raw.warnings, *heights.warnings, *warnings)
+
+
+def horizontal_target(target_crs: Any) -> pyproj.CRS:
+    """The CRS that a grid is wanted in. Raises FrameError, DemUnsupportedError where it has heights."""
     target = parse_crs(target_crs)
     datum, _ = vertical_part(target)
     if datum is not None:
@@ -130,7 +163,8 @@ def _cell_pair(cell_m: float | tuple[float, float] | None) -> tuple[float, float
     return float(east_m), float(north_m)
 
 
-def _heights_m(raw: RawDem, void: npt.NDArray[np.bool_], heights: Heights) -> npt.NDArray[np.float32]:
+def heights_in_metres(raw: RawDem, void: npt.NDArray[np.bool_], heights: Heights) -> npt.NDArray[np.float32]:
+    """What stands in a file as metres, float32; NaN where void."""
     with np.errstate(over="ignore", invalid="ignore"):
         # out of range only where void, and those become NaN in the next line
         if heights.factor == 1.0 and heights.offset_m == 0.0:

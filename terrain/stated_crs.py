@@ -10,7 +10,7 @@ from typing import BinaryIO
 from .crs_texts import check_no_files
 from .errors import DemFormatError, DemUnsupportedError, FrameError
 
-__all__ = ["check_stated_crs", "prj_text"]
+__all__ = ["check_stated_crs", "check_stated_stream", "prj_text"]
 
 PRJ_BYTES = 1 << 20
 GEO_ASCII_PARAMS = 34737
@@ -20,15 +20,29 @@ MOST_ENTRIES = 65_536
 def check_stated_crs(file: Path, driver: str) -> None:
     """Raises DemUnsupportedError where the CRS of a raster names a file, DemFormatError for a damaged TIFF."""
     if driver == "GTiff":
-        texts = [("its CRS", text) for text in _geotiff_texts(file)]
-    else:
-        text = prj_text(file) if driver == "AAIGrid" else None
-        texts = [] if text is None else [(f"{file.stem}.prj beside it", text)]
-    for where, text in texts:
-        try:
-            check_no_files(text)
-        except FrameError as error:
-            raise DemUnsupportedError(f"{file.name} is not read because of {where}. {error}") from error
+        with file.open("rb") as stream:
+            check_stated_stream(file.name, stream)
+        return
+    text = prj_text(file) if driver == "AAIGrid" else None
+    if text is not None:
+        _check(file.name, f"{file.stem}.prj beside it", text)
+
+
+def check_stated_stream(name: str, stream: BinaryIO) -> None:
+    """The same of a TIFF that is open. Raises DemUnsupportedError, DemFormatError."""
+    try:
+        texts = _geo_texts(stream)
+    except struct.error as error:
+        raise DemFormatError(f"{name} is damaged or cut short: GDAL cannot read it as GTiff.") from error
+    for text in texts:
+        _check(name, "its CRS", text)
+
+
+def _check(name: str, where: str, text: str) -> None:
+    try:
+        check_no_files(text)
+    except FrameError as error:
+        raise DemUnsupportedError(f"{name} is not read because of {where}. {error}") from error
 
 
 def prj_text(file: Path) -> str | None:
@@ -43,15 +57,6 @@ def prj_text(file: Path) -> str | None:
     return None
 
 
-def _geotiff_texts(file: Path) -> list[str]:
-    """The texts of the GeoTIFF keys of the first image."""
-    try:
-        with file.open("rb") as stream:
-            return _geo_texts(stream)
-    except struct.error as error:
-        raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as GTiff.") from error
-
-
 def _go_to(stream: BinaryIO, place: int) -> None:
     """Go to a place that a damaged file may put beyond its end, or beyond any file."""
     if place > stream.seek(0, io.SEEK_END):
@@ -60,6 +65,7 @@ def _go_to(stream: BinaryIO, place: int) -> None:
 
 
 def _geo_texts(stream: BinaryIO) -> list[str]:
+    """The texts of the GeoTIFF keys of the first image. Raises struct.error where it is damaged."""
     order = "<" if stream.read(2) == b"II" else ">"
     big = _number(stream, order + "H") == 43
     if big:

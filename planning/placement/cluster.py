@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass
 from typing import Any
@@ -17,11 +17,12 @@ from terrain import ElevationGrid
 from .sight import Bits, Parcel, SightOptions, SightTable, enter, parcel_bits, parcels
 from .targets import Targets
 
-__all__ = ["Cluster", "WorkedOut", "bits_from_cluster", "sight_table"]
+__all__ = ["Cluster", "WorkedOut", "bits_from_cluster", "results_from_cluster", "sight_table"]
 
 TRIES = 3
 LOOK_EVERY_S = 0.2
 Make = Callable[[], Parcel]
+Submit = Callable[[Any, Sequence[int]], dict[Any, int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +49,37 @@ def bits_from_cluster(
 
     Raises ClusterError when the cluster cannot be reached, or is lost again and again.
     """
-    left = set(range(len(makes)))
+    made: dict[int, Parcel] = {}
+
+    def submit(client: Any, numbers: Sequence[int]) -> dict[Any, int]:
+        made.update({number: makes[number]() for number in numbers})
+        shared = _shared(client, {number: made[number] for number in numbers})
+        return {_submit(client, made[number], shared): number for number in numbers}
+
+    for number, bits in results_from_cluster(cluster, len(makes), submit, stop):
+        yield number, made[number], bits
+
+
+def results_from_cluster(
+    cluster: Cluster, count: int, submit: Submit, stop: Callable[[], bool] | None
+) -> Iterator[tuple[int, Any]]:
+    """(number, result) of each of so many parcels, as they come in; ends early when ``stop`` says so.
+
+    submit: hands the parcels of these numbers to a Dask client; futures and their numbers. It is asked again, for what
+    is left, where the cluster was lost. Raises ClusterError when it cannot be reached, or is lost again and again.
+    """
+    left = set(range(count))
     for attempt in range(TRIES):
         client = _connect(cluster)
         try:
-            for number, parcel, bits in _spread(client, {number: makes[number] for number in sorted(left)}, stop):
+            for number, result in _spread(client, submit(client, sorted(left)), stop):
                 left.discard(number)
-                yield number, parcel, bits
+                yield number, result
             return
         except (CancelledError, asyncio.CancelledError, TimeoutError, OSError, _lost()) as error:
             if attempt == TRIES - 1:
                 raise ClusterError(
-                    f"The cluster at {cluster.address} was lost with {len(left):,} of {len(makes):,} parcels to do: "
+                    f"The cluster at {cluster.address} was lost with {len(left):,} of {count:,} parcels to do: "
                     f"{type(error).__name__}."
                 ) from error
         finally:
@@ -95,13 +115,10 @@ def _lost() -> type[Exception]:
     return lost
 
 
-def _spread(client: Any, makes: dict[int, Make], stop: Callable[[], bool] | None) -> Iterator[tuple[int, Parcel, Bits]]:
-    """Hand out the parcels and take in what comes of them."""
+def _spread(client: Any, futures: dict[Any, int], stop: Callable[[], bool] | None) -> Iterator[tuple[int, Any]]:
+    """Take in what comes of the parcels that were handed out."""
     from distributed import wait
 
-    parcels = {number: make() for number, make in makes.items()}
-    shared = _shared(client, parcels)
-    futures = {_submit(client, parcel, shared): number for number, parcel in parcels.items()}
     try:
         while futures:
             if stop is not None and stop():
@@ -112,8 +129,7 @@ def _spread(client: Any, makes: dict[int, Make], stop: Callable[[], bool] | None
             except TimeoutError:
                 continue
             for future in finished:
-                number = futures.pop(future)
-                yield number, parcels[number], future.result()
+                yield futures.pop(future), future.result()
     finally:
         if futures:
             client.cancel(list(futures))

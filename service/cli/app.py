@@ -38,6 +38,7 @@ COMMANDS: Mapping[str, str] = {
     "reposition": "service.cli.reposition:reposition",
     "los": "service.cli.los:los",
     "store": "service.cli.store:store",
+    "ground": "service.cli.ground:ground",
     "serve": "service.cli.serve:serve",
     "demo": "service.cli.demo:demo",
     "warm-up": "service.cli.serve:warm_up",
@@ -152,7 +153,7 @@ def main(more: Mapping[str, str] | None = None) -> None:
         if not words or words[0] in ("--help", "-h"):
             for name in {**COMMANDS, **(more or {})}:
                 _ = app[name]  # imported, so that the list has what each of them says of itself
-        if not words or words == ["store"]:
+        if not words or words in (["store"], ["ground"]):
             app.help_print(words)
             code = usage("No command was given; sightline --help lists them.")
         else:

@@ -147,7 +147,6 @@ def bubble(
 
     from .asking.path_files import trajectory_from_file
     from .asking.products import ask, request_of_fields
-    from .asking.texts import height_words
 
     asked: BaseModel | Path | None = request
     if asked is None:
@@ -175,7 +174,6 @@ def bubble(
         summary="bubble.json",
         what="Safety bubbles",
         reading=reading,
-        heights=height_words(anchors.anchor, height),
         output=output,
     )
 

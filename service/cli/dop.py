@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -107,6 +108,8 @@ def dop(
     ] = (),
     volume: VolumeOptions = VolumeOptions(),
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -122,7 +125,7 @@ def dop(
 
     from .asking.path_files import path_from_file
     from .asking.products import ask, request_of_fields
-    from .asking.texts import cut_fields, height_words
+    from .asking.texts import cut_fields
 
     asked: BaseModel | Path | None = request
     left_out = () if volume.volume or request is not None else VOLUME_FILES
@@ -136,6 +139,7 @@ def dop(
             "volume": air,
             "cuts": [cut_fields(text, lonlat=anchors.lonlat) for text in cut],
             **told(sight),
+            "area": area.part(in_degrees=anchors.lonlat),
             "anchors": anchors.part(range_sigma),
             "satellites": satellites.part(range_sigma),
         }
@@ -152,8 +156,8 @@ def dop(
         summary="dop.json",
         left_out=left_out,
         reading=reading,
-        heights=height_words(anchors.anchor, cut, volume.ceiling),
         output=output,
+        margin_m=margin_m,
     )
 
 

@@ -96,9 +96,9 @@ def fly(
     from service.products.flights.request import FlightParameters
 
     from .asking.products import ask, completed, given_map, request_from_file, request_of_fields
-    from .asking.texts import ceiling_fields, height_words, position_fields
+    from .asking.texts import ceiling_fields, position_fields
 
-    def point(option: str, text: str) -> dict[str, float]:
+    def point(option: str, text: str) -> dict[str, float | str]:
         form = f"{option} {text!r} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 80agl or 612msl."
         return position_fields(text, lonlat=anchors.lonlat, complaint=form)
 
@@ -139,7 +139,6 @@ def fly(
         summary="flight.json",
         what="Planning",
         reading=reading,
-        heights=height_words(start, goal, anchors.anchor, ceiling),
         output=output,
     )
 

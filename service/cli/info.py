@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from .asking.options import DemPath, Output, Reading
+from .asking.ground import AreaOptions, area_asked
+from .asking.options import DemPath, Output, Reading, option
 from .output import facts_table, print_json, print_tables, print_warnings
 
 if TYPE_CHECKING:
@@ -14,11 +15,24 @@ if TYPE_CHECKING:
 __all__ = ["info"]
 
 
-def info(dem: DemPath, /, *, reading: Reading = Reading(), output: Output = Output()) -> None:
+def info(
+    dem: DemPath,
+    /,
+    *,
+    reading: Reading = Reading(),
+    lonlat: Annotated[bool, option("The pairs of --area and --around are longitude,latitude.")] = False,
+    area: AreaOptions = AreaOptions(),
+    output: Output = Output(),
+) -> None:
     """Show what is read from a DEM, what was converted on the way, and every warning."""
     from service.parts.map_facts import ground_of
 
-    grid = reading.read(dem)
+    asked = area_asked(area.part(in_degrees=lonlat))
+    grid = reading.read(dem, asked)
+    if asked is not None:
+        from service.parts.map_area import map_area
+
+        grid = map_area(grid, asked).box
     ground, heights_m, warnings = ground_of(grid), _heights_m(grid), list(grid.provenance.warnings)
     if output.as_json:
         driver = grid.provenance.driver

@@ -58,8 +58,6 @@ def los(
     Of a --request with many lines it writes lines_of_sight.json, lines.json
     and lines.npz into --out.
     """
-    from .asking.texts import height_words, told_of_heights
-
     if request is not None:
         from service.products.lines_of_sight import LINES_OF_SIGHT
 
@@ -72,12 +70,15 @@ def los(
     if output.out is not None:
         raise RequestError("--out goes with --request; of one line everything is printed.")
     ends = {"--from": _point("--from", start, lonlat), "--to": _point("--to", end, lonlat)}
+    from service.parts.altitude_datums import in_dem_datum
     from service.parts.shapes_in_grid import resolve_point
+    from service.products.lines_of_sight.request import PairIn
     from visibility import FLAT, line_of_sight
 
     grid = reading.read(dem)
-    warnings = [*grid.provenance.warnings, *told_of_heights(grid, height_words(start, end))]
-    start_m, end_m = (resolve_point(grid, point, name) for name, point in ends.items())
+    pair, of_altitudes = in_dem_datum(grid, PairIn.model_validate({"from": ends["--from"], "to": ends["--to"]}))
+    warnings = [*grid.provenance.warnings, *of_altitudes]
+    start_m, end_m = resolve_point(grid, pair.from_, "--from"), resolve_point(grid, pair.to, "--to")
     sight = line_of_sight(
         grid,
         start_m,

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -73,6 +74,8 @@ def morph(
     ] = None,
     motion: MotionOptions = MotionOptions(),
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -88,7 +91,7 @@ def morph(
 
     from .asking.anchor_files import tracks_from_file
     from .asking.products import ask, request_of_fields
-    from .asking.texts import ceiling_fields, frames_fields, height_words
+    from .asking.texts import ceiling_fields, frames_fields
 
     asked: BaseModel | Path | None = request
     if asked is None:
@@ -101,6 +104,7 @@ def morph(
             "tracks": [one for file in motion.track for one in tracks_from_file(file)],
             "frames": frames_fields(motion.frames, motion.available_at),
             **told(sight),
+            "area": area.part(in_degrees=anchors.lonlat),
             "anchors": anchors.read(),
             "satellites": satellites.part(),
         }
@@ -117,8 +121,8 @@ def morph(
         summary="morph.json",
         left_out=() if mesh else MESHES,
         reading=reading,
-        heights=height_words(anchors.anchor, ceiling, motion.available_at),
         output=output,
+        margin_m=margin_m,
     )
 
 

@@ -14,7 +14,18 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from .asking.options import WHOLE, AnchorOptions, DemPath, Output, Reading, RequestFile, SightOptions, option, told
+from .asking.options import (
+    WHOLE,
+    AnchorOptions,
+    DemPath,
+    Output,
+    Reading,
+    RequestFile,
+    SightOptions,
+    TerrainFrame,
+    option,
+    told,
+)
 from .asking.placing import CandidateOptions, LinkOptions, PlacementGoal, PlacementRules, TargetOptions
 from .output import facts_table, share_text
 
@@ -42,6 +53,7 @@ def place(
     time_limit: Annotated[
         float | None, option("After so many seconds take the best so far. Ctrl-C does as well.", "S")
     ] = None,
+    terrain_frame: TerrainFrame = False,
     scheduler: Annotated[
         str | None, option("Work out sight on the Dask cluster of this scheduler, tcp://HOST:8786.", "ADDRESS")
     ] = None,
@@ -60,7 +72,6 @@ def place(
     from service.products.placements.request import PlacementParameters
 
     from .asking.products import ask, request_of_fields
-    from .asking.texts import height_words
 
     asked: BaseModel | Path | None = request
     if asked is None:
@@ -81,6 +92,7 @@ def place(
     from service.products.placements import PLACEMENT
 
     where = {} if scheduler is None else {"run_on": "cluster_or_here" if or_local else "cluster"}
+    ground = {"plan_altitudes": "ground"} if terrain_frame else {}
     with _interrupt_as_stop() as stop:
         ask(
             PLACEMENT,
@@ -90,9 +102,8 @@ def place(
             summary="place.json",
             what="Placing anchors",
             work=Work(stop=stop, scheduler=scheduler),
-            changes=where,
+            changes=where | ground,
             reading=reading,
-            heights=height_words(anchors.anchor, candidates.height, candidates.mast, candidates.site, link.base),
             output=output,
         )
 

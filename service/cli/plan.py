@@ -25,6 +25,7 @@ from .asking.options import (
     Reading,
     RequestFile,
     SatelliteOptions,
+    TerrainFrame,
     Unknown,
     option,
     told,
@@ -165,6 +166,7 @@ def plan(
     map: Annotated[
         Path | None, option("visibility.json, dop.json or morph.json: its anchors and limits.", "FILE")
     ] = None,
+    terrain_frame: TerrainFrame = False,
     satellites: SatelliteOptions = SatelliteOptions(),
     range_sigma: RangeSigma = None,
     budget: BudgetOptions = BudgetOptions(),
@@ -183,7 +185,6 @@ def plan(
 
     from .asking.anchor_files import tracks_from_file
     from .asking.products import ask, completed, given_map, request_from_file, request_of_fields
-    from .asking.texts import height_words
 
     on = None if map is None else given_map(map)
     if request is not None:
@@ -217,8 +218,8 @@ def plan(
         _tables,
         summary="path.json",
         what="Planning",
+        changes={"plan_altitudes": "ground"} if terrain_frame else {},
         reading=reading,
-        heights=height_words(anchors.anchor),
         output=output,
     )
 

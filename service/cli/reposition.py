@@ -149,7 +149,6 @@ def reposition(
     from service.products.repositionings.request import RepositioningParameters
 
     from .asking.products import ask, request_of_fields
-    from .asking.texts import height_words
 
     asked: BaseModel | Path | None = request
     if asked is None:
@@ -175,7 +174,6 @@ def reposition(
         summary="reposition.json",
         what="Repositioning",
         reading=reading,
-        heights=height_words(anchors.anchor),
         output=output,
     )
 

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -54,19 +55,32 @@ def visibility(
     anchors: AnchorOptions = AnchorOptions(),
     receiver: ReceiverOptions = ReceiverOptions(),
     sight: SightOptions = SightOptions(),
+    windows: Annotated[
+        bool, option("Read only the ground in reach of anchors with max_range_m: any DEM in metres.")
+    ] = False,
+    scheduler: Annotated[
+        str | None, option("With --windows: work on the Dask cluster of this scheduler.", "ADDRESS")
+    ] = None,
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
 ) -> None:
-    """Calculate which anchors are in sight over a whole DEM.
+    """Calculate which anchors are in sight over a whole DEM, or over an area of it.
 
-    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out.
+    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out; by windows, which
+    a DEM of more posts than are read whole is by itself, only the first and the count and lowest altitude of all.
     """
     from service.products.visibility.request import VisibilityMapParameters
+    from terrain import DemTooLargeError
 
-    from .asking.products import ask, request_of_fields
-    from .asking.texts import height_words
+    from .asking.products import ask, request_from_file, request_of_fields
 
+    if scheduler is not None and not windows:
+        raise RequestError("--scheduler goes with --windows.")
+    if windows and margin_m is not None:
+        raise RequestError("--margin-m goes with an area, which a map by windows does not take.")
     asked: BaseModel | Path | None = request
     if asked is None:
         placed = anchors.read()
@@ -74,21 +88,38 @@ def visibility(
             raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,80agl or --anchors FILE.")
         if receiver.receiver_above_ground_m is not None and receiver.receiver_altitude_m is not None:
             raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
-        fields = {"anchors": placed, **told(receiver), **told(sight)}
+        fields: dict[str, object] = {"anchors": placed, **told(receiver), **told(sight)}
+        fields["area"] = area.part(in_degrees=anchors.lonlat)
         asked = request_of_fields(fields, VisibilityMapParameters)
     # after the options were read: what is wrong with them must not wait for all that this loads
     from service.products.visibility import VISIBILITY_MAP
 
-    ask(
-        VISIBILITY_MAP,
-        dem,
-        asked,
-        lambda answer: (anchors_table(answer), count_table(answer)),
-        summary=SUMMARY,
-        left_out=LEFT_OUT,
-        reading=reading,
-        heights=height_words(anchors.anchor),
-        output=output,
+    parameters = request_from_file(asked, VISIBILITY_MAP) if isinstance(asked, Path) else asked
+    told_of_size: tuple[str, ...] = ()
+    if not windows:
+        try:
+            ask(
+                VISIBILITY_MAP,
+                dem,
+                parameters,
+                lambda answer: (anchors_table(answer), count_table(answer)),
+                summary=SUMMARY,
+                left_out=LEFT_OUT,
+                reading=reading,
+                output=output,
+                margin_m=margin_m,
+            )
+        except DemTooLargeError as error:
+            if not Path(dem).is_file() or getattr(parameters, "area", None) is not None:
+                raise
+            told_of_size = (f"The DEM has {error.cells:,} posts, more than are read whole; it was read by windows.",)
+        else:
+            return
+    from .large_visibility import make_map_by_windows
+
+    assert isinstance(parameters, VisibilityMapParameters), "what the product completes"
+    make_map_by_windows(
+        dem, parameters, summary=SUMMARY, reading=reading, scheduler=scheduler, output=output, told=told_of_size
     )
 
 

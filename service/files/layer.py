@@ -1,7 +1,8 @@
 """Files that a map can be downloaded as, missions for programs that fly and drive on Earth among them.
 
-MAVLink, QGroundControl, ArduPilot and GPX count altitudes from the Earth's mean sea level. A DEM whose heights count
-from an ellipsoid has none to give; then a file leaves altitudes out, counts from the ground instead, or is not written.
+MAVLink, QGroundControl, ArduPilot and GPX count altitudes from the Earth's mean sea level. Those of a DEM whose heights
+count from an ellipsoid are brought there; where nobody knows what they count from, a file leaves altitudes out, counts
+from the ground instead, or is not written.
 """
 
 from __future__ import annotations
@@ -19,10 +20,20 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import JsonValue
 
 from service.parts.map_facts import body_name
-from terrain import ElevationGrid, HeightReference, height_reference_of
+from terrain import (
+    ElevationGrid,
+    HeightReference,
+    VerticalDatumError,
+    altitude_step,
+    height_reference_of,
+    parse_vertical_datum,
+    vertical_datum_of,
+)
 
 __all__ = [
     "COG",
@@ -42,6 +53,7 @@ __all__ = [
     "mission_warnings",
     "plan_text",
     "replacing",
+    "sea_level_m",
     "zip_plans",
 ]
 
@@ -55,6 +67,7 @@ GENERIC_FIRMWARE = 0  # MAV_AUTOPILOT
 SEA_LEVEL, GROUND = (0, 2), (10, 4)
 # a zip's entries carry a time; one for all makes files of equal plans equal
 ZIP_TIME = (2020, 1, 1, 0, 0, 0)
+MEAN_SEA_LEVEL = parse_vertical_datum("msl")
 FROM_GROUND = "gives heights above the ground (MAV_FRAME_GLOBAL_TERRAIN_ALT), for which the vehicle needs terrain data"
 Writer = Callable[[Any, Path], None]
 COG = "image/tiff; application=geotiff; profile=cloud-optimized"
@@ -74,7 +87,7 @@ class Mission:
         """Whether it is written of the DEM of this summary."""
         if dem.get("crs") is None or dem.get("body", "Earth") != "Earth":
             return False
-        return self.without_sea_level is not None or dem.get("heights_count_from") != HeightReference.ELLIPSOID
+        return self.without_sea_level is not None or dem.get("heights_count_from") != HeightReference.UNKNOWN
 
 
 MISSIONS: Mapping[str, tuple[Mission, ...]] = MappingProxyType(
@@ -88,8 +101,23 @@ MISSIONS: Mapping[str, tuple[Mission, ...]] = MappingProxyType(
 
 
 def above_sea_level(grid: ElevationGrid) -> bool:
-    """Whether a grid's altitudes go into files that mean sea level: where that is unknown they do, and it is told."""
-    return height_reference_of(grid) is not HeightReference.ELLIPSOID
+    """Whether files that mean sea level can have a grid's altitudes: not where nobody knows what they count from."""
+    return height_reference_of(grid) is not HeightReference.UNKNOWN
+
+
+def sea_level_m(
+    grid: ElevationGrid, east_m: npt.ArrayLike, north_m: npt.ArrayLike, altitude_m: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Altitudes of places above mean sea level, (n,) metres, from those in the grid's vertical datum.
+
+    A geoid and a levelling datum are mean sea level as they are; from an ellipsoid EGM96 is taken off. Raises
+    VerticalDatumError where nobody knows what the grid's heights count from, or it is not on Earth; FrameError.
+    """
+    own = vertical_datum_of(grid)
+    if own is None:
+        raise VerticalDatumError("Nobody knows how the DEM lies to mean sea level; read it with vertical_datum.")
+    step_m, _ = altitude_step(grid, east_m, north_m, given=own, wanted=MEAN_SEA_LEVEL)
+    return np.atleast_1d(np.asarray(altitude_m, np.float64)) + step_m
 
 
 def mission_warnings(product: str, grid: ElevationGrid) -> tuple[str, ...]:
@@ -105,12 +133,12 @@ def mission_warnings(product: str, grid: ElevationGrid) -> tuple[str, ...]:
     reference = height_reference_of(grid)
     if reference is HeightReference.SEA_LEVEL:
         return ()
-    if reference is HeightReference.UNKNOWN:
-        verb = "takes" if len(missions) == 1 else "take"
-        datum = "does not say" if grid.vertical_datum is None else f"({grid.vertical_datum}) does not tell"
-        return (f"The DEM {datum} what its heights count from; {names} {verb} them as above mean sea level.",)
-    begin = f"The DEM's heights count from the {grid.vertical_datum}, not from sea level, and no geoid model is there"
-    return tuple(f"{begin}: {one.name} {one.without_sea_level or 'is not written'}." for one in missions)
+    if reference is HeightReference.ELLIPSOID:
+        verb = "gives" if len(missions) == 1 else "give"
+        return (f"{names} {verb} altitudes above mean sea level: the DEM's, from the ellipsoid, less EGM96.",)
+    datum = "does not say" if grid.vertical_datum is None else f"({grid.vertical_datum}) does not tell"
+    files = ", ".join(f"{one.name} {one.without_sea_level or 'is not written'}" for one in missions)
+    return (f"The DEM {datum} what its heights count from: {files}. Read it with vertical_datum (EGM96, hae).",)
 
 
 def _the(body: str | None) -> str:

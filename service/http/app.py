@@ -27,10 +27,12 @@ from service.settings import Settings
 
 from .body_limit import BodyLimit, body_limits
 from .context import Service
+from .dems import ground
 from .dems import router as dems
 from .detectors import detections
 from .detectors import router as detectors
 from .meta import describe, health_routes, problem_routes, tags_of
+from .probes import router as probes
 from .problems import answer_with_problems
 from .resources import product_router
 
@@ -130,7 +132,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
     )
     routers = [
-        dems,
+        *(dems, ground, probes),
         *(product_router(product) for product in products.values()),
         *(detections, detectors, health_routes, problem_routes),
     ]

@@ -1,4 +1,4 @@
-"""DEMs: upload, list, look at, delete, and how the service tells about them."""
+"""DEMs: upload or ask for, list, look at, delete; and what ground there is to ask for."""
 
 from __future__ import annotations
 
@@ -8,63 +8,44 @@ import math
 import time
 import uuid
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from pathlib import PurePath
-from typing import Annotated, Literal, Self, cast
+from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
-from pydantic import BaseModel, ConfigDict, Field, JsonValue
+from pydantic import JsonValue
 
 from dem_samples import sample_manifest
-from service.errors import BusyError, RequestError
-from service.jobs.channel import ReadDemArguments, ReadingOptions
+from service.errors import BusyError, NotFoundError, RequestError
+from service.ground.coverage import Coverage
+from service.ground.levels import Levels, levels_of
+from service.ground.request import GroundIn
+from service.jobs.channel import BodyArguments, ReadDemArguments, ReadingOptions
 from service.jobs.folder import move_into_place
+from service.jobs.pool import Lane
 from service.jobs.records import DemRecord
 from service.jobs.recovery import note_dem
 
-from .answers import Limit, Offset, Page
-from .bodies import receive
+from .answers import Limit, Offset
+from .bodies import is_json, receive
 from .context import Service, ServiceDep
+from .dem_answers import DemList, DemOut
 from .jobs import file_answer
 from .meta import LOCATION, problem_responses
 
-__all__ = ["Bounds", "DemList", "DemOut", "router"]
+__all__ = ["ground", "router"]
 
-EXAMPLE: dict[str, JsonValue] = {
-    "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
-    "name": "bigtujunga.tif",
-    "created_at": "2026-05-01T12:00:00Z",
-    "file_bytes": 1843220,
-    "driver": "GTiff",
-    "rows": 643,
-    "cols": 1197,
-    "cells": 769671,
-    "cell_east_m": 30.0,
-    "cell_north_m": 30.0,
-    "bounds_of_posts_m": {"west": 380000.0, "south": 3787000.0, "east": 415880.0, "north": 3806260.0},
-    "crs": "EPSG:32611",
-    "crs_name": "WGS 84 / UTM zone 11N",
-    "body": "Earth",
-    "grid_north_deg": -0.62,
-    "vertical_datum": None,
-    "heights_count_from": "unknown",
-    "lowest_m": 315.0,
-    "highest_m": 2295.0,
-    "unknown_posts": 0,
-    "conversions": [],
-    "warnings": [],
-    "sha256": "0f3c2d1e5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d110f3c2d1e5b1f0c3e9f7a4d0c",
-    "links": {
-        "self": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
-        "hillshade": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11/hillshade.png",
-    },
-}
 router = APIRouter(prefix="/dems", tags=["DEMs"])
+DATUM = (
+    "What heights shall count from: `msl`, `hae`, `EGM96`, or a vertical CRS as `EPSG:5703`; converted to, or taken so."
+)
+ground = APIRouter(prefix="/ground", tags=["DEMs"])
 UPLOAD_BODY = {
     "requestBody": {
-        "description": "The file, as a form or as it is. Not needed with `sample`.",
+        "description": "The file, as a form or as it is; or in JSON the area to make a DEM of from the ground library. "
+        "Not needed with `sample`.",
         "content": {
+            "application/json": {"schema": {"$ref": f"#/components/schemas/{GroundIn.__name__}"}},
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
@@ -79,75 +60,14 @@ UPLOAD_BODY = {
 }
 
 
-class Bounds(BaseModel):
-    """Positions of the outermost posts, in the DEM's metric CRS."""
-
-    west: float = Field(description="East coordinate of the westmost posts, metres.")
-    south: float = Field(description="North coordinate of the southmost posts, metres.")
-    east: float = Field(description="East coordinate of the eastmost posts, metres.")
-    north: float = Field(description="North coordinate of the northmost posts, metres.")
-
-
-class DemOut(BaseModel):
-    """An uploaded DEM: what was read, what was converted, and every warning."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
-
-    id: str = Field(description="Names the DEM in requests; the same file read the same way has the same id.")
-    name: str = Field(description="Name of the file, or of the bundled DEM.")
-    created_at: datetime = Field(description="When it was uploaded first.")
-    file_bytes: int | None = Field(description="Size of the file, bytes; null for a bundled DEM.")
-    driver: str = Field(description="Format that the file was read as.")
-    rows: int = Field(description="Rows of posts, north to south.")
-    cols: int = Field(description="Columns of posts, west to east.")
-    cells: int = Field(description="Rows times columns.")
-    cell_east_m: float = Field(description="Distance between neighbouring posts eastwards, metres.")
-    cell_north_m: float = Field(description="Distance between neighbouring posts northwards, metres.")
-    bounds_of_posts_m: Bounds
-    crs: str | None = Field(description="Metric CRS that positions are in; null for a local metric frame.")
-    crs_name: str | None = Field(None, description="The same in words.")
-    body: str | None = Field(None, description="Celestial body that the CRS lies on; null for a local frame.")
-    grid_north_deg: float | None = Field(
-        None, description="True azimuth of the grid's north in the middle, degrees; add it to azimuths from grid north."
-    )
-    vertical_datum: str | None = Field(description="What heights are measured from, when the file says so.")
-    heights_count_from: str | None = Field(
-        None, description="What that is: sea level, ellipsoid or unknown. Mission files need sea level."
-    )
-    lowest_m: float | None = Field(description="Lowest known height, metres; null when all is unknown.")
-    highest_m: float | None = Field(description="Highest known height, metres; null when all is unknown.")
-    unknown_posts: int = Field(description="Posts of unknown height.")
-    conversions: list[str] = Field(description="What was converted while reading, in sentences.")
-    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
-    sha256: str = Field(description="Digest of heights, geometry and CRS.")
-    links: dict[str, str] = Field(description="Paths of what belongs to it.")
-
-    @classmethod
-    def of(cls, dem: DemRecord) -> Self:
-        """The DEM of a record."""
-        own = {
-            "id": dem.id,
-            "name": dem.name,
-            "created_at": datetime.fromtimestamp(dem.created_at_s, UTC),
-            "links": {"self": f"/dems/{dem.id}", "hillshade": f"/dems/{dem.id}/hillshade.png"},
-        }
-        return cls.model_validate({**own, **dem.summary})
-
-
-class DemList(Page):
-    """One page of DEMs, newest first."""
-
-    dems: list[DemOut]
-
-
 @router.post(
     "",
     status_code=201,
-    summary="Upload a DEM",
+    summary="Upload a DEM, or ask for ground",
     responses={
         201: {"description": "The DEM was read.", "headers": LOCATION},
         200: {"description": "The same DEM was there already.", "headers": LOCATION, "model": DemOut},
-        **problem_responses(404, 413, 422, 503, 507),
+        **problem_responses(400, 404, 409, 413, 422, 502, 503, 507),
     },
     openapi_extra=UPLOAD_BODY,
 )
@@ -182,15 +102,20 @@ async def upload_dem(
     cell_m: Annotated[
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,
+    vertical_datum: Annotated[str | None, Query(max_length=120, description=DATUM)] = None,
 ) -> DemOut:
     """Read a GeoTIFF, COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file and keep it.
 
     Send the file as a multipart form (`curl -F file=@dem.tif`) or as the body (`curl --data-binary @dem.tif` with
     `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told.
+
+    With a body in JSON (`{"area": …}`) the DEM is made from the operator's ground library, see `GET /ground`: the
+    finest tiles first, voids filled from the next, everything told in `conversions` and `warnings`.
     """
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
     given = {"nodata": fill, "crs": crs, "height_unit": height_unit, "band": band, "cell_m": cell_m}
+    given["vertical_datum"] = vertical_datum
     options = cast(ReadingOptions, {name: value for name, value in given.items() if value is not None})
     if sample is not None:
         if options or filename is not None:
@@ -200,7 +125,11 @@ async def upload_dem(
         bundled = sample_manifest(sample)
         dem_id = _id_of("sample", str(bundled["sha256"]))
         arguments = ReadDemArguments(sample=sample, options={})
-        dem, is_new = await _kept(service, dem_id, str(bundled["file"]), arguments, None)
+        dem, is_new = await _kept(service, dem_id, str(bundled["file"]), "read-dem", arguments, None)
+    elif is_json(request):
+        if options or filename is not None:
+            raise RequestError("Ground from the library is asked for in the body alone; leave out the query.")
+        dem, is_new = await _from_library(request, service)
     else:
         dem, is_new = await _uploaded(request, service, filename, options)
     response.status_code = 201 if is_new else 200
@@ -241,6 +170,48 @@ async def get_hillshade(dem_id: str, request: Request, service: ServiceDep) -> R
     return await file_answer(request, path, "image/png", f"{dem_id}-hillshade")
 
 
+@router.get("/{dem_id}/levels", summary="See at which resolutions a DEM is there", responses=problem_responses(404))
+async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
+    """Sizes and places of its heights at each resolution; every level has half the rows and columns of the one before.
+
+    The coarsest has at most 256 rows and columns. A value is the mean of the known posts under it.
+    """
+    dem = await service.supervisor.in_store(service.store.dem, dem_id)
+    return levels_of(dem.id, dem.summary)
+
+
+@router.get(
+    "/{dem_id}/heights",
+    summary="Get the heights of a DEM as bare numbers",
+    response_class=FileResponse,
+    responses={
+        200: {
+            "description": "The array.",
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+            "headers": {"ETag": {"description": "Changes when the heights do.", "schema": {"type": "string"}}},
+        },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 416, 422, 503, 507),
+    },
+)
+async def get_heights(
+    dem_id: str,
+    request: Request,
+    service: ServiceDep,
+    level: Annotated[int, Query(ge=0, description="Resolution level, a number; 0 holds the posts themselves.")] = 0,
+) -> Response:
+    """Altitudes in metres: float32, little-endian, rows from the north, NaN where unknown; `/levels` tells the size.
+
+    Ranges and If-None-Match are understood.
+    """
+    dem = await service.supervisor.in_store(service.store.dem, dem_id)
+    levels = levels_of(dem.id, dem.summary).levels
+    if level >= len(levels):
+        raise NotFoundError("level", str(level), f"this DEM has levels 0 to {len(levels) - 1}")
+    path = await service.drawings.level(dem_id, level)
+    return await file_answer(request, path, "application/octet-stream", f"{dem.summary['sha256']}-{level}")
+
+
 @router.delete("/{dem_id}", status_code=204, summary="Delete a DEM", responses=problem_responses(404, 409))
 async def delete_dem(dem_id: str, service: ServiceDep) -> None:
     """Free its space. Refused (409) while jobs on it wait or run; finished results keep what they need."""
@@ -250,6 +221,12 @@ async def delete_dem(dem_id: str, service: ServiceDep) -> None:
         service.folder.remove(service.folder.dem(dem_id))
 
     await service.supervisor.in_store(remove)
+
+
+@ground.get("", summary="See what ground there is", responses=problem_responses(422))
+async def get_ground(service: ServiceDep) -> Coverage:
+    """What the operator's tiles cover; `POST /dems` with an `area` makes a DEM of it."""
+    return Coverage.model_validate(await service.supervisor.ask("tell-coverage", {}, lane=Lane.CHECKS))
 
 
 async def _uploaded(
@@ -270,11 +247,18 @@ async def _uploaded(
         named = upload.name.lower() if suffix == ".hgt" else suffix
         dem_id = _id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
         arguments = ReadDemArguments(path=str(upload.path), options=options)
-        return await _kept(service, dem_id, upload.name, arguments, upload.size_bytes)
+        return await _kept(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)
+
+
+async def _from_library(request: Request, service: Service) -> tuple[DemRecord, bool]:
+    limit = service.settings.max_json_bytes
+    async with receive(request, service.folder, limit, "max_json_bytes", "body.json") as body:
+        planned = await service.checks.ask("plan-ground", BodyArguments(path=str(body.path)))
+    return await _kept(service, str(planned["dem_id"]), "ground", "read-ground", planned, None)
 
 
 async def _kept(
-    service: Service, dem_id: str, name: str, arguments: ReadDemArguments, file_bytes: int | None
+    service: Service, dem_id: str, name: str, task: str, arguments: Mapping[str, object], file_bytes: int | None
 ) -> tuple[DemRecord, bool]:
     """The DEM of that id, read now unless it is there already, and whether it is new."""
     known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
@@ -282,8 +266,9 @@ async def _kept(
     if known is not None and service.folder.dem(dem_id).is_dir():
         return known, False
     token = uuid.uuid4().hex
-    summary = cast(Mapping[str, JsonValue], await service.supervisor.ask("read-dem", arguments, token))
-    dem = DemRecord(dem_id, name, time.time(), {**summary, "file_bytes": file_bytes})
+    summary = dict(cast(Mapping[str, JsonValue], await service.supervisor.ask(task, arguments, token)))
+    called = str(summary.pop("name", name))
+    dem = DemRecord(dem_id, called, time.time(), {**summary, "file_bytes": file_bytes})
 
     def keep() -> DemRecord:
         move_into_place(service.folder.work(token), service.folder.dem(dem_id))

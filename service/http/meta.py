@@ -11,7 +11,9 @@ from fastapi import APIRouter, FastAPI, Request
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.errors import BusyError, NotFoundError
+from service.ground.request import GroundIn
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
+from service.probes.request import ProbeIn, ProfilesIn
 from service.products import Product
 
 from .answers import Problem, ProblemType
@@ -38,6 +40,7 @@ LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"typ
 Responses = dict[int | str, dict[str, Any]]  # JSON of OpenAPI and classes: the type is FastAPI's own
 GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
 OTHERS = [
+    {"name": "Probes", "description": "Places and profiles on a DEM, answered at once and kept nowhere."},
     {
         "name": "Detectors",
         "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
@@ -48,7 +51,7 @@ OTHERS = [
     {"name": "Problems", "description": "What the errors mean."},
 ]
 # bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
+OTHER_BODIES = (GroundIn, ProbeIn, ProfilesIn, DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"

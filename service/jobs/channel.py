@@ -36,7 +36,9 @@ __all__ = [
     "Failed",
     "FromWorker",
     "GivenFields",
+    "GroundArguments",
     "LayerArguments",
+    "LevelArguments",
     "NeedsFields",
     "Order",
     "Progress",
@@ -144,6 +146,7 @@ class ReadingOptions(TypedDict, total=False):
     height_unit: str
     band: int
     cell_m: float
+    vertical_datum: str
 
 
 class ReadDemArguments(TypedDict):
@@ -158,6 +161,19 @@ class DemArguments(TypedDict):
     """A DEM of the data folder."""
 
     dem_id: str
+
+
+class LevelArguments(DemArguments):
+    """A DEM of the data folder at a resolution level."""
+
+    level: int
+
+
+class GroundArguments(TypedDict):
+    """Ground to read: the fields of the request, and the id of the DEM that it means."""
+
+    dem_id: str
+    asked: Mapping[str, JsonValue]
 
 
 class BodyArguments(TypedDict, total=False):

@@ -26,6 +26,7 @@ __all__ = [
     "FolderKind",
     "Marker",
     "Quarantine",
+    "claimed",
     "kind_of",
     "mark",
     "read_marker",
@@ -96,6 +97,24 @@ def read_marker(root: Path) -> Marker:
     if layout > LAYOUT or kind not in (FolderKind.DATA, FolderKind.BACKUP):
         raise DataFolderError(f"{root} was made by a newer Sightline (layout {layout}, this one knows {LAYOUT}).")
     return Marker(kind, layout, bool(words.get("complete")))
+
+
+def claimed(root: Path) -> Path:
+    """The data folder of that name, absolute, which is made where there is none; a service may be using it.
+
+    Raises DataFolderError where the folder is somebody else's or a backup.
+    """
+    root = root.absolute()
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        kind = kind_of(root)
+        if kind is FolderKind.EMPTY:
+            mark(root, FolderKind.DATA)
+    except OSError as error:
+        raise DataFolderError(f"The data folder {root} cannot be used: {error.strerror}.") from error
+    if kind is FolderKind.BACKUP:
+        raise DataFolderError(f"{root} is a backup, which stays as it is; name a data folder.")
+    return root
 
 
 class Quarantine:

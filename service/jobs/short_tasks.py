@@ -13,7 +13,7 @@ from pydantic import JsonValue
 from service.errors import NotFoundError
 from service.settings import Settings
 
-from .channel import DemArguments, LayerArguments
+from .channel import DemArguments, LayerArguments, LevelArguments
 from .folder import DataFolder, move_into_place
 from .pool import Lane
 from .supervisor import Supervisor
@@ -59,6 +59,12 @@ class Drawings:
         return await self._drawn(
             path, "draw-hillshade", DemArguments(dem_id=dem_id), source, NotFoundError("DEM", dem_id)
         )
+
+    async def level(self, dem_id: str, level: int) -> Path:
+        """The heights of a DEM at a resolution level; raises the same when it was deleted."""
+        path, source = self._folder.level(dem_id, level), self._folder.dem(dem_id)
+        arguments = LevelArguments(dem_id=dem_id, level=level)
+        return await self._drawn(path, "write-level", arguments, source, NotFoundError("DEM", dem_id))
 
     async def _drawn(
         self, path: Path, task: str, arguments: Mapping[str, object], source: Path, gone: NotFoundError

@@ -1,29 +1,24 @@
-"""What worker processes can be asked to do, by name: DEMs read and drawn, requests checked, products calculated."""
+"""What worker processes can be asked to do, by name: DEMs, requests checked, products calculated, probes answered."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from pydantic import JsonValue, ValidationError
+from pydantic import ValidationError
 
-from dem_samples import sample_path
 from service.errors import NotFoundError, NotReadyError, NotValidError
 from service.jobs.channel import model_of
-from service.jobs.folder import DataFolder, digest_of, make_durable
-from service.jobs.kept_files import load, load_grid, save, save_grid
+from service.jobs.folder import digest_of, make_durable
+from service.jobs.kept_files import load, save
 from service.jobs.records import JobRequest
 from service.live.request import DetectorLimits, EpochsIn
-from service.parts.map_facts import ground_of
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
+from service.probes.places import probe
+from service.probes.profiles import profiles
+from service.probes.request import ProbeIn, ProfilesIn
 from service.products import Given, Needs, Product, Work
-from service.settings import Settings
-from terrain import ElevationGrid, read_dem
 
 from .channel import (
     BodyArguments,
@@ -31,113 +26,49 @@ from .channel import (
     Calculated,
     CheckArguments,
     Checked,
-    DemArguments,
     LayerArguments,
     NeedsFields,
-    ReadDemArguments,
     body_in,
     read_body,
 )
+from .dem_tasks import (
+    Task,
+    TaskContext,
+    draw_hillshade,
+    plan_ground,
+    read_ground,
+    read_uploaded_dem,
+    tell_coverage,
+    write_dem_level,
+)
 
 __all__ = [
-    "Task",
-    "TaskContext",
+    "answer_probe",
+    "answer_profiles",
     "calculation_of",
     "check_epochs",
     "check_request",
-    "draw_hillshade",
     "draw_layer",
-    "read_uploaded_dem",
     "tasks_for",
 ]
-
-DEM_ID = re.compile(r"[0-9a-f]{32}")
-
-
-@dataclass(frozen=True, slots=True)
-class TaskContext:
-    """Limits, where things lie, the task's own work folder (not made yet), and whom to tell the finished share.
-
-    stop: whether somebody wants the best so far instead of all; a task that knows no such thing does not ask.
-    """
-
-    settings: Settings
-    products: Mapping[str, Product]
-    folder: DataFolder
-    work: Path
-    progress: Callable[[float], None]
-    stop: Callable[[], bool]
-
-    def grid(self, dem_id: str) -> ElevationGrid:
-        """The DEM of that id; raises NotFoundError, DataFolderError."""
-        # the id may come straight from a request: it must not lead out of the folder
-        if not DEM_ID.fullmatch(dem_id):
-            raise NotFoundError("DEM", dem_id)
-        try:
-            return _grid(self.folder.dem(dem_id))
-        except FileNotFoundError as error:
-            self.folder.check_usable()  # where the whole folder is gone, that is what to tell
-            raise NotFoundError("DEM", dem_id) from error
-
-
-# each task knows the arguments that it takes; see ``channel``
-Task = Callable[[TaskContext, Any], Mapping[str, object]]
-
-
-@lru_cache(maxsize=2)
-def _grid(folder: Path) -> ElevationGrid:
-    return load_grid(folder)
-
-
-def read_uploaded_dem(context: TaskContext, arguments: ReadDemArguments) -> Mapping[str, object]:
-    """Read the file at ``path``, or the bundled DEM ``sample``, keep the grid in the work folder, and tell about it.
-
-    Raises DemReadError, FrameError, SampleError.
-    """
-    path = sample_path(arguments["sample"]) if "sample" in arguments else Path(arguments["path"])
-    options = arguments["options"]
-    grid = read_dem(
-        path,
-        nodata=float(options["nodata"]) if "nodata" in options else None,
-        crs=options.get("crs"),
-        height_unit=options.get("height_unit"),
-        band=options.get("band"),
-        cell_m=options.get("cell_m"),
-        max_cells=context.settings.max_dem_cells,
-    )
-    save_grid(grid, context.work)
-    make_durable(context.work)
-    return _summary(grid)
-
-
-def draw_hillshade(context: TaskContext, arguments: DemArguments) -> Mapping[str, object]:
-    """Draw a DEM that was read into the work folder; raises NotFoundError when it was just deleted."""
-    from service.drawing.class_map import write_hillshade  # heavy, and reading does without
-
-    grid = context.grid(arguments["dem_id"])
-    context.work.mkdir(parents=True)
-    write_hillshade(grid, context.work / context.folder.hillshade(arguments["dem_id"]).name)
-    make_durable(context.work)
-    return {}
-
-
-def _summary(grid: ElevationGrid) -> dict[str, JsonValue]:
-    known = grid.unknown_posts < grid.heights_m.size
-    return {
-        # the resource has the name that the file came under
-        **ground_of(grid).model_dump(mode="json", exclude={"name"}),
-        "driver": grid.provenance.driver,
-        "cells": grid.heights_m.size,
-        "lowest_m": float(np.nanmin(grid.heights_m)) if known else None,
-        "highest_m": float(np.nanmax(grid.heights_m)) if known else None,
-        "warnings": list(grid.provenance.warnings),
-    }
 
 
 def check_epochs(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
     """Raises NotJsonError, LimitError, NotValidError; nothing comes back."""
     model_of(EpochsIn, body_in(arguments), DetectorLimits.of(context.settings).refuse_long_epochs)
     return {}
+
+
+def answer_probe(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
+    """Places probed. Raises NotJsonError, NotValidError, LimitError, NotFoundError, and what ``probe`` raises."""
+    asked = read_body(ProbeIn, body_in(arguments), context.settings)
+    return {"json": probe(context.grid(asked.dem_id), asked).model_dump_json()}
+
+
+def answer_profiles(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
+    """Lines in profile. Raises NotJsonError, NotValidError, NotFoundError, and what ``profiles`` raises."""
+    asked = read_body(ProfilesIn, body_in(arguments), context.settings)
+    return {"json": profiles(context.grid(asked.dem_id), asked).model_dump_json()}
 
 
 def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
@@ -157,11 +88,12 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
     except ValidationError as error:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
     grid = context.grid(asked.dem_id)
+    parameters, told = in_dem_datum(grid, parameters)
     product.check(grid, parameters, context.settings)
     packed = product.pack(grid, parameters, context.work)
     if context.work.exists():
         make_durable(context.work)
-    notes = notes_on_older_names(asked)
+    notes = [*notes_on_older_names(asked), *told]
     request = JobRequest(parameters=packed, has_inputs=context.work.exists(), notes=notes)
     return {"dem_id": asked.dem_id, "request": request}
 
@@ -223,6 +155,12 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
     return {
         "read-dem": read_uploaded_dem,
         "draw-hillshade": draw_hillshade,
+        "write-level": write_dem_level,
+        "plan-ground": plan_ground,
+        "read-ground": read_ground,
+        "tell-coverage": tell_coverage,
+        "probe": answer_probe,
+        "profiles": answer_profiles,
         "check-request": check_request,
         "draw-layer": draw_layer,
         "check-epochs": check_epochs,

@@ -34,10 +34,11 @@ from service.warm_up import warm_up
 from terrain import ElevationGrid
 
 from .channel import Done, Failed, FromWorker, Order, Progress, Ready, Start, ToWorker, decode, encode
+from .dem_tasks import Task, TaskContext
 from .folder import DataFolder, is_full
 from .kept_files import load, save
 from .records import Failure
-from .tasks import Task, TaskContext, tasks_for
+from .tasks import tasks_for
 
 __all__ = ["main", "rehearse"]
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from service.parts.points import Metres, NotNegativeMetres, Number, PointIn, Positive, StrictModel
+from service.parts.points import InADatum, Metres, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
 
@@ -156,7 +156,7 @@ class TrackIn(AntennaIn):
         return self
 
 
-class FramesIn(StrictModel):
+class FramesIn(InADatum):
     """Evenly spaced times, and the height of which availability is told; second 0 is the satellites' time."""
 
     from_s: Seconds = Field(0.0, description="The first frame, seconds.")

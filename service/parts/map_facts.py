@@ -10,7 +10,7 @@ from typing import Annotated, Protocol
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.parts.anchors import CurvatureIn
-from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of
+from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of, vertical_datum_of
 from visibility import FLAT, Curvature
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "DemId",
     "Ground",
     "MapSummary",
+    "altitude_datum_of",
     "body_name",
     "check_bodies",
     "crs_label",
@@ -131,6 +132,11 @@ def ground_of(grid: ElevationGrid) -> Ground:
 def dem_summary(grid: ElevationGrid) -> dict[str, JsonValue]:
     """The same, ready for JSON."""
     return ground_of(grid).model_dump(mode="json")
+
+
+def altitude_datum_of(grid: ElevationGrid) -> dict[str, str]:
+    """What stands beside altitudes in files of anchors, so that another DEM can take them; nothing where unknown."""
+    return {} if (own := vertical_datum_of(grid)) is None else {"altitude_datum": own.name}
 
 
 def body_name(grid: ElevationGrid) -> str | None:

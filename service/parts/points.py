@@ -1,20 +1,27 @@
-"""Positions, places and shapes on the ground, as requests write them."""
+"""Positions, places and shapes on the ground, as requests write them, and what parts with altitudes have."""
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from terrain import VerticalDatumError, parse_vertical_datum
 
 __all__ = [
     "LARGEST",
+    "BoxDegreesIn",
+    "BoxMetresIn",
+    "CircleIn",
     "DegreesEast",
     "DegreesNorth",
+    "InADatum",
     "Metres",
     "NotNegative",
     "NotNegativeMetres",
     "Number",
     "PlaceIn",
+    "PlanAltitudes",
     "PointIn",
     "PolygonIn",
     "Positive",
@@ -33,6 +40,13 @@ Metres = Number
 NotNegativeMetres = NotNegative
 DegreesEast = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-180.0, le=360.0)]
 DegreesNorth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-90.0, le=90.0)]
+PlanAltitudes = Annotated[
+    Literal["sea level", "ground"],
+    Field(
+        description="What altitudes in QGroundControl's plans count from: sea level, or the ground below "
+        "(MAV_FRAME_GLOBAL_TERRAIN_ALT), for which the vehicle needs terrain data."
+    ),
+]
 
 
 class StrictModel(BaseModel):
@@ -41,7 +55,37 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class PointIn(StrictModel):
+def _known(name: str) -> str:
+    try:
+        parse_vertical_datum(name)
+    except VerticalDatumError as error:
+        raise ValueError(str(error)) from error
+    return name
+
+
+class InADatum(StrictModel):
+    """A part of a request with altitudes: ``altitude_fields`` names them, ``altitude_datum`` what they count from."""
+
+    altitude_fields: ClassVar[tuple[str, ...]] = ("altitude_m",)
+
+    altitude_datum: Annotated[str, Field(max_length=60), AfterValidator(_known)] | None = Field(
+        None,
+        description="What the altitude here counts from: msl (mean sea level), hae (the WGS 84 ellipsoid), EGM96, "
+        "EGM2008, or a vertical CRS such as EPSG:5703; left out = as the DEM's heights.",
+    )
+
+    @model_validator(mode="after")
+    def _a_datum_of_something(self) -> Self:
+        if self.altitude_datum is not None and not self.altitudes():
+            raise ValueError(f"altitude_datum goes with {' or '.join(self.altitude_fields)}.")
+        return self
+
+    def altitudes(self) -> tuple[str, ...]:
+        """The fields that hold altitudes here."""
+        return tuple(name for name in self.altitude_fields if getattr(self, name) not in (None, []))
+
+
+class PointIn(InADatum):
     """Where something is: one horizontal pair, in the DEM's metric CRS or in degrees, and one height."""
 
     model_config = ConfigDict(
@@ -62,9 +106,7 @@ class PointIn(StrictModel):
     above_ground_m: NotNegativeMetres | None = Field(
         None, description="Height above the DEM's surface at that place, metres; or give altitude_m."
     )
-    altitude_m: Metres | None = Field(
-        None, description="Height in the DEM's vertical datum, metres; or give above_ground_m."
-    )
+    altitude_m: Metres | None = Field(None, description="Height above altitude_datum, metres; or give above_ground_m.")
 
     @model_validator(mode="after")
     def _one_pair_and_one_height(self) -> Self:
@@ -108,6 +150,30 @@ class PlaceIn(StrictModel):
         if self.body is not None and self.lon_deg is None:
             raise ValueError("A place: body goes with lon_deg and lat_deg.")
         return self
+
+
+class BoxDegreesIn(StrictModel):
+    """All between two meridians and two parallels; with west > east over the antimeridian."""
+
+    west_deg: DegreesEast = Field(description="Western side, longitude, degrees.")
+    south_deg: DegreesNorth = Field(description="Southern side, latitude, degrees.")
+    east_deg: DegreesEast = Field(description="Eastern side, longitude, degrees.")
+    north_deg: DegreesNorth = Field(description="Northern side, latitude, degrees.")
+
+
+class BoxMetresIn(StrictModel):
+    """All between two eastings and two northings."""
+
+    west_m: Metres = Field(description="Western side, east coordinate, metres.")
+    south_m: Metres = Field(description="Southern side, north coordinate, metres.")
+    east_m: Metres = Field(description="Eastern side, east coordinate, metres.")
+    north_m: Metres = Field(description="Northern side, north coordinate, metres.")
+
+
+class CircleIn(PlaceIn):
+    """All within a distance of a place."""
+
+    radius_m: Positive = Field(description="Distance over ground, metres.")
 
 
 Ring = Annotated[list[PlaceIn], Field(min_length=3, max_length=10_000)]

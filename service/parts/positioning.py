@@ -8,8 +8,9 @@ from typing import Annotated, Literal, Self
 from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
 from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID
-from service.parts.points import DegreesEast, DegreesNorth, Metres, NotNegativeMetres, Positive, StrictModel
+from service.parts.points import DegreesEast, DegreesNorth, InADatum, Metres, NotNegativeMetres, Positive, StrictModel
 
 __all__ = [
     "EXAMPLE_ANCHORS",
@@ -114,11 +115,13 @@ class PositioningParameters(RangingParameters):
         return self
 
 
-class CeilingParameters(PositioningParameters):
+class CeilingParameters(PositioningParameters, InADatum):
     """How good positioning must be in the air, up to a ceiling."""
 
+    altitude_fields = ("ceiling_altitude_m",)
+
     ceiling_altitude_m: Metres | None = Field(
-        None, description="Top of the air, metres in the DEM's vertical datum; or give ceiling_above_ground_m."
+        None, description="Top of the air, metres above altitude_datum; or give ceiling_above_ground_m."
     )
     ceiling_above_ground_m: Positive | None = Field(
         None, description="Top of the air above the ground of each post, metres; or give ceiling_altitude_m."
@@ -139,7 +142,7 @@ class CeilingParameters(PositioningParameters):
         return self.ceiling_altitude_m, False
 
 
-class MorphingMapParameters(CeilingParameters):
+class MorphingMapParameters(CeilingParameters, AreaParameters):
     """Above which altitude positioning is good enough, up to a ceiling."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(
@@ -160,6 +163,12 @@ class MorphingMapParameters(CeilingParameters):
     def near_sources(self) -> tuple[AntennaIn, ...]:
         """Anchors, then tracks."""
         return (*self.anchors, *self.tracks)
+
+    @model_validator(mode="after")
+    def _no_frames_over_an_area(self) -> Self:
+        if self.area is not None and self.frames is not None:
+            raise ValueError("Frames are of the whole DEM; leave out area or frames.")
+        return self
 
     @model_validator(mode="after")
     def _frames_for_tracks(self) -> Self:

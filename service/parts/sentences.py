@@ -118,7 +118,7 @@ def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> 
     if any(fields.get(name) for name in ("anchors", "tracks", "satellites", "morphing_map")):
         raise RequestError("A map brings its own anchors along; give the map, or anchors and satellites.")
     if kind == "morphing-map":
-        return {**fields, "morphing_map": dict(asked)}
+        return {**fields, "morphing_map": {name: value for name, value in asked.items() if name != "area"}}
     found = {name: asked[name] for name in SIGHT if asked.get(name)}
     found = {**found, **{name: value for name, value in fields.items() if name != "anchors" or value}}
     if kind == "dop-map":

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -111,6 +112,7 @@ def test_without_a_crs_geojson_is_in_local_metres_and_there_is_no_mission(writte
 
 
 def test_the_mission_takes_a_drone_off_and_through_every_corner_at_its_altitude(found, written):
+    found = replace(found, grid=replace(found.grid, vertical_datum="EGM96 geoid"))
     mission = json.loads(written(found, "flight.plan"))["mission"]
     assert (mission["vehicleType"], mission["cruiseSpeed"]) == (2, 12.0)
     assert [item["command"] for item in mission["items"]] == [22] + [16] * (len(found.corners_m) - 1)

@@ -8,7 +8,7 @@ import pyproj
 import pytest
 
 from service.errors import RequestError
-from service.files.geojson_reading import line_of, polygons_of, shapes_of
+from service.parts.geojson_reading import line_of, polygons_of, shapes_of
 
 RING = [[11.0, 46.0], [11.1, 46.0], [11.1, 46.1], [11.0, 46.0]]
 POLYGON = {"type": "Polygon", "coordinates": [RING]}

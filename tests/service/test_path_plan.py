@@ -149,7 +149,7 @@ def test_the_mission_has_a_way_point_for_each_corner_in_order_and_is_for_a_rover
     assert (plan["fileType"], plan["version"], mission["vehicleType"]) == ("Plan", 1, 10)
     assert len(mission["items"]) == len(found.corners)
     assert [item["doJumpId"] for item in mission["items"]] == list(range(1, len(found.corners) + 1))
-    assert {(item["type"], item["command"], item["frame"]) for item in mission["items"]} == {("SimpleItem", 16, 0)}
+    assert {(item["type"], item["command"], item["frame"]) for item in mission["items"]} == {("SimpleItem", 16, 10)}
     lat_deg, lon_deg = mission["items"][-1]["params"][4:6]
     east_m, north_m = to_grid_frame(found.grid, lon_deg, lat_deg)
     assert (float(east_m), float(north_m)) == pytest.approx(tuple(WEST_OF_WALL[1].values()), abs=2 * MILLIMETRE)

@@ -11,6 +11,7 @@ from visibility.sight.camera import (
     occluded_points,
 )
 from visibility.sight.curvature import FLAT, Curvature
+from visibility.sight.in_reach import Reach, Reached, ReachOptions, in_reach, reach_of
 from visibility.sight.minimum_altitude import (
     HIDDEN,
     UNKNOWN,
@@ -29,6 +30,7 @@ from visibility.sight.sight_line import (
     profile,
 )
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
+from visibility.sight.sight_points import points_within_reach
 
 __all__ = [
     "ALL_ROUND",
@@ -50,17 +52,23 @@ __all__ = [
     "MinimumVisibleAltitude",
     "MovingAnchor",
     "OccludedPoints",
+    "Reach",
+    "ReachOptions",
+    "Reached",
     "Reflections",
     "SurfaceCache",
     "anchor_above_ground",
     "camera_for_anchor",
     "check_anchors",
     "fresnel_radius_m",
+    "in_reach",
     "knife_edge_loss_db",
     "line_of_sight",
     "lines_of_sight",
     "min_visible_altitude",
     "occluded_points",
+    "points_within_reach",
     "profile",
+    "reach_of",
     "reflections",
 ]

@@ -68,7 +68,9 @@ def clear_altitudes(
     hidden_below_m = altitude_m
     if grid.unknown_posts:
         hidden_below_m, altitude_m = _with_unknown(grid, heights_m, anchors, engine, altitude_m, unknown)
-    return hidden_below_m[:, : grid.rows, : grid.cols], altitude_m[:, : grid.rows, : grid.cols]
+    posts_m = altitude_m[:, : grid.rows, : grid.cols]
+    # one array where they are the same, so that nobody works on it twice
+    return posts_m if hidden_below_m is altitude_m else hidden_below_m[:, : grid.rows, : grid.cols], posts_m
 
 
 def _eye(grid: ElevationGrid, anchor: Anchor | DistantAnchor) -> Eye:

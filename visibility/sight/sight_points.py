@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import FURTHEST_USEFUL_M
+from visibility.sight.anchors import ALL_ROUND, FURTHEST_USEFUL_M, Anchor, limits_of
+from visibility.sight.curvature import Curvature
 
-__all__ = ["check_point", "check_points", "checked_positions", "horizontal_box", "in_posts"]
+__all__ = ["check_point", "check_points", "checked_positions", "horizontal_box", "in_posts", "points_within_reach"]
+
+# rounding of an angle, radians, and of a range, as a share of it, leaves nobody out
+SLACK = 1e-9
 
 
 def check_point(grid: ElevationGrid, name: str, point_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -79,3 +85,23 @@ def in_posts(grid: ElevationGrid, points_m: npt.NDArray[np.float64]) -> npt.NDAr
     posts[:, 1] = (points_m[:, 0] - grid.origin_east_m) / grid.cell_east_m
     posts[:, 2] = points_m[:, 2]
     return posts
+
+
+def points_within_reach(
+    anchor: Anchor, points_m: npt.NDArray[np.float64], curvature: Curvature
+) -> npt.NDArray[np.bool_]:
+    """(n,) bool: whether points (n, 3) east, north, altitude are within the antenna's limits, terrain apart."""
+    if anchor.limits == ALL_ROUND:
+        return np.ones(len(points_m), np.bool_)
+    limits = limits_of(anchor.limits)
+    east_m, north_m = points_m[:, 0] - anchor.east_m, points_m[:, 1] - anchor.north_m
+    flat_m = np.hypot(east_m, north_m)
+    up_m = points_m[:, 2] - anchor.altitude_m - curvature.drop_per_m2 * flat_m**2
+    range_m, elevation_rad = np.hypot(flat_m, up_m), np.arctan2(up_m, flat_m)
+    within = (range_m >= limits.min_range_m * (1.0 - SLACK)) & (range_m <= limits.max_range_m * (1.0 + SLACK))
+    within &= (elevation_rad >= math.atan(limits.tan_min_elevation) - SLACK) & (
+        elevation_rad <= math.atan(limits.tan_max_elevation) + SLACK
+    )
+    turned_rad = (np.arctan2(east_m, north_m) - limits.azimuth_from_rad + SLACK) % (2.0 * math.pi)
+    within &= (turned_rad <= limits.azimuth_width_rad + 2.0 * SLACK) | (flat_m == 0.0)
+    return np.asarray(within, np.bool_)

@@ -14,8 +14,8 @@ from detection import DetectionInputError, RangingAnchor
 from gnss import Place, ecef_to_enu_m, place_ecef_m
 from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table, text_of
-from service.files.geojson_reading import GeoJsonShape, shapes_of
 from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
+from service.parts.geojson_reading import GeoJsonShape, shapes_of
 from service.parts.sentences import sentence_of
 
 from .texts import ANCHOR_FORM, anchor_from_text
@@ -25,9 +25,9 @@ __all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "tracks_from_
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
-TEXTS = {"id", "body"}
+TEXTS = {"id", "body", "altitude_datum"}
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
-TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field != "body"))
+TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum")))
 ANCHORS, TRACKS = "anchors file", "track file"
 IN_THE_PLANE = "where anchors and rover are at one height, say --dimension 2 and leave heights out"
 
@@ -161,6 +161,12 @@ def ranging_anchors(
     twice = sorted(anchor_id for anchor_id, count in Counter(anchor.id for anchor in asked).items() if count > 1)
     if twice:
         raise RequestError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
+    datums = sorted({anchor.altitude_datum for anchor in asked if anchor.altitude_datum is not None})
+    if len(datums) > 1 and not level:
+        raise RequestError(
+            f"Heights of a detector's anchors count from one datum, not from {' and '.join(datums)}: give all as msl, "
+            "or all as hae."
+        )
     in_degrees = [anchor for anchor in asked if anchor.lon_deg is not None]
     if not in_degrees:
         return [_ranging(anchor, level) for anchor in asked], None

@@ -35,6 +35,7 @@ __all__ = [
     "RequestFile",
     "SatelliteOptions",
     "SightOptions",
+    "TerrainFrame",
     "Unknown",
     "nothing_to_range_to",
     "option",
@@ -44,6 +45,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from service.parts.anchors import AnchorIn
+    from service.parts.areas import AnyArea
     from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
     from terrain import ElevationGrid
 
@@ -55,7 +57,11 @@ Kind = Literal["ranging", "pseudorange", "tdoa"]
 Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
 GROUP = Parameter(name="*")
 DemPath = Annotated[
-    str, Parameter(allow_leading_hyphen=False, help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file.")
+    str,
+    Parameter(
+        allow_leading_hyphen=False,
+        help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file; a folder of tiles; or @ground.",
+    ),
 ]
 MOST_BYTES = 1_000_000
 
@@ -85,6 +91,7 @@ RangeSigma = Annotated[
 RequestFile = Annotated[
     Path | None, option("The request as JSON, as over HTTP, in place of all the above.", "FILE", "--request")
 ]
+TerrainFrame = Annotated[bool, option("Altitudes in .plan files count from the ground, not from sea level.")]
 
 
 def told(group: Any) -> dict[str, object]:
@@ -110,13 +117,30 @@ class Reading:
     ] = None
     band: Annotated[int | None, WHOLE, option("Band that holds the heights. (default 1)", "N")] = None
     cell_m: Annotated[float | None, option("Metres between posts, for files that do not tell.", "M")] = None
+    vertical_datum: Annotated[
+        str | None, option("What heights shall count from: msl, hae, EGM96, EPSG:5703; converted or taken so.", "DATUM")
+    ] = None
 
-    def read(self, dem: str) -> ElevationGrid:
-        """The DEM of a file. Raises TerrainError."""
+    def read(self, dem: str, area: AnyArea | None = None, margin_m: float | None = None) -> ElevationGrid:
+        """The DEM of a file, or the ground of tiles: of them no more than the area and the margin around it.
+
+        Of one file all is read, unless there is a margin. Raises TerrainError, RequestError.
+        """
         from terrain import read_dem
 
+        from .ground import read_tiles
+
+        of_tiles = read_tiles(dem, self, area, margin_m)
+        if of_tiles is not None:
+            return of_tiles
         return read_dem(
-            dem, nodata=self.nodata, crs=self.crs, height_unit=self.height_unit, band=self.band, cell_m=self.cell_m
+            dem,
+            nodata=self.nodata,
+            crs=self.crs,
+            height_unit=self.height_unit,
+            band=self.band,
+            cell_m=self.cell_m,
+            vertical_datum=self.vertical_datum,
         )
 
 

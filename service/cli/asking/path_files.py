@@ -12,7 +12,7 @@ from pydantic import JsonValue, ValidationError
 from planning.questions.models import NavigationModel
 from service.errors import RequestError
 from service.files.csv_table import CsvTable, Numbers, check_columns, read_csv_table
-from service.files.geojson_reading import Fields, line_of, polygons_of, shapes_of
+from service.parts.geojson_reading import Fields, line_of, polygons_of, shapes_of
 from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
 from service.products.paths.answer import VERTEX_COLUMNS
@@ -32,7 +32,7 @@ __all__ = [
 
 PATH = "path file"
 # cells are numbers
-COLUMNS = tuple(field for field in PointIn.model_fields if field != "body")
+COLUMNS = tuple(field for field in PointIn.model_fields if field not in ("body", "altitude_datum"))
 PLANNED = {f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name for name in VERTEX_COLUMNS}
 COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
 
@@ -155,7 +155,7 @@ def trajectory_from_file(path: Path, height: str | None, usual: Mapping[str, flo
     return Trajectory(points, told.get("time_s"), covariances_m2)
 
 
-def _planned(table: CsvTable, metres: Mapping[str, float] | None) -> Trajectory:
+def _planned(table: CsvTable, metres: Mapping[str, float] | Mapping[str, float | str] | None) -> Trajectory:
     """Altitudes of such a table are the ground's: where the antenna is above it, the table does not say."""
     numbers = Numbers(table.delimiter)
     try:
@@ -207,7 +207,7 @@ def _filter_of_a_plan() -> dict[str, object]:
     }
 
 
-def _metres(height: str) -> dict[str, float]:
+def _metres(height: str) -> dict[str, float | str]:
     return height_field(height, f"--height {height!r} is not of the form 30agl (above ground) or 1500msl (altitude).")
 
 

@@ -208,12 +208,15 @@ class MoveRules(RuleOptions):
     no_fly: Annotated[tuple[Path, ...], option("GeoJSON polygons not to fly over. Repeatable.", "FILE")] = ()
 
 
-def _heights(texts: tuple[str, ...]) -> dict[str, list[float]]:
+def _heights(texts: tuple[str, ...]) -> dict[str, object]:
     from .texts import height_field
 
-    found: dict[str, list[float]] = {"above_ground_m": [], "altitude_m": []}
-    for text in texts:
-        form = f"The height {text!r} is not of the form 120agl (above ground) or 900msl (altitude)."
-        for field, metres in height_field(text, form).items():
-            found[field].append(metres)
-    return found
+    form = "The height {!r} is not of the form 120agl (above ground) or 900msl (altitude)."
+    heights = [height_field(text, form.format(text)) for text in texts]
+    datums = {height["altitude_datum"] for height in heights if "altitude_datum" in height}
+    if len(datums) > 1:
+        raise RequestError("The heights of one set of places count from one datum: all as msl, or all as hae.")
+    found: dict[str, object] = {
+        name: [height[name] for height in heights if name in height] for name in ("above_ground_m", "altitude_m")
+    }
+    return found | ({"altitude_datum": datums.pop()} if datums else {})

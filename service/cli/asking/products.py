@@ -15,6 +15,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 from service.files.layer import Layer, replacing
+from service.parts.altitude_datums import in_dem_datum
 from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_names, sentence_of
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
@@ -30,7 +31,6 @@ from ..output import (
     progress_bar,
 )
 from .options import Output, Reading
-from .texts import told_of_heights, warnings_with
 
 __all__ = ["ask", "completed", "given_map", "request_from_file", "request_of_fields"]
 
@@ -49,23 +49,23 @@ def ask(
     summary: str,
     reading: Reading,
     output: Output,
-    heights: frozenset[str] = frozenset(),
     left_out: Collection[str] = (),
     what: str = "Sight lines",
     work: Work | None = None,
     changes: Mapping[str, object] | None = None,
+    margin_m: float | None = None,
 ) -> None:
     """Read, calculate, write and print. What can be wrong in the request is found before the work.
 
     asked: what the options make, of ``product.parameters``, or the file of a request; changes: what the command line
     says of either. tables: of the answer. summary: the file of the answer. left_out: layers that are
-    not written. heights: the words with which the options' heights were given. work: what the calculation may use; its
-    progress is shown here. Raises RequestError and what the packages raise.
+    not written. work: what the calculation may use; its progress is shown here. margin_m: how far around the area
+    ground is read; None: of one file all, of tiles none. Raises RequestError and what the packages raise.
     """
     parameters = request_from_file(asked, product) if isinstance(asked, Path) else asked
     parameters = parameters.model_copy(update=dict(changes or {}))
-    grid = reading.read(dem)
-    told = told_of_heights(grid, heights)
+    grid = reading.read(dem, getattr(parameters, "area", None), margin_m)
+    parameters, told = in_dem_datum(grid, parameters)
     layers = tuple(
         layer
         for layer in product.layers
@@ -76,7 +76,7 @@ def ask(
     with progress_bar(what) as progress:
         finished = _calculated(product, grid, parameters, replace(work or Work(), progress=progress))
     answer: Any = finished.answer
-    answer = answer.model_copy(update={"warnings": warnings_with(told, answer.warnings)})
+    answer = answer.model_copy(update={"warnings": [*answer.warnings, *told]})
     document = answer.model_dump(mode="json")
     written = [] if folder is None else _write_files(finished, document, summary, layers, folder)
     if output.as_json:

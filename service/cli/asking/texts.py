@@ -6,14 +6,12 @@ A height is 80agl above the ground, 612msl above sea level, 660hae above the ell
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from service.errors import RequestError
 
 if TYPE_CHECKING:
     from service.parts.anchors import AnchorIn
-    from terrain import ElevationGrid
 
 __all__ = [
     "ANCHOR_FORM",
@@ -23,17 +21,14 @@ __all__ = [
     "cut_fields",
     "frames_fields",
     "height_field",
-    "height_words",
+    "height_fields",
     "numbers_of",
     "place_fields",
     "position_fields",
-    "told_of_heights",
-    "warnings_with",
 ]
 
 HEIGHT = re.compile(r"(?P<metres>[^a-zA-Z]+(?:[eE][-+]?\d+)?)(?P<above>agl|msl|hae)", re.IGNORECASE)
-ANCHOR_FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground) or 612msl (altitude)"
-FROM_WHERE = "what its heights count from"
+ANCHOR_FORM = "ID,EAST,NORTH,HEIGHT with HEIGHT like 80agl (above ground), 612msl (sea level) or 650hae (ellipsoid)"
 CUT_FORM = "a line EAST,NORTH,EAST,NORTH of two or more places nor a height like 1000msl or 50agl"
 
 
@@ -63,7 +58,7 @@ def place_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, float]
     return dict(zip(("lon_deg", "lat_deg") if lonlat else ("east_m", "north_m"), numbers, strict=True))
 
 
-def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, float]:
+def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, float | str]:
     """EAST,NORTH,HEIGHT as the fields of a request. Raises RequestError with the given complaint."""
     pair, _, height = text.rpartition(",")
     metres = height_field(height, complaint)
@@ -76,23 +71,25 @@ def position_fields(text: str, *, lonlat: bool, complaint: str) -> dict[str, flo
     return {**place, **metres}
 
 
-def height_field(text: str, complaint: str) -> dict[str, float]:
-    """80agl or 612msl as a field of a request. Raises RequestError with the given complaint."""
-    found = _height(text)
+def height_field(text: str, complaint: str) -> dict[str, float | str]:
+    """80agl, 612msl or 660hae as the fields of a request. Raises RequestError with the given complaint."""
+    found = height_fields(text)
     if found is None:
         raise RequestError(complaint)
     return found
 
 
-def ceiling_fields(text: str) -> dict[str, float]:
-    """--ceiling as a field of a request. Raises RequestError."""
-    complaint = f"--ceiling {text!r} is not of the form 2500msl (altitude) or 300agl (above ground)."
-    return {f"ceiling_{name}": metres for name, metres in height_field(text, complaint).items()}
+def ceiling_fields(text: str) -> dict[str, float | str]:
+    """--ceiling as the fields of a request. Raises RequestError."""
+    found = height_fields(text, "ceiling_")
+    if found is None:
+        raise RequestError(f"--ceiling {text!r} is not of the form 2500msl (altitude) or 300agl (above ground).")
+    return found
 
 
 def cut_fields(text: str, *, lonlat: bool) -> dict[str, object]:
     """One --cut as an entry of a request's ``cuts``. Raises RequestError."""
-    height = _height(text)
+    height = height_fields(text)
     if height is not None:
         return {**height}
     numbers = numbers_of(text)
@@ -110,7 +107,7 @@ def bounds_fields(text: str) -> dict[str, float]:
     return dict(zip(("west_m", "south_m", "east_m", "north_m"), numbers, strict=True))
 
 
-def frames_fields(frames: str | None, available_at: str | None) -> dict[str, float] | None:
+def frames_fields(frames: str | None, available_at: str | None) -> dict[str, float | str] | None:
     """--frames and --available-at as the ``frames`` of a request; None without. Raises RequestError."""
     if frames is None:
         if available_at is not None:
@@ -119,7 +116,7 @@ def frames_fields(frames: str | None, available_at: str | None) -> dict[str, flo
     numbers = numbers_of(frames)
     if numbers is None or len(numbers) != 3:
         raise RequestError(f"--frames {frames!r} is not of the form FROM,TO,STEP in seconds.")
-    fields = dict(zip(("from_s", "to_s", "step_s"), numbers, strict=True))
+    fields: dict[str, float | str] = dict(zip(("from_s", "to_s", "step_s"), numbers, strict=True))
     if available_at is None:
         return fields
     form = f"--available-at {available_at!r} is not of the form 60agl (above ground) or 1500msl (altitude)."
@@ -134,58 +131,18 @@ def numbers_of(text: str) -> list[float] | None:
         return None
 
 
-def height_words(*options: str | Iterable[str] | None) -> frozenset[str]:
-    """Which of the words agl, msl and hae the heights at the ends of these options' texts have."""
-    texts = [text for one in options if one is not None for text in ([one] if isinstance(one, str) else one)]
-    found = (HEIGHT.fullmatch(text.rpartition(",")[-1].strip()) for text in texts)
-    return frozenset(height["above"].lower() for height in found if height is not None)
+def height_fields(text: str, prefix: str = "") -> dict[str, float | str] | None:
+    """The fields of a request that 80agl, 612msl or 660hae make; None for any other text.
 
-
-def told_of_heights(grid: ElevationGrid, words: frozenset[str]) -> tuple[str, ...]:
-    """What to know about heights that were given with these words. Raises RequestError where the DEM has no such.
-
-    A local frame has one kind of altitude only, and any word means it.
+    prefix: of the names of the fields, as in ceiling_altitude_m.
     """
-    from service.parts.map_facts import body_name
-    from terrain import HeightReference, height_reference_of
-
-    if grid.crs is None:
-        return ()
-    means = {"msl": HeightReference.SEA_LEVEL, "hae": HeightReference.ELLIPSOID}
-    body, reference, told = body_name(grid), height_reference_of(grid), []
-    for word in sorted(words & means.keys()):
-        if word == "msl" and body != "Earth":
-            told.append(f"{body} has no sea level: heights given as msl were taken as the DEM counts its own.")
-        elif reference is HeightReference.UNKNOWN:
-            told.append(f"The DEM does not say {FROM_WHERE}: those given as {word} were taken as it counts.")
-        elif reference is not means[word]:
-            other = "hae" if word == "msl" else "msl"
-            raise RequestError(
-                f"The DEM's heights count from the {reference} ({grid.vertical_datum}), and no geoid model is there to "
-                f"bring heights given as {word} to it; give them above the ground (80agl), or from there (612{other})."
-            )
-    return tuple(told)
-
-
-def warnings_with(told: Iterable[str], warnings: Iterable[str]) -> list[str]:
-    """The warnings of an answer with what told_of_heights told; what both say is said once."""
-    found = list(warnings)
-    for sentence in told:
-        _, same, more = sentence.partition(f"{FROM_WHERE}: ")
-        said = next((number for number, one in enumerate(found) if same and f"{FROM_WHERE}; " in one), None)
-        if said is None:
-            found.append(sentence)
-        else:
-            found[said] = f"{found[said].removesuffix('.')}, and {more}"
-    return found
-
-
-def _height(text: str) -> dict[str, float] | None:
-    """80agl or 612msl as a field of a request; None for any other text."""
     height = HEIGHT.fullmatch(text.strip())
     if height is None:
         return None
     try:
-        return {"above_ground_m" if height["above"].lower() == "agl" else "altitude_m": float(height["metres"])}
+        metres, word = float(height["metres"]), height["above"].lower()
     except ValueError:
         return None
+    if word == "agl":
+        return {f"{prefix}above_ground_m": metres}
+    return {f"{prefix}altitude_m": metres, "altitude_datum": word}

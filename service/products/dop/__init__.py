@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from service.estimates import refuse_map, refuse_volume
+from service.parts.map_area import map_area
 from service.products import Product
 from service.settings import Settings
 from terrain import ElevationGrid
@@ -20,7 +21,7 @@ def _check(grid: ElevationGrid, parameters: DopMapParameters, settings: Settings
     refuse_map(cells, len(parameters.anchors), parameters.mode, settings)
     path_points(grid, parameters)
     refuse_map(cells, len(check_dop_map(grid, parameters).all), parameters.mode, settings)
-    refuse_volume(check_air(grid, parameters), settings)
+    refuse_volume(check_air(map_area(grid, parameters.area).box, parameters), settings)
 
 
 DOP_MAP = Product(

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from service.parts.map_area import map_area
 from service.parts.map_facts import curvature_of, share_of
 from service.parts.positioning_answers import PositioningSummary, positioning_summary, range_sigmas_told
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
@@ -118,6 +119,7 @@ def check_dop_map(grid: ElevationGrid, parameters: DopMapParameters) -> RangingS
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
+    map_area(grid, parameters.area)
     sources = ranging_sources(grid, parameters)
     check_anchors(grid, sources.all)
     check_weights(sources.all)
@@ -141,7 +143,7 @@ def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: W
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    check_air(grid, parameters)
+    check_air(map_area(grid, parameters.area).box, parameters)
     sources = check_dop_map(grid, parameters)
     lines = lines_to(*(grid, sources.all, parameters), work.part(0.0, SHARE_OF_SIGHT_LINES))
     kind, above_m, on_surface = parameters.kind, parameters.receiver_above_ground_m, parameters.on_surface
@@ -155,18 +157,19 @@ def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: W
     no_go = found.no_go(parameters.dop_limit, parameters.min_anchors or 0)
     sigmas_m = np.stack([errors.horizontal_sigma_m, errors.vertical_sigma_m, errors.position_sigma_m])
     path_numbers, path_sets = _along_path(lines, parameters)
-    known = ~np.isnan(grid.heights_m)
+    area = map_area(grid, parameters.area)
+    lines, known, no_go = area.lines(lines), area.known(), area.cut(no_go)
+    dilutions, reasons, sigmas_m = area.cut(found.dop), area.cut(found.reasons), area.cut(sigmas_m)
     known_posts = int(np.count_nonzero(known))
     go_posts, no_go_posts = (int(np.count_nonzero(no_go[known] == value)) for value in (GO, NO_GO))
-    reasons = found.reasons[known]
     answer = DopMapSummary(
-        **dict(positioning_summary(lines, sources, parameters, found.elapsed_s + errors.elapsed_s)),
+        **dict(positioning_summary(lines, sources, parameters, found.elapsed_s + errors.elapsed_s, area.sentences())),
         receiver_above_ground_m=above_m,
         on_surface=on_surface,
         share_within_limit=share_of(go_posts, known_posts),
         share_no_go=share_of(no_go_posts, known_posts),
         share_unknown=share_of(known_posts - go_posts - no_go_posts, known_posts),
-        dop_quantiles=_quantiles(found.dop[known]),
+        dop_quantiles=_quantiles(dilutions[known]),
         one_dop_per_set=parameters.one_dop_per_set,
         position_error_quantiles_m={
             name: _quantiles(sigma_m[known])
@@ -174,12 +177,12 @@ def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: W
         },
         sigmas=range_sigmas_told(lines.anchors),
         path_points=len(path_numbers),
-        volume=volume_facts(grid, parameters),
-        posts_by_reason={reason.name.lower(): int(np.count_nonzero(reasons == reason)) for reason in DopReason},
+        volume=volume_facts(lines.grid, parameters),
+        posts_by_reason={reason.name.lower(): int(np.count_nonzero(reasons[known] == reason)) for reason in DopReason},
     )
     work.progress(1.0)
     return FinishedDopMap(
-        *(grid, lines.anchors, parameters, answer, found.dop, found.reasons, found.count, no_go, sigmas_m),
+        *(lines.grid, lines.anchors, parameters, answer, dilutions, reasons, area.cut(found.count), no_go, sigmas_m),
         *(path_numbers, path_sets),
         *_kept(lines, asks_for_air(parameters)),
     )

@@ -6,8 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DemId
-from service.parts.points import Metres, NotNegativeMetres, PlaceIn, PointIn, Positive, StrictModel
+from service.parts.points import InADatum, Metres, NotNegativeMetres, PlaceIn, PointIn, Positive, StrictModel
 from service.parts.positioning import POSITIONING_EXAMPLE, PositioningParameters
 
 __all__ = ["MOST_CUTS", "REQUEST", "BoundsIn", "CutIn", "DopMapIn", "DopMapParameters", "VolumeIn"]
@@ -32,11 +33,13 @@ class BoundsIn(StrictModel):
     north_m: Metres = Field(description="Its largest north, metres.")
 
 
-class VolumeIn(StrictModel):
+class VolumeIn(InADatum):
     """The air between a floor and a ceiling, in layers of voxels over the posts of the DEM."""
 
+    altitude_fields = ("ceiling_altitude_m",)
+
     ceiling_altitude_m: Metres | None = Field(
-        None, description="Top, metres in the DEM's vertical datum: layers are altitudes. Or ceiling_above_ground_m."
+        None, description="Top, metres above altitude_datum: layers are altitudes. Or ceiling_above_ground_m."
     )
     ceiling_above_ground_m: Positive | None = Field(
         None, description="Top above the ground of each post, metres: layers follow the ground."
@@ -58,16 +61,19 @@ class VolumeIn(StrictModel):
             )
         return self
 
+    def altitudes(self) -> tuple[str, ...]:
+        """The ceiling and the floor, which counts as it does."""
+        ceiling = super().altitudes()
+        return (*ceiling, "floor_m") if ceiling and self.floor_m is not None else ceiling
 
-class CutIn(StrictModel):
+
+class CutIn(InADatum):
     """A cut: vertical along a line on the map, or horizontal at an altitude or a height above ground."""
 
     line: Annotated[list[PlaceIn], Field(min_length=2, max_length=1000)] | None = Field(
         None, description="Corners of the line that a vertical cut follows, at least two entries."
     )
-    altitude_m: Metres | None = Field(
-        None, description="Height of a horizontal cut, metres in the DEM's vertical datum."
-    )
+    altitude_m: Metres | None = Field(None, description="Height of a horizontal cut, metres above altitude_datum.")
     above_ground_m: NotNegativeMetres | None = Field(
         None, description="Height of a cut that follows the ground, metres above it."
     )
@@ -80,7 +86,7 @@ class CutIn(StrictModel):
         return self
 
 
-class DopMapParameters(PositioningParameters):
+class DopMapParameters(PositioningParameters, AreaParameters):
     """How good positioning is for a rover on the ground, over a whole DEM."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(

@@ -8,7 +8,18 @@ from pathlib import Path
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import COPTER, GEOJSON, MISSIONS, PNG, TAKE_OFF, WAYPOINT, Layer, PlanItem, plan_text
+from service.files.layer import (
+    COPTER,
+    GEOJSON,
+    MISSIONS,
+    PNG,
+    TAKE_OFF,
+    WAYPOINT,
+    Layer,
+    PlanItem,
+    plan_text,
+    sea_level_m,
+)
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
 from service.products.in_common import Feature, feature, place_in_file
 
@@ -57,8 +68,11 @@ def _write_csv(finished: FinishedFlight, path: Path) -> None:
 def _write_plan(finished: FinishedFlight, path: Path) -> None:
     """Take-off to the first corner, then a way-point for each. Raises FrameError for a DEM without CRS."""
     items = []
-    for number, corner in enumerate(finished.answer.corners):
-        lon_deg, lat_deg, altitude_m = _coordinates(finished, corner)
+    corners = finished.answer.corners
+    at = ([corner.east_m for corner in corners], [corner.north_m for corner in corners])
+    altitudes_m = sea_level_m(finished.grid, *at, [corner.altitude_m for corner in corners])
+    for number, (corner, altitude_m) in enumerate(zip(corners, altitudes_m.round(DECIMALS_M).tolist(), strict=True)):
+        lon_deg, lat_deg, _ = _coordinates(finished, corner)
         items.append(PlanItem(WAYPOINT if number else TAKE_OFF, lon_deg, lat_deg, altitude_m))
     speed_m_per_s = finished.parameters.speed_m_per_s
     text = plan_text(items, items[0], vehicle=COPTER, cruise_m_per_s=speed_m_per_s, hover_m_per_s=speed_m_per_s)

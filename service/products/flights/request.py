@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import SightParameters
 from service.parts.map_facts import DEM_ID, DemId
-from service.parts.points import Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
+from service.parts.points import InADatum, Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
 from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters
 
 __all__ = ["REQUEST", "FlightIn", "FlightParameters"]
@@ -36,8 +36,10 @@ class FlightBudgetIn(StrictModel):
     seconds: Positive = Field(60.0, description="Time-out of the sampling planner, seconds.")
 
 
-class FlightParameters(SightParameters):
+class FlightParameters(SightParameters, InADatum):
     """From where to where; the anchors that give position in the air stand in ``morphing_map``."""
+
+    altitude_fields = ("ceiling_altitude_m",)
 
     start: PointIn = Field(description="Where the drone is.")
     goal: PointIn = Field(description="Where it shall be.")
@@ -46,7 +48,7 @@ class FlightParameters(SightParameters):
     )
     bubble_m: NotNegativeMetres = Field(BUBBLE_M, description="Distance kept from all ground, metres.")
     ceiling_altitude_m: Metres | None = Field(
-        None, description="Top of the air, metres in the DEM's vertical datum; none = no ceiling but the map's."
+        None, description="Top of the air, metres above altitude_datum; none = no ceiling but the map's."
     )
     ceiling_above_ground_m: Positive | None = Field(
         None, description="Top of the air above the ground of each place, metres; in place of ceiling_altitude_m."

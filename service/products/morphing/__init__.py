@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import ConfigDict, JsonValue
 
 from service.estimates import refuse_frames, refuse_map
+from service.parts.map_area import map_area
 from service.parts.map_facts import DemId
 from service.parts.positioning import POSITIONING_EXAMPLE, MorphingMapParameters
 from service.parts.ranging_sources import check_moving_sources, check_sources, moving_sources, ranging_sources
@@ -32,6 +33,7 @@ class MorphingMapIn(MorphingMapParameters):
 def _check(grid: ElevationGrid, parameters: MorphingMapParameters, settings: Settings) -> None:
     cells, mode, frames = grid.heights_m.size, parameters.mode, parameters.frames
     refuse_map(cells, len(parameters.anchors), mode, settings)
+    map_area(grid, parameters.area)
     if frames is None:
         sources = ranging_sources(grid, parameters).all
         check_sources(grid, sources, parameters)

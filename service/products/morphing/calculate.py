@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, Field
 
+from service.parts.map_area import map_area
 from service.parts.map_facts import share_of
 from service.parts.positioning import MorphingMapParameters
 from service.parts.positioning_answers import PositioningSummary, positioning_summary
@@ -108,7 +109,7 @@ def calculate_morphing_map(
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    limit = limit_of(parameters)
+    limit, area = limit_of(parameters), map_area(grid, parameters.area)
     nothing = np.empty((0, 0, 0), np.float32)
     over_time: FrameArrays = nothing, nothing.astype(np.uint8), nothing.astype(np.float64)
     told: TimeFacts | None = None
@@ -120,15 +121,16 @@ def calculate_morphing_map(
         over_time, told = (frames.altitude_m, frames.state, frames.available), frames.told
     else:
         lines, sources = sight_lines(grid, parameters, work.progress, SHARE_OF_SIGHT_LINES)
+        lines = area.lines(lines)
         ceiling_m, above_ground = parameters.ceiling()
         found = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
         # the map's warnings are the sight lines' and its own
-        own, elapsed_s = found.warnings[len(lines.warnings) :], found.elapsed_s
+        own, elapsed_s = (*area.sentences(), *found.warnings[len(lines.warnings) :]), found.elapsed_s
     rover = dop_map(lines, parameters.receiver_above_ground_m, parameters.kind, measure=parameters.measure)
     no_go = rover.no_go(limit.dop_limit, limit.needed_anchors)
-    known = ~np.isnan(grid.heights_m)
+    known = area.known()
     known_posts = int(np.count_nonzero(known))
-    above_m = (found.altitude_m - grid.heights_m)[np.isfinite(found.altitude_m)]
+    above_m = (found.altitude_m - area.box.heights_m)[np.isfinite(found.altitude_m) & known]
     answer = MorphingMapSummary(
         **dict(positioning_summary(lines, sources, parameters, elapsed_s + rover.elapsed_s, own)),
         ceiling={"altitude_m": parameters.ceiling_altitude_m, "above_ground_m": parameters.ceiling_above_ground_m},
@@ -136,14 +138,14 @@ def calculate_morphing_map(
             StateShare(
                 state=state.name.lower(),
                 words=STATE_WORDS[state],
-                posts=int(np.count_nonzero(found.state == state)),
+                posts=area.count(found.state == state),
                 share=share_of(int(np.count_nonzero((found.state == state) & known)), known_posts),
             )
             for state in ColumnState
         ],
         receiver_above_ground_m=parameters.receiver_above_ground_m,
-        posts_no_go_for_the_rover=int(np.count_nonzero(no_go == NO_GO)),
-        posts_with_several_intervals=int(np.count_nonzero(found.no_flight_intervals > 1)),
+        posts_no_go_for_the_rover=area.count(no_go == NO_GO),
+        posts_with_several_intervals=area.count(found.no_flight_intervals > 1),
         above_ground_m={
             name: float(np.quantile(above_m, share)) if above_m.size else None for name, share in QUANTILES.items()
         },
@@ -151,7 +153,7 @@ def calculate_morphing_map(
     )
     work.progress(1.0)
     return FinishedMorphingMap(
-        *(grid, lines.anchors, parameters, answer),
+        *(area.box, lines.anchors, parameters, answer),
         found.altitude_m,
         found.safe_above_m,
         found.state,

@@ -12,7 +12,18 @@ import numpy as np
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import GEOJSON, MISSIONS, PNG, ROVER, WAYPOINT, Layer, PlanItem, above_sea_level, plan_text
+from service.files.layer import (
+    GEOJSON,
+    MISSIONS,
+    PNG,
+    ROVER,
+    WAYPOINT,
+    Layer,
+    PlanItem,
+    above_sea_level,
+    plan_text,
+    sea_level_m,
+)
 from service.parts.map_facts import dem_name
 from service.parts.plan_answers import PathPlaceOut
 from service.products.in_common import Feature, feature, place_in_file
@@ -129,7 +140,7 @@ def _coordinates(finished: FinishedPath) -> list[list[float]]:
 def _write_gpx(finished: FinishedPath, path: Path) -> None:
     """GPX 1.1: every vertex as a track, its times counted from 1970-01-01T00:00:00Z; the corners as a route.
 
-    Elevations in it count from mean sea level: a DEM whose heights count from an ellipsoid has none to give.
+    Elevations in it count from mean sea level: where nobody knows what the DEM's count from, there are none.
     Raises FrameError for a DEM without CRS.
     """
     import gpxpy.gpx  # takes a tenth of a second to load
@@ -155,10 +166,10 @@ def _write_gpx(finished: FinishedPath, path: Path) -> None:
 
 
 def _write_plan(finished: FinishedPath, path: Path) -> None:
-    """A way-point for each corner, for a ground vehicle: above sea level, or else on the ground. Raises FrameError."""
+    """A way-point for each corner, for a ground vehicle: above sea level, or on the ground. Raises FrameError."""
     vertices = _vertices(finished)
     items = [PlanItem(WAYPOINT, *vertices[corner][:3]) for corner in finished.corners.tolist()]
-    on_ground = not above_sea_level(finished.grid)
+    on_ground = not above_sea_level(finished.grid) or finished.parameters.plan_altitudes == "ground"
     if on_ground:
         items = [replace(item, altitude_m=0.0) for item in items]
     speed_m_per_s = finished.parameters.rover.speed_m_per_s
@@ -168,12 +179,16 @@ def _write_plan(finished: FinishedPath, path: Path) -> None:
 
 
 def _vertices(finished: FinishedPath) -> list[tuple[float, float, float, float]]:
-    """(lon_deg, lat_deg, altitude_m, time_s) of each vertex, degrees to a millimetre."""
-    lon_deg, lat_deg = to_lon_lat(finished.grid, finished.column("east_m"), finished.column("north_m"))
+    """(lon_deg, lat_deg, metres above sea level where known, time_s) of each vertex, degrees to a millimetre."""
+    grid, places = finished.grid, (finished.column("east_m"), finished.column("north_m"))
+    lon_deg, lat_deg = to_lon_lat(grid, *places)
+    altitude_m = finished.column("altitude_m")
+    if above_sea_level(grid):
+        altitude_m = sea_level_m(grid, *places, altitude_m)
     rows = zip(
         lon_deg.round(8).tolist(),
         lat_deg.round(8).tolist(),
-        finished.column("altitude_m").round(2).tolist(),
+        altitude_m.round(2).tolist(),
         finished.column("time_s").tolist(),
         strict=True,
     )

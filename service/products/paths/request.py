@@ -9,11 +9,11 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from planning.paths import NavigationModel, PlanBudget
 from service.parts.anchors import TrackIn
+from service.parts.areas import Areas, GoalIn, StandingPlace
 from service.parts.map_facts import DEM_ID, DemId
-from service.parts.points import NotNegative, NotNegativeMetres, Positive, StrictModel
+from service.parts.points import NotNegative, NotNegativeMetres, PlanAltitudes, Positive, StrictModel
 from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters, RangingParameters
 from service.parts.sentences import WithOlderNames
-from service.products.paths.areas import Areas, GoalIn, StandingPlace
 
 __all__ = [
     "REQUEST",
@@ -188,6 +188,7 @@ class PathQuestion(RangingParameters):
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = Field(
         0, description="A number; the same seed and iterations give the same path."
     )
+    plan_altitudes: PlanAltitudes = "sea level"
 
 
 class PathParameters(PathQuestion):

@@ -24,8 +24,10 @@ from service.files.layer import (
     PlanItem,
     above_sea_level,
     plan_text,
+    sea_level_m,
     zip_plans,
 )
+from service.parts.map_facts import altitude_datum_of
 from service.products.in_common import Raster, common_tags, feature
 from terrain import height_at, to_lon_lat, true_offsets
 
@@ -50,15 +52,15 @@ def _write_geojson(finished: FinishedPlacement, path: Path) -> None:
     for placed in finished.answer.placed:
         position = (placed.east_m, placed.north_m)
         worth = placed.model_dump(exclude={"id", "what", "east_m", "north_m", "altitude_m", "above_ground_m"})
-        properties = {"id": placed.id, "altitude_m": placed.altitude_m, "what": placed.what, **worth}
+        told = {"id": placed.id, "altitude_m": placed.altitude_m, **altitude_datum_of(grid), "what": placed.what}
         coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
-        features.append(feature("Point", coordinates, properties | measured_with, placed.id))
+        features.append(feature("Point", coordinates, told | worth | measured_with, placed.id))
     write_collection(grid, features, path, indent=1)
 
 
 def _write_csv(finished: FinishedPlacement, path: Path) -> None:
-    """id, east_m, north_m, altitude_m, ranging_sigma_m, and max_range_m where there is one."""
-    measured_with = _measured_with(finished)
+    """id, east_m, north_m, altitude_m, what that counts from where it is known, ranging_sigma_m, max_range_m if any."""
+    measured_with = altitude_datum_of(finished.grid) | _measured_with(finished)
     with path.open("w", encoding="utf-8", newline="") as file:
         names = ["id", "east_m", "north_m", "altitude_m", *measured_with]
         TableWriter(file).rows(names, ({**placed.model_dump(), **measured_with} for placed in finished.answer.placed))
@@ -66,7 +68,7 @@ def _write_csv(finished: FinishedPlacement, path: Path) -> None:
 
 def _plan_texts(finished: FinishedPlacement) -> dict[str, str]:
     """The text of each drone's .plan by its file name. Raises FrameError for a DEM without CRS."""
-    by_sea = above_sea_level(finished.grid)
+    by_sea = above_sea_level(finished.grid) and finished.parameters.plan_altitudes == "sea level"
     return {
         f"{placed.id}.plan": _plan(finished, placed) if by_sea else _plan_above_ground(finished, placed)
         for placed in finished.answer.placed
@@ -92,7 +94,7 @@ def _write_beacons(finished: FinishedPlacement, path: Path) -> None:
         "# Origin of the beacons; offsets are metres over ground from it to true north, to the east, and down.",
         f"BCN_LATITUDE,{lat_deg:.7f}",
         f"BCN_LONGITUDE,{lon_deg:.7f}",
-        f"BCN_ALT,{origin_altitude_m:.2f}",
+        f"BCN_ALT,{sea_level_m(grid, *origin_m, origin_altitude_m)[0]:.2f}",
         "BCN_ORIENT_YAW,0",
     ]
     for number, (one, east_m, north_m) in enumerate(zip(placed, *along, strict=True)):
@@ -114,8 +116,9 @@ def _plan(finished: FinishedPlacement, placed: PlacedOut) -> str:
     grid = finished.grid
     lon_deg, lat_deg = to_lon_lat(grid, placed.east_m, placed.north_m)
     ground_m = float(height_at(grid, placed.east_m, placed.north_m))
-    altitude_m = placed.altitude_m
-    home_m = ground_m if ground_m == ground_m else altitude_m  # over unknown ground home is where it hovers
+    # over unknown ground home is where it hovers
+    ups_m = [placed.altitude_m, ground_m if ground_m == ground_m else placed.altitude_m]
+    altitude_m, home_m = sea_level_m(grid, placed.east_m, placed.north_m, ups_m).tolist()
     home = PlanItem(TAKE_OFF, lon_deg, lat_deg, home_m)
     items = [
         PlanItem(TAKE_OFF, lon_deg, lat_deg, max(altitude_m, home_m + CLEAR_OF_GROUND_M)),
@@ -126,7 +129,7 @@ def _plan(finished: FinishedPlacement, placed: PlacedOut) -> str:
 
 
 def _plan_above_ground(finished: FinishedPlacement, placed: PlacedOut) -> str:
-    """The same with heights above the ground, where none above sea level is known."""
+    """The same with heights above the ground: asked for, or where none above sea level is known."""
     lon_deg, lat_deg = to_lon_lat(finished.grid, placed.east_m, placed.north_m)
     height_m = placed.above_ground_m
     assert height_m is not None, "others have no plan"

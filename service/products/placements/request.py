@@ -7,13 +7,15 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import SightParameters
+from service.parts.areas import AreaAsPolygon
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import (
+    InADatum,
     Metres,
     NotNegativeMetres,
     PlaceIn,
+    PlanAltitudes,
     PointIn,
-    PolygonIn,
     Positive,
     StandOffIn,
     StrictModel,
@@ -47,17 +49,17 @@ Heights = Annotated[list[NotNegativeMetres], Field(max_length=32)]
 Altitudes = Annotated[list[Metres], Field(max_length=32)]
 
 
-class CandidatesIn(StrictModel):
+class CandidatesIn(InADatum):
     """Places for anchors: a lattice or given places, each at every height."""
 
     what: Literal["drone", "mast", "site"] = Field("drone", description="What would stand there.")
     spacing_m: Positive | None = Field(None, description="Of a square lattice of places, metres; or give places.")
-    area: PolygonIn | None = Field(None, description="Where the lattice lies; left out = the whole DEM.")
+    area: AreaAsPolygon | None = Field(None, description="Where the lattice lies; left out = the whole DEM.")
     places: Annotated[list[PlaceIn], Field(min_length=1, max_length=20_000)] | None = Field(
         None, description="Given places, in place of a lattice."
     )
     above_ground_m: Heights = Field([], description="Heights above the ground of each place, metres.")
-    altitude_m: Altitudes = Field([], description="Heights in the DEM's vertical datum, metres.")
+    altitude_m: Altitudes = Field([], description="Heights above altitude_datum, metres.")
 
     @model_validator(mode="after")
     def _places_and_heights(self) -> Self:
@@ -73,7 +75,7 @@ class CandidatesIn(StrictModel):
 class TargetsIn(StrictModel):
     """Where the rover has to see anchors: an area, a corridor or a path; the whole DEM by default."""
 
-    area: PolygonIn | None = Field(None, description="Only here; left out = the whole DEM.")
+    area: AreaAsPolygon | None = Field(None, description="Only here; left out = the whole DEM.")
     path: Annotated[list[PlaceIn], Field(min_length=2, max_length=10_000)] | None = Field(
         None, description="Along this planned path instead; each metre of it counts the same."
     )
@@ -139,14 +141,16 @@ class LinkIn(StrictModel):
     )
 
 
-class RulesIn(StrictModel):
+class RulesIn(InADatum):
     """Where anchors may be."""
 
-    no_fly: Annotated[list[PolygonIn], Field(max_length=1000)] = Field([], description="No anchor over these.")
+    altitude_fields = ("max_altitude_m",)
+
+    no_fly: Annotated[list[AreaAsPolygon], Field(max_length=1000)] = Field([], description="No anchor over these.")
     stand_off: Annotated[list[StandOffIn], Field(max_length=1000)] = Field([], description="Distances to keep.")
     min_above_ground_m: NotNegativeMetres = Field(0.0, description="Lowest height above ground, metres.")
     max_above_ground_m: Positive | None = Field(None, description="Ceiling above ground, metres.")
-    max_altitude_m: Metres | None = Field(None, description="Ceiling in the DEM's vertical datum, metres.")
+    max_altitude_m: Metres | None = Field(None, description="Ceiling above altitude_datum, metres.")
     max_range_m: Positive | None = Field(None, description="Longest range that is measured, metres.")
     min_separation_m: NotNegativeMetres = Field(0.0, description="Least distance between two anchors, metres.")
     link: LinkIn | None = Field(None, description="The link every anchor needs.")
@@ -173,6 +177,7 @@ class PlacementParameters(SightParameters):
     time_limit_s: Positive | None = Field(
         None, description="After so many seconds the best placement so far is the answer; left out = no limit."
     )
+    plan_altitudes: PlanAltitudes = "sea level"
     run_on: Literal["here", "cluster", "cluster_or_here"] = Field(
         "here",
         description="Where sight is worked out: here, in one process; on the Dask cluster that is set up; or there, "

@@ -7,7 +7,19 @@ from pathlib import Path
 from planning.placement import flight_level_m
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
-from service.files.layer import GEOJSON, LOITER, MISSIONS, PNG, WAYPOINT, Layer, PlanItem, plan_text, zip_plans
+from service.files.layer import (
+    GEOJSON,
+    LOITER,
+    MISSIONS,
+    PNG,
+    WAYPOINT,
+    Layer,
+    PlanItem,
+    plan_text,
+    sea_level_m,
+    zip_plans,
+)
+from service.parts.map_facts import altitude_datum_of
 from service.parts.positioning_answers import PlacedAnchor
 from service.products.in_common import feature
 from terrain import ElevationGrid, to_lon_lat
@@ -48,12 +60,13 @@ def _placed(which: str, at: PlacedAnchor) -> dict[str, float]:
 
 
 def _write_anchors_after(finished: FinishedRepositioning, path: Path) -> None:
-    """id, east_m, north_m, altitude_m, ranging_sigma_m of every anchor."""
+    """id, east_m, north_m, altitude_m, ranging_sigma_m of every anchor, and what altitudes count from where known."""
     sigma_m = {anchor.id: anchor.ranging_sigma_m for anchor in finished.anchors}
     with path.open("w", encoding="utf-8", newline="") as file:
-        names = ("id", "east_m", "north_m", "altitude_m", "ranging_sigma_m")
-        anchors = finished.answer.anchors
-        TableWriter(file).rows(names, (one.model_dump() | {"ranging_sigma_m": sigma_m[one.id]} for one in anchors))
+        datum = altitude_datum_of(finished.grid)
+        names = ("id", "east_m", "north_m", "altitude_m", *datum, "ranging_sigma_m")
+        rows = (one.model_dump() | datum | {"ranging_sigma_m": sigma_m[one.id]} for one in finished.answer.anchors)
+        TableWriter(file).rows(names, rows)
 
 
 def _plan_texts(finished: FinishedRepositioning) -> dict[str, str]:
@@ -71,20 +84,20 @@ def _write_plans(finished: FinishedRepositioning, path: Path) -> None:
 
 def _plan(grid: ElevationGrid, moves: list[MoveOut]) -> str:
     """Hold until it is time, climb to the level that clears the ground, fly across, descend; at the end, stay."""
-    items: list[PlanItem] = []
+    steps: list[tuple[PlacedAnchor, float, float]] = []  # where, how high in the DEM's datum, how long
     arrived_s = 0.0
     for move in moves:
         start, end = move.from_, move.to
         level_m = flight_level_m(_place_m(start), _place_m(end), move.flight_m)
-        (at_lon, at_lat), (to_lon, to_lat) = (to_lon_lat(grid, place.east_m, place.north_m) for place in (start, end))
         hold_s = max(0.0, round(move.start_s - arrived_s, 1))
-        items += [
-            PlanItem(WAYPOINT, at_lon, at_lat, start.altitude_m, hold_s),
-            PlanItem(WAYPOINT, at_lon, at_lat, level_m),
-            PlanItem(WAYPOINT, to_lon, to_lat, level_m),
-            PlanItem(WAYPOINT, to_lon, to_lat, end.altitude_m),
-        ]
+        steps += [(start, start.altitude_m, hold_s), (start, level_m, 0.0), (end, level_m, 0.0)]
+        steps.append((end, end.altitude_m, 0.0))
         arrived_s = move.end_s
+    places = ([at.east_m for at, _, _ in steps], [at.north_m for at, _, _ in steps])
+    lon_deg, lat_deg = to_lon_lat(grid, *places)
+    up_m = sea_level_m(grid, *places, [altitude_m for _, altitude_m, _ in steps])
+    rows = zip(lon_deg.tolist(), lat_deg.tolist(), up_m.tolist(), steps, strict=True)
+    items = [PlanItem(WAYPOINT, lon, lat, altitude_m, step[2]) for lon, lat, altitude_m, step in rows]
     last = items[-1]
     items.append(PlanItem(LOITER, last.lon_deg, last.lat_deg, last.altitude_m))
     return plan_text(items, items[0])

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, Field
 
+from service.parts.map_area import map_area
 from service.parts.map_facts import MapSummary, curvature_of, share_of
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import resolve_anchor
@@ -115,15 +116,18 @@ def calculate_visibility_map(
         unknown=parameters.unknown,
         progress=work.part(0.0, SHARE_OF_SIGHT_LINES),
     )
+    area = map_area(grid, parameters.area)
+    found, known = area.lines(found), area.known()
+    known_posts = int(np.count_nonzero(known))
     visible = found.visible(
         above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
     )
     count, unknown_count = _count(visible, VISIBLE), _count(visible, UNKNOWN)
-    known = None if grid.unknown_posts == 0 else ~np.isnan(grid.heights_m)
-    known_posts = grid.rows * grid.cols - grid.unknown_posts
+    undecided = _undecided(found.grid, count, unknown_count) & known
     answer = VisibilityMapSummary(
         **preamble(
-            *(grid, parameters, found), (*found.warnings, *_receiver_warnings(grid, parameters.receiver_altitude_m))
+            *(found.grid, parameters, found),
+            (*found.warnings, *area.sentences(), *_receiver_warnings(found.grid, parameters.receiver_altitude_m)),
         ),
         timing={"calculation_s": found.elapsed_s},
         receiver=ReceiverHeight(
@@ -131,11 +135,11 @@ def calculate_visibility_map(
         ),
         anchors=[_anchor(grid, anchor, visible[number], known, known_posts) for number, anchor in enumerate(anchors)],
         count_histogram=_count_histogram(count, known, known_posts, len(anchors)),
-        undecided_posts=int(np.count_nonzero(_undecided(grid, count, unknown_count))),
-        posts_with_unknown_anchors=int(np.count_nonzero(unknown_count)),
+        undecided_posts=int(np.count_nonzero(undecided)),
+        posts_with_unknown_anchors=area.count(unknown_count > 0),
     )
     work.progress(1.0)
-    return VisibilityMap(grid, anchors, parameters, answer, visible, found.altitude_m, count, unknown_count)
+    return VisibilityMap(found.grid, anchors, parameters, answer, visible, found.altitude_m, count, unknown_count)
 
 
 def _undecided(
@@ -170,10 +174,10 @@ def _anchor(
     grid: ElevationGrid,
     anchor: Anchor,
     visible: npt.NDArray[np.uint8],
-    known: npt.NDArray[np.bool_] | None,
+    known: npt.NDArray[np.bool_],
     known_posts: int,
 ) -> AnchorSummary:
-    over_known = visible if known is None else visible[known]
+    over_known = visible[known]
     seen, unknown = int(np.count_nonzero(over_known == VISIBLE)), int(np.count_nonzero(over_known == UNKNOWN))
     ground_m = float(height_at(grid, anchor.east_m, anchor.north_m))
     return AnchorSummary(
@@ -189,9 +193,9 @@ def _anchor(
 
 
 def _count_histogram(
-    count: npt.NDArray[Any], known: npt.NDArray[np.bool_] | None, known_posts: int, n_anchors: int
+    count: npt.NDArray[Any], known: npt.NDArray[np.bool_], known_posts: int, n_anchors: int
 ) -> list[CountShare]:
-    posts = np.bincount((count if known is None else count[known]).ravel(), minlength=n_anchors + 1)
+    posts = np.bincount(count[known], minlength=n_anchors + 1)
     return [
         CountShare(visible_anchors=number, posts=int(posts[number]), share=share_of(int(posts[number]), known_posts))
         for number in range(n_anchors + 1)

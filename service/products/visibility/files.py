@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.parts.map_facts import altitude_datum_of
 from service.products.in_common import BYTES, Raster, add_array, common_tags, feature, write_cog
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
@@ -21,7 +22,7 @@ __all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count"]
 
 # told by the geometry and by the altitude that came of it
 TWICE = {"above_ground_m"}  # an anchor has one height; with two a file would be refused when it is read
-POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m"}
+POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m", "altitude_datum"}
 
 
 def write_count(finished: VisibilityMap, path: Path) -> None:
@@ -67,7 +68,9 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
     ):
         position = (anchor.east_m, anchor.north_m)
         limits = asked.model_dump(exclude_none=True, exclude=POSITION)
-        properties = {**found.model_dump(exclude=TWICE), **limits, "altitude_m": anchor.altitude_m}
+        properties = {**found.model_dump(exclude=TWICE), **limits, "altitude_m": anchor.altitude_m} | altitude_datum_of(
+            grid
+        )
         coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
         features.append(feature("Point", coordinates, properties, anchor.id))
     write_collection(grid, features, path, indent=1)

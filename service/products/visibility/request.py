@@ -7,8 +7,9 @@ from typing import Any, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import AnchorIn, SightParameters
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
-from service.parts.points import Metres, NotNegativeMetres
+from service.parts.points import InADatum, Metres, NotNegativeMetres
 
 __all__ = ["REQUEST", "VisibilityMapIn", "VisibilityMapParameters"]
 
@@ -20,8 +21,10 @@ ANCHORS: list[JsonValue] = [
 REQUEST: dict[str, JsonValue] = {"dem_id": DEM_ID, "anchors": ANCHORS, "receiver_above_ground_m": 1.5, "mode": "fast"}
 
 
-class VisibilityMapParameters(SightParameters):
+class VisibilityMapParameters(SightParameters, AreaParameters, InADatum):
     """Anchors, receiver height and how to calculate."""
+
+    altitude_fields = ("receiver_altitude_m",)
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{name: value for name, value in REQUEST.items() if name != "dem_id"}]}
@@ -34,7 +37,7 @@ class VisibilityMapParameters(SightParameters):
         "receiver_altitude_m.",
     )
     receiver_altitude_m: Metres | None = Field(
-        None, description="One altitude of the receiver over all posts, metres in the DEM's vertical datum."
+        None, description="One altitude of the receiver over all posts, metres above altitude_datum."
     )
 
     @model_validator(mode="before")

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,6 +10,8 @@ import rasterio
 from rasterio.transform import Affine
 
 import service.cli.app
+from terrain import write_npz
+from tests.service.cli.height_questions import MOON
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M, small_grid
 
 
@@ -61,3 +63,18 @@ def dem_file(tmp_path_factory):
     ) as dataset:  # fmt: skip
         dataset.write(np.where(np.isnan(grid.heights_m), np.float32(-9999.0), grid.heights_m), 1)
     return path
+
+
+@pytest.fixture
+def dem(tmp_path):
+    """A function that writes the small ground with heights that count from somewhere, in a CRS."""
+
+    def write(datum, crs="EPSG:32611"):
+        path = tmp_path / "ground.npz"
+        grid = replace(small_grid(crs), vertical_datum=datum)
+        if crs == MOON:
+            grid = replace(grid, origin_north_m=1.2e6)
+        write_npz(grid, path)
+        return path
+
+    return write

@@ -57,13 +57,18 @@ def test_anchors_of_a_result_can_be_the_next_input(tmp_path, crs):
         assert anchor.altitude_m == original.altitude_m
 
 
+AT = {"east_m": 1.0, "north_m": 2.0}
+ODD = {"east_m": -1.5, "north_m": 2000.0}
+
+
 @pytest.mark.parametrize(
     ("text", "fields"),
     [
-        ("D1,1,2,80agl", {"id": "D1", "east_m": 1.0, "north_m": 2.0, "above_ground_m": 80.0}),
-        ("D1, -1.5 ,2e3, 612.5MSL", {"id": "D1", "east_m": -1.5, "north_m": 2000.0, "altitude_m": 612.5}),
-        ("Mast two,1,2,-4450msl", {"id": "Mast two", "east_m": 1.0, "north_m": 2.0, "altitude_m": -4450.0}),
-        ("D1,1,2,1e3msl", {"id": "D1", "east_m": 1.0, "north_m": 2.0, "altitude_m": 1000.0}),
+        ("D1,1,2,80agl", {"id": "D1", **AT, "above_ground_m": 80.0}),
+        ("D1, -1.5 ,2e3, 612.5MSL", {"id": "D1", **ODD, "altitude_m": 612.5, "altitude_datum": "msl"}),
+        ("Mast two,1,2,-4450msl", {"id": "Mast two", **AT, "altitude_m": -4450.0, "altitude_datum": "msl"}),
+        ("D1,1,2,1e3msl", {"id": "D1", **AT, "altitude_m": 1000.0, "altitude_datum": "msl"}),
+        ("D1,1,2,650HAE", {"id": "D1", **AT, "altitude_m": 650.0, "altitude_datum": "hae"}),
     ],
 )
 def test_an_option_is_id_east_north_height(text, fields):

@@ -1,87 +1,60 @@
-"""Heights and places leave for other programs as what those take them for, or not at all; and so they come in."""
+"""Heights and places leave for other programs as what those take them for, or not at all."""
 
 import json
 import math
-import zipfile
-from dataclasses import replace
 
 import gpxpy
 import pyproj
 import pytest
 
-from terrain import ElevationGrid, to_lon_lat, write_npz
+from terrain import ElevationGrid, egm96_height_m, height_at, to_grid_frame, to_lon_lat, write_npz
+from tests.service.cli.height_questions import (
+    ELLIPSOID,
+    FLY,
+    GEOID,
+    MOON,
+    MOVE,
+    PLACE,
+    geoid_m,
+    items_of,
+    plan,
+    written,
+)
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M, small_grid
 
-ELLIPSOID, GEOID = "ellipsoid of WGS 84", "EGM2008 height"
-MOON = (
-    'PROJCRS["Moon",BASEGEOGCRS["Moon",DATUM["Moon",ELLIPSOID["Moon",1737400,0]]],CONVERSION["Moon",'
-    'METHOD["Transverse Mercator"],PARAMETER["Latitude of natural origin",0],'
-    'PARAMETER["Longitude of natural origin",30],PARAMETER["Scale factor at natural origin",1],'
-    'PARAMETER["False easting",400000],PARAMETER["False northing",0]],CS[Cartesian,2],AXIS["(E)",east],'
-    'AXIS["(N)",north],LENGTHUNIT["metre",1]]'
-)
 
-
-@pytest.fixture
-def dem(tmp_path):
-    """A function that writes the small ground with heights that count from somewhere, in a CRS."""
-
-    def write(datum, crs="EPSG:32611"):
-        path = tmp_path / "ground.npz"
-        grid = replace(small_grid(crs), vertical_datum=datum)
-        if crs == MOON:
-            grid = replace(grid, origin_north_m=1.2e6)
-        write_npz(grid, path)
-        return path
-
-    return write
-
-
-def at(east_m, south_m, height=None, north_m=NORTH_M):
-    place = f"{WEST_M + east_m},{north_m - south_m}"
-    return place if height is None else f"{place},{height}"
-
-
-PLACE = ("place", "--count", 2, "--spacing", 150, "--height", "40agl", "--min-anchors", 1)
-FLY = ("fly", "--start", at(100, 400, "60agl"), "--goal", at(750, 70, "90agl"), "--iterations", 2000)
-MOVE = (
-    *("reposition", "--anchor", f"D1,{at(700, 60, '30agl')}", "--anchor", f"D2,{at(100, 200, '30agl')}"),
-    *("--anchor", f"D3,{at(780, 300, '30agl')}", "--rover", at(640, 380), "--heading", 20, "--ahead", 120),
-    *("--min-anchors", 2, "--height", 60, "--occluded", "D1"),
-)
-
-
-def plan(north_m=NORTH_M):
-    ends = "--start", at(45, 430, north_m=north_m), "--goal", at(470, 70, north_m=north_m)
-    return ("plan", *ends, "--no-sampling")
-
-
-def written(sightline, path, question, out):
-    """(the summary, the names of the files) of a command with --out."""
-    done = sightline(question[0], path, *question[1:], "--out", out, "--json")
-    assert done.code == 0, done.stderr
-    return json.loads(done.stdout), {file.name for file in out.iterdir()}
-
-
-def items_of(out, name="plans.zip"):
-    if name != "plans.zip":
-        return json.loads((out / name).read_text())["mission"]["items"]
-    with zipfile.ZipFile(out / name) as plans:
-        return [item for one in plans.namelist() for item in json.loads(plans.read(one))["mission"]["items"]]
-
-
-@pytest.mark.parametrize("datum", [GEOID, "made up", None])
-def test_heights_from_the_sea_or_from_who_knows_where_leave_as_they_are(sightline, dem, tmp_path, datum):
-    told, names = written(sightline, dem(datum), PLACE, tmp_path / "out")
+def test_heights_from_the_sea_leave_as_they_are(sightline, dem, tmp_path):
+    told, names = written(sightline, dem(GEOID), PLACE, tmp_path / "out")
     assert {"plans.zip", "beacons.parm"} <= names
     altitudes_m = {anchor["altitude_m"] for anchor in told["placed"]}
     assert {item["Altitude"] for item in items_of(tmp_path / "out")} == altitudes_m
     assert {(item["frame"], item["AltitudeMode"]) for item in items_of(tmp_path / "out")} == {(0, 2)}
-    assert any("above mean sea level" in warning for warning in told["warnings"]) == (datum != GEOID)
+    assert not any("plans.zip" in warning for warning in told["warnings"])
 
 
-def test_placed_drones_hover_above_the_ground_where_no_sea_level_is_known(sightline, dem, tmp_path):
+def test_heights_from_the_ellipsoid_leave_as_above_the_sea(sightline, dem, tmp_path):
     told, names = written(sightline, dem(ELLIPSOID), PLACE, tmp_path / "out")
+    assert {"plans.zip", "beacons.parm"} <= names
+    above_sea_m = sorted(anchor["altitude_m"] - geoid_m(anchor) for anchor in told["placed"])
+    assert max(abs(geoid_m(anchor)) for anchor in told["placed"]) > 30.0
+    hover_m = sorted({round(item["Altitude"], 6) for item in items_of(tmp_path / "out")})
+    assert hover_m == pytest.approx(above_sea_m, abs=1e-3)
+    assert {(item["frame"], item["AltitudeMode"]) for item in items_of(tmp_path / "out")} == {(0, 2)}
+    settings = dict(
+        line.split(",") for line in (tmp_path / "out" / "beacons.parm").read_text().splitlines() if line[0] != "#"
+    )
+    first = told["placed"][0]
+    ground_m = first["altitude_m"] - first["above_ground_m"]
+    assert float(settings["BCN_ALT"]) == pytest.approx(ground_m - geoid_m(first), abs=0.006)
+    (said,) = (warning for warning in told["warnings"] if "plans.zip" in warning)
+    assert said == (
+        "plans.zip and beacons.parm give altitudes above mean sea level: the DEM's, from the ellipsoid, less EGM96."
+    )
+
+
+@pytest.mark.parametrize("datum", ["made up", None])
+def test_placed_drones_hover_above_the_ground_where_no_sea_level_is_known(sightline, dem, tmp_path, datum):
+    told, names = written(sightline, dem(datum), PLACE, tmp_path / "out")
     assert "beacons.parm" not in names
     items = items_of(tmp_path / "out")
     # MAV_FRAME_GLOBAL_TERRAIN_ALT, which QGroundControl calls mode 4: "0 being at ground level in terrain model"
@@ -92,23 +65,57 @@ def test_placed_drones_hover_above_the_ground_where_no_sea_level_is_known(sightl
     assert "plans.zip gives heights above the ground" in said
 
 
+def test_terrain_frames_are_written_where_asked(sightline, dem, tmp_path):
+    written(sightline, dem(GEOID), (*PLACE, "--terrain-frame"), tmp_path / "out")
+    items = items_of(tmp_path / "out")
+    assert {(item["frame"], item["AltitudeMode"], item["Altitude"]) for item in items} == {(10, 4, 40.0)}
+    written(sightline, dem(GEOID), (*plan(), "--terrain-frame"), tmp_path / "path")
+    assert {(item["frame"], item["Altitude"]) for item in items_of(tmp_path / "path", "path.plan")} == {(10, 0.0)}
+
+
 @pytest.mark.parametrize(("question", "file"), [(FLY, "flight.plan"), (MOVE, "plans.zip")])
-def test_flights_over_the_ground_are_not_written_as_above_the_sea(sightline, dem, tmp_path, question, file):
-    told, names = written(sightline, dem(ELLIPSOID), question, tmp_path / "out")
+def test_flights_leave_as_above_the_sea_or_not_at_all(sightline, dem, tmp_path, question, file):
+    told, names = written(sightline, dem(None), question, tmp_path / "unknown")
     assert file not in names
-    assert any(f"{file} is not written" in warning for warning in told["warnings"])
-    told, names = written(sightline, dem(GEOID), question, tmp_path / "out")
+    (said,) = (warning for warning in told["warnings"] if f"{file} is not written" in warning)
+    assert said.endswith("Read it with vertical_datum (EGM96, hae).")
+    told, names = written(sightline, dem(GEOID), question, tmp_path / "sea")
     assert file in names
     assert not any(file in warning for warning in told["warnings"])
+    _, names = written(sightline, dem(ELLIPSOID), question, tmp_path / "ellipsoid")
+    assert file in names
+    pairs = zip(items_of(tmp_path / "sea", file), items_of(tmp_path / "ellipsoid", file), strict=True)
+    lifts_m = [below["Altitude"] - above["Altitude"] for above, below in pairs]
+    # the same numbers, once above a geoid that lies some 34 m below the ellipsoid, once above the ellipsoid
+    assert min(lifts_m) > 33.0
+    assert max(lifts_m) < 35.0
 
 
-def test_a_track_leaves_its_elevations_out_and_a_rover_stays_on_the_ground(sightline, dem, tmp_path):
-    told, names = written(sightline, dem(ELLIPSOID), plan(), tmp_path / "out")
+def test_who_says_what_heights_count_from_gets_the_files(sightline, dem, tmp_path):
+    told, names = written(sightline, dem(None), (*FLY, "--vertical-datum", "EGM96"), tmp_path / "out")
+    assert "flight.plan" in names
+    assert told["dem"]["vertical_datum"] == "EGM96 geoid"
+    assert any("vertical_datum= says: EGM96 geoid" in one for one in told["dem"]["conversions"])
+
+
+def test_a_track_has_elevations_above_the_sea_or_none(sightline, dem, tmp_path):
+    told, names = written(sightline, dem(None), plan(), tmp_path / "unknown")
     assert {"path.gpx", "path.plan"} <= names
-    track = gpxpy.parse((tmp_path / "out" / "path.gpx").read_text())
+    track = gpxpy.parse((tmp_path / "unknown" / "path.gpx").read_text())
     assert {point.elevation for point in track.tracks[0].segments[0].points} == {None}
-    assert {(item["frame"], item["Altitude"]) for item in items_of(tmp_path / "out", "path.plan")} == {(10, 0.0)}
-    assert sum("ellipsoid" in warning for warning in told["warnings"]) == 2
+    assert {(item["frame"], item["Altitude"]) for item in items_of(tmp_path / "unknown", "path.plan")} == {(10, 0.0)}
+    assert any("path.gpx has no altitudes" in warning for warning in told["warnings"])
+    told, _ = written(sightline, dem(ELLIPSOID), plan(), tmp_path / "ellipsoid")
+    track = gpxpy.parse((tmp_path / "ellipsoid" / "path.gpx").read_text())
+    line = json.loads((tmp_path / "ellipsoid" / "path.geojson").read_text())["features"][0]
+    for point, place in zip(track.tracks[0].segments[0].points, line["geometry"]["coordinates"], strict=True):
+        below_m = float(egm96_height_m(*place[:2]))
+        assert point.elevation == pytest.approx(height_under(place) - below_m, abs=0.02)
+
+
+def height_under(place):
+    grid = small_grid("EPSG:32611")
+    return float(height_at(grid, *to_grid_frame(grid, *place[:2])))
 
 
 @pytest.mark.parametrize("question", [PLACE, plan(1.2e6)], ids=["place", "plan"])
@@ -138,92 +145,6 @@ def test_a_local_frame_has_no_missions(sightline, dem, tmp_path):
     _, names = written(sightline, dem(None, None), PLACE, tmp_path / "out")
     assert "anchors.geojson" in names
     assert names.isdisjoint({"plans.zip", "beacons.parm"})
-
-
-MSL = f"D1,{at(100, 200, '300msl')}"
-TYPED = {
-    "visibility": ("--anchor", MSL),
-    "dop": ("--anchor", MSL),
-    "dop ceiling": ("--anchor", MSL.replace("msl", "agl"), "--ceiling", "400msl", "--volume"),
-    "dop cut": ("--anchor", MSL.replace("msl", "agl"), "--cut", "400msl"),
-    "morph": ("--anchor", MSL.replace("msl", "agl"), "--ceiling", "400msl"),
-    "morph available": (
-        *("--anchor", MSL.replace("msl", "agl"), "--ceiling", "400agl"),
-        *("--frames", "0,1,1", "--available-at", "400msl"),
-    ),
-    "los from": ("--from", at(100, 200, "300msl"), "--to", at(200, 200, "9agl")),
-    "los to": ("--to", at(100, 200, "300msl"), "--from", at(200, 200, "9agl")),
-    "place height": ("--count", 1, "--spacing", 150, "--height", "400msl"),
-    "place base": (*PLACE[1:], "--base", at(100, 200, "300msl"), "--link-range", 9000),
-    "place anchor": (*PLACE[1:], "--anchor", MSL),
-    "plan": (*plan()[1:], "--anchor", MSL),
-    "fly start": ("--start", at(100, 400, "600msl"), "--goal", at(750, 70, "90agl")),
-    "fly ceiling": (*FLY[1:], "--ceiling", "900msl"),
-    "reposition": (*MOVE[1:], "--anchor", f"D9,{at(100, 210, '300msl')}"),
-}
-
-
-@pytest.mark.parametrize("command", TYPED)
-def test_msl_is_refused_where_heights_count_from_an_ellipsoid(sightline, dem, command):
-    ended = sightline(command.split()[0], dem(ELLIPSOID), *TYPED[command])
-    assert ended.code == 2
-    assert "count from the ellipsoid (ellipsoid of WGS 84), and no geoid model" in ended.stderr
-    assert "612hae" in ended.stderr
-
-
-def test_masts_and_paths_say_msl_too(sightline, dem, tmp_path):
-    (tmp_path / "points.geojson").write_text(
-        json.dumps({"type": "MultiPoint", "coordinates_are": "metres", "coordinates": [[WEST_M + 90, NORTH_M - 90]]})
-    )
-    line = {
-        "type": "LineString",
-        "coordinates_are": "metres",
-        "coordinates": [[WEST_M, NORTH_M], [WEST_M, NORTH_M - 99]],
-    }
-    (tmp_path / "line.geojson").write_text(json.dumps(line))
-    for words in (
-        ("place", dem(ELLIPSOID), "--count", 1, "--mast", f"{tmp_path / 'points.geojson'},400msl"),
-        ("bubble", dem(ELLIPSOID), "--path", tmp_path / "line.geojson", "--height", "400msl", "--anchor", MSL),
-    ):
-        ended = sightline(*words)
-        assert (ended.code, "no geoid model" in ended.stderr) == (2, True), ended.stderr
-
-
-def test_hae_is_the_word_for_heights_above_the_ellipsoid(sightline, dem):
-    hae = MSL.replace("msl", "hae")
-    found = sightline("visibility", dem(ELLIPSOID), "--anchor", hae, "--json")
-    assert found.code == 0, found.stderr
-    assert json.loads(found.stdout)["anchors"][0]["altitude_m"] == 300.0
-    ended = sightline("visibility", dem(GEOID), "--anchor", hae)
-    assert ended.code == 2
-    assert "612msl" in ended.stderr
-
-
-@pytest.mark.parametrize(
-    ("datum", "crs", "sentence"),
-    [
-        (GEOID, "EPSG:32611", None),
-        (None, "EPSG:32611", "does not say what its heights count from"),
-        (None, MOON, "Moon has no sea level"),
-        (None, None, None),
-    ],
-)
-def test_what_msl_was_taken_for_is_told_where_it_is_not_sure(sightline, dem, datum, crs, sentence):
-    anchor = f"D1,{at(100, 200, '300msl', 1.2e6 if crs == MOON else NORTH_M)}"
-    found = sightline("visibility", dem(datum, crs), "--anchor", anchor, "--json")
-    told = [warning for warning in json.loads(found.stdout)["warnings"] if "msl" in warning]
-    assert len(told) == (sentence is not None)
-    assert all(sentence in warning for warning in told)
-
-
-@pytest.mark.parametrize("datum", [None, "made up"])
-def test_what_heights_count_from_is_said_once(sightline, dem, datum):
-    start, goal = (f"{at(*place)},{height}" for place, height in (((100, 400), "150msl"), ((750, 70), "150msl")))
-    words = ("--start", start, "--goal", goal, "--iterations", 2000)
-    told = json.loads(sightline("fly", dem(datum), *words, "--json").stdout)
-    assert told["status"] == "found"
-    (warning,) = [one for one in told["warnings"] if "what its heights count from" in one]
-    assert "flight.plan takes them as above mean sea level, and those given as msl were taken as it counts." in warning
 
 
 def test_beacons_are_where_the_anchors_are(sightline, tmp_path):

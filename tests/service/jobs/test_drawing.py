@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from service.errors import NotFoundError
+from service.jobs.dem_tasks import TaskContext
 from service.jobs.folder import DataFolder
-from service.jobs.tasks import TaskContext, tasks_for
+from service.jobs.tasks import tasks_for
 from service.products.registry import PRODUCTS
 from service.settings import Settings
 

@@ -1,0 +1,140 @@
+"""How the service tells about DEMs."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
+
+from service.jobs.records import DemRecord
+
+from .answers import Page
+
+__all__ = ["Bounds", "BoundsDegrees", "DemList", "DemOut"]
+
+EXAMPLE: dict[str, JsonValue] = {
+    "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
+    "name": "bigtujunga.tif",
+    "created_at": "2026-05-01T12:00:00Z",
+    "file_bytes": 1843220,
+    "driver": "GTiff",
+    "rows": 643,
+    "cols": 1197,
+    "cells": 769671,
+    "cell_east_m": 30.0,
+    "cell_north_m": 30.0,
+    "bounds_of_posts_m": {"west": 380000.0, "south": 3787000.0, "east": 415880.0, "north": 3806260.0},
+    "crs": "EPSG:32611",
+    "crs_name": "WGS 84 / UTM zone 11N",
+    "crs_wkt": None,
+    "crs_proj": "+proj=utm +zone=11 +datum=WGS84 +units=m +no_defs +type=crs",
+    "transform": [30.0, 0.0, 379985.0, 0.0, -30.0, 3806275.0],
+    "bounds_deg": {"west": -118.304, "south": 34.22, "east": -117.911, "north": 34.397},
+    "body": "Earth",
+    "grid_north_deg": -0.62,
+    "vertical_datum": None,
+    "heights_count_from": "unknown",
+    "lowest_m": 315.0,
+    "highest_m": 2295.0,
+    "unknown_posts": 0,
+    "conversions": [],
+    "warnings": [],
+    "sha256": "0f3c2d1e5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d110f3c2d1e5b1f0c3e9f7a4d0c",
+    "links": {
+        "self": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
+        "hillshade": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11/hillshade.png",
+        "levels": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11/levels",
+    },
+}
+
+
+class Bounds(BaseModel):
+    """Positions of the outermost posts, in the DEM's metric CRS."""
+
+    west: float = Field(description="East coordinate of the westmost posts, metres.")
+    south: float = Field(description="North coordinate of the southmost posts, metres.")
+    east: float = Field(description="East coordinate of the eastmost posts, metres.")
+    north: float = Field(description="North coordinate of the northmost posts, metres.")
+
+
+class BoundsDegrees(BaseModel):
+    """Longitudes and latitudes that hold all posts; east runs beyond 180 over the antimeridian."""
+
+    west: float = Field(description="Smallest longitude, degrees.")
+    south: float = Field(description="Smallest latitude, degrees.")
+    east: float = Field(description="Largest longitude, degrees.")
+    north: float = Field(description="Largest latitude, degrees.")
+
+
+class DemOut(BaseModel):
+    """An uploaded DEM: what was read, what was converted, and every warning."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
+
+    id: str = Field(description="Names the DEM in requests; the same file read the same way has the same id.")
+    name: str = Field(description="Name of the file, or of the bundled DEM.")
+    created_at: datetime = Field(description="When it was uploaded first.")
+    file_bytes: int | None = Field(description="Size of the file, bytes; null for a bundled DEM.")
+    driver: str = Field(description="Format that the file was read as.")
+    rows: int = Field(description="Rows of posts, north to south.")
+    cols: int = Field(description="Columns of posts, west to east.")
+    cells: int = Field(description="Rows times columns.")
+    cell_east_m: float = Field(description="Distance between neighbouring posts eastwards, metres.")
+    cell_north_m: float = Field(description="Distance between neighbouring posts northwards, metres.")
+    bounds_of_posts_m: Bounds
+    crs: str | None = Field(description="Metric CRS that positions are in; null for a local metric frame.")
+    crs_name: str | None = Field(None, description="The same in words.")
+    crs_wkt: str | None = Field(None, description="The same as WKT2 (ISO 19162:2019); null for a local frame.")
+    crs_proj: str | None = Field(
+        None, description="The same as a PROJ string, where one can say it; null for a local frame."
+    )
+    transform: list[float] = Field(
+        description="a, b, c, d, e, f of x = a·col + b·row + c and y = d·col + e·row + f, metres, for cell corners.",
+    )
+    bounds_deg: BoundsDegrees | None = Field(
+        None, description="The same bounds in longitude and latitude, degrees; null for a local frame."
+    )
+    body: str | None = Field(None, description="Celestial body that the CRS lies on; null for a local frame.")
+    grid_north_deg: float | None = Field(
+        None, description="True azimuth of the grid's north in the middle, degrees; add it to azimuths from grid north."
+    )
+    vertical_datum: str | None = Field(description="What heights are measured from, when the file says so.")
+    heights_count_from: str | None = Field(
+        None, description="What that is: sea level, ellipsoid or unknown. Mission files need sea level."
+    )
+    lowest_m: float | None = Field(description="Lowest known height, metres; null when all is unknown.")
+    highest_m: float | None = Field(description="Highest known height, metres; null when all is unknown.")
+    unknown_posts: int = Field(description="Posts of unknown height.")
+    conversions: list[str] = Field(description="What was converted while reading, in sentences.")
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
+    sha256: str = Field(description="Digest of heights, geometry and CRS.")
+    links: dict[str, str] = Field(description="Paths of what belongs to it.")
+
+    @classmethod
+    def of(cls, dem: DemRecord) -> Self:
+        """The DEM of a record."""
+        own = {
+            "id": dem.id,
+            "name": dem.name,
+            "created_at": datetime.fromtimestamp(dem.created_at_s, UTC),
+            "links": {
+                "self": f"/dems/{dem.id}",
+                "hillshade": f"/dems/{dem.id}/hillshade.png",
+                "levels": f"/dems/{dem.id}/levels",
+            },
+        }
+        told = cls.model_validate({**own, "transform": [0.0] * 6, **dem.summary})
+        return told.model_copy(update={"transform": _transform(told)})
+
+
+def _transform(dem: DemOut) -> list[float]:
+    """The transform of any DEM, also of one that an older Sightline read and told less about."""
+    east_m, north_m, bounds = dem.cell_east_m, dem.cell_north_m, dem.bounds_of_posts_m
+    return [east_m, 0.0, bounds.west - east_m / 2.0, 0.0, -north_m, bounds.north + north_m / 2.0]
+
+
+class DemList(Page):
+    """One page of DEMs, newest first."""
+
+    dems: list[DemOut]

@@ -1,0 +1,217 @@
+"""What worker processes do with DEMs: read them from files, make them from the ground library, and draw them."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import JsonValue
+
+from dem_samples import sample_path
+from service.errors import NotFoundError
+from service.ground.coverage import STORE, coverage_of, fingerprint, library_in
+from service.ground.levels import place_of, write_level
+from service.ground.remote.blocks import BlockStore
+from service.ground.remote.windows import fetch_area, source_named
+from service.ground.request import GroundIn
+from service.jobs.folder import DataFolder, make_durable
+from service.jobs.kept_files import load_grid, save_grid
+from service.parts.map_facts import ground_of
+from service.products import Product
+from service.settings import Settings
+from terrain import ElevationGrid, GroundChangedError, MosaicPlan, Tile, plan_mosaic, read_dem, read_mosaic
+
+from .channel import BodyArguments, DemArguments, GroundArguments, LevelArguments, ReadDemArguments, body_in, read_body
+
+__all__ = [
+    "Task",
+    "TaskContext",
+    "draw_hillshade",
+    "plan_ground",
+    "read_ground",
+    "read_uploaded_dem",
+    "tell_coverage",
+    "write_dem_level",
+]
+
+DEM_ID = re.compile(r"[0-9a-f]{32}")
+
+
+@dataclass(frozen=True, slots=True)
+class TaskContext:
+    """Limits, where things lie, the task's own work folder (not made yet), and whom to tell the finished share.
+
+    stop: whether somebody wants the best so far instead of all; a task that knows no such thing does not ask.
+    """
+
+    settings: Settings
+    products: Mapping[str, Product]
+    folder: DataFolder
+    work: Path
+    progress: Callable[[float], None]
+    stop: Callable[[], bool]
+
+    def grid(self, dem_id: str) -> ElevationGrid:
+        """The DEM of that id; raises NotFoundError, DataFolderError."""
+        # the id may come straight from a request: it must not lead out of the folder
+        if not DEM_ID.fullmatch(dem_id):
+            raise NotFoundError("DEM", dem_id)
+        try:
+            return _grid(self.folder.dem(dem_id))
+        except FileNotFoundError as error:
+            self.folder.check_usable()  # where the whole folder is gone, that is what to tell
+            raise NotFoundError("DEM", dem_id) from error
+
+
+# each task knows the arguments that it takes; see ``channel``
+Task = Callable[[TaskContext, Any], Mapping[str, object]]
+
+
+@lru_cache(maxsize=2)
+def _grid(folder: Path) -> ElevationGrid:
+    return load_grid(folder)
+
+
+def read_uploaded_dem(context: TaskContext, arguments: ReadDemArguments) -> Mapping[str, object]:
+    """Read the file at ``path``, or the bundled DEM ``sample``, keep the grid in the work folder, and tell about it.
+
+    Raises DemReadError, FrameError, SampleError.
+    """
+    path = sample_path(arguments["sample"]) if "sample" in arguments else Path(arguments["path"])
+    options = arguments["options"]
+    grid = read_dem(
+        path,
+        nodata=float(options["nodata"]) if "nodata" in options else None,
+        crs=options.get("crs"),
+        height_unit=options.get("height_unit"),
+        band=options.get("band"),
+        cell_m=options.get("cell_m"),
+        max_cells=context.settings.max_dem_cells,
+    )
+    save_grid(grid, context.work)
+    make_durable(context.work)
+    return _summary(grid)
+
+
+def draw_hillshade(context: TaskContext, arguments: DemArguments) -> Mapping[str, object]:
+    """Draw a DEM that was read into the work folder; raises NotFoundError when it was just deleted."""
+    from service.drawing.class_map import write_hillshade  # heavy, and reading does without
+
+    grid = context.grid(arguments["dem_id"])
+    context.work.mkdir(parents=True)
+    write_hillshade(grid, context.work / context.folder.hillshade(arguments["dem_id"]).name)
+    make_durable(context.work)
+    return {}
+
+
+def write_dem_level(context: TaskContext, arguments: LevelArguments) -> Mapping[str, object]:
+    """Write a DEM's heights at a level into the work folder; raises NotFoundError when it was just deleted."""
+    grid, level = context.grid(arguments["dem_id"]), arguments["level"]
+    context.work.mkdir(parents=True)
+    write_level(grid, level, context.work / context.folder.level(arguments["dem_id"], level).name)
+    make_durable(context.work)
+    return {}
+
+
+def _summary(grid: ElevationGrid) -> dict[str, JsonValue]:
+    known = grid.unknown_posts < grid.heights_m.size
+    return {
+        # the resource has the name that the file came under
+        **ground_of(grid).model_dump(mode="json", exclude={"name"}),
+        **place_of(grid),
+        "driver": grid.provenance.driver,
+        "cells": grid.heights_m.size,
+        "lowest_m": float(np.nanmin(grid.heights_m)) if known else None,
+        "highest_m": float(np.nanmax(grid.heights_m)) if known else None,
+        "warnings": list(grid.provenance.warnings),
+    }
+
+
+def plan_ground(context: TaskContext, arguments: BodyArguments) -> GroundArguments:
+    """Read and check a request for ground: its fields, and the id of the DEM that it means as the library stands.
+
+    Raises NotJsonError, NotValidError, AreaError, FrameError, NoGroundError.
+    """
+    asked = read_body(GroundIn, body_in(arguments), context.settings)
+    asked.area_asked()
+    state = _state(context, asked)
+    return {"dem_id": _id_of(asked, state), "asked": asked.model_dump(mode="json", exclude_none=True)}
+
+
+def read_ground(context: TaskContext, arguments: GroundArguments) -> Mapping[str, object]:
+    """Make the grid that was planned, keep it in the work folder, and tell about it.
+
+    Raises GroundChangedError where the library is not what it was, DemReadError, FrameError.
+    """
+    asked = GroundIn.model_validate(arguments["asked"])
+    if _id_of(asked, _state(context, asked)) != arguments["dem_id"]:
+        raise GroundChangedError("The ground library was changed while the DEM was asked for; ask again.")
+    parts = context.folder.incoming / uuid.uuid4().hex
+    try:
+        grid = _read(context, asked, _tiles(context, asked, parts))
+    finally:
+        context.folder.remove(parts)
+    save_grid(grid, context.work)
+    make_durable(context.work)
+    return {**_summary(grid), "name": grid.provenance.source}
+
+
+def tell_coverage(context: TaskContext, arguments: Mapping[str, object]) -> Mapping[str, object]:
+    """What the library covers, as GeoJSON. Raises DemReadError."""
+    return coverage_of(library_in(context.folder.root), context.settings.ground_sources).model_dump(mode="json")
+
+
+def _read(context: TaskContext, asked: GroundIn, tiles: Sequence[Tile]) -> ElevationGrid:
+    return read_mosaic(
+        tiles,
+        asked.area_asked(),
+        margin_m=asked.margin_m,
+        target_crs=asked.crs,
+        cell_m=asked.cell_m,
+        body=asked.body,
+        max_cells=context.settings.max_dem_cells,
+        progress=context.progress,
+    )
+
+
+def _state(context: TaskContext, asked: GroundIn) -> str:
+    """What the DEM depends on besides the request: the tiles that it takes of the library, or how its source is named.
+
+    Raises RequestError for a source that is not listed, NoGroundError.
+    """
+    if asked.source is not None:
+        return source_named(asked.source, context.settings).model_dump_json()
+    return fingerprint(_plan(context, asked))
+
+
+def _tiles(context: TaskContext, asked: GroundIn, parts: Path) -> Sequence[Tile]:
+    """The tiles to read; those of a source are fetched into ``parts``. Raises GroundSourceError, NoGroundError."""
+    if asked.source is None:
+        return _plan(context, asked).tiles
+    settings = context.settings
+    return fetch_area(
+        source_named(asked.source, settings),
+        asked.area_asked(),
+        asked.margin_m,
+        BlockStore(context.folder.root / STORE, settings.max_ground_store_bytes),
+        parts,
+        max_cells=settings.max_dem_cells,
+        progress=context.progress,
+    )
+
+
+def _plan(context: TaskContext, asked: GroundIn) -> MosaicPlan:
+    library = library_in(context.folder.root)
+    return plan_mosaic(library.tiles, asked.area_asked(), margin_m=asked.margin_m, body=asked.body)
+
+
+def _id_of(asked: GroundIn, state: str) -> str:
+    words = f"ground\0{asked.model_dump_json()}\0{state}"
+    return hashlib.sha256(words.encode("utf-8", "surrogatepass")).hexdigest()[:32]

@@ -1,0 +1,112 @@
+"""Maps over a part of a DEM: the ground around it hides as ever, shares and files are of the part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from pydantic import Field
+
+from service.parts.areas import AnyArea, AreaChoice, area_of
+from service.parts.points import StrictModel
+from terrain import GRID_METRES, Area, AreaError, Box, ElevationGrid, area_in, area_window
+from visibility import MinimumVisibleAltitude
+
+__all__ = ["AreaParameters", "MapArea", "map_area"]
+
+POSTS_AT_ONCE = 1_000_000
+
+
+class AreaParameters(StrictModel):
+    """Which part of a DEM a map is of."""
+
+    area: AreaChoice | None = Field(
+        None,
+        description="Only this part: shares count the posts in it, files and pictures hold the box around it. Ground "
+        "outside still hides, so each answer is that of the whole DEM. Left out = the whole DEM.",
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MapArea:
+    """The posts of a DEM that a map is of.
+
+    window: first and last row, first and last column of the box around the area. inside: (rows, cols) bool over that
+    box, which of its posts lie in the area; None where all do.
+    """
+
+    grid: ElevationGrid
+    window: tuple[int, int, int, int]
+    inside: npt.NDArray[np.bool_] | None
+
+    @property
+    def box(self) -> ElevationGrid:
+        """The ground of the box."""
+        return self.grid if self._is_all else self.grid.window(*self.window)
+
+    def lines(self, found: MinimumVisibleAltitude) -> MinimumVisibleAltitude:
+        """Minimum visible altitudes over the box, calculated with all of the ground."""
+        return found if self._is_all else found.window(*self.window)
+
+    def cut(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The box of an array (…, rows, cols) over the whole DEM."""
+        first_row, last_row, first_col, last_col = self.window
+        part = array[..., first_row : last_row + 1, first_col : last_col + 1]
+        return array if self._is_all else np.ascontiguousarray(part)
+
+    def known(self) -> npt.NDArray[np.bool_]:
+        """(rows, cols) over the box: the posts that shares count, known ones in the area."""
+        known: npt.NDArray[np.bool_] = ~np.isnan(self.box.heights_m)
+        return known if self.inside is None else known & self.inside
+
+    def count(self, posts: npt.NDArray[np.bool_]) -> int:
+        """How many of some posts (rows, cols) over the box lie in the area."""
+        return int(np.count_nonzero(posts if self.inside is None else posts & self.inside))
+
+    def sentences(self) -> tuple[str, ...]:
+        """What to know about a map of a part."""
+        if self._is_all:
+            return ()
+        rows, cols = self.box.shape
+        posts = rows * cols if self.inside is None else int(np.count_nonzero(self.inside))
+        around = "" if self.inside is None else f"; files and pictures hold the box of {rows * cols:,} around it"
+        return (
+            f"The map is of an area of {posts:,} posts of {self.grid.heights_m.size:,}{around}. All of the DEM hides.",
+        )
+
+    @property
+    def _is_all(self) -> bool:
+        return self.inside is None and self.window == (0, self.grid.rows - 1, 0, self.grid.cols - 1)
+
+
+def map_area(grid: ElevationGrid, asked: AnyArea | None) -> MapArea:
+    """The area of a request over a DEM; without one all of it. Raises AreaError, FrameError, RequestError."""
+    if asked is None:
+        return MapArea(grid, (0, grid.rows - 1, 0, grid.cols - 1), None)
+    area = area_of(asked)
+    window = area_window(grid, area)
+    inside = _inside(grid, area, window)
+    if not inside.any():
+        raise AreaError("The area lies between the posts of the DEM, so no post is in it; make it larger.")
+    return MapArea(grid, window, None if inside.all() else inside)
+
+
+def _inside(grid: ElevationGrid, area: Area, window: tuple[int, int, int, int]) -> npt.NDArray[np.bool_]:
+    """(rows, cols) of a window, which of its posts lie in an area or on its border."""
+    first_row, last_row, first_col, last_col = window
+    rows, cols = np.arange(first_row, last_row + 1), np.arange(first_col, last_col + 1)
+    if isinstance(area, Box) and area.frame == GRID_METRES:
+        east_m, north_m = grid.position_of(rows, cols)
+        in_rows = (north_m >= area.south) & (north_m <= area.north)
+        return np.logical_and.outer(in_rows, (east_m >= area.west) & (east_m <= area.east))
+    shape = area_in(area, grid.crs)
+    shapely.prepare(shape)
+    inside = np.empty((len(rows), len(cols)), np.bool_)
+    step = max(1, POSTS_AT_ONCE // len(cols))
+    for start in range(0, len(rows), step):
+        posts = grid.position_of(*np.meshgrid(rows[start : start + step], cols, indexing="ij"))
+        inside[start : start + step] = shapely.intersects_xy(shape, *posts)
+    return inside

@@ -1,0 +1,168 @@
+"""What is asked about single places and lines, and what they are answered with at once."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
+
+from service.parts.anchors import CurvatureChoice, SightParameters
+from service.parts.map_facts import DEM_ID, DemId
+from service.parts.points import Metres, NotNegativeMetres, PlaceIn, Positive, StrictModel
+from service.products.lines_of_sight.calculate import BlockingPoint
+from service.products.lines_of_sight.request import FROM, TO, PairIn
+
+__all__ = [
+    "MOST_PLACES",
+    "MOST_POINTS",
+    "MOST_PROFILES",
+    "AnchorSeen",
+    "DilutionProbed",
+    "PlaceProbed",
+    "ProbeIn",
+    "ProbeOut",
+    "ProfileOut",
+    "ProfilesIn",
+    "ProfilesOut",
+]
+
+MOST_POINTS, MOST_PROFILES, MOST_PLACES = 100, 64, 4096
+ANCHORS: list[JsonValue] = [{"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0}]
+POINTS: list[JsonValue] = [{"east_m": 398100.0, "north_m": 3791700.0}]
+
+
+class ProbeIn(SightParameters):
+    """Places on a DEM, and the anchors that may be seen from there."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"dem_id": DEM_ID, "points": POINTS, "anchors": ANCHORS}]}
+    )
+
+    dem_id: DemId
+    points: Annotated[list[PlaceIn], Field(min_length=1, max_length=MOST_POINTS)] = Field(
+        description="Places, at least one, in metres or degrees."
+    )
+    receiver_above_ground_m: NotNegativeMetres | None = Field(
+        None, description="Height of the receiver above the ground, metres; 1.5 where neither height is given."
+    )
+    receiver_altitude_m: Metres | None = Field(
+        None, description="Altitude of the receiver in the DEM's vertical datum, metres, in place of that."
+    )
+    kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
+        "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
+    )
+    on_surface: bool = Field(
+        False, description="Whether the receiver moves on the ground, so that only motion along it is unknown."
+    )
+    dem_sigma_m: Positive | None = Field(
+        None, description="Asks for the probability of sight under this one-sigma height error of the DEM, metres."
+    )
+
+    @model_validator(mode="after")
+    def _one_height(self) -> Self:
+        if self.receiver_above_ground_m is not None and self.receiver_altitude_m is not None:
+            raise ValueError("Give only one of receiver_above_ground_m and receiver_altitude_m.")
+        return self
+
+
+class ProfilesIn(StrictModel):
+    """Pairs of points on a DEM; what lies under and around the straight line between them is wanted."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"dem_id": DEM_ID, "pairs": [{"from": FROM, "to": TO}], "wavelength_m": 0.125}]}
+    )
+
+    dem_id: DemId
+    pairs: Annotated[list[PairIn], Field(min_length=1, max_length=MOST_PROFILES)] = Field(
+        description="The ends of each line."
+    )
+    wavelength_m: Positive | None = Field(None, description="Asks for the first Fresnel zone, metres.")
+    unknown: Literal["unknown", "open", "blocked"] = Field(
+        "unknown", description="What a line over unknown ground is, unless known ground blocks it already."
+    )
+    curvature: CurvatureChoice = Field(
+        "auto", description="auto: what the DEM's CRS implies (flat without a CRS); flat: none; or numbers."
+    )
+    max_places: Annotated[int, Field(strict=True, ge=2, le=MOST_PLACES)] = Field(
+        512, description="At most so many places of a profile, a number; of several the one of least clearance stays."
+    )
+
+
+class AnchorSeen(BaseModel):
+    """One anchor from one place."""
+
+    id: str = Field(description="The anchor's id.")
+    verdict: Literal["visible", "hidden", "unknown", "out_of_reach"] = Field(
+        description="Whether it is in sight; out_of_reach: its antenna's limits leave the place out."
+    )
+    clearance_m: float | None = Field(
+        description="Least height of the line over known ground, metres; negative: hidden by so much; null: none there."
+    )
+    distance_m: float | None = Field(description="Straight distance, metres; null where the place is unknown.")
+    blocking_point: BlockingPoint | None = Field(description="Where it is hidden most; null unless ground hides it.")
+    probability_clear: float | None = Field(
+        None, description="Probability that the line is clear, 0..1; null without dem_sigma_m."
+    )
+
+
+class DilutionProbed(BaseModel):
+    """Dilutions of precision by the anchors in sight, no unit; null where there is no fix."""
+
+    gdop: float | None = Field(description="Of everything solved for, no unit.")
+    pdop: float | None = Field(description="Of the position, no unit.")
+    hdop: float | None = Field(description="Of its horizontal part, no unit.")
+    vdop: float | None = Field(description="Of its vertical part, no unit.")
+    tdop: float | None = Field(description="Of the clock, no unit; 0 where none is solved for.")
+    reason: Literal["ok", "too_few", "singular", "unknown"] = Field(description="Why there is no fix, or ok.")
+
+
+class PlaceProbed(BaseModel):
+    """The ground at one place, and what is seen from above it."""
+
+    east_m: float = Field(description="East in the DEM's metric CRS, metres.")
+    north_m: float = Field(description="North in the DEM's metric CRS, metres.")
+    lon_deg: float | None = Field(description="Longitude, degrees; null for a DEM without CRS.")
+    lat_deg: float | None = Field(description="Latitude, degrees; null for a DEM without CRS.")
+    ground_m: float | None = Field(description="Altitude of the ground, metres; null where it is unknown or no DEM is.")
+    slope_deg: float | None = Field(description="How steep the ground is, degrees; null where unknown.")
+    downhill_deg: float | None = Field(
+        description="Which way it falls, degrees clockwise from grid north; null where level or unknown."
+    )
+    receiver_altitude_m: float | None = Field(description="Altitude of the receiver, metres; null over unknown ground.")
+    anchors: list[AnchorSeen] = Field(description="Every anchor, in the order of the request.")
+    visible_anchors: int = Field(description="How many are in sight.")
+    dilution: DilutionProbed | None = Field(description="By the anchors in sight; null without anchors.")
+    position_sigma_m: float | None = Field(description="One-sigma error of a fix by them, metres; null without a fix.")
+    horizontal_sigma_m: float | None = Field(description="Its horizontal part, metres; null without a fix.")
+
+
+class ProbeOut(BaseModel):
+    """The answer, place by place."""
+
+    points: list[PlaceProbed] = Field(description="The places, in the order of the request.")
+    curvature: str = Field(description="Curvature and refraction that were used.")
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
+
+
+class ProfileOut(BaseModel):
+    """The ground under one line, as columns of numbers; null where the ground is unknown."""
+
+    verdict: Literal["clear", "blocked", "unknown"] = Field(description="Whether the line is clear of the surface.")
+    clearance_m: float | None = Field(description="Least height of the line over known ground, metres.")
+    distance_m: list[float] = Field(description="Horizontal distance from the first point, metres, rising.")
+    ground_m: list[float | None] = Field(description="Altitude of the ground there, metres.")
+    line_m: list[float] = Field(description="Altitude of the line there, metres; with curvature it sags.")
+    fresnel_radius_m: list[float] | None = Field(
+        None, description="Radius of the first Fresnel zone there, metres; null without a wavelength."
+    )
+    fresnel_clearance: float | None = Field(None, description="Least clearance in radii of that zone, no unit.")
+    blocking_point: BlockingPoint | None = Field(description="Where it is blocked most; null unless it is.")
+    blocking_distance_m: float | None = Field(description="Horizontal distance to it, metres; null unless blocked.")
+
+
+class ProfilesOut(BaseModel):
+    """The answer, line by line."""
+
+    profiles: list[ProfileOut] = Field(description="The lines, in the order of the request.")
+    curvature: str = Field(description="Curvature and refraction that were used.")
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")

@@ -1,0 +1,88 @@
+"""Rasters of any size, written block row by block row and turned into cloud-optimised GeoTIFFs in the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import rasterio
+import rasterio.shutil
+from rasterio.transform import Affine
+
+from terrain import LargeDem
+from visibility import Anchor
+from visibility.sight.in_reach import Reach
+
+from .large_parcels import distance_within
+
+__all__ = ["BLOCK", "NOTHING", "combined", "to_cog", "unfinished_raster"]
+
+BLOCK = 512
+# in reach of no anchor, or nothing known
+NOTHING = 255
+CACHE_MB = 128
+
+Pieces = Sequence[tuple[Anchor, npt.NDArray[np.float32], npt.NDArray[np.uint8], tuple[slice, slice]]]
+
+
+@contextmanager
+def unfinished_raster(
+    dem: LargeDem, part: Reach, path: Path, dtype: str, nodata: float, descriptions: Sequence[str]
+) -> Iterator[Any]:
+    """A tiled GeoTIFF on part of a raster's posts, to be written by windows; blocks without anything take no room."""
+    west_m = dem.origin_east_m + (part.first_col - 0.5) * dem.cell_east_m
+    north_m = dem.origin_north_m - (part.first_row - 0.5) * dem.cell_north_m
+    rows, cols = part.shape
+    profile = {
+        "driver": "GTiff", "height": rows, "width": cols, "count": len(descriptions), "dtype": dtype,
+        "nodata": nodata,
+        "crs": None if dem.crs is None else rasterio.crs.CRS.from_wkt(dem.crs.to_wkt()),
+        "transform": Affine(dem.cell_east_m, 0.0, west_m, 0.0, -dem.cell_north_m, north_m),
+        "tiled": True, "blockxsize": BLOCK, "blockysize": BLOCK, "compress": "ZSTD", "zstd_level": 1,
+        "sparse_ok": True, "bigtiff": "IF_SAFER", "interleave": "band", "num_threads": "ALL_CPUS",
+    }  # fmt: skip
+    with rasterio.Env(GDAL_CACHEMAX=CACHE_MB), rasterio.open(path, "w", **profile) as dataset:
+        for number, description in enumerate(descriptions, 1):
+            dataset.set_band_description(number, description)
+        yield dataset
+
+
+def to_cog(unfinished: Path, path: Path) -> None:
+    """The raster as a cloud-optimised GeoTIFF with overviews (nearest: classes stay classes); the unfinished goes."""
+    options = {
+        "compress": "ZSTD", "level": "1", "overview_resampling": "NEAREST", "bigtiff": "IF_SAFER", "blocksize": BLOCK,
+        "sparse_ok": "YES", "num_threads": "ALL_CPUS",
+    }  # fmt: skip
+    with rasterio.Env(GDAL_CACHEMAX=CACHE_MB):
+        rasterio.shutil.copy(unfinished, path, driver="COG", **options)
+    unfinished.unlink()
+
+
+def combined(
+    dem: LargeDem, block: Reach, pieces: Pieces
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+    """(anchors in sight, anchors unknown, lowest altitude with one in sight) over a block, from what anchors see.
+
+    pieces: the anchor, its altitudes and classes where its window and the block overlap, and where in the block that
+    is. NOTHING, NOTHING and NaN where no anchor is in reach; NOTHING and NaN where all in reach are unknown.
+    """
+    shape = block.shape
+    visible, unknown, in_reach = (np.zeros(shape, np.uint8) for _ in range(3))
+    lowest_m = np.full(shape, np.nan, np.float32)
+    for anchor, altitude_m, seen, (rows, cols) in pieces:
+        first_row, first_col = block.first_row + rows.start, block.first_col + cols.start
+        within = distance_within(
+            dem, anchor, (first_row, first_row + seen.shape[0]), (first_col, first_col + seen.shape[1])
+        )
+        in_reach[rows, cols] += within
+        visible[rows, cols] += within & (seen == 1)
+        unknown[rows, cols] += within & (seen == NOTHING)
+        part_m = lowest_m[rows, cols]
+        np.fmin(part_m, altitude_m, out=part_m, where=within)
+    visible[unknown == in_reach] = NOTHING
+    unknown[in_reach == 0] = NOTHING
+    return visible, unknown, lowest_m
