@@ -31,8 +31,8 @@ WRONG_M, WRONG_CELLS = 5.0, 10.0  # sigma of the wrong map's heights, over how m
 NOTE = f"""\
 Straight drives at random among eight anchors around them, an epoch a second, ranging noise 0.1 m, wheel odometry. Who
 is hidden, and how much longer the way over the ground is, comes from the ground under each line; a range is *bad* where
-it is too long by more than `harmful_m`. Every session hears the same epochs. *Right map*: the ground itself, believed to the
-sigma named. *Wrong map*: told the same, but its heights are off by {WRONG_M:g} m (one sigma, alike over
+it is too long by more than `harmful_m`. Every session hears the same epochs. *Right map*: the ground itself, believed
+to 2 m (Gale: 0.3 m). *Wrong map*: told the same, but its heights are off by {WRONG_M:g} m (one sigma, alike over
 {WRONG_CELLS:g} cells) and all of it lies one cell too far east and south. *Missed*: of the bad ranges, by the flag, and
 with the score cut so that as many ranges in sight are flagged as the session without a map flags. Position: 95th
 percentile of the error in space over the epochs with a bad range."""

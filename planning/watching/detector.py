@@ -1,7 +1,7 @@
 """A running detector that looks at a map: prediction and detection in one loop.
 
 Before each epoch the map is asked, at the place and uncertainty to which the session's track leads, whom the rover
-should see and how high the ground is. The detector weighs both in; what ranges say is then held against the map in turn.
+should see and how high the ground is. The detector weighs both in; what ranges say is held against the map in turn.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Where ranges and the map disagree for long: evidence about the map, by place and bearing, and how sure it is.
 
-Of each range the map says with what probability it is direct, the other witnesses with what probability it is off. While
-the two contradict one another evidence adds up, as a log-likelihood ratio of "the map is wrong here" over "it is right"
-that never falls below even odds; epochs close in time count as one.
+Of each range the map says with what probability it is direct, the other witnesses with what probability it is off.
+While the two contradict one another evidence adds up, as a log-likelihood ratio of "the map is wrong here" over "it is
+right" that never falls below even odds; epochs close in time count as one.
 """
 
 from __future__ import annotations

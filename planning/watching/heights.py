@@ -1,4 +1,4 @@
-"""How wrong a map's heights are, as the ranges have it: the place that ranges alone give, held against the ground there.
+"""How wrong a map's heights are, as ranges have it: the place that they alone give, held against the ground there.
 
 One epoch's ranges know a height badly, but a map that is metres off is so for long. So a few sizes of its error, from
 what was told to many times that, are weighed by how likely they make all that was seen of late.
@@ -21,7 +21,8 @@ SCALES = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 LIKELY = np.array([0.6, 0.2, 0.1, 0.05, 0.03, 0.02])
 LOOK_S = 2.0  # so far apart, the errors of two heights by ranges are independent
 MEMORY_S = 120.0
-STEPS = 3
+STEPS = 2
+RIDGE = 1e-9  # keeps a system solvable that says nothing of an axis; its variance is then told as huge
 
 
 class HeightCheck:
@@ -68,9 +69,7 @@ def free_height(
         apart_m = place_m - at_m
         distances_m = np.maximum(np.sqrt((apart_m * apart_m).sum(axis=1)), 1e-6)
         rows = apart_m / distances_m[:, None]
-        normal = rows.T @ rows
-        if not np.linalg.cond(normal) < 1e10:
-            return None
+        normal = rows.T @ rows + RIDGE * np.eye(3)
         step_m = np.linalg.solve(normal, rows.T @ (ranges_m - distances_m))
         place_m = place_m + step_m
     residuals_m = ranges_m - distances_m
