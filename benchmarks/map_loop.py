@@ -111,7 +111,7 @@ def drive_of(ground: Ground, generator: np.random.Generator) -> SimulatedDrive:
         way = generator.uniform(0.0, 2.0 * math.pi)
         half_m = 0.5 * ground.length_m * np.array([math.sin(way), math.cos(way)])
         anchors = [
-            RangingAnchor(f"A{n + 1}", *at_m, up)
+            RangingAnchor(f"A{n + 1}", at_m[0], at_m[1], up)
             for n, (at_m, up) in enumerate(zip(around_m.tolist(), np.nan_to_num(heights_m).tolist(), strict=True))
         ]
         level = drive_along(anchors, [middle_m - half_m, middle_m + half_m], ground.speed_m_per_s)

@@ -247,6 +247,7 @@ def _ground_amid(grid: ElevationGrid, anchors: Sequence[RangingAnchor], antenna_
     heights_m = height_at(grid, east_m[:, None], north_m[None, :])
     if np.isnan(heights_m).all():
         heights_m = grid.heights_m.astype(np.float64)
-    middle_m = at_m.mean(axis=0).tolist()
+    middle_east_m, middle_north_m = at_m.mean(axis=0).tolist()
     spread_m = float(np.nanstd(heights_m)) + 1.0
-    return GroundHeight(*middle_m, float(np.nanmean(heights_m)) + antenna_m, 0.0, 0.0, spread_m)
+    level_m = float(np.nanmean(heights_m)) + antenna_m
+    return GroundHeight(middle_east_m, middle_north_m, level_m, 0.0, 0.0, spread_m)

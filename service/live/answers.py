@@ -10,6 +10,7 @@ import numpy.typing as npt
 import orjson
 
 from detection import AnchorVerdict, DetectorState, EpochResult, PositionFix, SearchReport, Suspicion
+from planning.watching import WatchedEpoch
 
 __all__ = ["as_json", "epoch_answer", "state_answer"]
 
@@ -19,8 +20,10 @@ def as_json(answer: dict[str, object]) -> bytes:
     return orjson.dumps(answer)
 
 
-def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, object]:
-    """The answer to one epoch, in the words of ``EpochOut``."""
+def epoch_answer(
+    result: EpochResult, sequence: int | None = None, watched: WatchedEpoch | None = None
+) -> dict[str, object]:
+    """The answer to one epoch, in the words of ``EpochOut``; watched: with what a map foretold."""
     return {
         "time_s": result.time_s,
         "sequence": sequence,
@@ -36,7 +39,24 @@ def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, 
         "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
         "needed": result.needed,
         "summary": result.summary,
+        "predicted": None if watched is None else _predicted(watched),
     }
+
+
+def _predicted(watched: WatchedEpoch) -> list[dict[str, object]]:
+    """Of every anchor that the map knows something of."""
+    forecast = watched.forecast
+    if forecast is None:
+        return []
+    rows = zip(
+        watched.anchor_ids, forecast.p_sight.tolist(), forecast.p_direct.tolist(), forecast.clearance_m.tolist(),
+        strict=True,
+    )  # fmt: skip
+    return [
+        {"anchor_id": anchor_id, "p_sight": p_sight, "p_direct": p_direct, "clearance_m": clearance_m}
+        for anchor_id, p_sight, p_direct, clearance_m in rows
+        if p_sight == p_sight
+    ]
 
 
 def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, object]:

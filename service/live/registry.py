@@ -13,6 +13,7 @@ from service.live.limits import DetectorLimits
 from service.live.request import DetectorIn
 from service.live.sessions import Bench, DetectorSession
 from service.settings import Settings
+from terrain import ElevationGrid
 
 __all__ = ["Detectors"]
 
@@ -36,8 +37,8 @@ class Detectors:
     def __len__(self) -> int:
         return len(self._sessions)
 
-    def open(self, asked: DetectorIn) -> DetectorSession:
-        """A new session. Raises BusyError, LimitError, DetectionInputError."""
+    def open(self, asked: DetectorIn, grid: ElevationGrid | None = None) -> DetectorSession:
+        """A new session; grid: of its dem_id. Raises BusyError, LimitError, DetectionInputError, WatchError."""
         self.sweep()
         if len(self._sessions) >= self._max_sessions:
             raise BusyError(
@@ -53,7 +54,7 @@ class Detectors:
                 limit=self._max_idle_s,
                 given=idle_s,
             )
-        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s)
+        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s, grid)
         self._sessions[session.id] = session
         return session
 

@@ -13,10 +13,11 @@ from service.files.tables import TableWriter
 from service.live.replay import Replay
 from service.live.verdict_picture import write_verdict_picture
 
-__all__ = ["FILES", "write_replay"]
+__all__ = ["DOUBTS", "FILES", "write_replay"]
 
 VERDICTS, POSITIONS, PICTURE, SUMMARY = "verdicts.csv", "positions.csv", "verdicts.png", "detection.json"
 FILES = (SUMMARY, VERDICTS, POSITIONS, PICTURE)
+DOUBTS = "map_doubts.geojson"  # of a replay that looks at a map
 
 
 def write_replay(replayed: Replay, document: Mapping[str, object], folder: Path, name: str) -> list[Path]:
@@ -38,18 +39,23 @@ def write_replay(replayed: Replay, document: Mapping[str, object], folder: Path,
 
 def _verdict_rows(replayed: Replay) -> Iterator[list[object]]:
     """A row per range in the log: judged, or not used and why."""
+    foretold = replayed.p_sight
     yield ["epoch", "time_s", "anchor_id", "range_m", "sight", "occluded", "probability", "confidence", "score",
-           "excess_m", "reason"]  # fmt: skip
+           "excess_m", "reason", *([] if foretold is None else ["p_sight"])]  # fmt: skip
     for number, (epoch, result) in enumerate(zip(replayed.epochs, replayed.results, strict=True)):
         told = {verdict.anchor_id: verdict for verdict in result.verdicts}
         why = {rejected.anchor_id: str(rejected.reason) for rejected in result.rejected}
         for measured in epoch.ranges:
             begin = [number, epoch.time_s, measured.anchor_id, measured.range_m]
             verdict = told.get(measured.anchor_id)
+            end: list[object] = []
+            if foretold is not None:
+                p_sight = foretold[number].get(measured.anchor_id)
+                end = ["" if p_sight is None else _cell(p_sight)]
             if verdict is not None:
-                yield [*begin, *_told(verdict)]
+                yield [*begin, *_told(verdict), *end]
             else:
-                yield [*begin, "", "", "", "", "", "", result.rejection or why.get(measured.anchor_id, "")]
+                yield [*begin, "", "", "", "", "", "", result.rejection or why.get(measured.anchor_id, ""), *end]
 
 
 def _told(verdict: AnchorVerdict) -> list[object]:
