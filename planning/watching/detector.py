@@ -135,8 +135,9 @@ class MapDetector:
         }
         ranges = tuple([_with_prediction(measured, told) for measured in epoch.ranges])
         result = self._detector.process(replace(epoch, ranges=ranges, ground=epoch.ground or forecast.ground))
-        self._compare(result, dict(zip(ids, forecast.p_direct.tolist(), strict=True)))
-        free = free_height(result, self._anchors, forecast.ground, self.settings.range_sigma_m)
+        p_direct = dict(zip(ids, forecast.p_direct.tolist(), strict=True))
+        self._compare(result, p_direct)
+        free = free_height(result, self._anchors, p_direct, forecast.ground, self.settings.range_sigma_m)
         if free is not None:
             self._heights.note(*free, result.time_s)
         return WatchedEpoch(result, forecast, ids, told)

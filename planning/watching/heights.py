@@ -7,6 +7,7 @@ what was told to many times that, are weighed by how likely they make all that w
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +19,11 @@ __all__ = ["HeightCheck", "free_height"]
 Floats = npt.NDArray[np.float64]
 
 SCALES = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
-LIKELY = np.array([0.6, 0.2, 0.1, 0.05, 0.03, 0.02])
+LIKELY = np.array([0.8, 0.1, 0.05, 0.03, 0.01, 0.01])
 LOOK_S = 2.0  # so far apart, the errors of two heights by ranges are independent
 MEMORY_S = 120.0
-STEPS = 2
+STEPS = 3
+FEWEST = 5  # ranges, so that one more than a place needs tells whether they meet
 RIDGE = 1e-9  # keeps a system solvable that says nothing of an axis; its variance is then told as huge
 
 
@@ -35,10 +37,9 @@ class HeightCheck:
 
     @property
     def scale(self) -> float:
-        """Factor on the sigma that was told, in the root mean square of what is likely; 1.0 at least."""
+        """Factor on the sigma that was told, in the geometric mean of what is likely; 1.0 at least."""
         odds = np.exp(self._log_odds - self._log_odds.max())
-        usual = float(LIKELY @ SCALES**2)
-        return math.sqrt(max(1.0, float(odds @ SCALES**2 / odds.sum()) / usual))
+        return math.exp(float(odds @ np.log(SCALES) / odds.sum()))
 
     def note(self, off_m: float, variance_m2: float, time_s: float) -> None:
         """Take in by how much ranges alone have the antenna above the map's ground, and the variance of that."""
@@ -52,19 +53,35 @@ class HeightCheck:
 
 
 def free_height(
-    result: EpochResult, anchors_m: dict[str, tuple[float, float, float]], ground: GroundHeight, sigma_m: float
+    result: EpochResult,
+    anchors_m: Mapping[str, tuple[float, float, float]],
+    p_direct: Mapping[str, float],
+    ground: GroundHeight,
+    sigma_m: float,
 ) -> tuple[float, float] | None:
-    """(height over the ground, its variance) that the ranges which a position may lean on give without the ground.
+    """(height over the ground, its variance) that ranges give without the ground.
 
-    sigma_m: one sigma of a range. None where they are too few, or give no place near the session's.
+    Of the ranges that the map has for direct; else of those that the verdicts left in, which a wrong height may have
+    misled. sigma_m: one sigma of a range. None where they are too few, or do not meet in one place near the session's.
     """
     if result.position is None:
         return None
-    told = [(anchors_m[v.anchor_id], v.range_m) for v in result.verdicts if not v.off and v.anchor_id in anchors_m]
-    if len(told) < 5:
-        return None
+    direct = [v for v in result.verdicts if p_direct.get(v.anchor_id, 0.0) > 0.5]
+    left_in = [v for v in result.verdicts if not v.off and v.anchor_id in anchors_m]
+    for chosen in (direct, left_in):
+        if len(chosen) >= FEWEST:
+            told = [(anchors_m[v.anchor_id], v.range_m) for v in chosen]
+            found = _free_height(told, result.position.position_m, ground, sigma_m)
+            if found is not None:
+                return found
+    return None
+
+
+def _free_height(
+    told: Sequence[tuple[tuple[float, float, float], float]], near_m: Floats, ground: GroundHeight, sigma_m: float
+) -> tuple[float, float] | None:
     at_m, ranges_m = np.array([one[0] for one in told]), np.array([one[1] for one in told])
-    place_m = result.position.position_m.astype(np.float64)
+    place_m = near_m.astype(np.float64)
     for _ in range(STEPS):
         apart_m = place_m - at_m
         distances_m = np.maximum(np.sqrt((apart_m * apart_m).sum(axis=1)), 1e-6)
