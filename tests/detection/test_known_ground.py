@@ -22,8 +22,11 @@ from tests.detection.worlds import DRONES_M, Floats, drones, heard, named
 
 ROVER_M = np.array([150.0, 160.0, 2.0])
 SETTINGS = DetectorSettings(range_sigma_m=0.05)
-# six that hang at one height: they hardly tell the rover's
-LEVEL = [replace(anchor, altitude_m=50.0 + 0.01 * n) for n, anchor in enumerate(drones(6))]
+# six far off at one height: they hardly tell the rover's
+LEVEL = [
+    RangingAnchor(f"F{n}", 4000.0 * math.sin(n * math.pi / 3.0), 4000.0 * math.cos(n * math.pi / 3.0), 15.0)
+    for n in range(6)
+]
 
 
 def ground(place_m: Floats = ROVER_M, sigma_m: float = 0.5, off_m: float = 0.0) -> GroundHeight:
@@ -72,18 +75,17 @@ def test_anchors_at_one_height_leave_the_rovers_to_the_ground() -> None:
         assert withit is not None
         errors_m.append((abs(without.position_m[2] - ROVER_M[2]), abs(withit.position_m[2] - ROVER_M[2])))
     off_m = np.array(errors_m)[5:]
-    assert off_m[:, 1].max() < 0.5
-    assert off_m[:, 1].mean() < off_m[:, 0].mean()
+    assert off_m[:, 1].max() < 1.0
+    assert off_m[:, 1].mean() < 0.2 * off_m[:, 0].mean()
 
 
 def test_the_same_ground_told_over_and_over_makes_no_height_surer_than_it_is() -> None:
-    far = [replace(anchor, east_m=20.0 * anchor.east_m, north_m=20.0 * anchor.north_m) for anchor in LEVEL]
-    detector = Detector(far, SETTINGS)
+    detector = Detector(LEVEL, SETTINGS)
     for second in range(60):
-        detector.process(replace(noisy(far, second), ground=ground(sigma_m=2.0)))
+        detector.process(replace(noisy(LEVEL, second), ground=ground(sigma_m=0.3)))
     fix = detector.foretold(60.0)
     assert fix is not None
-    assert math.sqrt(fix.covariance_m2[2, 2]) > 0.9 * 2.0
+    assert math.sqrt(fix.covariance_m2[2, 2]) > 0.9 * 0.3
 
 
 def test_it_tells_where_the_track_leads() -> None:
