@@ -27,6 +27,7 @@ from . import (
     ground,
     large_dems,
     machine,
+    map_loop,
     memory,
     over_http,
     path_benefit,
@@ -81,6 +82,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_outliers.outliers,
         detector_speed.detector_speed,
     ),
+    "loop": (map_loop.map_loop, map_loop.loop_speed),
     "planning": (
         planning.random_paths,
         planning.first_path,
@@ -145,6 +147,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(detector_outliers.outliers, epochs=2000),
         partial(detector_speed.detector_speed, epochs=100),
     ),
+    "loop": (partial(map_loop.map_loop, drives=1), partial(map_loop.loop_speed, drives=1)),
     "planning": (
         partial(planning.random_paths, count=20, posts=60),
         partial(planning.first_path, posts=128, count=4),

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,7 +14,8 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from .asking.options import GROUP, WHOLE, Output, option, told
+from .asking.detectors import DetectorOptions, LogOptions, MapOptions
+from .asking.options import Output, option
 from .output import (
     facts_table,
     leaving_nothing_new,
@@ -31,7 +30,6 @@ from .output import (
 if TYPE_CHECKING:
     from detection import Suspicion
     from service.live.replay import Replay, ReplaySummary
-    from service.live.settings import DetectorSettingsIn
 
 __all__ = ["detect"]
 
@@ -45,39 +43,6 @@ SHOWN_IDS = 5
 PLAIN = "m"
 
 
-@GROUP
-@dataclass(frozen=True, slots=True)
-class DetectorOptions:
-    """Settings of the detector, as a session's request has them."""
-
-    dimension: Annotated[int | None, WHOLE, option("Whether heights matter. (default 3)", "2|3")] = None
-    range_sigma_m: Annotated[
-        float | None, option("One-sigma error of a range. (default 0.1)", "M", "--range-sigma")
-    ] = None
-    geometric_tolerance_m: Annotated[
-        float | None, option("Geometric tolerance in place of k sigmas, metres.", "M", "--tolerance")
-    ] = None
-    max_speed_m_per_s: Annotated[
-        float | None, option("Of the rover, metres per second. (default 10)", "M/S", "--max-speed")
-    ] = None
-    more: Annotated[
-        tuple[str, ...], option("Any other setting of the detector. Repeatable.", "NAME=VALUE", "--set")
-    ] = ()
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class LogOptions:
-    """How the log is written."""
-
-    epoch: Annotated[float, option("Ranges within so many seconds belong together; 0: of equal time.", "S")] = 0.0
-    columns: Annotated[
-        str | None, option("Columns that the CSV names otherwise: time_s=%time,range_m=dist.", "NAME=COLUMN,…")
-    ] = None
-    time_unit: Annotated[str, option("Of time_s in CSV: s, ms, us, ns.", "UNIT")] = "s"
-    range_unit: Annotated[str, option("Of range_m and sigma_m in CSV: m, mm, cm, km, ft.", "UNIT")] = "m"
-
-
 def detect(
     log: Annotated[Path, Parameter(allow_leading_hyphen=False, help=LOG)],
     /,
@@ -89,41 +54,49 @@ def detect(
     anchors: Annotated[tuple[Path, ...], option("Anchors in a .json or .csv file. Repeatable.", "FILE")] = (),
     settings: DetectorOptions = DetectorOptions(),
     form: LogOptions = LogOptions(),
+    ground: MapOptions = MapOptions(),
     output: Output = Output(),
 ) -> None:
     """Replay LOG.csv, a log of ranges: which anchors were occluded when, and what position the others give.
 
     Writes verdicts.csv, positions.csv, verdicts.png and detection.json into
-    --out.
+    --out; with --dem also map_doubts.geojson, where ranges contradict the map.
     """
     from detection import Detector
     from service.files.range_log import LogForm
     from service.live.epoch_logs import read_epochs
     from service.live.replay import replay
-    from service.live.replay_files import FILES, write_replay
+    from service.live.replay_files import DOUBTS, FILES, write_replay
+    from service.live.watching import write_doubts
 
     from .asking.anchor_files import ranging_anchors
 
-    asked = _settings(settings)
+    asked = settings.asked()
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
+    mapped = ground.detector(placed, frame, asked.settings())
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
-    columns = _columns(form.columns or "")
+    columns = form.names()
     read = read_epochs(log, form.epoch, LogForm(columns, form.time_unit, form.range_unit))
     if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
-    folder = None if output.out is None else output_folder(output.out, FILES)
+    files = FILES if mapped is None else (*FILES, DOUBTS)
+    folder = None if output.out is None else output_folder(output.out, files)
     with progress_bar("Epochs") as progress:
-        replayed = replay(placed, read.epochs, asked.settings(), progress)
+        replayed = replay(placed, read.epochs, asked.settings(), progress, mapped)
     summary = replayed.summary()
-    warnings = [*read.warnings, *_warnings(replayed, summary, frame), *_suspected(replayed, form)]
+    over_map = [] if mapped is None else [*mapped.warnings, *_doubted(replayed)]
+    warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, form)]
     warnings += summary.health.warnings
     document = {"log": log.name, "frame": frame, **summary.document(), "warnings": warnings}
     written: list[Path] = []
     if folder is not None:
-        with leaving_nothing_new(folder, FILES):
-            written = write_replay(replayed, document, folder, log.name)
+        with leaving_nothing_new(folder, files):
+            if mapped is not None:
+                write_doubts(mapped.grid, replayed.doubts, folder / DOUBTS)
+                written.append(folder / DOUBTS)
+            written += write_replay(replayed, document, folder, log.name)
     if output.as_json:
         print_json({**document, "files": [str(path) for path in written]})
         return
@@ -133,15 +106,11 @@ def detect(
         print(path)
 
 
-def _columns(text: str) -> dict[str, str]:
-    """NAME=COLUMN,NAME=COLUMN as a mapping. Raises RequestError."""
-    columns = {}
-    for part in text.split(",") if text else ():
-        name, equals, column = part.partition("=")
-        if not equals:
-            raise RequestError(f"--columns {text!r} is not of the form NAME=COLUMN,NAME=COLUMN.")
-        columns[name.strip()] = column.strip()
-    return columns
+def _doubted(replayed: Replay) -> list[str]:
+    if not replayed.doubts:
+        return []
+    by_anchor = ", ".join(sorted({doubt.anchor_id for doubt in replayed.doubts}))
+    return [f"Ranges contradict the map in {len(replayed.doubts)} stretches, of {by_anchor}: map_doubts.geojson."]
 
 
 def _suspected(replayed: Replay, form: LogOptions) -> list[str]:
@@ -181,29 +150,6 @@ def _unit_of(metres: float, units: Mapping[str, float]) -> str | None:
     """The unit that is so many metres, to a twentieth; None where none is."""
     likely = min(units, key=lambda unit: abs(math.log(units[unit] / metres)))
     return likely if abs(math.log(units[likely] / metres)) < 0.05 else None
-
-
-def _settings(options: DetectorOptions) -> DetectorSettingsIn:
-    from pydantic import ValidationError
-
-    from service.live.settings import DetectorSettingsIn
-    from service.parts.sentences import sentence_of
-
-    fields = told(options)
-    fields.pop("more", None)
-    for text in options.more:
-        name, equals, value = text.partition("=")
-        if not equals or name.strip() not in DetectorSettingsIn.model_fields:
-            known = ", ".join(DetectorSettingsIn.model_fields)
-            raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
-        try:
-            fields[name.strip()] = json.loads(value)
-        except json.JSONDecodeError:
-            fields[name.strip()] = value.strip()  # a word, which needs no quotes here
-    try:
-        return DetectorSettingsIn.model_validate(fields)
-    except ValidationError as error:
-        raise RequestError(f"The settings: {sentence_of(error)}") from error
 
 
 def _facts(log: str, summary: ReplaySummary) -> Table:

@@ -16,10 +16,13 @@ from pydantic_core import from_json
 from detection import detect_epoch, diagnose
 from service.errors import BodyTooLargeError, InternalError, NotJsonError, ServiceError
 from service.jobs.channel import model_of, validated
+from service.jobs.kept_files import load_grid
 from service.jobs.records import Failure
 from service.live.answers import DetectionOut, DetectorOut, DetectorStateful, EpochsOut, as_json, epoch_answer
 from service.live.request import DetectionIn, DetectorIn, EpochIn, EpochsIn
 from service.live.sessions import DetectorSession
+from service.live.watching import looked_at
+from terrain import ElevationGrid
 
 from .answers import Limit, Offset, Page
 from .bodies import json_body
@@ -202,14 +205,15 @@ class DetectorList(Page):
     summary="Open a detector",
     responses={
         201: {"description": "Open; epochs go to the path in links.", "headers": LOCATION, "model": DetectorStateful},
-        **problem_responses(400, 413, 415, 422, 503),
+        **problem_responses(400, 404, 413, 415, 422, 503),
     },
     openapi_extra=body_of(DetectorIn),
 )
 async def open_detector(request: Request, service: ServiceDep) -> Response:
     """A session for one rover: it remembers epochs, and expires when it lies idle or the service ends."""
     asked = model_of(DetectorIn, await json_body(request), service.detectors.limits.refuse_long)
-    session = service.detectors.open(asked)
+    grid = None if asked.dem_id is None else await _grid(service, asked.dem_id)
+    session = service.detectors.open(asked, grid)
     return _json(as_json(session.state()), 201, {"Location": f"/detectors/{session.id}"})
 
 
@@ -259,6 +263,25 @@ async def send_epochs(detector_id: str, request: Request, service: ServiceDep) -
     return _json(b'{"answers":[' + b",".join(answers) + b"]}")
 
 
+@router.get(
+    "/{detector_id}/map-doubts",
+    response_model=None,
+    summary="Where ranges contradict the map",
+    responses={
+        200: {
+            "description": "GeoJSON: a line or point for each contradiction that lasted, with anchor_id, expected "
+            "(what the map has), bearing_deg, distance_m, from_s, to_s, ranges, excess_m and probability.",
+            "content": {"application/geo+json": {"schema": {"type": "object"}}},
+        },
+        **problem_responses(404, 410, 422),
+    },
+)
+async def get_map_doubts(detector_id: str, service: ServiceDep) -> Response:
+    """Places where an anchor was hidden that the map has in sight, or heard straight that it has hidden."""
+    doubts = await service.detectors.get(detector_id).map_doubts()
+    return Response(doubts, media_type="application/geo+json")
+
+
 @router.delete(
     "/{detector_id}",
     status_code=204,
@@ -283,6 +306,12 @@ async def _epochs_in(body: str, service: Service) -> list[EpochIn]:
         epochs.append(validated(EpochIn, fields))
         await asyncio.sleep(0)
     return epochs
+
+
+async def _grid(service: Service, dem_id: str) -> ElevationGrid:
+    """The ground of a DEM, its heights mapped from the file. Raises NotFoundError."""
+    await service.supervisor.in_store(service.store.dem, dem_id)
+    return await asyncio.to_thread(lambda: looked_at(load_grid(service.folder.dem(dem_id))))
 
 
 def _json(body: bytes, status: int = 200, headers: dict[str, str] | None = None) -> Response:

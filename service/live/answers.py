@@ -27,6 +27,7 @@ from detection import (
     Suspicion,
     Witness,
 )
+from planning.watching import WatchedEpoch
 
 __all__ = [
     "DetectionOut",
@@ -105,6 +106,17 @@ class RejectedOut(Exact):
     reason: Rejection = Field(description="Why not.")
 
 
+class PredictedOut(Exact):
+    """What the map foretold of one anchor before the epoch's ranges were looked at."""
+
+    anchor_id: str = Field(description="Which anchor.")
+    p_sight: float = Field(description="Probability that it is in sight, over place and ground, 0..1.")
+    p_direct: float = Field(description="Probability that its range is too long by harmful_m at most, 0..1.")
+    clearance_m: float | None = Field(
+        description="Of the line from the foretold place, metres; negative = blocked by that; null: no ground there."
+    )
+
+
 class EpochOut(Exact):
     """The answer to one epoch. What JSON has no number for is null."""
 
@@ -122,6 +134,9 @@ class EpochOut(Exact):
     rejected: list[RejectedOut] = Field(description="Ranges and odometry that were not used.")
     needed: str = Field(description="What would settle what stays open; empty when nothing is.")
     summary: str = Field(description="The answer in a sentence.")
+    predicted: list[PredictedOut] | None = Field(
+        None, description="What the map foretold, of the anchors that it knows of; null: the session looks at no map."
+    )
 
 
 class DetectionOut(EpochOut):
@@ -186,7 +201,11 @@ class DetectorOut(Exact):
     malformed_messages: int = Field(description="How many messages on streams could not be read.")
     anchors: list[str] = Field(description="Ids of the anchors.")
     settings: dict[str, object] = Field(description="What the detector was told, in the words of the request.")
-    links: dict[Literal["self", "epochs", "stream"], str] = Field(description="Paths: the session, epochs, stream.")
+    dem_id: str | None = Field(description="The DEM that it looks at; null: none.")
+    map_warnings: list[str] = Field(description="What to know of the anchors over that DEM.")
+    links: dict[Literal["self", "epochs", "stream", "map_doubts"], str] = Field(
+        description="Paths: the session, epochs, stream and, with a DEM, where ranges contradict it."
+    )
 
 
 class DetectorStateful(DetectorOut):
@@ -200,8 +219,10 @@ def as_json(answer: dict[str, object]) -> bytes:
     return orjson.dumps(answer)
 
 
-def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, object]:
-    """The answer to one epoch, in the words of ``EpochOut``."""
+def epoch_answer(
+    result: EpochResult, sequence: int | None = None, watched: WatchedEpoch | None = None
+) -> dict[str, object]:
+    """The answer to one epoch, in the words of ``EpochOut``; watched: with what a map foretold."""
     return {
         "time_s": result.time_s,
         "sequence": sequence,
@@ -217,7 +238,24 @@ def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, 
         "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
         "needed": result.needed,
         "summary": result.summary,
+        "predicted": None if watched is None else _predicted(watched),
     }
+
+
+def _predicted(watched: WatchedEpoch) -> list[dict[str, object]]:
+    """Of every anchor that the map knows something of."""
+    forecast = watched.forecast
+    if forecast is None:
+        return []
+    rows = zip(
+        watched.anchor_ids, forecast.p_sight.tolist(), forecast.p_direct.tolist(), forecast.clearance_m.tolist(),
+        strict=True,
+    )  # fmt: skip
+    return [
+        {"anchor_id": anchor_id, "p_sight": p_sight, "p_direct": p_direct, "clearance_m": clearance_m}
+        for anchor_id, p_sight, p_direct, clearance_m in rows
+        if p_sight == p_sight
+    ]
 
 
 def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, object]:

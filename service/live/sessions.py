@@ -11,11 +11,14 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from detection import Detector, EpochResult
+from detection import EpochResult
+from planning.watching import WatchedEpoch
 from service.errors import BusyError, GoneError, LimitError, NotFoundError, RequestError, TooManyError
 from service.live.answers import as_json, epoch_answer, state_answer
 from service.live.request import DetectorIn, DetectorLimits, EpochIn
+from service.live.watching import detector_of
 from service.settings import Settings
+from terrain import ElevationGrid
 
 __all__ = ["Bench", "DetectorSession", "Detectors", "Occlusions", "Watcher"]
 
@@ -89,8 +92,8 @@ class Watcher:
 class DetectorSession:
     """A session. Epochs are handled one after the other under ``turn``, whoever sends them.
 
-    bench: shared by all sessions.
-    Raises DetectionInputError, LimitError.
+    bench: shared by all sessions. grid: of the DEM that it looks at; None = none.
+    Raises DetectionInputError, WatchError, LimitError.
     """
 
     def __init__(
@@ -101,6 +104,7 @@ class DetectorSession:
         bench: Bench,
         clock: Callable[[], float],
         idle_timeout_s: float,
+        grid: ElevationGrid | None = None,
     ) -> None:
         limits.check_detector(asked)
         self.id = id
@@ -113,7 +117,8 @@ class DetectorSession:
         self._anchor_ids = [anchor.id for anchor in asked.anchors]
         self._settings = asked.settings.model_dump()
         self.occlusions = Occlusions()
-        self._detector = Detector([anchor.anchor() for anchor in asked.anchors], asked.settings.settings())
+        self._dem_id = asked.dem_id
+        self._detector = detector_of(asked, grid)
         self.limits = limits
         self._bench = bench
         self._judging = asyncio.Lock()
@@ -136,13 +141,13 @@ class DetectorSession:
     async def answer_in_turn(self, asked: EpochIn) -> bytes:
         """The same where others have to be answered meanwhile."""
         async with self._judging:
-            result = await self._bench.judge(len(asked.ranges), lambda: self._detector.process(asked.epoch()))
-        return self._told(asked, result)
+            watched = await self._bench.judge(len(asked.ranges), lambda: self._detector.process(asked.epoch()))
+        return self._told(asked, watched)
 
-    def _told(self, asked: EpochIn, result: EpochResult) -> bytes:
+    def _told(self, asked: EpochIn, watched: WatchedEpoch) -> bytes:
         self.touch()
-        self.occlusions.take_in(result)
-        answer = as_json(epoch_answer(result, asked.sequence))
+        self.occlusions.take_in(watched.result)
+        answer = as_json(epoch_answer(watched.result, asked.sequence, watched if self._dem_id else None))
         for watcher in self._watchers:
             watcher.tell(answer)
         return answer
@@ -194,13 +199,25 @@ class DetectorSession:
             "malformed_messages": self.malformed_messages,
             "anchors": self._anchor_ids,
             "settings": self._settings,
-            "links": {"self": path, "epochs": f"{path}/epochs", "stream": f"{path}/stream"},
+            "dem_id": self._dem_id,
+            "map_warnings": self._detector.warnings,
+            "links": {
+                "self": path,
+                "epochs": f"{path}/epochs",
+                "stream": f"{path}/stream",
+                **({"map_doubts": f"{path}/map-doubts"} if self._dem_id else {}),
+            },
         }
 
     async def state_between_epochs(self) -> dict[str, object]:
         """``state``, not while an epoch is judged: the detector is half in the one before it then."""
         async with self._judging:
             return self.state()
+
+    async def map_doubts(self) -> bytes:
+        """Where its ranges contradict the map, as GeoJSON. Raises RequestError where it looks at none."""
+        async with self._judging:
+            return self._detector.map_doubts()
 
     def state(self) -> dict[str, object]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""
@@ -222,8 +239,8 @@ class Detectors:
     def __len__(self) -> int:
         return len(self._sessions)
 
-    def open(self, asked: DetectorIn) -> DetectorSession:
-        """A new session. Raises BusyError, LimitError, DetectionInputError."""
+    def open(self, asked: DetectorIn, grid: ElevationGrid | None = None) -> DetectorSession:
+        """A new session; grid: of its dem_id. Raises BusyError, LimitError, DetectionInputError, WatchError."""
         self.sweep()
         if len(self._sessions) >= self._max_sessions:
             raise BusyError(
@@ -239,7 +256,7 @@ class Detectors:
                 limit=self._max_idle_s,
                 given=idle_s,
             )
-        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s)
+        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s, grid)
         self._sessions[session.id] = session
         return session
 
