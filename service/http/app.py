@@ -20,7 +20,7 @@ from .context import Service
 from .head import allow_head
 from .openapi import describe, tags_of
 from .resources import product_router
-from .routes import dems, detections, detector_streams, detectors, health, problem_list
+from .routes import dem_heights, dems, detections, detector_streams, detectors, health, problem_list
 
 __all__ = ["create_app"]
 
@@ -64,9 +64,12 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         openapi_tags=tags_of(products.values()),
         generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
+        docs_url=None,  # web_page has one that loads nothing from elsewhere
+        redoc_url=None,
     )
     routers = [
         dems.router,
+        dem_heights.router,
         *(product_router(product) for product in products.values()),
         *(part.router for part in (detections, detectors, health, problem_list)),
     ]

@@ -1,4 +1,4 @@
-"""The web page at ``/``: a few files without a build step, which ask the same HTTP API that everybody asks."""
+"""The planner at ``/`` and the HTTP reference at ``/docs``: built files that ask the same API that everybody asks."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from starlette.staticfiles import StaticFiles
 
 __all__ = ["install"]
 
-PAGE = Path(__file__).parent / "page"
+# what `make page` builds from service/page/src; users need no node
+BUILT = Path(__file__).parents[1] / "page" / "dist"
 # Everything comes from the service itself: the page works without internet, and nothing else gets a say in it.
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 HEADERS = {
@@ -28,17 +29,24 @@ HEADERS = {
 class _Files(StaticFiles):
     """Files that a browser asks after each time, so that a new version is never mixed with an old one."""
 
-    def file_response(self, *args: Any, **kwargs: Any) -> Response:
-        answer = super().file_response(*args, **kwargs)
+    def file_response(self, full_path: Any, *args: Any, **kwargs: Any) -> Response:
+        answer = super().file_response(full_path, *args, **kwargs)
         answer.headers.update(HEADERS)
+        if str(full_path).endswith(".js.gz"):
+            # a script that is kept packed, for it is large; every browser unpacks it
+            answer.headers.update({"Content-Type": "text/javascript; charset=utf-8", "Content-Encoding": "gzip"})
         return answer
 
 
 def install(app: FastAPI) -> None:
-    """Add the page and its files to the app."""
+    """Add the planner, the reference and their files to the app."""
+    for path, name in (("/", "index.html"), ("/docs", "docs.html")):
+        app.add_route(path, _document(name), methods=["GET", "HEAD"], include_in_schema=False)
+    app.mount("/page", _Files(directory=BUILT))
 
-    async def start_page(request: Request) -> Response:
-        return FileResponse(PAGE / "index.html", headers=HEADERS)
 
-    app.add_route("/", start_page, methods=["GET", "HEAD"], include_in_schema=False)
-    app.mount("/page", _Files(directory=PAGE))
+def _document(name: str) -> Any:
+    async def document(request: Request) -> Response:
+        return FileResponse(BUILT / name, headers=HEADERS)
+
+    return document
