@@ -24,6 +24,7 @@ from . import (
     dilution,
     exactness,
     first_request,
+    ground,
     machine,
     memory,
     over_http,
@@ -69,6 +70,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "memory": (memory.memory,),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
+    "ground": (ground.tiles_to_map, ground.probes),
     "attacks": (attacks.health_under_attack,),
     "detectors": (detector_streams.streams,),
     "detection": (
@@ -133,6 +135,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(over_http.requests, posts=128),
         partial(plans_over_http.plans_over_http, posts=128, watch_s=3.0, cancelled=1),
     ),
+    "ground": (partial(ground.tiles_to_map, side=4, places=2), partial(ground.probes, questions=60)),
     "detectors": (partial(detector_streams.streams, seconds=2.0),),
     "detection": (
         detector_proof.real_ranges,

@@ -81,6 +81,9 @@ def _lines(grid: ElevationGrid) -> None:
     starts_m, ends_m = [[10.0, -10.0, 60.0]] * 2, [[200.0, -150.0, 5.0], [-50.0, 20.0, 90.0]]
     visibility.lines_of_sight(grid, starts_m, ends_m, wavelength_m=0.1, dem_sigma_m=3.0, excess_path=True)
     visibility.line_of_sight(grid, starts_m[0], ends_m[0])
+    visibility.profile(grid, starts_m[0], ends_m[0])
+    visibility.dop([[0.0, 0.0, 90.0], [90.0, 0.0, 80.0], [0.0, -90.0, 70.0]], starts_m)
+    visibility.position_error([[0.0, 0.0, 90.0], [90.0, 0.0, 80.0], [0.0, -90.0, 70.0]], starts_m, 0.1)
 
 
 def _columns_of_air(grid: ElevationGrid) -> None:

@@ -1,15 +1,20 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
+from .areas import DEGREES, GRID_METRES, Area, Box, Circle, Outline, area_in, area_window
 from .array_files import write_npz
 from .crs_parts import same_map
 from .crs_texts import parse_crs
 from .errors import (
+    AreaError,
     DemFormatError,
     DemReadError,
     DemTooLargeError,
     DemUnsupportedError,
     ElevationGridError,
     FrameError,
+    GroundChangedError,
+    GroundSourceError,
+    NoGroundError,
     SampleError,
     TerrainError,
 )
@@ -22,11 +27,21 @@ from .nearest_surface import NearestSurface, nearest_surface
 from .reading import read_dem
 from .sampling import height_at
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
+from .tiles.library import GroundLibrary, index_ground, read_library
+from .tiles.mosaic import read_mosaic
+from .tiles.plan import MosaicPlan, plan_mosaic
+from .tiles.tile import Tile, read_tile
 from .told_places import places_told, told_place
 
 __all__ = [
     "DEFAULT_MAX_CELLS",
+    "DEGREES",
+    "GRID_METRES",
+    "Area",
+    "AreaError",
     "Body",
+    "Box",
+    "Circle",
     "DemFormatError",
     "DemReadError",
     "DemTooLargeError",
@@ -34,12 +49,21 @@ __all__ = [
     "ElevationGrid",
     "ElevationGridError",
     "FrameError",
+    "GroundChangedError",
+    "GroundLibrary",
+    "GroundSourceError",
     "HeightReference",
+    "MosaicPlan",
     "NearestSurface",
+    "NoGroundError",
+    "Outline",
     "Provenance",
     "SampleError",
     "TerrainError",
+    "Tile",
     "TriangleMesh",
+    "area_in",
+    "area_window",
     "body_of",
     "cone",
     "fractal",
@@ -48,11 +72,16 @@ __all__ = [
     "height_at",
     "height_reference_of",
     "horizon_distance_m",
+    "index_ground",
     "nearest_surface",
     "parse_crs",
     "places_told",
+    "plan_mosaic",
     "plane",
     "read_dem",
+    "read_library",
+    "read_mosaic",
+    "read_tile",
     "ridge",
     "same_map",
     "to_grid_frame",

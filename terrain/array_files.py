@@ -19,9 +19,9 @@ from .crs_texts import parse_crs
 from .errors import DemFormatError, DemUnsupportedError
 from .grid import ElevationGrid
 from .limits import check_declared_size
-from .raw import RawDem
+from .raw import PostWindow, RawDem, RawHead
 
-__all__ = ["read_npy", "read_npz", "write_npz"]
+__all__ = ["npz_head", "read_npy", "read_npz", "write_npz"]
 
 LAYOUT = "sightline-dem-1"
 NPZ_NUMBERS = ("cell_east_m", "cell_north_m", "origin_east_m", "origin_north_m")
@@ -57,19 +57,19 @@ def write_npz(grid: ElevationGrid, path: str | os.PathLike[str]) -> None:
         )
 
 
-def read_npz(file: Path, *, max_cells: int) -> RawDem:
-    """Read ``heights_m`` with its geometry; only ``heights_m`` and the two cell sizes must be there.
+def npz_head(file: Path, *, max_cells: int | None = None) -> RawHead:
+    """What an .npz says of itself; only ``heights_m`` and the two cell sizes must be there.
 
-    Raises DemFormatError, DemTooLargeError (before the heights are unpacked) and DemUnsupportedError.
+    Raises DemFormatError, DemUnsupportedError and, with ``max_cells``, DemTooLargeError.
     """
     try:
         with zipfile.ZipFile(file) as archive, archive.open("heights_m.npy") as member:
-            _check_header(file.name, member, max_cells, archive.getinfo("heights_m.npy").compress_size)
+            packed_bytes = archive.getinfo("heights_m.npy").compress_size
+            rows, cols = _check_header(file.name, member, max_cells, packed_bytes)
             for detail in archive.infolist():
                 if detail.filename.removesuffix(".npy") in {*NPZ_NUMBERS, *NPZ_TEXTS}:
                     _check_detail(file.name, archive, detail)
         with np.load(file, allow_pickle=False) as arrays:
-            values = arrays["heights_m"]
             numbers = {key: float(arrays[key]) for key in NPZ_NUMBERS if key in arrays}
             texts = {key: str(arrays[key]) for key in NPZ_TEXTS if key in arrays}
         conversions, warnings = _notes(texts)
@@ -77,21 +77,51 @@ def read_npz(file: Path, *, max_cells: int) -> RawDem:
         raise DemFormatError(f"{file.name} is a damaged .npz file, or holds something other than numbers.") from error
     if not {"cell_east_m", "cell_north_m"} <= numbers.keys():
         raise DemUnsupportedError(f"{file.name} lacks cell_east_m and cell_north_m, the metres between its posts.")
-    own = texts.get("layout") == LAYOUT
-    return RawDem(
-        values,
-        None,
+    return RawHead(
+        rows, cols, 1,
         x0=numbers.get("origin_east_m", 0.0),
         y0=numbers.get("origin_north_m", 0.0),
         step_x=numbers["cell_east_m"],
         step_y=numbers["cell_north_m"],
-        crs=horizontal_part(parse_crs(texts["crs_wkt"])) if texts.get("crs_wkt") else None,
-        driver="NPZ",
+        south_up=False,
+        scale=1.0,
+        offset=0.0,
         height_unit="m",
+        crs=horizontal_part(parse_crs(texts["crs_wkt"])) if texts.get("crs_wkt") else None,
+        crs_height_unit=None,
         vertical_datum=texts.get("vertical_datum") or None,
-        from_grid=own,
         conversions=conversions,
         warnings=warnings,
+        from_grid=texts.get("layout") == LAYOUT,
+    )  # fmt: skip
+
+
+def read_npz(file: Path, *, max_cells: int, window: PostWindow | None = None) -> RawDem:
+    """Read ``heights_m`` with its geometry; the file is unpacked whole, whatever window of posts is wanted.
+
+    Raises DemFormatError, DemTooLargeError (before the heights are unpacked) and DemUnsupportedError.
+    """
+    head = npz_head(file, max_cells=max_cells)
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            values = arrays["heights_m"]
+    except DAMAGE as error:
+        raise DemFormatError(f"{file.name} is a damaged .npz file, or holds something other than numbers.") from error
+    first_row, last_row, first_col, last_col = window or (0, head.rows - 1, 0, head.cols - 1)
+    return RawDem(
+        values[first_row : last_row + 1, first_col : last_col + 1],
+        None,
+        x0=head.x0 + first_col * head.step_x,
+        y0=head.y0 - first_row * head.step_y,
+        step_x=head.step_x,
+        step_y=head.step_y,
+        crs=head.crs,
+        driver="NPZ",
+        height_unit="m",
+        vertical_datum=head.vertical_datum,
+        from_grid=head.from_grid,
+        conversions=head.conversions,
+        warnings=head.warnings,
     )
 
 
@@ -127,11 +157,15 @@ def _check_detail(name: str, archive: zipfile.ZipFile, detail: zipfile.ZipInfo) 
         raise DemFormatError(f"{name} holds far too much as {detail.filename!r}, where one number or text belongs.")
 
 
-def _check_header(name: str, stream: IO[bytes], max_cells: int, packed_bytes: int) -> None:
+def _check_header(name: str, stream: IO[bytes], max_cells: int | None, packed_bytes: int) -> tuple[int, int]:
+    """(rows, cols) of an array of heights. Raises DemUnsupportedError, DemFormatError, DemTooLargeError."""
     shape, kind = _header(stream)
     if len(shape) != 2 or 0 in shape or kind.kind not in "fiu":
         raise DemUnsupportedError(f"{name} must hold a (rows, cols) array of real heights, not {shape} of {kind}.")
-    check_declared_size(name, *shape, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=packed_bytes)
+    if max_cells is not None:
+        check_declared_size(name, *shape, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=packed_bytes)
+    rows, cols = shape
+    return rows, cols
 
 
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:

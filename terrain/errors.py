@@ -5,18 +5,26 @@ TerrainError
 ├── DemReadError            a file could not be read as a DEM
 │   ├── DemFormatError      not a raster, damaged, or a format that is not allowed
 │   ├── DemTooLargeError    more cells than the limit; carries cells and limit
-│   └── DemUnsupportedError a raster, but rotated, empty, all void, without usable units ...
+│   ├── DemUnsupportedError a raster, but rotated, empty, all void, without usable units ...
+│   ├── NoGroundError       no tile of the ground library lies in the area
+│   ├── GroundChangedError  a tile is not what it was when it was indexed
+│   └── GroundSourceError   a remote source did not give what it should
 ├── FrameError              a position or CRS that cannot be expressed in the grid's frame
+├── AreaError               an area that is empty, no polygon, or beside the DEM
 └── SampleError             an unknown or damaged bundled DEM
 """
 
 __all__ = [
+    "AreaError",
     "DemFormatError",
     "DemReadError",
     "DemTooLargeError",
     "DemUnsupportedError",
     "ElevationGridError",
     "FrameError",
+    "GroundChangedError",
+    "GroundSourceError",
+    "NoGroundError",
     "SampleError",
     "TerrainError",
 ]
@@ -51,8 +59,24 @@ class DemUnsupportedError(DemReadError):
     """The file is a raster, but not one that can serve as a DEM."""
 
 
+class NoGroundError(DemReadError):
+    """No tile of the ground library lies in the area that was asked for."""
+
+
+class GroundChangedError(DemReadError):
+    """A tile of the ground library is gone, or is not what it was when it was indexed."""
+
+
+class GroundSourceError(DemReadError):
+    """A remote source did not give what it should: nothing, half a file, a web page, a raster of another place."""
+
+
 class FrameError(TerrainError):
     """A position or CRS cannot be expressed in the grid's frame."""
+
+
+class AreaError(TerrainError):
+    """An area is empty, is no polygon, or lies beside the DEM."""
 
 
 class SampleError(TerrainError):

@@ -19,6 +19,8 @@ __all__ = [
     "Body",
     "body_of",
     "datum_doubt",
+    "degrees_to_crs",
+    "geodesics_of",
     "grid_north",
     "shift_matters",
     "to_grid_frame",
@@ -75,7 +77,7 @@ def to_grid_frame(
             f"lat_deg must lie in −90…90 and lon_deg in −180…360, not {_first(lat, np.abs(lat) > 90.0)} and "
             f"{_first(lon, (lon < -180.0) | (lon > 360.0))}; are they swapped or in metres?"
         )
-    east, north = _degrees_to_metres(_crs_of(grid)).transform(lon, lat)
+    east, north = degrees_to_crs(_crs_of(grid)).transform(lon, lat)
     return _checked(grid, east, north, f"lon_deg {lon.flat[0]:g}, lat_deg {lat.flat[0]:g}" if lon.size == 1 else "")
 
 
@@ -90,7 +92,7 @@ def to_lon_lat(
     east, north = np.broadcast_arrays(np.asarray(east_m, np.float64), np.asarray(north_m, np.float64))
     if not (np.isfinite(east).all() and np.isfinite(north).all()):
         raise FrameError("east_m and north_m must be finite numbers.")
-    lon, lat = _degrees_to_metres(_crs_of(grid)).transform(east, north, direction=TransformDirection.INVERSE)
+    lon, lat = degrees_to_crs(_crs_of(grid)).transform(east, north, direction=TransformDirection.INVERSE)
     return _checked(grid, lon, lat, f"east_m {east.flat[0]:g}, north_m {north.flat[0]:g}" if east.size == 1 else "")
 
 
@@ -120,7 +122,7 @@ def shift_matters(plain: pyproj.CRS, shifted: pyproj.CRS, x: float, y: float) ->
 
 def _degrees_at(crs: pyproj.CRS, x: float, y: float) -> tuple[tuple[float, float], bool]:
     """((lon_deg, lat_deg), whether PROJ only takes the degrees of one datum for those of the other)."""
-    onward = _degrees_to_metres(crs)
+    onward = degrees_to_crs(crs)
     lon, lat = onward.transform(x, y, direction=TransformDirection.INVERSE)
     if not np.isfinite([lon, lat]).all():
         return (lon, lat), False
@@ -135,7 +137,7 @@ def grid_north(grid: ElevationGrid, east_m: float, north_m: float) -> float:
     It is what to add to an azimuth from grid north for one from true north (the meridian convergence of surveyors).
     """
     lon, lat = to_lon_lat(grid, [east_m] * 3, [north_m, north_m + PROBE_M, north_m - PROBE_M])
-    azimuth_deg, _, _ = _geodesics(_crs_of(grid)).inv(lon[[0, 0]], lat[[0, 0]], lon[1:], lat[1:])
+    azimuth_deg, _, _ = geodesics_of(_crs_of(grid)).inv(lon[[0, 0]], lat[[0, 0]], lon[1:], lat[1:])
     ahead, behind = np.radians(azimuth_deg)
     return math.atan2(math.sin(ahead) - math.sin(behind), math.cos(ahead) - math.cos(behind))
 
@@ -146,13 +148,13 @@ def true_offsets(
     """Metres over ground true east and true north, (n,) each, of positions from an origin. Raises FrameError."""
     lon, lat = to_lon_lat(grid, np.atleast_1d(np.asarray(east_m)), np.atleast_1d(np.asarray(north_m)))
     from_lon, from_lat = to_lon_lat(grid, *origin_m)
-    geodesics = _geodesics(_crs_of(grid))
+    geodesics = geodesics_of(_crs_of(grid))
     azimuth_deg, _, way_m = geodesics.inv(np.full_like(lon, from_lon), np.full_like(lat, from_lat), lon, lat)
     azimuth_rad = np.radians(azimuth_deg)
     return way_m * np.sin(azimuth_rad), way_m * np.cos(azimuth_rad)
 
 
-def _geodesics(crs: pyproj.CRS) -> pyproj.Geod:
+def geodesics_of(crs: pyproj.CRS) -> pyproj.Geod:
     """Of the ellipsoid that the degrees of ``to_lon_lat`` lie on."""
     geodetic = _geodetic_of(crs)
     ellipsoid = geodetic.ellipsoid
@@ -176,7 +178,8 @@ def _geodetic_of(crs: pyproj.CRS) -> pyproj.CRS:
 
 
 @lru_cache(maxsize=64)
-def _degrees_to_metres(crs: pyproj.CRS) -> pyproj.Transformer:
+def degrees_to_crs(crs: pyproj.CRS) -> pyproj.Transformer:
+    """From longitude and latitude (WGS 84 on Earth, elsewhere the body's own) to a CRS. Raises FrameError."""
     return pyproj.Transformer.from_crs(_geodetic_of(crs), crs, always_xy=True)
 
 

@@ -11,7 +11,7 @@ from pyproj.exceptions import CRSError
 from .frames import body_of
 from .grid import ElevationGrid
 
-__all__ = ["HeightReference", "height_reference_of"]
+__all__ = ["HeightReference", "height_reference_of", "reference_of_name"]
 
 GEODETIC = r"^(D_)?(WGS|GRS|NAD|ETRS|ITRF|IGS|GDA|JGD|SIRGAS)[ _]?(19|20)?\d\d"
 ELLIPSOIDS = re.compile(rf"ellips|spheroid|\bhae\b|{GEODETIC}", re.IGNORECASE)
@@ -34,11 +34,16 @@ def height_reference_of(grid: ElevationGrid) -> HeightReference:
     A registered vertical CRS counts from a surface of gravity: heights above an ellipsoid belong to a geographic CRS of
     three dimensions (ISO 19111). One that is named after a geodetic datum counts from its ellipsoid (as ESRI has them).
     """
-    name = (grid.vertical_datum or "").strip()
+    reference = reference_of_name(grid.vertical_datum)
+    on_earth = grid.crs is None or body_of(grid.crs).name == "Earth"
+    return reference if on_earth or reference is HeightReference.ELLIPSOID else HeightReference.UNKNOWN
+
+
+def reference_of_name(vertical_datum: str | None) -> HeightReference:
+    """What heights count from on Earth, by the name of their vertical datum alone."""
+    name = (vertical_datum or "").strip()
     if ELLIPSOIDS.search(name):
         return HeightReference.ELLIPSOID
-    if grid.crs is not None and body_of(grid.crs).name != "Earth":
-        return HeightReference.UNKNOWN
     if SEA_LEVELS.search(name) or _is_registered(name):
         return HeightReference.SEA_LEVEL
     return HeightReference.UNKNOWN

@@ -18,7 +18,7 @@ from .raw import RawDem
 from .units import axis_unit, degrees_per_unit, in_metres, metres_per_unit
 from .warping import Posts, border_positions, warp
 
-__all__ = ["Placed", "place"]
+__all__ = ["Placed", "axes_in_metres", "better_crs", "place"]
 
 # a map that stretches ground by more than this is not used to measure on
 STRETCH_LIMIT = 0.01
@@ -97,7 +97,7 @@ def _place(
         fault = axes_fault(source) or (None if target_crs is None else axes_fault(target_crs))
         if fault is not None:
             raise DemUnsupportedError(fault)
-        posts = _axes_in_metres(posts, height_unit_known, conversions, warnings)
+        posts = axes_in_metres(posts, height_unit_known, conversions, warnings)
     elif not source.is_geographic:
         raise DemUnsupportedError(f"{name} has the CRS {source.name!r}, which is neither projected nor geographic.")
     if shift is not None and not shift_matters(posts.crs, with_shift(posts.crs, shift), *posts.middle):
@@ -110,7 +110,7 @@ def _place(
             shifted = replace(posts, crs=with_shift(posts.crs, shift))
             warped = _warped(name, shifted, target_crs, max_cells, conversions)
             posts, shift = replace(warped, crs=target), target_shift
-    elif not raw.from_grid and (better := _better_crs(name, posts, conversions)) is not None:
+    elif not raw.from_grid and (better := better_crs(name, posts, conversions)) is not None:
         posts = _warped(name, posts, better, max_cells, conversions)
     if shift is not None and not raw.from_grid:
         conversions.append("Longitude and latitude go through the datum shift (TOWGS84) that the CRS states.")
@@ -189,7 +189,8 @@ def _looks_like_degrees(name: str, raw: RawDem, heights_m: npt.NDArray[np.float3
     return True
 
 
-def _axes_in_metres(posts: Posts, height_unit_known: bool, conversions: list[str], warnings: list[str]) -> Posts:
+def axes_in_metres(posts: Posts, height_unit_known: bool, conversions: list[str], warnings: list[str]) -> Posts:
+    """The same posts with metres on their axes; what was done is added to the sentences."""
     metres = metres_per_unit(posts.crs)
     if metres == 1.0:
         return posts
@@ -210,7 +211,7 @@ def _warn_of_heights(unit: str, height_unit_known: bool, warnings: list[str]) ->
         )
 
 
-def _better_crs(name: str, posts: Posts, conversions: list[str]) -> pyproj.CRS | None:
+def better_crs(name: str, posts: Posts, conversions: list[str]) -> pyproj.CRS | None:
     """The CRS to warp to, where the file's own does not measure ground; None where it does."""
     x, y = border_positions(posts)
     if posts.crs.is_geographic:

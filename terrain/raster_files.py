@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +17,18 @@ import rasterio
 from rasterio._err import CPLE_BaseError  # damaged tags raise it bare
 from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
+from rasterio.windows import Window
 
 from .ascii_values import check_ascii_values
 from .crs_parts import horizontal_part, vertical_part
 from .crs_texts import parse_crs
 from .errors import DemFormatError, DemUnsupportedError, FrameError
 from .limits import check_declared_size
-from .raw import RawDem
+from .raw import PostWindow, RawDem, RawHead
 from .stated_crs import check_stated_crs, prj_text
 from .units import HeightUnit
 
-__all__ = ["read_raster"]
+__all__ = ["read_raster", "read_raster_head"]
 
 # the file alone: no side cars, no world files, no overviews elsewhere, nothing written back, compound CRS kept; only an
 # ESRI ASCII grid has its CRS, as text, in the .prj beside it
@@ -42,40 +46,51 @@ ZUNITS_PER_METRE = {"1": "m", "10": "dm", "100": "cm", "1000": "mm"}
 ZUNITS = re.compile(r"^[ \t]*zunits[ \t]+(\S+)", re.IGNORECASE | re.MULTILINE)
 
 
+def read_raster_head(file: Path, driver: str) -> RawHead:
+    """What a raster says of itself. Raises DemFormatError and DemUnsupportedError."""
+    check_stated_crs(file, driver)
+    with _opened(file, driver) as dataset:
+        return _head(file, dataset, None, None)
+
+
 def read_raster(
-    file: Path, driver: str, *, cell_m: tuple[float, float] | None, band: int | None, max_cells: int
+    file: Path,
+    driver: str,
+    *,
+    cell_m: tuple[float, float] | None,
+    band: int | None,
+    max_cells: int,
+    window: PostWindow | None = None,
 ) -> RawDem:
     """Read one elevation band as it stands in the file; ``cell_m`` (east, north) serves files without georeference.
 
-    band: from 1; None takes the first, and says so where there are others.
+    band: from 1; None takes the first, and says so where there are others. window: only these posts, which must lie in
+    the raster; the limit is for them then, and for the blocks that the file is packed in.
 
     Raises DemFormatError, DemTooLargeError (before any pixel is read) and DemUnsupportedError.
     """
     check_stated_crs(file, driver)
+    with _opened(file, driver) as dataset:
+        return _read(file, dataset, _head(file, dataset, cell_m, band), window, max_cells)
+
+
+@contextmanager
+def _opened(file: Path, driver: str) -> Iterator[Any]:
+    """The file, opened with one driver; what GDAL finds damaged is a DemFormatError."""
     try:
         with rasterio.Env(**SEALED), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(file, driver=driver) as dataset:
-                return _read(file, dataset, cell_m, band, max_cells)
+                yield dataset
     except (RasterioError, CPLE_BaseError) as error:
         raise DemFormatError(f"{file.name} is damaged or cut short: GDAL cannot read it as {driver}.") from error
 
 
-def _read(
-    file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_band: int | None, max_cells: int
-) -> RawDem:
+def _head(file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_band: int | None) -> RawHead:
     name, notes = file.name, _Notes()
-    rows, cols = dataset.height, dataset.width
-    file_bytes = file.stat().st_size
     band = _band(name, dataset, asked_band, notes)
     at = band - 1
-    kind = np.dtype(dataset.dtypes[at]) if dataset.dtypes[at] != "complex_int16" else np.dtype("complex64")
-    check_declared_size(name, rows, cols, max_cells=max_cells, bytes_per_value=kind.itemsize, file_bytes=file_bytes)
-    if dataset.driver == "AAIGrid" and rows * cols * 2 > file_bytes + 1:
-        raise DemFormatError(f"{name} is cut short: {rows} × {cols} heights do not fit into {file_bytes:,} bytes.")
-    if dataset.driver == "AAIGrid":
-        check_ascii_values(file, rows, cols)
-    if kind.kind == "c":
+    if dataset.dtypes[at].startswith("complex"):
         raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
     scale, offset = float(dataset.scales[at]), float(dataset.offsets[at])
     if not (math.isfinite(scale) and math.isfinite(offset)) or scale == 0.0:
@@ -92,27 +107,68 @@ def _read(
         datum = datum or "EGM96 geoid"
     if tags.get("AREA_OR_POINT") == "Point":
         notes.conversions.append("Pixel-is-point: the file's points are the posts, its bounds lie half a cell outside.")
-    declared_void = None
-    if MaskFlags.all_valid not in dataset.mask_flag_enums[at]:
-        declared_void = dataset.read_masks(band) == 0
-    elif ColorInterp.alpha in dataset.colorinterp:  # GDAL heeds only an alpha band of uint8 or uint16
-        declared_void = dataset.read(dataset.colorinterp.index(ColorInterp.alpha) + 1) == 0
-    values = dataset.read(band)
-    if step_y < 0.0:
+    south_up = step_y < 0.0
+    if south_up:
         notes.conversions.append("Rows run from south to north in the file; turned so that row 0 is northmost.")
-        values, y0, step_y = values[::-1], y0 + (rows - 1) * -step_y, -step_y
-        declared_void = None if declared_void is None else declared_void[::-1]
-    return RawDem(
-        values, declared_void, x0, y0, step_x, step_y, crs,
-        driver=dataset.driver,
-        scale=scale,
-        offset=offset,
+        y0, step_y = y0 + (dataset.height - 1) * -step_y, -step_y
+    return RawHead(
+        dataset.height, dataset.width, band, x0, y0, step_x, step_y, south_up, scale, offset,
         height_unit=dataset.units[at] or (_zunits(file) if dataset.driver == "AAIGrid" else None),
+        crs=crs,
         crs_height_unit=crs_unit,
         vertical_datum=datum,
         conversions=tuple(notes.conversions),
         warnings=tuple(notes.warnings),
     )  # fmt: skip
+
+
+def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None, max_cells: int) -> RawDem:
+    _check_size(file, dataset, head, window, max_cells)
+    at, band = head.band - 1, head.band
+    chosen = PostWindow(0, head.rows - 1, 0, head.cols - 1) if window is None else window
+    first_row = head.rows - 1 - chosen.last_row if head.south_up else chosen.first_row
+    part = Window(chosen.first_col, first_row, chosen.shape[1], chosen.shape[0])
+    declared_void = None
+    if MaskFlags.all_valid not in dataset.mask_flag_enums[at]:
+        declared_void = dataset.read_masks(band, window=part) == 0
+    elif ColorInterp.alpha in dataset.colorinterp:  # GDAL heeds only an alpha band of uint8 or uint16
+        declared_void = dataset.read(dataset.colorinterp.index(ColorInterp.alpha) + 1, window=part) == 0
+    values = dataset.read(band, window=part)
+    if head.south_up:
+        values = values[::-1]
+        declared_void = None if declared_void is None else declared_void[::-1]
+    return RawDem(
+        values, declared_void,
+        head.x0 + chosen.first_col * head.step_x,
+        head.y0 - chosen.first_row * head.step_y,
+        head.step_x, head.step_y, head.crs,
+        driver=dataset.driver,
+        scale=head.scale,
+        offset=head.offset,
+        height_unit=head.height_unit,
+        crs_height_unit=head.crs_height_unit,
+        vertical_datum=head.vertical_datum,
+        conversions=head.conversions,
+        warnings=head.warnings,
+    )  # fmt: skip
+
+
+def _check_size(file: Path, dataset: Any, head: RawHead, window: PostWindow | None, max_cells: int) -> None:
+    """Before any pixel is read. Raises DemFormatError, DemTooLargeError."""
+    file_bytes, value_bytes = file.stat().st_size, np.dtype(dataset.dtypes[head.band - 1]).itemsize
+    rows, cols = (head.rows, head.cols) if window is None else window.shape
+    weighed = file_bytes if window is None else None
+    check_declared_size(file.name, rows, cols, max_cells=max_cells, bytes_per_value=value_bytes, file_bytes=weighed)
+    if window is not None:  # a block is unpacked whole, whatever part of it is wanted
+        block = f"A block of {file.name}"
+        sides = dataset.block_shapes[head.band - 1]
+        check_declared_size(block, *sides, max_cells=max_cells, bytes_per_value=value_bytes, file_bytes=file_bytes)
+    if dataset.driver == "AAIGrid":
+        if head.rows * head.cols * 2 > file_bytes + 1:
+            raise DemFormatError(
+                f"{file.name} is cut short: {head.rows} × {head.cols} heights do not fit into {file_bytes:,} bytes."
+            )
+        check_ascii_values(file, head.rows, head.cols)
 
 
 class _Notes:
@@ -173,7 +229,7 @@ def _crs(file: Path, dataset: Any, notes: _Notes) -> tuple[pyproj.CRS | None, st
     """(horizontal CRS, vertical datum, height unit); an ESRI ASCII grid may have its CRS in NAME.prj."""
     if dataset.crs is not None:
         try:
-            crs = parse_crs(dataset.crs.to_wkt(version="WKT2_2019"))
+            crs = _parsed(dataset.crs.to_wkt(version="WKT2_2019"))
         except FrameError as error:
             notes.warnings.append(f"The file's CRS was left out; give crs=. {error}")
             return None, None, None
@@ -182,3 +238,9 @@ def _crs(file: Path, dataset: Any, notes: _Notes) -> tuple[pyproj.CRS | None, st
         datum, unit = vertical_part(crs)
         return horizontal_part(crs), datum, unit
     return None, None, None
+
+
+@lru_cache(maxsize=64)
+def _parsed(wkt: str) -> pyproj.CRS:
+    """Tiles of one set state one CRS, and parsing it takes longer than all else of a header."""
+    return parse_crs(wkt)

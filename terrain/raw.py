@@ -1,9 +1,9 @@
-"""A DEM as its file has it: own numbers, own units, own CRS, nothing interpreted yet."""
+"""A DEM as its file has it: own numbers, own units, own CRS, nothing interpreted yet; and its head alone."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,49 @@ import pyproj
 
 from .units import HeightUnit
 
-__all__ = ["RawDem"]
+__all__ = ["PostWindow", "RawDem", "RawHead"]
+
+
+class PostWindow(NamedTuple):
+    """Some rows and columns of posts, ends included, row 0 northmost."""
+
+    first_row: int
+    last_row: int
+    first_col: int
+    last_col: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+        return self.last_row - self.first_row + 1, self.last_col - self.first_col + 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawHead:
+    """What a file says of itself before any height is read.
+
+    x0, y0: centre of post (0, 0), row 0 northmost; step_x > 0 eastward, step_y > 0 southward; units of ``crs``.
+    band: which one holds the heights, from 1; height = value · scale + offset. south_up: the
+    file's rows run northward.
+    """
+
+    rows: int
+    cols: int
+    band: int
+    x0: float
+    y0: float
+    step_x: float
+    step_y: float
+    south_up: bool
+    scale: float
+    offset: float
+    height_unit: str | None
+    crs: pyproj.CRS | None
+    crs_height_unit: HeightUnit | None
+    vertical_datum: str | None
+    conversions: tuple[str, ...]
+    warnings: tuple[str, ...]
+    from_grid: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,13 +21,13 @@ from .frames import datum_doubt
 from .grid import ElevationGrid, Provenance
 from .heights import Heights, heights_of
 from .limits import DEFAULT_MAX_CELLS
-from .placing import place
+from .placing import Placed, place
 from .raster_files import read_raster
-from .raw import RawDem
+from .raw import PostWindow, RawDem
 from .units import HEIGHT_UNITS
 from .voids import implausible_heights, unknown_posts
 
-__all__ = ["read_dem"]
+__all__ = ["grid_of", "horizontal_target", "read_dem", "read_part"]
 
 
 def read_dem(
@@ -59,7 +59,7 @@ def read_dem(
         raise DemReadError(f"height_unit must be one of {', '.join(HEIGHT_UNITS)}, not {height_unit!r}.")
     file = local_file(path)
     given = None if crs is None or (isinstance(crs, str) and crs == "local") else parse_crs(crs)
-    target = None if target_crs is None else _horizontal_target(target_crs)
+    target = None if target_crs is None else horizontal_target(target_crs)
     raw = _read_raw(file, _cell_pair(cell_m), band, max_cells)
     heights = heights_of(file.name, raw, unit=height_unit, given=given)
     void, void_warnings = unknown_posts(file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=nodata)
@@ -75,6 +75,17 @@ def read_dem(
     )  # fmt: skip
     if placed.on_earth:
         warnings += implausible_heights(heights_m)
+    provenance = Provenance(
+        source=file.name,
+        driver=raw.driver,
+        conversions=(*conversions, *placed.conversions),
+        warnings=(*warnings, *placed.warnings),
+    )
+    return grid_of(placed, heights.vertical_datum, provenance)
+
+
+def grid_of(placed: Placed, vertical_datum: str | None, provenance: Provenance) -> ElevationGrid:
+    """The grid of heights that were placed, which it keeps; doubts about its datum are told. Raises DemReadError."""
     placed.heights_m.setflags(write=False)  # ours alone: spares the grid its protective copy
     try:
         grid = ElevationGrid(
@@ -84,23 +95,37 @@ def read_dem(
             placed.origin_east_m,
             placed.origin_north_m,
             crs=placed.crs,
-            vertical_datum=heights.vertical_datum,
-            provenance=Provenance(
-                source=file.name,
-                driver=raw.driver,
-                conversions=(*conversions, *placed.conversions),
-                warnings=(*warnings, *placed.warnings),
-            ),
+            vertical_datum=vertical_datum,
+            provenance=provenance,
         )
     except ElevationGridError as error:
-        raise DemReadError(f"{file.name}: {error}") from error
+        raise DemReadError(f"{provenance.source}: {error}") from error
     doubt = datum_doubt(grid)
     if doubt is None or doubt in grid.provenance.warnings:
         return grid
     return replace(grid, provenance=replace(grid.provenance, warnings=(*grid.provenance.warnings, doubt)))
 
 
-def _horizontal_target(target_crs: Any) -> pyproj.CRS:
+def read_part(
+    file: Path, driver: str, window: PostWindow, *, max_cells: int
+) -> tuple[RawDem, Heights, npt.NDArray[np.float32], tuple[str, ...]]:
+    """(what stands in the file, what it means, heights in metres with NaN = unknown, warnings) of some of its posts.
+
+    Raises DemReadError as ``read_dem`` does; that no post is known is no fault of a part.
+    """
+    if driver == "NPZ":
+        raw = read_npz(file, max_cells=max_cells, window=window)
+    else:
+        raw = read_raster(file, driver, cell_m=None, band=None, max_cells=max_cells, window=window)
+    heights = heights_of(file.name, raw, unit=None, given=None)
+    void, warnings = unknown_posts(
+        file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=None, may_be_void=True
+    )
+    return raw, heights, _heights_m(raw, void, heights), (*raw.warnings, *heights.warnings, *warnings)
+
+
+def horizontal_target(target_crs: Any) -> pyproj.CRS:
+    """The CRS that a grid is wanted in. Raises FrameError, DemUnsupportedError where it has heights."""
     target = parse_crs(target_crs)
     datum, _ = vertical_part(target)
     if datum is not None:

@@ -24,12 +24,13 @@ EARTH_LOWEST_M, EARTH_HIGHEST_M = -500.0, 9000.0
 
 
 def unknown_posts(
-    name: str, raw: RawDem, *, factor: float, offset_m: float, nodata: float | None
+    name: str, raw: RawDem, *, factor: float, offset_m: float, nodata: float | None, may_be_void: bool = False
 ) -> tuple[Mask, tuple[str, ...]]:
     """Mask (rows, cols) of the posts whose height is unknown, and a warning for each value taken as fill undeclared.
 
     factor, offset_m: height in metres = value · factor + offset_m; what is plausible is judged on heights.
     nodata: the value that means "unknown" in place of what the file declares; NaN says that only NaN does.
+    may_be_void: whether no post needs to be known, as in a window of a file.
     Raises DemUnsupportedError for infinite heights and where no post is known.
     """
     values, warnings = raw.values, list[str]()
@@ -52,7 +53,7 @@ def unknown_posts(
         void = _with_classic_fills(raw, void, warnings)
     if impossible:
         warnings.append(f"{impossible:,} posts hold heights beyond ±100,000 m: taken as unknown ground.")
-    if void.all():
+    if void.all() and not may_be_void:
         why = ""
         if impossible == void.size - declared > 0:
             why = " Its heights lie beyond ±100,000 m; give height_unit= if they are not in metres."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from .errors import DemUnsupportedError
 from .limits import check_declared_size
 from .units import degrees_per_unit
 
-__all__ = ["Posts", "border_positions", "warp"]
+__all__ = ["Frame", "Posts", "border_positions", "cell_sizes", "sample", "warp"]
 
 # source positions are computed exactly on every nth post of the target, n ≤ 16, and interpolated between: they are off
 # by about (n cells)² / (8 · radius), which n keeps below a hundredth of a cell even on a body of the Moon's size
@@ -45,6 +46,17 @@ class Posts:
         return self.x0 + (cols - 1) / 2.0 * self.step_x, self.y0 - (rows - 1) / 2.0 * self.step_y
 
 
+class Frame(NamedTuple):
+    """Where the posts of a metric grid lie: rows, cols, post (0, 0) and the metres between neighbours."""
+
+    rows: int
+    cols: int
+    west_m: float
+    top_m: float
+    cell_east_m: float
+    cell_north_m: float
+
+
 def border_positions(posts: Posts) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Positions x, y (n,) along the outermost posts, CRS units."""
     rows, cols = posts.heights_m.shape
@@ -66,7 +78,7 @@ def warp(name: str, posts: Posts, target: pyproj.CRS, *, max_cells: int) -> Post
     onward = pyproj.Transformer.from_crs(posts.crs, target, always_xy=True)
     border_x, border_y = border_positions(posts)
     east, north = onward.transform(border_x, border_y)
-    cell_east_m, cell_north_m = _cell_sizes(posts, onward)
+    cell_east_m, cell_north_m = cell_sizes(posts, target)
     if not (np.isfinite(east).all() and np.isfinite(north).all() and min(cell_east_m, cell_north_m) > 0.0):
         raise DemUnsupportedError(f"{name} cannot be projected to {target.name}; give another target_crs.")
     cols = int(np.floor((east.max() - east.min()) / cell_east_m + 1e-6)) + 1
@@ -74,6 +86,13 @@ def warp(name: str, posts: Posts, target: pyproj.CRS, *, max_cells: int) -> Post
     check_declared_size(f"{name} in {target.name}", rows, cols, max_cells=max_cells, bytes_per_value=4, file_bytes=None)
     west_m = (east.min() + east.max() - (cols - 1) * cell_east_m) / 2.0
     top_m = (north.min() + north.max() + (rows - 1) * cell_north_m) / 2.0
+    return sample(posts, target, Frame(rows, cols, float(west_m), float(top_m), cell_east_m, cell_north_m))
+
+
+def sample(posts: Posts, target: pyproj.CRS, frame: Frame) -> Posts:
+    """The posts' triangulated surface at the posts of a frame in ``target`` (metres); NaN off the surface."""
+    onward = pyproj.Transformer.from_crs(posts.crs, target, always_xy=True)
+    rows, cols, west_m, top_m, cell_east_m, cell_north_m = frame
     geographic = posts.crs.is_geographic
     turning = geographic and (
         max(abs(posts.y0), abs(2.0 * posts.middle[1] - posts.y0)) * degrees_per_unit(posts.crs) > POLAR_DEG
@@ -91,11 +110,12 @@ def warp(name: str, posts: Posts, target: pyproj.CRS, *, max_cells: int) -> Post
     source_rows, source_cols = (posts.y0 - y) / posts.step_y, (x - posts.x0) / posts.step_x
     heights_m = np.full((rows, cols), np.nan, np.float32)
     kernels.resample_surface(posts.heights_m, source_rows, source_cols, lattice, heights_m)
-    return Posts(heights_m, float(west_m), float(top_m), cell_east_m, cell_north_m, target)
+    return Posts(heights_m, west_m, top_m, cell_east_m, cell_north_m, target)
 
 
-def _cell_sizes(posts: Posts, onward: pyproj.Transformer) -> tuple[float, float]:
+def cell_sizes(posts: Posts, target: pyproj.CRS) -> tuple[float, float]:
     """Metres east and north that one source cell covers at the middle; a map turned by 90° swaps them by itself."""
+    onward = pyproj.Transformer.from_crs(posts.crs, target, always_xy=True)
     x, y = posts.middle
     east, north = onward.transform(
         [x - posts.step_x / 2, x + posts.step_x / 2, x, x], [y, y, y - posts.step_y / 2, y + posts.step_y / 2]

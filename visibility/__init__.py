@@ -37,6 +37,7 @@ from visibility.sight.fresnel import fresnel_radius_m, knife_edge_loss_db
 from visibility.sight.ground_profile import GroundProfile, profile
 from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, MinimumVisibleAltitude, min_visible_altitude
 from visibility.sight.occluded_points import OUTSIDE_DEM, OUTSIDE_VIEW, OccludedPoints, occluded_points
+from visibility.sight.reach import points_within_reach
 from visibility.sight.reflections import Reflections, reflections
 from visibility.sight.sight_line import LineOfSight, line_of_sight
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
@@ -126,6 +127,7 @@ __all__ = [
     "occluded_points",
     "pack_sets",
     "parse_buildings",
+    "points_within_reach",
     "position_error",
     "position_error_along",
     "position_error_map",

@@ -12,6 +12,7 @@ from .bubble_options import bubble
 from .detect_options import detect
 from .failures import INTERRUPTED, exit_code_of, interrupted, unheard
 from .fly_options import fly
+from .ground_options import ground_commands
 from .options import (
     AnchorFiles,
     AnchorTexts,
@@ -139,6 +140,7 @@ app.command()(plan)
 app.command()(fly)
 app.command()(reposition)
 app.add_typer(store_commands)
+app.add_typer(ground_commands)
 
 
 @app.command()

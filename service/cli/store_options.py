@@ -9,7 +9,7 @@ import typer
 
 from .options import AsJson
 
-__all__ = ["store_commands"]
+__all__ = ["DataOption", "store_commands"]
 
 DataOption = Annotated[
     Path | None,

@@ -20,7 +20,7 @@ from .context import Service
 from .head import allow_head
 from .openapi import describe, tags_of
 from .resources import product_router
-from .routes import dem_heights, dems, detections, detector_streams, detectors, health, problem_list
+from .routes import dems, detections, detector_streams, detectors, ground, health, probes, problem_list
 
 __all__ = ["create_app"]
 
@@ -69,7 +69,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     )
     routers = [
         dems.router,
-        dem_heights.router,
+        ground.router,
+        probes.router,
         *(product_router(product) for product in products.values()),
         *(part.router for part in (detections, detectors, health, problem_list)),
     ]

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from service.jobs.records import DemRecord
 from service.parts.pages import Page
 
-__all__ = ["Bounds", "DemList", "DemOut"]
+__all__ = ["Bounds", "BoundsDegrees", "DemList", "DemOut"]
 
 EXAMPLE: dict[str, Any] = {
     "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
@@ -26,6 +26,10 @@ EXAMPLE: dict[str, Any] = {
     "bounds_of_posts_m": {"west": 380000.0, "south": 3787000.0, "east": 415880.0, "north": 3806260.0},
     "crs": "EPSG:32611",
     "crs_name": "WGS 84 / UTM zone 11N",
+    "crs_wkt": None,
+    "crs_proj": "+proj=utm +zone=11 +datum=WGS84 +units=m +no_defs +type=crs",
+    "transform": [30.0, 0.0, 379985.0, 0.0, -30.0, 3806275.0],
+    "bounds_deg": {"west": -118.304, "south": 34.22, "east": -117.911, "north": 34.397},
     "body": "Earth",
     "grid_north_deg": -0.62,
     "vertical_datum": None,
@@ -39,6 +43,7 @@ EXAMPLE: dict[str, Any] = {
     "links": {
         "self": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
         "hillshade": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11/hillshade.png",
+        "levels": "/dems/5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11/levels",
     },
 }
 
@@ -50,6 +55,15 @@ class Bounds(BaseModel):
     south: float = Field(description="North coordinate of the southmost posts, metres.")
     east: float = Field(description="East coordinate of the eastmost posts, metres.")
     north: float = Field(description="North coordinate of the northmost posts, metres.")
+
+
+class BoundsDegrees(BaseModel):
+    """Longitudes and latitudes that hold all posts; east runs beyond 180 over the antimeridian."""
+
+    west: float = Field(description="Smallest longitude, degrees.")
+    south: float = Field(description="Smallest latitude, degrees.")
+    east: float = Field(description="Largest longitude, degrees.")
+    north: float = Field(description="Largest latitude, degrees.")
 
 
 class DemOut(BaseModel):
@@ -70,6 +84,17 @@ class DemOut(BaseModel):
     bounds_of_posts_m: Bounds
     crs: str | None = Field(description="Metric CRS that positions are in; null for a local metric frame.")
     crs_name: str | None = Field(None, description="The same in words.")
+    crs_wkt: str | None = Field(None, description="The same as WKT2 (ISO 19162:2019); null for a local frame.")
+    crs_proj: str | None = Field(
+        None, description="The same as a PROJ string, where one can say it; null for a local frame."
+    )
+    transform: list[float] | None = Field(
+        None,
+        description="a, b, c, d, e, f of x = a·col + b·row + c and y = d·col + e·row + f, metres, for cell corners.",
+    )
+    bounds_deg: BoundsDegrees | None = Field(
+        None, description="The same bounds in longitude and latitude, degrees; null for a local frame."
+    )
     body: str | None = Field(None, description="Celestial body that the CRS lies on; null for a local frame.")
     grid_north_deg: float | None = Field(
         None, description="True azimuth of the grid's north in the middle, degrees; add it to azimuths from grid north."
@@ -93,7 +118,11 @@ class DemOut(BaseModel):
             id=dem.id,
             name=dem.name,
             created_at=datetime.fromtimestamp(dem.created_at_s, UTC),
-            links={"self": f"/dems/{dem.id}", "hillshade": f"/dems/{dem.id}/hillshade.png"},
+            links={
+                "self": f"/dems/{dem.id}",
+                "hillshade": f"/dems/{dem.id}/hillshade.png",
+                "levels": f"/dems/{dem.id}/levels",
+            },
             **dem.summary,
         )
 

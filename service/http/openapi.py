@@ -8,14 +8,17 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import BaseModel
 
+from service.ground.request import GroundIn
 from service.http.problem_answer import Problem
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
+from service.probes.request import ProbeIn, ProfilesIn
 from service.products.product import Product
 
 __all__ = ["describe", "tags_of"]
 
 GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
 OTHERS = [
+    {"name": "Probes", "description": "Places and profiles on a DEM, answered at once and kept nowhere."},
     {
         "name": "Detectors",
         "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
@@ -27,7 +30,7 @@ OTHERS = [
 ]
 # what routes read and write without the framework's knowledge
 # bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (DetectionIn, DetectorIn, EpochsIn)
+OTHER_BODIES = (GroundIn, ProbeIn, ProfilesIn, DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"

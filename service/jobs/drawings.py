@@ -39,6 +39,12 @@ class Drawings:
         path, source = self._folder.hillshade(dem_id), self._folder.dem(dem_id)
         return await self._drawn(path, "draw-hillshade", {"dem_id": dem_id}, source, NotFoundError("DEM", dem_id))
 
+    async def level(self, dem_id: str, level: int) -> Path:
+        """The heights of a DEM at a resolution level; raises the same when it was deleted."""
+        path, source = self._folder.level(dem_id, level), self._folder.dem(dem_id)
+        arguments = {"dem_id": dem_id, "level": level}
+        return await self._drawn(path, "write-level", arguments, source, NotFoundError("DEM", dem_id))
+
     async def _drawn(
         self, path: Path, task: str, arguments: Mapping[str, Any], source: Path, gone: NotFoundError
     ) -> Path:

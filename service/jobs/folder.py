@@ -6,7 +6,8 @@ sightline.sqlite3        DEMs and jobs
 incoming/                uploads and request bodies while they arrive            emptied of ours at start
 work/<token>/            what a task is writing                                  emptied of ours at start
 inputs/<job>/            big inputs of a job that is not finished
-dems/<id>/               heights and geometry of a DEM; pictures/ holds its hillshade
+dems/<id>/               heights and geometry of a DEM; pictures/ holds its hillshade, levels/ its
+                         heights as bare numbers
 results/<digest>/        files of a finished result, named by their content; layers/ holds drawn layers
 quarantine/              what lay in one of these folders and the store does not know
 """
@@ -141,6 +142,10 @@ class DataFolder:
     def hillshade(self, dem_id: str) -> Path:
         """A DEM's picture."""
         return self.dem(dem_id) / "pictures" / "hillshade.png"
+
+    def level(self, dem_id: str, level: int) -> Path:
+        """A DEM's heights at a resolution level, as bare numbers."""
+        return self.dem(dem_id) / "levels" / f"{level}.f32"
 
     def result(self, digest: str) -> Path:
         """Files of a finished result."""

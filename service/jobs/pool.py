@@ -31,6 +31,7 @@ class Lane(Enum):
     CALCULATIONS = "calculations"
     FILES = "files"
     CHECKS = "checks"  # of requests, by the processes of files and with less time
+    PROBES = "probes"  # of single places, many a second, by the processes that stand by
 
 
 # the settings that limit how long a task of each lane may take
@@ -38,11 +39,12 @@ SETTINGS = {
     Lane.CALCULATIONS: "SIGHTLINE_MAX_JOB_S",
     Lane.FILES: "SIGHTLINE_MAX_FILE_TASK_S",
     Lane.CHECKS: "SIGHTLINE_MAX_CHECK_S",
+    Lane.PROBES: "SIGHTLINE_MAX_CHECK_S",
 }
 
 
 class WorkerPool:
-    """Worker processes for two lanes and the spares that step in when one is killed."""
+    """Worker processes for the lanes, the spares among them: they probe, and step in when another is killed."""
 
     def __init__(self, settings: Settings, folder: DataFolder) -> None:
         self._settings = settings
@@ -53,11 +55,13 @@ class WorkerPool:
             Lane.CALCULATIONS: asyncio.Semaphore(settings.workers),
             Lane.FILES: files,
             Lane.CHECKS: files,
+            Lane.PROBES: asyncio.Semaphore(max(settings.spare_workers, 1)),
         }
         self._limits_s = {
             Lane.CALCULATIONS: settings.max_job_s,
             Lane.FILES: settings.max_file_task_s,
             Lane.CHECKS: settings.max_check_s,
+            Lane.PROBES: settings.max_check_s,
         }
         self._waiting = dict.fromkeys(Lane, 0)
         self._idle: list[WorkerProcess] = []

@@ -96,7 +96,8 @@ class Supervisor:
 
         Raises BusyError, TaskFailed, TimeLimitError, JobInterruptedError.
         """
-        self._refuse_when_busy(self._pool.waiting(Lane.FILES) + self._pool.waiting(Lane.CHECKS), "requests")
+        waiting = sum(self._pool.waiting(lane) for lane in (Lane.FILES, Lane.CHECKS, Lane.PROBES))
+        self._refuse_when_busy(waiting, "requests")
         for _ in range(self._settings.max_attempts):
             try:
                 return await self._pool.run(lane, task, arguments, token=token)

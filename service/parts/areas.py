@@ -10,7 +10,7 @@ from service.errors import RequestError
 from service.files.geojson_shapes import GeoJsonShape, polygons_of, shapes_of
 from service.parts.shapes import PlaceIn, PolygonIn
 
-__all__ = ["Areas", "GeoJson", "GoalIn", "StandingPlace"]
+__all__ = ["Areas", "GeoJson", "GoalIn", "StandingPlace", "polygon_or_place"]
 
 MOST_AREAS = 1000
 GeoJson = Annotated[
@@ -55,15 +55,15 @@ def _point(value: Any) -> Any:
     return shapes[0].lines[0][0]
 
 
-def _goal(value: Any) -> Any:
-    """A place or a polygon out of GeoJSON."""
+def polygon_or_place(value: Any) -> Any:
+    """A place or a polygon out of GeoJSON; anything else as it is."""
     if not _is_geojson(value):
         return value
-    if _shapes(value, "GeoJSON goal")[0].kind == "Point":
+    if _shapes(value, "GeoJSON area")[0].kind == "Point":
         return _point(value)
-    polygons = _read(value, "goal")
+    polygons = _read(value, "area")
     if len(polygons) > 1:
-        raise ValueError(f"A goal is one polygon, not {len(polygons)}; give them as several goals.")
+        raise ValueError(f"One polygon is wanted here, not {len(polygons)}.")
     return polygons[0]
 
 
@@ -88,5 +88,5 @@ StandingPlace = Annotated[PlaceIn, BeforeValidator(_point, json_schema_input_typ
 GoalIn = Annotated[
     Annotated[PlaceIn, Tag("place")] | Annotated[PolygonIn, Tag("area")],
     Discriminator(_place_or_area),
-    BeforeValidator(_goal, json_schema_input_type=PlaceIn | PolygonIn | GeoJson),
+    BeforeValidator(polygon_or_place, json_schema_input_type=PlaceIn | PolygonIn | GeoJson),
 ]

@@ -145,7 +145,9 @@ class Product:
             return self.complete(asked, given)
         if given.map_kind is not None or given.occluded:
             raise RequestError(f"A {self.title} refers to no map and no detector.")
-        return self.parameters.model_validate(asked.model_dump(mode="json", exclude={"dem_id"}, exclude_unset=True))
+        return self.parameters.model_validate(
+            asked.model_dump(mode="json", by_alias=True, exclude={"dem_id"}, exclude_unset=True)
+        )
 
     def unpacked(self, packed: Mapping[str, Any], folder: Path) -> Any:
         """The parameters of a job, from what the store and its folder of inputs hold."""

@@ -14,7 +14,10 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from dem_samples import sample_manifest
-from service.errors import BusyError, RequestError
+from service.errors import BusyError, NotFoundError, RequestError
+from service.ground.levels import Levels, levels_of
+from service.ground.request import GroundIn
+from service.http.bodies import is_json
 from service.http.context import Service, ServiceDep
 from service.http.dem_answers import DemList, DemOut
 from service.http.documented import LOCATION, problem_responses
@@ -31,8 +34,10 @@ router = APIRouter(prefix="/dems", tags=["DEMs"])
 
 UPLOAD_BODY = {
     "requestBody": {
-        "description": "The file, as a form or as it is. Not needed with `sample`.",
+        "description": "The file, as a form or as it is; or in JSON the area to make a DEM of from the ground library. "
+        "Not needed with `sample`.",
         "content": {
+            "application/json": {"schema": {"$ref": f"#/components/schemas/{GroundIn.__name__}"}},
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
@@ -50,11 +55,11 @@ UPLOAD_BODY = {
 @router.post(
     "",
     status_code=201,
-    summary="Upload a DEM",
+    summary="Upload a DEM, or ask for ground",
     responses={
         201: {"description": "The DEM was read.", "headers": LOCATION},
         200: {"description": "The same DEM was there already.", "headers": LOCATION, "model": DemOut},
-        **problem_responses(404, 413, 422, 503, 507),
+        **problem_responses(400, 404, 409, 413, 422, 502, 503, 507),
     },
     openapi_extra=UPLOAD_BODY,
 )
@@ -92,6 +97,9 @@ async def upload_dem(
 
     Send the file as a multipart form (`curl -F file=@dem.tif`) or as the body (`curl --data-binary @dem.tif` with
     `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told.
+
+    With a body in JSON (`{"area": …}`) the DEM is made from the operator's ground library, see `GET /ground`: the
+    finest tiles first, voids filled from the next, everything told in `conversions` and `warnings`.
     """
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
@@ -105,7 +113,11 @@ async def upload_dem(
         bundled = sample_manifest(sample)
         dem_id = _id_of("sample", str(bundled["sha256"]))
         arguments = {"sample": sample, "options": {}}
-        dem, is_new = await _kept(service, dem_id, str(bundled["file"]), arguments, None)
+        dem, is_new = await _kept(service, dem_id, str(bundled["file"]), "read-dem", arguments, None)
+    elif is_json(request):
+        if options or filename is not None:
+            raise RequestError("Ground from the library is asked for in the body alone; leave out the query.")
+        dem, is_new = await _from_library(request, service)
     else:
         dem, is_new = await _uploaded(request, service, filename, options)
     response.status_code = 201 if is_new else 200
@@ -146,6 +158,48 @@ async def get_hillshade(dem_id: str, request: Request, service: ServiceDep) -> R
     return await file_answer(request, path, "image/png", f"{dem_id}-hillshade")
 
 
+@router.get("/{dem_id}/levels", summary="See at which resolutions a DEM is there", responses=problem_responses(404))
+async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
+    """Sizes and places of its heights at each resolution; every level has half the rows and columns of the one before.
+
+    The coarsest has at most 256 rows and columns. A value is the mean of the known posts under it.
+    """
+    dem = await service.supervisor.in_store(service.store.dem, dem_id)
+    return levels_of(dem.id, dem.summary)
+
+
+@router.get(
+    "/{dem_id}/heights",
+    summary="Get the heights of a DEM as bare numbers",
+    response_class=FileResponse,
+    responses={
+        200: {
+            "description": "The array.",
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+            "headers": {"ETag": {"description": "Changes when the heights do.", "schema": {"type": "string"}}},
+        },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 416, 422, 503, 507),
+    },
+)
+async def get_heights(
+    dem_id: str,
+    request: Request,
+    service: ServiceDep,
+    level: Annotated[int, Query(ge=0, description="Resolution level, a number; 0 holds the posts themselves.")] = 0,
+) -> Response:
+    """Altitudes in metres: float32, little-endian, rows from the north, NaN where unknown; `/levels` tells the size.
+
+    Ranges and If-None-Match are understood.
+    """
+    dem = await service.supervisor.in_store(service.store.dem, dem_id)
+    levels = levels_of(dem.id, dem.summary).levels
+    if level >= len(levels):
+        raise NotFoundError("level", str(level), f"this DEM has levels 0 to {len(levels) - 1}")
+    path = await service.drawings.level(dem_id, level)
+    return await file_answer(request, path, "application/octet-stream", f"{dem.summary['sha256']}-{level}")
+
+
 @router.delete("/{dem_id}", status_code=204, summary="Delete a DEM", responses=problem_responses(404, 409))
 async def delete_dem(dem_id: str, service: ServiceDep) -> None:
     """Free its space. Refused (409) while jobs on it wait or run; finished results keep what they need."""
@@ -175,11 +229,18 @@ async def _uploaded(
         named = upload.name.lower() if suffix == ".hgt" else suffix
         dem_id = _id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
         arguments = {"path": str(upload.path), "options": options}
-        return await _kept(service, dem_id, upload.name, arguments, upload.size_bytes)
+        return await _kept(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)
+
+
+async def _from_library(request: Request, service: Service) -> tuple[DemRecord, bool]:
+    limit = service.settings.max_json_bytes
+    async with receive(request, service.folder, limit, "max_json_bytes", "body.json") as body:
+        planned = await service.checks.ask("plan-ground", {"path": str(body.path)})
+    return await _kept(service, planned["dem_id"], "ground", "read-ground", planned, None)
 
 
 async def _kept(
-    service: Service, dem_id: str, name: str, arguments: dict[str, Any], file_bytes: int | None
+    service: Service, dem_id: str, name: str, task: str, arguments: dict[str, Any], file_bytes: int | None
 ) -> tuple[DemRecord, bool]:
     """The DEM of that id, read now unless it is there already, and whether it is new."""
     known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
@@ -187,8 +248,8 @@ async def _kept(
     if known is not None and service.folder.dem(dem_id).is_dir():
         return known, False
     token = uuid.uuid4().hex
-    summary = await service.supervisor.ask("read-dem", arguments, token)
-    dem = DemRecord(dem_id, name, time.time(), {**summary, "file_bytes": file_bytes})
+    summary = await service.supervisor.ask(task, arguments, token)
+    dem = DemRecord(dem_id, summary.pop("name", name), time.time(), {**summary, "file_bytes": file_bytes})
 
     def keep() -> DemRecord:
         move_into_place(service.folder.work(token), service.folder.dem(dem_id))

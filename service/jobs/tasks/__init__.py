@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from service.products.product import Product
 
 from .context import Task, TaskContext
-from .dems import draw_hillshade, read_uploaded_dem
+from .dems import draw_hillshade, read_uploaded_dem, write_dem_level
 from .epochs import check_epochs
+from .ground import plan_ground, read_ground, tell_coverage
+from .probes import answer_probe, answer_profiles
 from .products import calculation_of, check_request, draw_layer
 
 __all__ = ["Task", "TaskContext", "tasks_for"]
@@ -19,6 +21,12 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
     return {
         "read-dem": read_uploaded_dem,
         "draw-hillshade": draw_hillshade,
+        "write-level": write_dem_level,
+        "plan-ground": plan_ground,
+        "read-ground": read_ground,
+        "tell-coverage": tell_coverage,
+        "probe": answer_probe,
+        "profiles": answer_profiles,
         "check-request": check_request,
         "draw-layer": draw_layer,
         "check-epochs": check_epochs,

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from dem_samples import sample_path
+from service.ground.levels import write_level
+from service.ground.place import place_of
 from service.jobs.dem_files import save_grid
 from service.jobs.folder import make_durable
 from service.parts.map_facts import dem_summary
@@ -16,7 +18,7 @@ from terrain import ElevationGrid, read_dem
 
 from .context import TaskContext
 
-__all__ = ["draw_hillshade", "read_uploaded_dem"]
+__all__ = ["draw_hillshade", "read_uploaded_dem", "summary_of", "write_dem_level"]
 
 
 def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -31,7 +33,7 @@ def read_uploaded_dem(context: TaskContext, arguments: Mapping[str, Any]) -> Map
     grid = read_dem(path, max_cells=context.settings.max_dem_cells, **options)
     save_grid(grid, context.work)
     make_durable(context.work)
-    return _summary(grid)
+    return summary_of(grid)
 
 
 def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -45,13 +47,24 @@ def draw_hillshade(context: TaskContext, arguments: Mapping[str, Any]) -> Mappin
     return {}
 
 
-def _summary(grid: ElevationGrid) -> dict[str, Any]:
+def write_dem_level(context: TaskContext, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Write a DEM's heights at a level into the work folder; raises NotFoundError when it was just deleted."""
+    grid, level = context.grid(arguments["dem_id"]), int(arguments["level"])
+    context.work.mkdir(parents=True)
+    write_level(grid, level, context.work / context.folder.level(arguments["dem_id"], level).name)
+    make_durable(context.work)
+    return {}
+
+
+def summary_of(grid: ElevationGrid) -> dict[str, Any]:
+    """What the store keeps of a DEM, ready for JSON."""
     known = grid.unknown_posts < grid.heights_m.size
     ground = dem_summary(grid)
     # the resource has the name that the file came under
     del ground["name"]
     return {
         **ground,
+        **place_of(grid),
         "driver": grid.provenance.driver,
         "cells": grid.heights_m.size,
         "lowest_m": float(np.nanmin(grid.heights_m)) if known else None,

@@ -10,7 +10,7 @@ from service.parts.map_answers import DEM_ID, DemId
 from service.parts.points import Metres, PointIn, Positive, StrictModel
 from service.parts.sight import CurvatureChoice
 
-__all__ = ["PAIRS", "LineOptions", "LinesOfSightIn", "LinesOfSightParameters", "PairIn"]
+__all__ = ["FROM", "PAIRS", "TO", "LineOptions", "LinesOfSightIn", "LinesOfSightParameters", "PairIn"]
 
 SPEED_OF_LIGHT_M_PER_S = 299_792_458.0
 FROM: dict[str, JsonValue] = {"east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 80.0}

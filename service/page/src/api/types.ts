@@ -26,7 +26,7 @@ export interface Dem {
   readonly conversions: readonly string[];
   readonly warnings: readonly string[];
   readonly sha256: string;
-  /** Newer services tell it; without it the page knows the CRS from its code or WKT. */
+  readonly crs_wkt?: string | null;
   readonly crs_proj?: string | null;
 }
 

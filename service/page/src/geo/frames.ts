@@ -17,7 +17,7 @@ const UTM = /^EPSG:32([67])(\d\d)$/;
 
 /** The frame of a DEM; one without CRS, or whose CRS is not understood here, has no degrees. */
 export function frameOf(dem: Dem): Frame {
-  const definition = dem.crs_proj ?? definitionOf(dem.crs);
+  const definition = dem.crs_proj ?? dem.crs_wkt ?? definitionOf(dem.crs);
   if (definition === null) return NONE;
   let metres: ReturnType<typeof proj4.Proj>;
   try {

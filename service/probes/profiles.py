@@ -1,0 +1,83 @@
+"""Profiles: the ground under straight lines, the Fresnel zone round them, and where they are blocked."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from service.parts.map_facts import curvature_of
+from service.parts.point_arrays import points_in_grid
+from service.products.lines_of_sight.answer import BlockingPoint
+from service.products.lines_of_sight.calculate import WORDS
+from terrain import ElevationGrid
+from visibility import HIDDEN, Curvature, GroundProfile, LinesOfSight, fresnel_radius_m, lines_of_sight, profile
+
+from .answer import ProfileOut, ProfilesOut
+from .places import number
+from .request import ProfilesIn
+
+__all__ = ["profiles"]
+
+Floats = npt.NDArray[np.float64]
+MILLIMETRES = 3
+TINY_M = 1e-9
+
+
+def profiles(grid: ElevationGrid, asked: ProfilesIn) -> ProfilesOut:
+    """Answer about every line. Raises FrameError, VisibilityInputError."""
+    from_m = points_in_grid(grid, [pair.from_ for pair in asked.pairs], "pairs[{}].from")
+    to_m = points_in_grid(grid, [pair.to for pair in asked.pairs], "pairs[{}].to")
+    curvature = curvature_of(asked) or Curvature.of(grid)
+    lines = lines_of_sight(
+        grid, from_m, to_m, curvature=curvature, unknown=asked.unknown, wavelength_m=asked.wavelength_m
+    )
+    found = [
+        _profile(profile(grid, start, end, curvature=curvature), lines, line, math.dist(start[:2], end[:2]), asked)
+        for line, (start, end) in enumerate(zip(from_m, to_m, strict=True))
+    ]
+    return ProfilesOut.model_construct(profiles=found, curvature=curvature.sentence(), warnings=list(lines.warnings))
+
+
+def _profile(ground: GroundProfile, lines: LinesOfSight, line: int, reach_m: float, asked: ProfilesIn) -> ProfileOut:
+    """One line; reach_m: the horizontal distance between its ends."""
+    kept = _thinned(ground, asked.max_places)
+    distance_m = ground.distance_m[kept]
+    blocked = int(lines.verdict[line]) == HIDDEN and bool(np.isfinite(lines.blocking_point_m[line]).all())
+    radius_m = None
+    if asked.wavelength_m is not None and len(distance_m):
+        share = np.clip(distance_m / max(reach_m, TINY_M), 0.0, 1.0)
+        along_m = max(float(lines.distance_m[line]), TINY_M)
+        radius_m = fresnel_radius_m(asked.wavelength_m, share * along_m, (1.0 - share) * along_m)
+    east_m, north_m, altitude_m = lines.blocking_point_m[line].tolist()
+    return ProfileOut.model_construct(
+        verdict=WORDS[int(lines.verdict[line])],
+        clearance_m=number(lines.clearance_m[line]),
+        distance_m=np.round(distance_m, MILLIMETRES).tolist(),
+        ground_m=_column(ground.ground_m[kept]),
+        line_m=np.round(ground.line_m[kept], MILLIMETRES).tolist(),
+        fresnel_radius_m=None if radius_m is None else np.round(radius_m, MILLIMETRES).tolist(),
+        fresnel_clearance=None if lines.fresnel_clearance is None else number(lines.fresnel_clearance[line]),
+        blocking_point=BlockingPoint.model_construct(east_m=east_m, north_m=north_m, altitude_m=altitude_m)
+        if blocked
+        else None,
+        blocking_distance_m=float(lines.blocking_distance_m[line]) if blocked else None,
+    )
+
+
+def _thinned(ground: GroundProfile, most: int) -> npt.NDArray[np.intp]:
+    """Which places stay: both ends, and of each stretch between the one of least clearance, unknown ones first."""
+    places = len(ground.distance_m)
+    if places <= most:
+        return np.arange(places)
+    edges = np.linspace(1, places - 1, most - 1).astype(np.intp)
+    clearance_m = np.where(np.isnan(ground.clearance_m), -np.inf, ground.clearance_m)
+    inner = [start + int(np.argmin(clearance_m[start:end])) for start, end in pairwise(edges.tolist())]
+    return np.array([0, *inner, places - 1], np.intp)
+
+
+def _column(values: Floats) -> list[float | None]:
+    rounded = np.round(values, MILLIMETRES)
+    return [None if np.isnan(value) else value for value in rounded.tolist()]

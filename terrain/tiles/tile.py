@@ -1,0 +1,163 @@
+"""A tile: a DEM file known by its header alone, where it lies and how fine it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyproj
+import shapely
+from pyproj.enums import TransformDirection
+
+from terrain.array_files import npz_head
+from terrain.crs_texts import parse_crs
+from terrain.errors import DemUnsupportedError, GroundChangedError
+from terrain.formats import local_file, sniff_format
+from terrain.frames import body_of, degrees_to_crs, geodesics_of
+from terrain.raster_files import read_raster_head
+from terrain.raw import RawHead
+
+__all__ = ["Tile", "check_unchanged", "read_tile"]
+
+# points along each border: meridians bend on maps
+BORDER_POINTS = 9
+
+
+@dataclass(frozen=True)
+class Tile:
+    """What the header of a DEM file says.
+
+    x0, y0: centre of post (0, 0), row 0 northmost; step_x > 0 eastward and step_y > 0 southward, in units of the CRS.
+    cell_m: the ground that one cell covers at the middle, metres (geometric mean of both directions).
+    outline_deg: corners (lon, lat) of its outermost cells, longitudes running on over the antimeridian.
+    size_bytes, modified_ns: of the file when its header was read. from_grid: written by ``write_npz``.
+    """
+
+    path: str
+    size_bytes: int
+    modified_ns: int
+    driver: str
+    rows: int
+    cols: int
+    x0: float
+    y0: float
+    step_x: float
+    step_y: float
+    crs_text: str
+    vertical_datum: str | None
+    from_grid: bool
+    body: str
+    cell_m: float
+    outline_deg: tuple[tuple[float, float], ...]
+
+    @property
+    def name(self) -> str:
+        """The file's name, without folders."""
+        return Path(self.path).name
+
+    @property
+    def crs(self) -> pyproj.CRS:
+        """The CRS of its posts."""
+        return _crs(self.crs_text)
+
+    @cached_property
+    def outline(self) -> shapely.Polygon:
+        """The outline in degrees."""
+        return shapely.Polygon(self.outline_deg)
+
+    @property
+    def bounds_deg(self) -> tuple[float, float, float, float]:
+        """(west, south, east, north) of the outline."""
+        west, south, east, north = self.outline.bounds
+        return float(west), float(south), float(east), float(north)
+
+
+def read_tile(path: str | Path) -> Tile:
+    """The header of a DEM file; no height is read.
+
+    Raises DemReadError: as ``read_dem`` for what is no DEM, DemUnsupportedError for one that tells no place.
+    """
+    file = local_file(path)
+    found = file.stat()
+    driver = sniff_format(file)
+    if driver == "NPY":
+        raise DemUnsupportedError(f"{file.name} holds heights alone, so nothing tells where it lies.")
+    head = npz_head(file) if driver == "NPZ" else read_raster_head(file, driver)
+    if head.crs is None or head.crs.is_engineering:
+        raise DemUnsupportedError(f"{file.name} has no CRS, so nothing tells where it lies; write one into it.")
+    crs = head.crs
+    if not (crs.is_projected or crs.is_geographic):
+        raise DemUnsupportedError(f"{file.name} has the CRS {crs.name!r}, which is neither projected nor geographic.")
+    outline, cell_m = _placed(file.name, head, crs)
+    return Tile(
+        str(file), found.st_size, found.st_mtime_ns, driver, head.rows, head.cols,
+        head.x0, head.y0, head.step_x, head.step_y,
+        crs_text=_text_of(crs),
+        vertical_datum=head.vertical_datum,
+        from_grid=head.from_grid,
+        body=body_of(crs).name,
+        cell_m=cell_m,
+        outline_deg=outline,
+    )  # fmt: skip
+
+
+def check_unchanged(tile: Tile) -> None:
+    """Raises GroundChangedError where the file is gone, or has another size or time than when its header was read."""
+    try:
+        found = Path(tile.path).stat()
+    except OSError as error:
+        raise GroundChangedError(
+            f"The tile {tile.name} is not there any more; index the library again (sightline ground add)."
+        ) from error
+    if (found.st_size, found.st_mtime_ns) != (tile.size_bytes, tile.modified_ns):
+        raise GroundChangedError(
+            f"The tile {tile.name} was changed since it was indexed; index the library again (sightline ground add)."
+        )
+
+
+def _placed(name: str, head: RawHead, crs: pyproj.CRS) -> tuple[tuple[tuple[float, float], ...], float]:
+    """(outline in degrees, metres of ground that a cell covers). Raises DemUnsupportedError."""
+    x = head.x0 + head.step_x * np.linspace(-0.5, head.cols - 0.5, BORDER_POINTS)
+    y = head.y0 - head.step_y * np.linspace(-0.5, head.rows - 0.5, BORDER_POINTS)
+    if crs.is_geographic:  # straight from post to post
+        x, y = x[[0, -1]], y[[0, -1]]
+    top, bottom = np.full_like(x, y[0]), np.full_like(x, y[-1])
+    left, right = np.full_like(y, x[0]), np.full_like(y, x[-1])
+    ring_x = np.concatenate([x[:-1], right[:-1], x[:0:-1], left[:0:-1]])
+    ring_y = np.concatenate([top[:-1], y[:-1], bottom[:0:-1], y[:0:-1]])
+    lon, lat = _degrees(crs, ring_x, ring_y)
+    middle = head.x0 + head.step_x * (head.cols - 1) / 2.0, head.y0 - head.step_y * (head.rows - 1) / 2.0
+    at_lon, at_lat = _degrees(
+        crs,
+        middle[0] + head.step_x * np.array([-0.5, 0.5, 0.0, 0.0]),
+        middle[1] + head.step_y * np.array([0.0, 0.0, -0.5, 0.5]),
+    )
+    if not (np.isfinite(lon).all() and np.isfinite(lat).all() and np.isfinite(at_lon).all()):
+        raise DemUnsupportedError(f"{name} does not lie where its CRS {crs.name!r} is defined.")
+    _, _, ground_m = geodesics_of(crs).inv(at_lon[[0, 2]], at_lat[[0, 2]], at_lon[[1, 3]], at_lat[[1, 3]])
+    lon = np.unwrap(lon, period=360.0)
+    lon -= 360.0 * math.floor((float(lon.mean()) + 180.0) / 360.0)
+    lat = np.clip(lat, -90.0, 90.0)
+    return tuple((float(a), float(b)) for a, b in zip(lon, lat, strict=True)), math.sqrt(float(np.prod(ground_m)))
+
+
+def _degrees(
+    crs: pyproj.CRS, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    lon, lat = degrees_to_crs(crs).transform(x, y, direction=TransformDirection.INVERSE)
+    return np.asarray(lon), np.asarray(lat)
+
+
+def _text_of(crs: pyproj.CRS) -> str:
+    """The shortest text that means the same."""
+    code = crs.to_epsg(min_confidence=100)
+    return crs.to_wkt() if code is None or pyproj.CRS.from_epsg(code) != crs else f"EPSG:{code}"
+
+
+@lru_cache(maxsize=256)
+def _crs(text: str) -> pyproj.CRS:
+    return parse_crs(text)
