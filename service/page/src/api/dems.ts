@@ -4,7 +4,7 @@ import { ask, askJson, Refusal } from "./http";
 import type { Dem } from "./types";
 
 export const SAMPLES = ["jacksboro", "valley", "crater"] as const;
-/** So many posts are drawn at once; larger grounds come as every second or fourth post. */
+/** So many posts are drawn at once; larger grounds come as means of two by two or four by four. */
 const MOST_POSTS = 5_000_000;
 
 export async function listDems(): Promise<readonly Dem[]> {
@@ -34,7 +34,7 @@ export function upload(file: File, options: ReadingOptions): Promise<Dem> {
 }
 
 export interface Heights {
-  /** Every 2^level-th post. */
+  /** Each value is the mean of 2^level by 2^level posts. */
   readonly level: number;
   readonly rows: number;
   readonly cols: number;

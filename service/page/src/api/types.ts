@@ -131,10 +131,14 @@ export interface MorphingAnswer extends Summary {
   readonly above_ground_m: Readonly<Record<string, number | null>>;
 }
 
-export interface LineAnswer {
+export interface ProfileAnswer {
   readonly verdict: "clear" | "blocked" | "unknown";
   readonly clearance_m: number | null;
-  readonly distance_m: number;
-  readonly blocking_point: { readonly east_m: number; readonly north_m: number; readonly altitude_m: number } | null;
+  readonly distance_m: readonly number[];
+  readonly ground_m: readonly (number | null)[];
+  readonly line_m: readonly number[];
+  readonly fresnel_radius_m: readonly number[] | null;
   readonly fresnel_clearance: number | null;
+  readonly blocking_point: { readonly altitude_m: number } | null;
+  readonly blocking_distance_m: number | null;
 }

@@ -89,8 +89,9 @@ export function postAt(ground: Ground, row: number, col: number): number {
 export function heightAt(ground: Ground, place: Place): number {
   const { dem, heights } = ground;
   const step = 2 ** heights.level;
-  const x = (place.east_m - dem.bounds_of_posts_m.west) / (dem.cell_east_m * step);
-  const y = (dem.bounds_of_posts_m.north - place.north_m) / (dem.cell_north_m * step);
+  const middle = (step - 1) / 2;
+  const x = ((place.east_m - dem.bounds_of_posts_m.west) / dem.cell_east_m - middle) / step;
+  const y = ((dem.bounds_of_posts_m.north - place.north_m) / dem.cell_north_m - middle) / step;
   if (x < -0.5 || y < -0.5 || x > heights.cols - 0.5 || y > heights.rows - 0.5) return NaN;
   const [col, row] = [clamp(Math.floor(x), heights.cols - 2), clamp(Math.floor(y), heights.rows - 2)];
   const [u, v] = [Math.min(1, Math.max(0, x - col)), Math.min(1, Math.max(0, y - row))];
@@ -114,8 +115,9 @@ export function highestNear(ground: Ground, place: Place, withinM: number): Plac
   const { dem, heights } = ground;
   const step = 2 ** heights.level;
   const [acrossM, downM] = [dem.cell_east_m * step, dem.cell_north_m * step];
-  const col0 = (place.east_m - dem.bounds_of_posts_m.west) / acrossM;
-  const row0 = (dem.bounds_of_posts_m.north - place.north_m) / downM;
+  const west0 = dem.bounds_of_posts_m.west + ((step - 1) / 2) * dem.cell_east_m;
+  const north0 = dem.bounds_of_posts_m.north - ((step - 1) / 2) * dem.cell_north_m;
+  const [col0, row0] = [(place.east_m - west0) / acrossM, (north0 - place.north_m) / downM];
   let best: { height: number; row: number; col: number } | null = null;
   const [first, last] = [Math.ceil(row0 - withinM / downM), Math.floor(row0 + withinM / downM)];
   for (let row = Math.max(0, first); row <= Math.min(heights.rows - 1, last); row += 1) {
@@ -127,6 +129,5 @@ export function highestNear(ground: Ground, place: Place, withinM: number): Plac
     }
   }
   if (best === null) return null;
-  const { west, north } = dem.bounds_of_posts_m;
-  return { east_m: west + best.col * acrossM, north_m: north - best.row * downM };
+  return { east_m: west0 + best.col * acrossM, north_m: north0 - best.row * downM };
 }

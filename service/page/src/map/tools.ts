@@ -10,10 +10,11 @@ import type { Place } from "../api/types";
 import { contains } from "../geo/grid";
 import { newAnchor, type Ring } from "../mission/mission";
 import { acceptGhost } from "../products/placement";
-import { change, follow, ground, mission, mode, pinned, selected, tool, withAnchor } from "../state";
+import { accept, change, follow, ground, mission, mode, pinned, selected, tool, withAnchor } from "../state";
 import { anchorLayer, ghostLayer, placeLayer } from "./features";
 
 const TOUCHED: readonly unknown[] = [anchorLayer, placeLayer, ghostLayer];
+const PLACES = new Set(["start", "goal", "way-point"]);
 const SHAPES = new Set(["no-go", "keep-in", "area"]);
 
 /** A click is no finer than a tenth of a cell. */
@@ -29,6 +30,10 @@ export function followPointer(map: OlMap): void {
     const here = ground.peek();
     const place = rounded(event.coordinate);
     if (!here || !contains(here.extent, place) || SHAPES.has(tool.peek())) return;
+    if (PLACES.has(tool.peek())) {
+      use(place);
+      return;
+    }
     const [hit] = map.getFeaturesAtPixel(event.pixel, { layerFilter: (one) => one === anchorLayer || one === ghostLayer, hitTolerance: 4 });
     if (hit?.get("ghost") !== undefined) acceptGhost(String(hit.get("ghost")));
     else if (hit) selected.value = String((hit as Feature).getId());
@@ -45,6 +50,7 @@ export function followPointer(map: OlMap): void {
 }
 
 function use(place: Place): void {
+  accept("path");
   const { anchors, route } = mission.peek();
   switch (tool.peek()) {
     case "anchor": {

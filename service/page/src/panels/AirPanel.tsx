@@ -3,7 +3,7 @@ import { air, askForAir, flownAboveGroundM, isAirCurrent } from "../products/air
 import { attempt, busy, change, mission, overlay } from "../state";
 import { length, percent } from "../units";
 import { words } from "../words";
-import { Facts, Group, NumberField, Slider } from "./fields";
+import { Arriving, Facts, Group, NumberField, Slider } from "./fields";
 import { Sentences } from "./GroundPanel";
 import { Downloads } from "./PathPanel";
 
@@ -34,13 +34,13 @@ export function AirPanel() {
         />
       </Group>
       {now && (
-        <section class="group" id="air-answer">
+        <Arriving id="air-answer" of={now}>
           {!isAirCurrent() && <p class="stale-note">{words.airStale}</p>}
           <Facts rows={now.answer.states.filter(({ posts }) => posts > 0).map(({ state, share }) => [nameOf(state), percent(share)])} />
           {now.answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={now.answer.warnings} />}
           <p class="hint">{ui.trust(now.answer.mode, now.answer.error_statement, now.answer.curvature)}</p>
           <Downloads layers={now.downloads} />
-        </section>
+        </Arriving>
       )}
     </>
   );

@@ -6,7 +6,7 @@ import { surfaces } from "../products/surfaces";
 import { attempt, busy, change, follow, ground, mission, overlay } from "../state";
 import { figure, length, percent } from "../units";
 import { words } from "../words";
-import { Check, Facts, Group, NumberField, Select, Slider } from "./fields";
+import { Arriving, Check, Facts, Group, NumberField, Select, Slider } from "./fields";
 import { Sentences } from "./GroundPanel";
 
 const { ui } = words;
@@ -129,7 +129,7 @@ function FindMore() {
         {ui.find}
       </button>
       {found && (
-        <div id="found">
+        <Arriving id="found" of={found}>
           <p>
             <strong>{ui.placed(found.placed.length)}.</strong> {found.goal}.{" "}
             {ui.worth(percent(found.before_share), percent(found.value_share), percent(found.bound_share))}
@@ -154,7 +154,7 @@ function FindMore() {
               {ui.dismiss}
             </button>
           </div>
-        </div>
+        </Arriving>
       )}
     </Group>
   );

@@ -4,7 +4,7 @@ import { cancelPath, isPathCurrent, planned, planPath, remedy, STRIPS, stripShow
 import { attempt, busy, change, ground, mission, tool, type Tool } from "../state";
 import { distance, duration, figure, length } from "../units";
 import { words } from "../words";
-import { Check, Facts, Group, NumberField, Select } from "./fields";
+import { Arriving, Check, Facts, Group, NumberField, Select } from "./fields";
 import { Sentences } from "./GroundPanel";
 
 const { ui } = words;
@@ -88,7 +88,7 @@ function Answer({ path }: { path: PlannedPath }) {
   const { totals, unreachable, validation } = answer;
   const names = Object.fromEntries(STRIPS.map((name) => [name, words.strip[name]])) as typeof words.strip;
   return (
-    <section class="group" id="path-answer" aria-live="polite">
+    <Arriving id="path-answer" of={answer}>
       <h3>{answer.status === "found" ? words.pathFound : words.noPath}</h3>
       {!isPathCurrent() && <p class="stale-note">{ui.stale}</p>}
       <p>{answer.sentence}</p>
@@ -138,7 +138,7 @@ function Answer({ path }: { path: PlannedPath }) {
       )}
       {answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={answer.warnings} />}
       <Downloads layers={path.downloads} />
-    </section>
+    </Arriving>
   );
 }
 

@@ -1,6 +1,6 @@
 // Fields that commit a value once it is complete, and sliders that are followed while they move.
 import type { ComponentChildren } from "preact";
-import { useId } from "preact/hooks";
+import { useEffect, useId, useRef } from "preact/hooks";
 import { refuse, type Mode } from "../state";
 import { words } from "../words";
 
@@ -121,6 +121,17 @@ export function Facts({ rows }: { rows: readonly (readonly [string, string])[] }
         </div>
       ))}
     </dl>
+  );
+}
+
+/** An answer that comes into view when it arrives, however far down it stands. */
+export function Arriving({ id, of, children }: { id: string; of: unknown; children: ComponentChildren }) {
+  const at = useRef<HTMLDivElement>(null);
+  useEffect(() => at.current?.scrollIntoView({ block: "nearest" }), [of]);
+  return (
+    <div id={id} ref={at} class="group" aria-live="polite">
+      {children}
+    </div>
   );
 }
 

@@ -18,6 +18,8 @@ export interface Dilution {
 export const dilution = signal<Dilution | null>(null);
 export const dilutionTimesMs: number[] = [];
 const SETTLE_MS = 120;
+/** With fewer it depends on what is measured whether there is a fix; then the service is asked only on purpose. */
+const ENOUGH_FOR_ANY_FIX = 4;
 let running = false;
 let refusedKey = "";
 let settling: ReturnType<typeof setTimeout> | undefined;
@@ -32,7 +34,8 @@ interface Wanted {
 function wanted(): Wanted | null {
   const dem = ground.value?.dem;
   const { anchors, rover, positioning } = mission.value;
-  const looked = mode.value === "coverage" || overlay.value === "dilution" || overlay.value === "error";
+  const onMap = overlay.value === "dilution" || overlay.value === "error";
+  const looked = onMap || (mode.value === "coverage" && anchors.length >= ENOUGH_FOR_ANY_FIX);
   if (!dem || !looked || anchors.length === 0) return null;
   const body = {
     dem_id: dem.id,
