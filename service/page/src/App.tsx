@@ -2,7 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import "ol/ol.css";
 import "./planner.css";
-import { makeMap } from "./map/map";
+import { frameTimesMs, makeMap } from "./map/map";
 import { AirPanel } from "./panels/AirPanel";
 import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
 import { BriefPanel, openMission } from "./panels/BriefPanel";
@@ -16,6 +16,9 @@ import {
   attempt, busy, canRedo, canUndo, change, ground, mission, mode, type Mode, MODES, notice, overlay, redo, refusals,
   selected, tool, undo, withAnchor,
 } from "./state";
+import { dilutionTimesMs } from "./products/dilution";
+import { probeTimesMs } from "./products/probe";
+import { surfaceTimesMs } from "./products/surfaces";
 import { theme } from "./theme";
 import { unit } from "./units";
 import { words } from "./words";
@@ -55,12 +58,14 @@ export function App() {
         </span>
       </header>
       <main>
-        <MapArea />
-        <Layers />
-        <aside class="panel inspector" aria-label={ui.inspector}>
-          <Told />
-          <Panel />
-        </aside>
+        <div class="stage">
+          <MapArea />
+          <Layers />
+          <aside class="panel inspector" aria-label={ui.inspector}>
+            <Told />
+            <Panel />
+          </aside>
+        </div>
         <div class="below">
           <ReadoutBar />
           <ProfileDrawer />
@@ -72,7 +77,7 @@ export function App() {
 
 /** What was refused, what happened and what is being worked on: at the top of the inspector, always in view. */
 function Told() {
-  const refusal = refusals.value[mode.value] ?? Object.values(refusals.value)[0];
+  const refusal = refusals.value[mode.value] ?? refusals.value.anchors;
   return (
     <div class="told">
       <div role="alert">{refusal !== undefined && <p class="refusal" id="refusal">{refusal}</p>}</div>
@@ -89,7 +94,7 @@ function MapArea() {
   useEffect(() => {
     if (!target.current) return;
     const map = makeMap(target.current);
-    Object.assign(window, { planner: { map } });
+    Object.assign(window, { planner: { map, times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
     return () => map.setTarget(undefined);
   }, []);
   return (

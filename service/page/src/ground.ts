@@ -1,5 +1,6 @@
 // Taking a ground under the mission: what has a place on it stays, what has none is named.
-import { heightsOf } from "./api/dems";
+import { effect } from "@preact/signals";
+import { getDem, heightsOf } from "./api/dems";
 import type { Dem, Place } from "./api/types";
 import { frameOf } from "./geo/frames";
 import { contains, extentOf, makeGround } from "./geo/grid";
@@ -7,7 +8,7 @@ import { type Mission, moved } from "./mission/mission";
 import { air } from "./products/air";
 import { forgetPath } from "./products/path";
 import { dismissGhosts } from "./products/placement";
-import { change, cursor, ground, mission, notice, open, overlay, pinned, setBusy, tool } from "./state";
+import { attempt, busy, change, cursor, ground, mission, notice, open, overlay, pinned, setBusy, tool } from "./state";
 import { words } from "./words";
 
 let turn = 0;
@@ -37,6 +38,26 @@ export async function takeGround(request: Promise<Dem>, opened?: Mission): Promi
   } finally {
     if (mine === turn) setBusy("ground", undefined);
   }
+}
+
+/** Undo and redo may lead back to a mission on another ground, which is then taken again under it. */
+export function followGround(): void {
+  effect(() => {
+    const asked = mission.value.ground?.dem_id;
+    const here = ground.peek()?.dem.id;
+    if (asked === undefined || here === undefined || asked === here || "ground" in busy.peek()) return;
+    void attempt("ground", async () => {
+      setBusy("ground", null);
+      try {
+        const dem = await getDem(asked);
+        const heights = await heightsOf(dem);
+        [cursor.value, pinned.value, air.value, notice.value] = [null, null, null, ""];
+        ground.value = makeGround(dem, heights);
+      } finally {
+        setBusy("ground", undefined);
+      }
+    });
+  });
 }
 
 /** By degrees where both grounds lie on one body; else by the metres as they are; null beyond the new ground. */

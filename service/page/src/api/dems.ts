@@ -19,6 +19,16 @@ export function takeSample(name: string): Promise<Dem> {
   return askJson<Dem>(`/dems?sample=${encodeURIComponent(name)}`, { method: "POST" });
 }
 
+/** How many tiles the operator's ground library has. */
+export async function libraryTiles(): Promise<number> {
+  return (await askJson<{ features: readonly unknown[] }>("/ground")).features.length;
+}
+
+export function fromLibrary(area: { lon_deg: number; lat_deg: number; radius_m: number }): Promise<Dem> {
+  const headers = { "Content-Type": "application/json" };
+  return askJson<Dem>("/dems", { method: "POST", headers, body: JSON.stringify({ area }) });
+}
+
 export interface ReadingOptions {
   readonly crs?: string;
   readonly height_unit?: string;

@@ -131,6 +131,19 @@ export interface MorphingAnswer extends Summary {
   readonly above_ground_m: Readonly<Record<string, number | null>>;
 }
 
+export interface ProbeAnswer {
+  readonly points: readonly {
+    readonly anchors: readonly {
+      readonly id: string;
+      readonly verdict: "visible" | "hidden" | "unknown" | "out_of_reach";
+      readonly clearance_m: number | null;
+      readonly blocking_point: (Place & { readonly altitude_m: number }) | null;
+    }[];
+    readonly dilution: Readonly<Record<"gdop" | "pdop" | "hdop" | "vdop", number | null>> | null;
+    readonly position_sigma_m: number | null;
+  }[];
+}
+
 export interface ProfileAnswer {
   readonly verdict: "clear" | "blocked" | "unknown";
   readonly clearance_m: number | null;

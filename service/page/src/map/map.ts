@@ -65,7 +65,7 @@ function show(map: OlMap, here: Ground): void {
 /** The whole ground between the panels, which lie over the map on wide screens. */
 export function fit(map: OlMap, extent: readonly number[]): void {
   const wide = (map.getTargetElement()?.clientWidth ?? 0) > 760;
-  const padding = wide ? [24, 380, 60, 250] : [10, 10, 10, 10];
+  const padding = wide ? [20, 380, 40, 260] : [10, 10, 10, 10];
   map.getView().fit([...extent], { padding, size: map.getSize() ?? [800, 600] });
 }
 

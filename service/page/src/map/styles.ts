@@ -67,8 +67,9 @@ export function areaStyle(what: string): Style[] {
 
 export function pathStyle(colour: string): Style[] {
   return [
-    new Style({ stroke: new Stroke({ color: PAPER, width: 7 }) }),
-    new Style({ stroke: new Stroke({ color: colour, width: 4 }), zIndex: 1 }),
+    new Style({ stroke: new Stroke({ color: PAPER, width: 10 }) }),
+    new Style({ stroke: new Stroke({ color: INK, width: 7.5 }), zIndex: 1 }),
+    new Style({ stroke: new Stroke({ color: colour, width: 4.5 }), zIndex: 2 }),
   ];
 }
 

@@ -1,6 +1,6 @@
 // Anchors as text: a line typed or pasted, a CSV table, GeoJSON; metres of the DEM or degrees.
 import type { Place } from "../api/types";
-import type { Frame } from "../geo/frames";
+import type { Degrees, Frame } from "../geo/frames";
 import { contains, type Extent } from "../geo/grid";
 import { words } from "../words";
 import { type Anchor, newAnchor, nextId } from "./mission";
@@ -11,8 +11,13 @@ interface Around {
   readonly frame: Frame;
 }
 
-/** One place as people write it: "east north" in metres or "lat lon" in degrees, with or without letters. */
-export function placeOf(text: string, { extent, frame }: Around): Place {
+interface Written {
+  readonly value: number;
+  readonly towards: string | undefined;
+}
+
+/** The first two numbers of a text, negative towards south and west. Raises one sentence. */
+function twoNumbers(text: string): readonly [Written, Written] {
   const numbers = [...text.matchAll(/([-+−]?\d+(?:\.\d+)?)\s*°?\s*([NSEW])?/gi)].map(([, digits, letter]) => {
     const value = Number(String(digits).replace("−", "-"));
     const towards = letter?.toUpperCase();
@@ -20,12 +25,24 @@ export function placeOf(text: string, { extent, frame }: Around): Place {
   });
   const [first, second] = numbers;
   if (!first || !second) throw new Error(words.noPlaceIn(text));
+  return [first, second];
+}
+
+/** Latitude and longitude as people write them. Raises one sentence. */
+export function degreesOf(text: string): Degrees {
+  const [first, second] = twoNumbers(text);
+  const swapped = first.towards === "E" || first.towards === "W";
+  const [lat_deg, lon_deg] = swapped ? [second.value, first.value] : [first.value, second.value];
+  if (Math.abs(lat_deg) > 90 || Math.abs(lon_deg) > 360) throw new Error(words.outside(text));
+  return { lon_deg, lat_deg };
+}
+
+/** One place as people write it: "east north" in metres or "lat lon" in degrees, with or without letters. */
+export function placeOf(text: string, { extent, frame }: Around): Place {
+  const [first, second] = twoNumbers(text);
   const metres = { east_m: first.value, north_m: second.value };
   if (first.towards === undefined && contains(extent, metres)) return metres;
-  const swapped = first.towards === "E" || first.towards === "W";
-  const [lat, lon] = swapped ? [second.value, first.value] : [first.value, second.value];
-  if (Math.abs(lat) > 90 || Math.abs(lon) > 360) throw new Error(words.outside(text));
-  const place = frame.toMetres({ lon_deg: lon, lat_deg: lat });
+  const place = frame.toMetres(degreesOf(text));
   if (place === null) throw new Error(words.noDegrees);
   if (!contains(extent, place)) throw new Error(words.outside(text));
   return { east_m: Math.round(place.east_m * 100) / 100, north_m: Math.round(place.north_m * 100) / 100 };

@@ -7,6 +7,7 @@ import { attempt, change, ground, mission, tool } from "../state";
 import { distance, length, percent } from "../units";
 import { words } from "../words";
 import { Facts, Group, TextField } from "./fields";
+import { Library } from "./Library";
 
 const known = signal<readonly Dem[]>([]);
 const lastFile = signal<File | null>(null);
@@ -75,6 +76,7 @@ export function GroundPanel() {
         </label>
         {lastFile.value && <Reading file={lastFile.value} />}
       </Group>
+      <Library />
       {dem && <Read dem={dem} />}
       {dem && <Area />}
     </>

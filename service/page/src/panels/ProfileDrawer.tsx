@@ -3,6 +3,7 @@ import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { markedPlace, profile, type Profile } from "../products/profile";
+import { theme } from "../theme";
 import { fromMetres, unit } from "../units";
 import { words } from "../words";
 
@@ -16,7 +17,7 @@ export function ProfileDrawer() {
 
 function Drawer({ now }: { now: Profile }) {
   const at = useRef<HTMLDivElement>(null);
-  const feet = unit.value === "ft";
+  const looks = `${unit.value} ${theme.value}`;
   useEffect(() => {
     const target = at.current;
     if (!target) return;
@@ -28,7 +29,7 @@ function Drawer({ now }: { now: Profile }) {
       plot.destroy();
       markedPlace.value = null;
     };
-  }, [now, feet]);
+  }, [now, looks]);
   return (
     <section class="drawer" aria-label={words.ui.profile}>
       <div class="row">

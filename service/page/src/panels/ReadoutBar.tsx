@@ -1,8 +1,9 @@
 // What holds under the cursor, or at the pinned place: height, slope, both kinds of coordinates, who is in sight.
 import { type Readout, readoutAt, type Sight } from "../products/readout";
 import { profileTo, profileOfPath } from "../products/profile";
+import { type Probed, probed } from "../products/probe";
 import { pathLine } from "../products/path";
-import { attempt, cursor, mode, pinned } from "../state";
+import { attempt, cursor, mission, mode, pinned } from "../state";
 import { degrees, figure, length } from "../units";
 import { words } from "../words";
 
@@ -38,6 +39,9 @@ export function ReadoutBar() {
 
 function Told({ now }: { now: Readout }) {
   const { place, heightM, slopeDeg, dop, sight } = now;
+  const exact = probed.value?.place === place ? probed.value.answer : null;
+  const { measure } = mission.value.positioning;
+  const dilution = exact ? (exact.dilution?.[measure] ?? Infinity) : dop;
   return (
     <>
       <output>
@@ -54,15 +58,20 @@ function Told({ now }: { now: Readout }) {
       <output>
         {ui.slopeHere} {Number.isNaN(slopeDeg) ? "–" : `${slopeDeg.toFixed(1)}°`}
       </output>
-      {dop !== null && (
+      {dilution !== null && sight.length > 0 && (
         <output>
-          {ui.dopHere} {Number.isNaN(dop) ? words.unknown : figure(dop)}
+          {measure.toUpperCase()} {Number.isNaN(dilution) ? words.unknown : figure(dilution)}
+        </output>
+      )}
+      {exact && exact.position_sigma_m !== null && (
+        <output>
+          σ {length(exact.position_sigma_m, 2)}
         </output>
       )}
       <span class="sight">
         {sight.map((one) => (
           <span key={one.anchor.id} class={one.verdict} title={words.sightWords(one.verdict)}>
-            {SIGNS[one.verdict]} {one.anchor.id} {marginOf(one)}
+            {SIGNS[one.verdict]} {one.anchor.id} {marginOf(one, exact)}
           </span>
         ))}
       </span>
@@ -70,8 +79,11 @@ function Told({ now }: { now: Readout }) {
   );
 }
 
-function marginOf({ marginM }: Sight): string {
-  if (Number.isNaN(marginM)) return "";
+/** The clearance of the exact line once it is there; before that by how much a hidden anchor is hidden. */
+function marginOf({ marginM, verdict, anchor }: Sight, exact: Probed["answer"] | null): string {
+  const clearanceM = exact?.anchors.find(({ id }) => id === anchor.id)?.clearance_m;
+  if (clearanceM !== undefined && clearanceM !== null) return `${clearanceM >= 0 ? "+" : "−"}${length(Math.abs(clearanceM))}`;
+  if (Number.isNaN(marginM) || verdict === "seen") return "";
   if (marginM === -Infinity) return words.atNoHeight;
   return `${marginM >= 0 ? "+" : "−"}${length(Math.abs(marginM))}`;
 }
