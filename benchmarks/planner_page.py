@@ -29,9 +29,9 @@ ANCHORS, STEPS, SLIDER_S = 6, 10, 3.0
 NOTE = """\
 A rough fractal ground of 30 m cells in a local frame, as an upload; anchors 120 m above it; window 1500 by 1000,
 headless and without a graphics card, the service on the same machine. A drag moves one of 6 anchors in 10 steps: from a
-step to the first map that is newer, from letting go to the map of the last place. Slider: the antenna's height with all anchors in
-sight on the map, frames drawn in 3 s. Read-out: from resting the pointer to clearances, dilution and error from the
-service; height, slope and sight are there at once."""
+step to the first map that is newer, from letting go to the map of the last place. Slider: the antenna's height with all
+anchors in sight on the map, frames drawn in 3 s. Read-out: from resting the pointer to clearances, dilution and error
+from the service; height, slope and sight are there at once."""
 FRAMES = (
     "(async () => { const all = [...document.querySelectorAll('input[type=range]')]; "
     "const e = all.find((one) => one.max === '30'); "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ def install(app: FastAPI) -> None:
     app.mount("/page", _Files(directory=BUILT))
 
 
-def _document(name: str) -> Any:
+def _document(name: str) -> Callable[[Request], Awaitable[Response]]:
     async def document(request: Request) -> Response:
         return FileResponse(BUILT / name, headers=HEADERS)
 

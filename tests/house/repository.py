@@ -33,7 +33,7 @@ def project_files() -> list[Path]:
 
 
 def modules(package: str) -> Iterator[Path]:
-    """The package's modules, relative to the project's root; node's packages, which `make page` installs, are others'."""
+    """The package's modules, relative to the project's root, without what `make page` installs beside its sources."""
     found = (path.relative_to(ROOT) for path in sorted((ROOT / package).rglob("*.py")))
     return (path for path in found if "node_modules" not in path.parts)
 

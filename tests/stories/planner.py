@@ -46,8 +46,8 @@ def press_button(page: Browser, words: str) -> None:
 
 def field(page: Browser, label: str) -> str:
     """Selector of the field with that label."""
-    find = "[...document.querySelectorAll('.inspector label')].find((l) => l.textContent.trim().startsWith({label!r}))?.htmlFor"
-    name = page.until(find.format(label=label))
+    labels = "[...document.querySelectorAll('.inspector label')]"
+    name = page.until(f"{labels}.find((one) => one.textContent.trim().startsWith({label!r}))?.htmlFor")
     return f'[id="{name}"]'
 
 
