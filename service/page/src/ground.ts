@@ -1,5 +1,5 @@
 // Taking a ground under the mission: what has a place on it stays, what has none is named.
-import { effect } from "@preact/signals";
+import { batch, effect } from "@preact/signals";
 import { getDem, heightsOf } from "./api/dems";
 import type { Dem, Place } from "./api/types";
 import { frameOf } from "./geo/frames";
@@ -29,9 +29,12 @@ export async function takeGround(request: Promise<Dem>, opened?: Mission): Promi
     [cursor.value, pinned.value, air.value] = [null, null, null];
     forgetPath();
     dismissGhosts();
-    ground.value = makeGround(dem, heights);
-    if (opened) open({ ...kept, ground: reference });
-    else change({ ...kept, ground: reference });
+    const here = makeGround(dem, heights);
+    batch(() => {
+      ground.value = here;
+      if (opened) open({ ...kept, ground: reference });
+      else change({ ...kept, ground: reference });
+    });
     tool.value = "look";
     if (overlay.peek() === "air") overlay.value = "none";
     notice.value = lost.length > 0 ? words.lostOnNewGround(lost) : "";
@@ -45,7 +48,13 @@ export function followGround(): void {
   effect(() => {
     const asked = mission.value.ground?.dem_id;
     const here = ground.peek()?.dem.id;
-    if (asked === undefined || here === undefined || asked === here || "ground" in busy.peek()) return;
+    if (asked === here || "ground" in busy.peek()) return;
+    if (asked === undefined) {
+      ground.value = null;
+      return;
+    }
+    // the page that has just opened takes the ground of its mission by itself
+    if (here === undefined) return;
     void attempt("ground", async () => {
       setBusy("ground", null);
       try {

@@ -30,6 +30,11 @@ const history = signal<History<Mission>>(begin(NEW_MISSION));
 export const mission = computed(() => history.value.present);
 export const canUndo = computed(() => history.value.past.length > 0);
 export const canRedo = computed(() => history.value.future.length > 0);
+/** The DEM that both the map and the mission stand on; null while one of them is being changed. */
+export const dem = computed(() => {
+  const here = ground.value?.dem;
+  return here && mission.value.ground?.dem_id === here.id ? here : null;
+});
 let beforeDrag: Mission | null = null;
 
 export function change(next: Partial<Mission>): void {

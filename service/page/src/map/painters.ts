@@ -57,7 +57,7 @@ export function painting(looked: Looked): Painting | null {
   }
 }
 
-/** 1 in sight, 0 hidden, NaN unknown. */
+/** 1 in sight, 0 hidden, NaN unknown; heights rounded to float32 as the service has them give the service's verdict. */
 export function seenAt(surface: Surface, index: number, receiverAltitudeM: number): number {
   const least = surface.altitudeM[index] as number;
   if (surface.seen?.[index] === 0) return 0;
@@ -73,7 +73,7 @@ function countPainting({ ground, surfaces, receiverM }: Looked): Painting {
     label: words.anchorsInSight(count),
   }));
   const classAt = (row: number, col: number): number => {
-    const receiver = (heightsM[postAt(ground, row, col)] as number) + receiverM;
+    const receiver = Math.fround((heightsM[postAt(ground, row, col)] as number) + receiverM);
     const index = row * cols + col;
     let [seen, unknown] = [0, 0];
     for (const surface of surfaces) {
@@ -93,7 +93,7 @@ function onePainting({ ground, receiverM }: Looked, surface: Surface): Painting 
     { colour: countColour(1, 1), label: words.inSight },
   ];
   const classAt = (row: number, col: number): number => {
-    const receiver = (heightsM[postAt(ground, row, col)] as number) + receiverM;
+    const receiver = Math.fround((heightsM[postAt(ground, row, col)] as number) + receiverM);
     const seen = seenAt(surface, row * ground.dem.cols + col, receiver);
     return Number.isNaN(seen) ? UNKNOWN : seen;
   };
@@ -107,7 +107,7 @@ function marginPainting({ ground, surfaces, receiverM }: Looked): Painting {
     title: words.overlay.margin,
     entries: entriesOf(MARGIN_STEPS, (value) => `${fromMetres(value).toFixed(0)} ${unit.value}`),
     classAt: (row, col) => {
-      const receiver = (heightsM[postAt(ground, row, col)] as number) + receiverM;
+      const receiver = Math.fround((heightsM[postAt(ground, row, col)] as number) + receiverM);
       const index = row * ground.dem.cols + col;
       let best = NaN;
       for (const surface of surfaces) {

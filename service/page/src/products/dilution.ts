@@ -4,7 +4,7 @@ import { layer, passing } from "../api/jobs";
 import type { DopAnswer } from "../api/types";
 import { rasterAt } from "../geo/rasters";
 import { anchorBody } from "../mission/mission";
-import { accept, ground, mission, mode, overlay, refuse, setBusy } from "../state";
+import { accept, dem, mission, mode, overlay, refuse, setBusy } from "../state";
 
 export interface Dilution {
   readonly key: string;
@@ -32,13 +32,13 @@ interface Wanted {
 
 /** The question as it stands; null where nobody asks, or nothing can be ranged to. */
 function wanted(): Wanted | null {
-  const dem = ground.value?.dem;
+  const here = dem.value;
   const { anchors, rover, positioning } = mission.value;
   const onMap = overlay.value === "dilution" || overlay.value === "error";
   const looked = onMap || (mode.value === "coverage" && anchors.length >= ENOUGH_FOR_ANY_FIX);
-  if (!dem || !looked || anchors.length === 0) return null;
+  if (!here || !looked || anchors.length === 0) return null;
   const body = {
-    dem_id: dem.id,
+    dem_id: here.id,
     anchors: anchors.map(anchorBody),
     receiver_above_ground_m: rover.receiver_above_ground_m,
     kind: positioning.kind,
@@ -63,7 +63,7 @@ export function watchDilution(): void {
     if (now) settling = setTimeout(() => void askFor(), overlay.peek() === "dilution" ? 0 : SETTLE_MS);
   });
   effect(() => {
-    if (dilution.peek() && !dilution.peek()?.key.includes(ground.value?.dem.id ?? " ")) dilution.value = null;
+    if (dilution.peek() && !dilution.peek()?.key.includes(dem.value?.id ?? " ")) dilution.value = null;
   });
 }
 
@@ -77,7 +77,7 @@ async function askFor(): Promise<void> {
     const found = await read(now);
     dilutionTimesMs.push(performance.now() - begun);
     accept("coverage");
-    if (ground.peek()?.dem.id === now.body["dem_id"]) dilution.value = found;
+    if (dem.peek()?.id === now.body["dem_id"]) dilution.value = found;
   } catch (error) {
     refusedKey = now.key;
     refuse("coverage", error);

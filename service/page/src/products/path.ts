@@ -31,7 +31,7 @@ export interface PlannedPath {
 }
 
 export const planned = signal<PlannedPath | null>(null);
-export const stripShown = signal<Strip>("sight");
+export const stripShown = signal<Strip>("dilution");
 export const pathLine = signal<readonly Vertex[]>([]);
 export const blockedAt = signal<Place | null>(null);
 export const markedVertex = signal<Vertex | null>(null);

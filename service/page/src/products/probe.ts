@@ -4,7 +4,7 @@ import { effect, signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import type { Place, ProbeAnswer } from "../api/types";
 import { anchorBody } from "../mission/mission";
-import { cursor, ground, mission, pinned } from "../state";
+import { cursor, dem, mission, pinned } from "../state";
 
 export interface Probed {
   readonly place: Place;
@@ -21,14 +21,14 @@ let asking: AbortController | null = null;
 export function watchProbes(): void {
   effect(() => {
     const place = pinned.value ?? cursor.value;
-    const dem = ground.value?.dem;
+    const here = dem.value;
     const { anchors, rover, positioning } = mission.value;
     probed.value = null;
     clearTimeout(resting);
     asking?.abort();
-    if (!place || !dem || anchors.length === 0) return;
+    if (!place || !here || anchors.length === 0) return;
     const body = {
-      dem_id: dem.id,
+      dem_id: here.id,
       points: [{ east_m: place.east_m, north_m: place.north_m }],
       anchors: anchors.map(anchorBody),
       receiver_above_ground_m: rover.receiver_above_ground_m,

@@ -56,7 +56,7 @@ export function sightOf(place: Place): Sight[] {
 function sightOfOne(here: Ground, anchor: Anchor, place: Place, index: number): Sight | null {
   const surface = surfaces.value.get(anchor.id);
   if (!surface || !isCurrent(here.dem, anchor)) return null;
-  const receiverM = heightAtPost(here, index) + mission.value.rover.receiver_above_ground_m;
+  const receiverM = Math.fround(heightAtPost(here, index) + mission.value.rover.receiver_above_ground_m);
   const marginM = receiverM - (surface.altitudeM[index] as number);
   const outOfReach = surface.seen?.[index] === 0;
   const verdict = Number.isNaN(marginM) ? "unknown" : marginM >= 0 && !outOfReach ? "seen" : "hidden";

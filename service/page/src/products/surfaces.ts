@@ -5,7 +5,7 @@ import { layer, passing } from "../api/jobs";
 import type { Dem, Summary, VisibilityAnswer } from "../api/types";
 import { rasterAt } from "../geo/rasters";
 import { type Anchor, anchorBody, isLimited } from "../mission/mission";
-import { accept, ground, mission, refuse, setBusy } from "../state";
+import { accept, dem, mission, refuse, setBusy } from "../state";
 
 export interface Surface {
   readonly key: string;
@@ -25,60 +25,60 @@ const asked = new Set<string>();
 const refused = new Map<string, string>();
 let settling: ReturnType<typeof setTimeout> | undefined;
 
-function keyOf(dem: Dem, anchor: Anchor): string {
+function keyOf(on: Dem, anchor: Anchor): string {
   const receiver = isLimited(anchor) ? mission.value.rover.receiver_above_ground_m : null;
-  return JSON.stringify([dem.id, anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver]);
+  return JSON.stringify([on.id, anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver]);
 }
 
-export function isCurrent(dem: Dem, anchor: Anchor): boolean {
-  return surfaces.value.get(anchor.id)?.key === keyOf(dem, anchor);
+export function isCurrent(on: Dem, anchor: Anchor): boolean {
+  return surfaces.value.get(anchor.id)?.key === keyOf(on, anchor);
 }
 
 export function watchSurfaces(): void {
   effect(() => {
     const { anchors, rover } = mission.value;
-    const dem = ground.value?.dem;
-    if (rover.receiver_above_ground_m < 0 || !dem) return;
-    forget(dem, anchors);
+    const here = dem.value;
+    if (rover.receiver_above_ground_m < 0 || !here) return;
+    forget(here, anchors);
     // a slider of limited anchors waits until it rests; a drag does not wait
     clearTimeout(settling);
-    if (anchors.some((one) => isLimited(one) && !isCurrent(dem, one))) settling = setTimeout(askNext, SETTLE_MS);
+    if (anchors.some((one) => isLimited(one) && !isCurrent(here, one))) settling = setTimeout(askNext, SETTLE_MS);
     else askNext();
   });
 }
 
-function forget(dem: Dem, anchors: readonly Anchor[]): void {
+function forget(on: Dem, anchors: readonly Anchor[]): void {
   const ids = new Set(anchors.map((anchor) => anchor.id));
-  const stays = [...surfaces.peek()].filter(([id, one]) => ids.has(id) && one.key.includes(dem.id));
+  const stays = [...surfaces.peek()].filter(([id, one]) => ids.has(id) && one.key.includes(on.id));
   if (stays.length !== surfaces.peek().size) surfaces.value = new Map(stays);
-  const keys = new Set(anchors.map((anchor) => keyOf(dem, anchor)));
+  const keys = new Set(anchors.map((anchor) => keyOf(on, anchor)));
   for (const key of refused.keys()) if (!keys.has(key)) refused.delete(key);
   if (refused.size === 0) accept("anchors");
 }
 
 function askNext(): void {
-  const dem = ground.peek()?.dem;
-  if (!dem) return;
+  const here = dem.peek();
+  if (!here) return;
   for (const anchor of mission.peek().anchors) {
     if (asked.size >= AT_ONCE) return;
-    if (asked.has(anchor.id) || isCurrent(dem, anchor) || refused.has(keyOf(dem, anchor))) continue;
-    void askFor(dem, anchor);
+    if (asked.has(anchor.id) || isCurrent(here, anchor) || refused.has(keyOf(here, anchor))) continue;
+    void askFor(here, anchor);
   }
 }
 
-async function askFor(dem: Dem, anchor: Anchor): Promise<void> {
-  const key = keyOf(dem, anchor);
+async function askFor(on: Dem, anchor: Anchor): Promise<void> {
+  const key = keyOf(on, anchor);
   asked.add(anchor.id);
   setBusy("visibility", null);
   const begun = performance.now();
   try {
-    const surface = await read(dem, anchor, key);
+    const surface = await read(on, anchor, key);
     surfaceTimesMs.push(performance.now() - begun);
-    const stillThere = ground.peek()?.dem.id === dem.id && mission.peek().anchors.some((one) => one.id === anchor.id);
+    const stillThere = dem.peek()?.id === on.id && mission.peek().anchors.some((one) => one.id === anchor.id);
     if (stillThere) surfaces.value = new Map(surfaces.peek()).set(anchor.id, surface);
   } catch (error) {
     refused.set(key, anchor.id);
-    if (mission.peek().anchors.some((one) => keyOf(dem, one) === key)) refuse("anchors", error);
+    if (dem.peek()?.id === on.id && mission.peek().anchors.some((one) => keyOf(on, one) === key)) refuse("anchors", error);
     const others = new Map(surfaces.peek());
     others.delete(anchor.id);
     surfaces.value = others;
@@ -89,9 +89,9 @@ async function askFor(dem: Dem, anchor: Anchor): Promise<void> {
   }
 }
 
-function read(dem: Dem, anchor: Anchor, key: string): Promise<Surface> {
+function read(on: Dem, anchor: Anchor, key: string): Promise<Surface> {
   const body = {
-    dem_id: dem.id,
+    dem_id: on.id,
     anchors: [anchorBody(anchor)],
     receiver_above_ground_m: mission.peek().rover.receiver_above_ground_m,
     mode: "fast",
