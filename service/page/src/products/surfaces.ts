@@ -52,8 +52,10 @@ function forget(on: Dem, anchors: readonly Anchor[]): void {
   const stays = [...surfaces.peek()].filter(([id, one]) => ids.has(id) && one.key.includes(on.id));
   if (stays.length !== surfaces.peek().size) surfaces.value = new Map(stays);
   const keys = new Set(anchors.map((anchor) => keyOf(on, anchor)));
+  const told = refused.size > 0;
   for (const key of refused.keys()) if (!keys.has(key)) refused.delete(key);
-  if (refused.size === 0) accept("anchors");
+  // what was refused of an anchor is over once no such anchor is left; other refusals stay
+  if (told && refused.size === 0) accept("anchors");
 }
 
 function askNext(): void {
