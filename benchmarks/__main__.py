@@ -33,6 +33,7 @@ from . import (
     path_benefit,
     placing,
     placing_baselines,
+    planner_page,
     planning,
     plans_over_http,
     report,
@@ -73,6 +74,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "ground": (ground.tiles_to_map, ground.probes),
+    "page": (planner_page.planner,),
     "attacks": (attacks.health_under_attack,),
     "detectors": (detector_streams.streams,),
     "detection": (
