@@ -20,12 +20,11 @@ from .asking.options import (
     RangeSigma,
     Reading,
     RequestFile,
-    SatelliteOptions,
     SightOptions,
     option,
-    sources_table,
     told,
 )
+from .asking.satellites import SatelliteOptions, sources_table
 from .output import facts_table
 
 if TYPE_CHECKING:

@@ -19,13 +19,11 @@ from .asking.options import (
     PositioningOptions,
     Reading,
     RequestFile,
-    SatelliteOptions,
     SightOptions,
-    nothing_to_range_to,
     option,
-    sources_table,
     told,
 )
+from .asking.satellites import SatelliteOptions, nothing_to_range_to, sources_table
 from .output import facts_table, share_text
 
 if TYPE_CHECKING:

@@ -24,12 +24,12 @@ from .asking.options import (
     RangeSigma,
     Reading,
     RequestFile,
-    SatelliteOptions,
     TerrainFrame,
     Unknown,
     option,
     told,
 )
+from .asking.satellites import SatelliteOptions
 from .output import facts_table
 
 if TYPE_CHECKING:

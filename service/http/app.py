@@ -25,6 +25,7 @@ from .body_limit import BodyLimit, body_limits
 from .context import Service
 from .dems import ground
 from .dems import router as dems
+from .detector_streams import router as detector_streams
 from .detectors import detections
 from .detectors import router as detectors
 from .meta import describe, health_routes, problem_routes, tags_of
@@ -107,6 +108,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     for router in routers:
         allow_head(router)
         app.include_router(router)
+    app.include_router(detector_streams)
     install_web_page(app)
     answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]

@@ -15,8 +15,7 @@ from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
 from service.products.visibility.request import VisibilityMapParameters
 from terrain import open_dem
 
-from .asking.options import Output, Reading
-from .output import (
+from ..output import (
     leaving_nothing_new,
     output_folder,
     print_json,
@@ -25,6 +24,7 @@ from .output import (
     progress_bar,
     share_text,
 )
+from .options import Output, Reading
 
 __all__ = ["make_map_by_windows"]
 
