@@ -61,8 +61,8 @@ def make_large_map(
 
     work: progress, stop (nothing is left behind then), and the scheduler of a Dask cluster whose workers read their own
     windows; the raster and the folder must lie where they see them.
-    Raises RequestError (no range limit, an area, more memory or disk than there is), DemReadError, AnchorError, ClusterError,
-    VisibilityInputError, VerticalDatumError, FrameError.
+    Raises RequestError (no range limit, an area, more memory or disk than there is), DemReadError, AnchorError,
+    ClusterError, VisibilityInputError, VerticalDatumError, FrameError.
     """
     started_s = time.perf_counter()
     work = work or Work()
