@@ -198,7 +198,9 @@ async def get_heights(
     dem_id: str,
     request: Request,
     service: ServiceDep,
-    level: Annotated[int, Query(ge=0, description="Resolution level, a number; 0 holds the posts themselves.")] = 0,
+    level: Annotated[
+        int, Query(ge=0, le=1000, description="Resolution level, a number; 0 holds the posts themselves.")
+    ] = 0,
 ) -> Response:
     """Altitudes in metres: float32, little-endian, rows from the north, NaN where unknown; `/levels` tells the size.
 
