@@ -102,6 +102,8 @@ def _head(file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_ba
     at = band - 1
     if dataset.dtypes[at].startswith("complex"):
         raise DemUnsupportedError(f"{name} holds complex numbers, not heights.")
+    if dataset.driver == "AAIGrid":
+        check_ascii_header(file)
     scale, offset = float(dataset.scales[at]), float(dataset.offsets[at])
     if not (math.isfinite(scale) and math.isfinite(offset)) or scale == 0.0:
         raise DemUnsupportedError(
@@ -182,7 +184,6 @@ def _check_size(file: Path, dataset: Any, head: RawHead, window: PostWindow | No
             raise DemFormatError(
                 f"{file.name} is cut short: {head.rows} × {head.cols} heights do not fit into {file_bytes:,} bytes."
             )
-        check_ascii_header(file)
         check_ascii_values(file, head.rows, head.cols)
 
 

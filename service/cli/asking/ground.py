@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import JsonValue
-
 from service.errors import RequestError
 
 from ..output import progress_bar
@@ -22,6 +20,7 @@ from .options import GROUP, Reading, option, told
 
 if TYPE_CHECKING:
     from service.parts.areas import AnyArea
+    from service.parts.geojson_reading import Fields
     from service.settings import Settings
     from terrain import Area, ElevationGrid
 
@@ -29,7 +28,6 @@ __all__ = ["LIBRARY_WORD", "AreaOptions", "Margin", "area_asked", "read_tiles"]
 
 LIBRARY_WORD = "@ground"
 RADIUS = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*(km|m)?")
-Fields = dict[str, JsonValue]
 Margin = Annotated[
     float | None, option("Read only so far around the area, metres: ground that hides it.", "M", "--margin")
 ]
