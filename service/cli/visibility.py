@@ -80,7 +80,7 @@ def visibility(
     if scheduler is not None and not windows:
         raise RequestError("--scheduler goes with --windows.")
     if windows and margin_m is not None:
-        raise RequestError("--margin-m goes with an area, which a map by windows does not take.")
+        raise RequestError("--margin goes with an area, which a map by windows does not take.")
     asked: BaseModel | Path | None = request
     if asked is None:
         placed = anchors.read()

@@ -93,6 +93,7 @@ def read_uploaded_dem(context: TaskContext, arguments: ReadDemArguments) -> Mapp
         height_unit=options.get("height_unit"),
         band=options.get("band"),
         cell_m=options.get("cell_m"),
+        vertical_datum=options.get("vertical_datum"),
         max_cells=context.settings.max_dem_cells,
     )
     save_grid(grid, context.work)

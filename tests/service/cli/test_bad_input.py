@@ -22,7 +22,7 @@ HOLE = f"D1,{WEST_M + 270},{NORTH_M - 100},12agl"
 BAD_LINES = [
     (["--anchor", "D1"], "--anchor 'D1' is not of the form ID,EAST,NORTH,HEIGHT"),
     (["--anchor", "D1,1,2"], "is not of the form"),
-    (["--anchor", "D1,1,2,80"], "HEIGHT like 80agl (above ground) or 612msl (altitude)"),
+    (["--anchor", "D1,1,2,80"], "HEIGHT like 80agl (above ground), 612msl (sea level) or 650hae"),
     (["--anchor", "D1,1,2,agl"], "is not of the form"),
     (["--anchor", "D1,a,2,80agl"], "is not of the form"),
     (["--anchor", "D1,1,2,80agl,5"], "is not of the form"),
