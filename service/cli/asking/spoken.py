@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 __all__ = ["spoken"]
 
@@ -44,7 +44,7 @@ def spoken(sentence: str) -> str:
         return sentence
     for written, said in PHRASES:
         sentence = sentence.replace(written, said)
-    options = _options_of(words[0])
+    options = _options_of(words)
 
     def said_for(found: re.Match[str]) -> str:
         text, number = found[0], found["number"]
@@ -67,14 +67,21 @@ def _leads(sentence: str, found: re.Match[str]) -> bool:
     return after.startswith(":") and (not before or before.endswith(": "))
 
 
-def _options_of(command: str) -> Mapping[str, str]:
-    """What stands for each field of a command's requests: its option, as people type it."""
+def _options_of(words: Sequence[str]) -> Mapping[str, str]:
+    """What stands for each field of a command's requests: its option, as people type it. words: of the whole line."""
     from ..app import COMMANDS, command_line
 
+    command, rest = words[0], words[1:]
     if command not in COMMANDS:
         return {}
+    line = command_line()[command]
+    if line.default_command is None:
+        # one of several, such as `store check`
+        if not rest or rest[0] not in tuple(line):
+            return {}
+        line = line[rest[0]]
     named: dict[str, str] = {}
-    for argument in command_line()[command].assemble_argument_collection():
+    for argument in line.assemble_argument_collection():
         if argument.name.startswith("--"):
             field = argument.field_info.name
             named[field] = f"{named[field]} or {argument.name}" if field in named else argument.name

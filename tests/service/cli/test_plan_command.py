@@ -152,15 +152,15 @@ def bad(tmp_path, name, text):
             "The start cannot be stood on: unknown ground; the nearest allowed place with a way to the goal is",
         ),
         (("--start", place(START), "--goal", place(START)), "same place, so there is no path to plan."),
-        ((*WEST, "--time-limit", 0), "budget.seconds"),
-        ((*WEST, "--iterations", 0), "budget.iterations"),
+        ((*WEST, "--time-limit", 0), "--time-limit: Input should be greater than 0"),
+        ((*WEST, "--iterations", 0), "--iterations: Input should be greater"),
         (
             (*WEST, "--min-anchors", 3),
             "Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map",
         ),
         ((*WEST, *ANCHORS, "--min-anchors", 5), "5 anchors in sight are asked for, and there are only 4."),
         ((*WEST, *ANCHORS, "--dop-limit", 0.01), "dilution"),
-        ((*WEST, "--max-slope", 95), "rover.max_slope_deg"),
+        ((*WEST, "--max-slope", 95), "--max-slope: Input should be less than or equal to 90"),
         ((*WEST, "--weight", "speed=3"), "--weight 'speed=3' is not one of length, climb, time, dop, out_of_sight"),
         ((*WEST, "--weight", "climb"), "--weight 'climb' is not of the form NAME=NUMBER."),
         ((*WEST, "--no-go", "missing.geojson"), "The file 'missing.geojson' cannot be read"),
@@ -198,7 +198,7 @@ def test_bad_input_ends_with_one_sentence_and_exit_code_2(sightline, dem_file, w
                     "coordinates": [[[4e5, 3.8e6], [400100, 3799900], [400100, 3800000], [4e5, 3799900], [4e5, 3.8e6]]],
                 }
             ),
-            "no_go[0] is no polygon: Self-intersection",
+            "--no-go (number 1) is no polygon: Self-intersection",
         ),
     ],
 )

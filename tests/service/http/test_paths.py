@@ -196,4 +196,4 @@ def test_where_the_rover_cannot_stand_programs_read_why_and_what_is_nearest(
 def test_no_anchor_in_sight_anywhere_is_told(server: Server, ground: dict[str, Any]) -> None:
     far = [{"id": "F", **at(-900.0, 305.0), "altitude_m": 200.0, "max_range_m": 250.0}]
     answer = asked(server, ground, anchors=far, limits={"min_anchors": 1}, no_go=[NO_GO])
-    assert_problem(answer, 422, "no-coverage", "Nowhere on the map")
+    assert_problem(answer, 422, "no-coverage", "No place on the map has 1 anchor in sight")
