@@ -45,7 +45,8 @@ def line(tmp_path):
 
 
 def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_path):
-    done = sightline("place", dem_file, "--count", 3, *LATTICE, "--out", tmp_path / "out", "--json")
+    words = (*LATTICE, "--vertical-datum", "EGM96", "--out", tmp_path / "out", "--json")
+    done = sightline("place", dem_file, "--count", 3, *words)
     assert (done.code, done.stderr) == (0, "")
     told = json.loads(done.stdout)
     grid = read_dem(str(dem_file))
@@ -98,7 +99,8 @@ def test_anchors_keep_their_longest_range_and_error_in_either_file(sightline, de
 
 
 def test_the_beacons_parameters_name_the_origin_and_each_beacon(sightline, dem_file, tmp_path):
-    done = sightline("place", dem_file, "--count", 2, *LATTICE, "--out", tmp_path, "--json")
+    words = (*LATTICE, "--vertical-datum", "EGM96", "--out", tmp_path, "--json")
+    done = sightline("place", dem_file, "--count", 2, *words)
     first, second = json.loads(done.stdout)["placed"]
     lines = (tmp_path / "beacons.parm").read_text().splitlines()
     settings = dict(line.split(",") for line in lines if not line.startswith("#"))
