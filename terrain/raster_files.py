@@ -71,7 +71,8 @@ def read_raster(
     """
     check_stated_crs(file, driver)
     with _opened(file, driver) as dataset:
-        return _read(file, dataset, _head(file, dataset, cell_m, band), window, max_cells)
+        _check_size(file, dataset, band, window, max_cells)
+        return _read(file, dataset, _head(file, dataset, cell_m, band), window)
 
 
 @contextmanager
@@ -136,8 +137,9 @@ def _head(file: Path, dataset: Any, cell_m: tuple[float, float] | None, asked_ba
     )  # fmt: skip
 
 
-def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None, max_cells: int) -> RawDem:
-    _check_size(file, dataset, head, window, max_cells)
+def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None) -> RawDem:
+    if dataset.driver == "AAIGrid":
+        check_ascii_values(file, head.rows, head.cols)
     at, band = head.band - 1, head.band
     chosen = PostWindow(0, head.rows - 1, 0, head.cols - 1) if window is None else window
     first_row = head.rows - 1 - chosen.last_row if head.south_up else chosen.first_row
@@ -169,22 +171,21 @@ def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None, ma
     )  # fmt: skip
 
 
-def _check_size(file: Path, dataset: Any, head: RawHead, window: PostWindow | None, max_cells: int) -> None:
+def _check_size(file: Path, dataset: Any, band: int | None, window: PostWindow | None, max_cells: int) -> None:
     """Before any pixel is read. Raises DemFormatError, DemTooLargeError."""
-    file_bytes, value_bytes = file.stat().st_size, np.dtype(dataset.dtypes[head.band - 1]).itemsize
-    rows, cols = (head.rows, head.cols) if window is None else window.shape
+    at = band - 1 if band is not None and 1 <= band <= dataset.count else 0
+    kind = dataset.dtypes[at] if dataset.dtypes[at] != "complex_int16" else "complex64"
+    file_bytes, value_bytes = file.stat().st_size, np.dtype(kind).itemsize
+    rows, cols = (dataset.height, dataset.width) if window is None else window.shape
     weighed = file_bytes if window is None else None
     check_declared_size(file.name, rows, cols, max_cells=max_cells, bytes_per_value=value_bytes, file_bytes=weighed)
     if window is not None:  # a block is unpacked whole, whatever part of it is wanted
         block = f"A block of {file.name}"
-        sides = dataset.block_shapes[head.band - 1]
+        sides = dataset.block_shapes[at]
         check_declared_size(block, *sides, max_cells=max_cells, bytes_per_value=value_bytes, file_bytes=file_bytes)
-    if dataset.driver == "AAIGrid":
-        if head.rows * head.cols * 2 > file_bytes + 1:
-            raise DemFormatError(
-                f"{file.name} is cut short: {head.rows} × {head.cols} heights do not fit into {file_bytes:,} bytes."
-            )
-        check_ascii_values(file, head.rows, head.cols)
+    if dataset.driver == "AAIGrid" and dataset.height * dataset.width * 2 > file_bytes + 1:
+        heights = f"{dataset.height} × {dataset.width} heights"
+        raise DemFormatError(f"{file.name} is cut short: {heights} do not fit into {file_bytes:,} bytes.")
 
 
 class _Notes:
