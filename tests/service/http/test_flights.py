@@ -20,7 +20,7 @@ WAIT = {"Prefer": "wait=60"}
 def ground(server: Server, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     path = Path(tmp_path_factory.mktemp("ground")) / "small.npz"
     write_npz(small_grid(), path)
-    return server.upload(path)
+    return server.upload(path, vertical_datum="EGM96")
 
 
 def asked(server: Server, ground: dict[str, Any], **changes: Any) -> Any:

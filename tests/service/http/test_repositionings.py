@@ -39,7 +39,7 @@ def dem(server: Server, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
         path, heights_m=grid.heights_m, cell_east_m=grid.cell_east_m, cell_north_m=grid.cell_north_m,
         origin_east_m=grid.origin_east_m, origin_north_m=grid.origin_north_m,
     )  # fmt: skip
-    return server.upload(path, crs="EPSG:32611")
+    return server.upload(path, crs="EPSG:32611", vertical_datum="EGM96")
 
 
 def asked(server: Server, dem: dict[str, Any], **request: Any) -> Any:
