@@ -2,7 +2,7 @@
 # the first run creates .venv and compiles the kernels, later runs find the stamps and start at once. To serve takes the
 # packages of the product, to develop some more; the demo also leaves all kernels but those of maps, which it compiles.
 
-.PHONY: setup demo test check bench serve clean
+.PHONY: setup demo test check bench serve page clean
 .DEFAULT_GOAL := setup
 # two verbs at once (make -j check demo) must not install into one environment at the same time
 .NOTPARALLEL:
@@ -61,6 +61,10 @@ bench: $(INSTALLED) $(WARM)
 
 serve: $(WARM)
 	$(BIN)/sightline serve
+
+# the planner's built files, which are committed: only who changes service/page needs node (20 or newer) and npm
+page:
+	cd service/page && npm ci --ignore-scripts && npm run check && npm test && npm run build
 
 clean:
 	rm -rf $(VENV) build dist demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis

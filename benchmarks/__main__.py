@@ -27,11 +27,13 @@ from . import (
     ground,
     large_dems,
     machine,
+    map_loop,
     memory,
     over_http,
     path_benefit,
     placing,
     placing_baselines,
+    planner_page,
     planning,
     plans_over_http,
     report,
@@ -72,6 +74,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "ground": (ground.tiles_to_map, ground.probes),
+    "page": (planner_page.planner,),
     "attacks": (attacks.health_under_attack,),
     "detectors": (detector_streams.streams,),
     "detection": (
@@ -81,6 +84,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_outliers.outliers,
         detector_speed.detector_speed,
     ),
+    "loop": (map_loop.map_loop, map_loop.loop_speed),
     "planning": (
         planning.random_paths,
         planning.first_path,
@@ -145,6 +149,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(detector_outliers.outliers, epochs=2000),
         partial(detector_speed.detector_speed, epochs=100),
     ),
+    "loop": (partial(map_loop.map_loop, drives=1), partial(map_loop.loop_speed, drives=1)),
     "planning": (
         partial(planning.random_paths, count=20, posts=60),
         partial(planning.first_path, posts=128, count=4),

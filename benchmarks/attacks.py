@@ -15,7 +15,7 @@ from typing import Any
 import httpx
 import numpy as np
 
-from service.cli.serve import running_service
+from service.cli.own_service import running_service
 
 from .report import Row, Table, duration
 

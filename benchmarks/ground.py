@@ -14,7 +14,7 @@ import httpx
 import numpy as np
 import rasterio
 
-from service.cli.serve import running_service
+from service.cli.own_service import running_service
 from service.ground.coverage import LIBRARY
 from service.jobs.marker import claimed
 from terrain import index_ground

@@ -14,7 +14,7 @@ from unittest import mock
 import httpx
 import numpy as np
 
-from service.cli.serve import running_service
+from service.cli.own_service import running_service
 
 from .report import Row, Table, duration
 from .terrains import CELL_M, fractal_m

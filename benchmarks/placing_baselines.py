@@ -164,7 +164,7 @@ def any_move_can(
     for anchor in anchors:
         others = np.array([(a.east_m, a.north_m, a.altitude_m) for a in counted if a.id != anchor.id])
         count = np.sum([_sees(grid, place, point_m) for place in others], axis=0)
-        if (count < goal.min_anchors - 1).any():
+        if (count < goal.needed - 1).any():
             continue
         near = np.flatnonzero(np.hypot(east_m - anchor.east_m, north_m - anchor.north_m) <= reach_m)
         ground_m = grid.heights_m.reshape(-1)[near]
@@ -174,7 +174,7 @@ def any_move_can(
             moved = np.linalg.norm(place_m - here_m, axis=1) >= min(grid.cell_east_m, grid.cell_north_m)
             flight_m, _ = flight_costs(grid, Flight(max_flight_m=reach_m), here_m, place_m)
             place_m = place_m[moved & (flight_m <= reach_m)]
-            for point in point_m[count < goal.min_anchors]:
+            for point in point_m[count < goal.needed]:
                 place_m = place_m[_sees(grid, point, place_m)]
             if len(place_m):
                 return True

@@ -15,7 +15,7 @@ import httpx
 import numpy as np
 import psutil
 
-from service.cli.serve import running_service
+from service.cli.own_service import running_service
 
 from .over_http import upload_fractal, wait_until_warm
 from .report import Row, Table, duration

@@ -11,11 +11,20 @@ import math
 import sys
 from pathlib import Path
 
+from scipy.io.matlab import MatReadError
+
 from service.files.range_log import COLUMNS
 
 from .measured_ranges import RangeLog, plaza, starloc
 
 __all__ = ["labyrinth", "write_labyrinth", "write_log"]
+
+# what is published, and what of it is read
+PLACES = {
+    "labyrinth": "the folder with Indoor_UWB_Input.txt",
+    "plaza": "a file such as Plaza1.mat",
+    "starloc": "the folder of a sequence, with uwb.csv",
+}
 
 
 def labyrinth(folder: Path) -> tuple[list[dict[str, float | str]], list[dict[str, float | str]]]:
@@ -53,8 +62,8 @@ def labyrinth(folder: Path) -> tuple[list[dict[str, float | str]], list[dict[str
 
 def write_labyrinth(folder: Path, out: Path) -> None:
     """The same as files."""
-    out.mkdir(parents=True, exist_ok=True)
     anchors, rows = labyrinth(folder)
+    out.mkdir(parents=True, exist_ok=True)
     _write(out / "anchors.csv", ["id", "east_m", "north_m"], anchors)
     _write(out / "log.csv", list(COLUMNS), rows)
 
@@ -92,19 +101,23 @@ def _write(path: Path, columns: list[str], rows: list[dict[str, float | str]]) -
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.ranging_logs", description=__doc__)
-    parser.add_argument("data", choices=["labyrinth", "plaza", "starloc"])
-    parser.add_argument("place", type=Path, help="folder of labyrinth or of a sequence of starloc; file of plaza")
+    parser.add_argument("data", choices=list(PLACES))
+    parser.add_argument("place", type=Path, help=f"{', '.join(f'of {data}: {what}' for data, what in PLACES.items())}")
     parser.add_argument("out", type=Path)
     arguments = parser.parse_args()
-    if not arguments.place.exists():
-        parser.error(f"{arguments.place} is not there.")
-    if arguments.data == "labyrinth":
-        write_labyrinth(arguments.place, arguments.out)
-    elif arguments.data == "plaza":
-        write_log(plaza(arguments.place), arguments.out)
-    else:
-        for log in starloc(arguments.place):
-            write_log(log, arguments.out, f"tag-{log.name.rpartition(' ')[2]}")
+    data, place = arguments.data, arguments.place
+    try:
+        if data == "labyrinth":
+            write_labyrinth(place, arguments.out)
+        elif data == "plaza":
+            write_log(plaza(place), arguments.out)
+        else:
+            for log in starloc(place):
+                write_log(log, arguments.out, f"tag-{log.name.rpartition(' ')[2]}")
+    except OSError as error:
+        parser.error(f"{error.filename or place}: {error.strerror or error}. What {data} takes is {PLACES[data]}.")
+    except (MatReadError, ValueError, KeyError, IndexError) as error:
+        parser.error(f"{place} is no data of {data}, which takes {PLACES[data]} ({type(error).__name__}: {error}).")
     return 0
 
 

@@ -2,7 +2,7 @@
 
 from .detector import Detector, detect_epoch
 from .diagnosis import Cause, Suspicion, diagnose
-from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
+from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .geometric import GeometricDetection, detect_2d, detect_3d
 from .settings import (
@@ -41,6 +41,7 @@ __all__ = [
     "DetectorState",
     "EpochResult",
     "GeometricDetection",
+    "GroundHeight",
     "Health",
     "OdometryCondition",
     "OdometryIncrement",

@@ -13,7 +13,7 @@ import numpy as np
 from .settings import DetectorSettings
 from .systematic import Block, SharedFit, shared_fit
 
-__all__ = ["ENOUGH", "HARDLY", "Cause", "Suspicion", "shared_cause"]
+__all__ = ["ENOUGH", "HARDLY", "SPACE", "Cause", "Suspicion", "shared_cause"]
 
 HARDLY = 0.2  # share of epochs with a position, or of ranges that are clear, under which something is said in any case
 HALF = 0.5
@@ -41,6 +41,7 @@ class Cause(StrEnum):
     OFFSET = "offset of all ranges"
     SCALE = "scale of all ranges"
     SIGMA = "sigma of ranges"
+    TOO_FEW = "too few ranges"
     NOT_FOUND = "not found"
 
 

@@ -14,7 +14,8 @@ from .intake import EpochOrder, take_in
 from .judging import Judge
 from .settings import DetectorSettings
 from .state import AnchorRecord, DetectorState
-from .verdicts import EpochResult, Rejection
+from .tracks import foretold
+from .verdicts import EpochResult, PositionFix, Rejection
 
 __all__ = ["Detector", "detect_epoch"]
 
@@ -57,6 +58,18 @@ class Detector:
             tuple(record.state(anchor_id) for anchor_id, record in self._seen.items()), self._judge.monitor.health(),
             self._last, place_m, velocity_m_per_s,
         )  # fmt: skip
+
+    def foretold(self, time_s: float) -> PositionFix | None:
+        """Where the track leads by a time on the ranging clock, unchecked, without what is yet to be measured.
+
+        None without a track.
+        """
+        track, d = self._judge.track, self.settings.dimension
+        if track is None:
+            return None
+        then_s = max(time_s - self.settings.ranging_offset_s, track.time_s)
+        place_m, covariance_m2 = foretold(track, then_s, self.settings)
+        return PositionFix(place_m[:d], covariance_m2[:d, :d], checked=False)
 
     def suspicions(self) -> tuple[Suspicion, ...]:
         """What the latest epochs as a whole suffer from: units, order, faults that all ranges share; often nothing."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .causes import ENOUGH, HARDLY, Cause, Suspicion, shared_cause
+from .causes import ENOUGH, HARDLY, SPACE, Cause, Suspicion, shared_cause
 from .epochs import RangeEpoch, RangeMeasurement, RangingAnchor
 from .geometric import MOST_RANGES
 from .settings import DetectorSettings
@@ -95,7 +95,7 @@ def suspicions_of(notes: Sequence[EpochNote], settings: DetectorSettings) -> tup
         heights_m = {up_m for note in used for _, _, up_m in note.places_m.values()}
         found += shared_cause(blocks, settings.dimension == 3 and heights_m == {0.0}, min(located, clear), settings)
         if not found and min(located, clear) < HARDLY:
-            found += _nothing_else(used, located, clear)
+            found += _nothing_else(used, located, clear, settings.dimension)
     return tuple(found)
 
 
@@ -121,16 +121,33 @@ def _order(notes: Sequence[EpochNote], located: float) -> list[Suspicion]:
     ]
 
 
-def _nothing_else(used: Sequence[EpochNote], located: float, clear: float) -> list[Suspicion]:
+def _nothing_else(used: Sequence[EpochNote], located: float, clear: float, dimension: int) -> list[Suspicion]:
     needs = Counter(note.needed for note in used if note.needed)
     often = f" Most often needed: {needs.most_common(1)[0][0]}" if needs else ""
     if located < HARDLY:
         return [Suspicion(Cause.NOT_FOUND, f"Only {located:.0%} of the epochs have a position.{often}", located)]
+    few = sum([len(_heard(note)) <= dimension for note in used]) / len(used)
+    if few > 1.0 - HARDLY:
+        space = "in space" if dimension == SPACE else "in the plane"
+        sentence = (
+            f"{few:.0%} of the epochs have {dimension} ranges or fewer, which cannot check one another {space}: "
+            f"whether they are clear is not known.{often}"
+        )
+        return [Suspicion(Cause.TOO_FEW, sentence, few)]
     sentence = (
         f"Only {clear:.0%} of the ranges are clear: suspect where the anchors stand, which is which, or the ranging "
         f"itself.{often}"
     )
     return [Suspicion(Cause.NOT_FOUND, sentence, clear)]
+
+
+def _heard(note: EpochNote) -> list[Heard]:
+    """The ranges of an epoch to anchors that there are, as far as they are lengths."""
+    return [
+        (*note.places_m[one.anchor_id], one.range_m, note.time_s)
+        for one in note.measured
+        if one.anchor_id in note.places_m and math.isfinite(one.range_m) and one.range_m > 0.0
+    ]
 
 
 def _blocks(notes: Sequence[EpochNote], settings: DetectorSettings) -> list[Block]:
@@ -139,11 +156,7 @@ def _blocks(notes: Sequence[EpochNote], settings: DetectorSettings) -> list[Bloc
     rows: list[Heard] = []
     begin_s = -math.inf
     for note in notes:
-        fresh = [
-            (*note.places_m[one.anchor_id], one.range_m, note.time_s)
-            for one in note.measured
-            if one.anchor_id in note.places_m and math.isfinite(one.range_m) and one.range_m > 0.0
-        ]
+        fresh = _heard(note)
         if len(fresh) > settings.dimension:
             gathered.append(fresh)
             continue

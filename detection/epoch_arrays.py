@@ -56,6 +56,11 @@ class EpochArrays:
                 ranges_m = np.maximum(ranges_m + (offset_m @ track.state[3:6]) / distance_m * late_s, 1e-3)
         return Ranges(places_m, ranges_m, sigmas_m, tolerances_m, self.penalties)
 
+    def supporting(self, excess_m: Floats, sigma_m: Floats, k: float) -> int:
+        """How many ranges fit a track without any excess, as unsure as it is: k of these sigmas."""
+        unsure_m, tolerances_m = k * sigma_m, self.tolerances_m
+        return int(np.count_nonzero(np.abs(excess_m) <= np.sqrt(tolerances_m * tolerances_m + unsure_m * unsure_m)))
+
 
 def anchor_places(anchors: Mapping[str, RangingAnchor], dimension: int) -> Floats:
     """(n, 3) east, north, altitude of all anchors; altitude zero in two dimensions."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from .errors import DetectionInputError
 
-__all__ = ["OdometryIncrement", "RangeEpoch", "RangeMeasurement", "RangingAnchor", "check_anchors"]
+__all__ = ["GroundHeight", "OdometryIncrement", "RangeEpoch", "RangeMeasurement", "RangingAnchor", "check_anchors"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +68,29 @@ class OdometryIncrement:
 
 
 @dataclass(frozen=True, slots=True)
+class GroundHeight:
+    """How high the antenna of a rover that stands on known ground is: a plane about the place where it should be.
+
+    altitude_m: of the antenna at (east_m, north_m); slope_east, slope_north: how that rises, metres per metre.
+    sigma_m: one sigma of it. The same ground errs the same way epoch after epoch, so a track's height becomes no surer
+    than that by it.
+    """
+
+    east_m: float
+    north_m: float
+    altitude_m: float
+    slope_east: float
+    slope_north: float
+    sigma_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class RangeEpoch:
     """Ranges that belong together, of one moment or of one round of the anchors.
 
     time_s: seconds on the ranging clock, the end of the round; any origin. sequence: the sender's number, if it counts.
-    moved: anchors that are elsewhere from this epoch on (drones fly).
+    moved: anchors that are elsewhere from this epoch on (drones fly). ground: what a map knows of the antenna's height,
+        in three dimensions; None = nothing.
     """
 
     time_s: float
@@ -80,6 +98,7 @@ class RangeEpoch:
     odometry: OdometryIncrement | None = None
     sequence: int | None = None
     moved: tuple[RangingAnchor, ...] = ()
+    ground: GroundHeight | None = None
 
 
 def check_anchors(anchors: Sequence[RangingAnchor]) -> None:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
 
-from .epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
+from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement
 from .settings import DetectorSettings
 from .verdicts import RejectedRange, Rejection
 
@@ -71,6 +71,7 @@ class Intake:
     ranges: tuple[RangeMeasurement, ...]
     odometry: OdometryIncrement | None
     rejected: tuple[RejectedRange, ...]
+    ground: GroundHeight | None = None
 
 
 def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings) -> Intake:
@@ -88,7 +89,11 @@ def take_in(epoch: RangeEpoch, known: Container[str], settings: DetectorSettings
     if odometry is not None and not _usable(odometry):
         odometry = None
         rejected.append(RejectedRange("", Rejection.BAD_ODOMETRY))
-    return Intake(tuple(ranges), odometry, tuple(rejected))
+    ground = epoch.ground
+    if ground is not None and not (settings.dimension == 3 and _is_told(ground)):
+        ground = None
+        rejected.append(RejectedRange("", Rejection.BAD_GROUND))
+    return Intake(tuple(ranges), odometry, tuple(rejected), ground)
 
 
 def _range_rejection(
@@ -118,3 +123,8 @@ def _usable(odometry: OdometryIncrement) -> bool:
     if odometry.heading_rad is not None:
         numbers.append(odometry.heading_rad)
     return 0.0 < odometry.duration_s < math.inf and all(map(math.isfinite, numbers))
+
+
+def _is_told(ground: GroundHeight) -> bool:
+    numbers = (ground.east_m, ground.north_m, ground.altitude_m, ground.slope_east, ground.slope_north)
+    return 0.0 < ground.sigma_m <= LARGEST_SIGMA_M and all(map(math.isfinite, numbers))

@@ -10,10 +10,11 @@ from .epoch_arrays import EpochArrays, anchor_places, arrays_of
 from .epoch_results import epoch_result, verdict_on
 from .epochs import RangeEpoch, RangingAnchor
 from .fusion import GEOMETRY_WEIGHTS, MOTION_WEIGHT, ODOMETRY_WEIGHTS, is_good_geometry
-from .geometric import GeometricDetection, detect_ranges
+from .geometric import GeometricDetection
 from .intake import Intake
 from .odometry import Motion, aligned, motion_of
 from .settings import DetectorSettings
+from .standing import detect_standing
 from .state import Monitor, sensitivity_scale
 from .tracking import Tracker
 from .tracks import Track
@@ -55,19 +56,14 @@ class Judge:
         time_s = epoch.time_s - settings.ranging_offset_s
         motion = self._driven(intake)
         self._tracker.foretell(time_s, motion)
+        if intake.ground is not None:
+            self._tracker.stand(intake.ground, time_s)
         speed = 0.0 if self.track is None else self.track.speed_m_per_s
         arrays = arrays_of(
             intake.ranges, self._anchors, self._numbers, self._places_m, time_s, settings, self._scale, speed
         )
         moment = arrays.at_one_moment(self._tracker.track, time_s, settings.max_speed_m_per_s)
-        geometry = detect_ranges(
-            moment,
-            settings.dimension,
-            self._tracker.hint_m(),
-            refine=True,
-            studentised=True,
-            limit=settings.search_limit,
-        )
+        geometry = detect_standing(moment, intake.ground, settings.dimension, self._tracker.hint_m(), settings)
         excess_m, sigma_m = self._tracker.follow(arrays, moment, geometry, time_s)
         rover_m = self._rover_m(geometry)
         changes = [

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .epoch_arrays import EpochArrays
+from .epochs import GroundHeight
 from .geometric import GeometricDetection, detect_ranges
 from .headings import Heading
 from .kernels import misfits
 from .odometry import Motion
 from .settings import DetectorSettings
 from .subset_search import Ranges, squared_sigmas
-from .tracks import Heard, Track, begin, follow, foretold, is_sane, mirrored_near, with_displacement
+from .tracks import Heard, Track, begin, follow, foretold, is_sane, mirrored_near, on_ground, with_displacement
 from .verdicts import PositionFix
 
 __all__ = ["Tracker"]
@@ -82,6 +83,12 @@ class Tracker:
             if self._rival is not None:
                 self._rival = with_displacement(self._rival, *told)
 
+    def stand(self, ground: GroundHeight, time_s: float) -> None:
+        """Tell every track how high the ground is where it leads to by then."""
+        self.track, self._rival, self._unled = (
+            track and on_ground(track, ground, time_s) for track in (self.track, self._rival, self._unled)
+        )
+
     def hint_m(self) -> Floats:
         """(d,) where the rover is on its side of anchors in one plane: the track's place, or what the settings say."""
         d = self._settings.dimension
@@ -103,8 +110,7 @@ class Tracker:
 
         moment: the ranges as ``geometry`` was asked about them.
         """
-        heard = arrays.heard
-        count = len(heard.ranges_m)
+        heard, count = arrays.heard, len(arrays.heard.ranges_m)
         self._remember(arrays)
         if self.track is None:
             self._begin(arrays, geometry, time_s)
@@ -125,7 +131,7 @@ class Tracker:
             self._to_plane_m = (mirrored.place_m[:d] - self.track.place_m[:d]) / 2.0
             if self._rival is None or self._sides_told <= 1.0:  # so near, the likelihood told no sides either
                 self._rival = mirrored
-        supporting = self._supporting(excess_m, sigma_m, arrays.tolerances_m)
+        supporting = arrays.supporting(excess_m, sigma_m, self._settings.k_geometric)
         lost = self._is_lost(geometry, supporting, time_s)
         self._contradicted = (
             self._off or self._elsewhere > 0 or (count > self._settings.dimension and 2 * supporting < count)
@@ -169,8 +175,7 @@ class Tracker:
         if track is None or not track.log_likelihood >= rival.log_likelihood:
             self.track, track, rival = rival, rival, track or rival
             excess_m, sigma_m = rival_excess_m, rival_sigma_m
-        d = self._settings.dimension
-        apart_m = track.place_m - rival.place_m
+        d, apart_m = self._settings.dimension, track.place_m - rival.place_m
         one_place = apart_m @ apart_m < track.covariance[:d, :d].trace()
         # where ranges tell neither side, what a guess of the motion makes likelier is no proof
         tells = self._sides_told > 1.0 or self._told is not None
@@ -261,11 +266,6 @@ class Tracker:
         return detect_ranges(
             moment, settings.dimension, self.hint_m(), refine=True, studentised=True, limit=settings.search_limit
         )
-
-    def _supporting(self, excess_m: Floats, sigma_m: Floats, tolerances_m: Floats) -> int:
-        """How many ranges fit the track, as unsure as it is, without any excess."""
-        unsure_m = self._settings.k_geometric * sigma_m
-        return int(np.count_nonzero(np.abs(excess_m) <= np.sqrt(tolerances_m * tolerances_m + unsure_m * unsure_m)))
 
     def _is_lost(self, geometry: GeometricDetection, supporting: int, time_s: float) -> bool:
         """Whether ranges meet elsewhere, clearly, and epoch after epoch: then the track follows a phantom.

@@ -13,11 +13,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from .epochs import GroundHeight
 from .kernels import track as kernel
 from .odometry import Motion
 from .settings import DetectorSettings
 
-__all__ = ["Heard", "Track", "begin", "follow", "foretold", "is_sane", "mirrored_near", "with_displacement"]
+__all__ = [
+    "Heard",
+    "Track",
+    "begin",
+    "follow",
+    "foretold",
+    "is_sane",
+    "mirrored_near",
+    "on_ground",
+    "with_displacement",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,6 +50,7 @@ FAR_SHARE, FAR_SIGMA = 0.1, 10.0
 OUTLIERS = 1e-5
 # A range that meets most others of its epoch is seldom newly too long, but where they are all alike.
 NEW_THOUGH_MEETING = 0.05
+UNDERGROUND = 4.0  # sigmas from the ground that was told, beyond which one of both is wrong
 ABSURD_M = 1e9  # no rover is so far away
 BLIND = 3.0  # sigmas of a range by which it may be off where a track passes the plane
 TELLING = 4.0  # sigmas by which one epoch's ranges tell sides for good
@@ -182,6 +194,27 @@ def with_displacement(
         variance = (off_m / duration_s) ** 2 + turned**2
         kernel.pull(state, covariance, direction, way_m / duration_s, variance)
     return replace(track, state=state, covariance=covariance)
+
+
+def on_ground(track: Track, ground: GroundHeight, time_s: float) -> Track:
+    """The track after it was told how high the ground is where it leads to by then.
+
+    Its height over the ground becomes as sure as that, never surer: what epochs after one another are told of the same
+    ground are no independent measurements. One that contradicts the ground by many sigmas is left where it is.
+    """
+    step_s = time_s - track.time_s
+    over = np.zeros(len(track.state))
+    over[:3] = -ground.slope_east, -ground.slope_north, 1.0
+    over[3:6] = step_s * over[:3]
+    level_m = ground.altitude_m - ground.slope_east * ground.east_m - ground.slope_north * ground.north_m
+    variance_m2, told_m2 = float(over @ track.covariance @ over), ground.sigma_m**2
+    miss2 = (level_m - float(over @ track.state)) ** 2 / (variance_m2 + told_m2)
+    likely = track.log_likelihood - 0.5 * (min(miss2, UNDERGROUND**2) + math.log(variance_m2 + told_m2))
+    if miss2 > UNDERGROUND**2 or variance_m2 <= told_m2:
+        return replace(track, log_likelihood=likely)
+    state, covariance = track.state.copy(), track.covariance.copy()
+    kernel.pull(state, covariance, over, level_m, variance_m2 * told_m2 / (variance_m2 - told_m2))
+    return replace(track, state=state, covariance=covariance, log_likelihood=likely)
 
 
 def is_sane(track: Track, dimension: int) -> bool:

@@ -83,6 +83,7 @@ class Rejection(StrEnum):
     BAD_SIGMA = "sigma not a positive number"
     BAD_PRIOR = "probability of sight outside 0 to 1"
     BAD_TIME = "time not finite"
+    BAD_GROUND = "height of the ground not finite, without a sigma, or in two dimensions"
     BAD_ODOMETRY = "odometry not finite or without duration"
     DUPLICATE = "duplicate epoch"
     OUT_OF_ORDER = "older than the epoch before it"
@@ -185,7 +186,7 @@ class SearchReport:
 
 @dataclass(frozen=True, slots=True)
 class RejectedRange:
-    """A range, or odometry (anchor_id ""), that was not used, and why."""
+    """A range, or odometry or ground (anchor_id ""), that was not used, and why."""
 
     anchor_id: str
     reason: Rejection

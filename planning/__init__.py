@@ -11,6 +11,7 @@ from .errors import (
     PlacementError,
     PlanningError,
     PlanningProcessError,
+    WatchError,
 )
 
 __all__ = [
@@ -24,4 +25,5 @@ __all__ = [
     "PlacementError",
     "PlanningError",
     "PlanningProcessError",
+    "WatchError",
 ]

@@ -127,10 +127,11 @@ def bubbles_along(
         if buildings is not None:
             visible = clear_of_buildings(grid, buildings, points_m, anchors_m, sight.curvature, asked=visible)
         warnings += sight.warnings
-        if sets.unknown.any():
+        unsure = int(np.count_nonzero(sets.unknown))
+        if unsure:
             warnings.append(
-                f"At {int(sets.unknown.sum())} points it is not known of some anchor whether it is in sight; it counts "
-                "as hidden there."
+                f"At {unsure} point{'' if unsure == 1 else 's'} it is not known of some anchor whether it is in sight; "
+                "it counts as hidden there."
             )
         covariance_m2 = _predicted(grid, points_m, times_s, anchors, anchors_m, visible, filter or BubbleFilter())
     radius_m = navigation.bubble_radius_m(covariance_m2, epsilon, dem_sigma_m=dem_sigma_m)

@@ -4,6 +4,7 @@ PlanningError
 ├── PlacementError           anchors, rules or a goal that make no question of placement
 │   ├── NoCandidateError     no place is left for an anchor; carries how many each rule removed
 │   └── ClusterError         the cluster that was asked for cannot be reached, or was lost
+├── WatchError               a map, a place or anchors over which no rover can be watched
 └── PathError                a path problem that cannot be asked
     ├── PathProblemError     rover, limits, weights or budget that make no question, or contradict one another
     ├── AreaError            no-go or keep-in areas that cross themselves, are empty, or are in another CRS
@@ -25,6 +26,7 @@ __all__ = [
     "PlacementError",
     "PlanningError",
     "PlanningProcessError",
+    "WatchError",
 ]
 
 
@@ -46,6 +48,10 @@ class NoCandidateError(PlacementError):
 
 class ClusterError(PlacementError):
     """The cluster that was asked for cannot be reached, or was lost on the way."""
+
+
+class WatchError(PlanningError):
+    """A rover cannot be watched over this map with these anchors and settings."""
 
 
 class PathError(PlanningError):

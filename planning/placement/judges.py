@@ -21,6 +21,7 @@ __all__ = ["CountJudge", "GeometryJudge", "Goal", "Judge", "Objective", "Problem
 Objective = Literal["coverage", "dop", "mean_error", "worst_error"]
 Measure = Literal["gdop", "pdop", "hdop", "vdop"]
 Floats = npt.NDArray[np.float64]
+USUAL_COVERAGE = 4  # anchors in sight, where coverage is asked for without a number
 # of the mean beside the worst: among sets with the same worst error the better mean wins
 BESIDE_WORST = 1e-3
 CODES = {"coverage": kernel.COVERAGE, "dop": kernel.DOP, "mean_error": kernel.ERROR, "worst_error": kernel.ERROR}
@@ -31,16 +32,17 @@ PARTS = {"gdop": kernel.POSITION, "pdop": kernel.POSITION, "hdop": kernel.HORIZO
 class Goal:
     """What is wanted at the targets.
 
-    objective: "coverage", the share of targets with at least ``min_anchors`` in sight; "dop", the share that has a
-        dilution of precision (``measure``) below ``dop_limit`` as well; "mean_error" and "worst_error", the position
-        error in metres over the targets, where every error counts at most ``worst_counted_m``.
+    objective: "coverage", the share of targets with at least ``min_anchors`` in sight (None = 4); "dop", the share that
+        has a dilution of precision (``measure``) below ``dop_limit`` as well (None = as many as a fix needs);
+        "mean_error" and "worst_error", the position error in metres over the targets, where every error counts at most
+        ``worst_counted_m``.
     spare: how many anchors may be lost, any of them, 0 or 1: a target counts for what it has after the worst loss.
     ranging_sigma_m: of the anchors to be placed, for errors in metres.
     Raises PlacementError.
     """
 
     objective: Objective = "coverage"
-    min_anchors: int = 4
+    min_anchors: int | None = None
     dop_limit: float = 5.0
     measure: Measure = "pdop"
     kind: DopKind = "ranging"
@@ -57,7 +59,7 @@ class Goal:
         ):
             if value not in options:
                 raise PlacementError(f"{name} must be one of {', '.join(options)}, not {value!r}.")
-        if self.min_anchors < 1 or self.spare not in (0, 1):
+        if (self.min_anchors is not None and self.min_anchors < 1) or self.spare not in (0, 1):
             raise PlacementError(f"min_anchors must be >= 1 and spare 0 or 1, not {self.min_anchors} and {self.spare}.")
         for name in ("dop_limit", "ranging_sigma_m", "worst_counted_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
@@ -71,9 +73,9 @@ class Goal:
     def needed(self) -> int:
         """How many anchors must be in sight of a target before it can count, losses apart."""
         if self.objective == "coverage":
-            return self.min_anchors
+            return USUAL_COVERAGE if self.min_anchors is None else self.min_anchors
         least = least_anchors(self.kind, on_surface=self.on_surface)
-        return max(self.min_anchors, least) if self.objective == "dop" else least
+        return max(self.min_anchors or 0, least) if self.objective == "dop" else least
 
     @property
     def needed_with_spare(self) -> int:
@@ -93,12 +95,13 @@ class Goal:
     def sentence(self) -> str:
         """In words."""
         lost = ", whichever one anchor is lost" if self.spare else ""
+        of_ranges = f" of {self.kind} with a sigma of {self.ranging_sigma_m:g} m"
         measure = f"{self.measure.upper()}{' along the surface' if self.on_surface else ''} of {self.kind}"
         return {
-            "coverage": f"share with at least {self.min_anchors} in sight{lost}",
+            "coverage": f"share with at least {self.needed} in sight{lost}",
             "dop": f"share with at least {self.needed} in sight and {measure} < {self.dop_limit:g}{lost}",
-            "mean_error": f"mean position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
-            "worst_error": f"worst position error, metres, counted up to {self.worst_counted_m:g} m{lost}",
+            "mean_error": f"mean position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
+            "worst_error": f"worst position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
         }[self.objective]
 
 

@@ -105,7 +105,7 @@ def leapfrog(
     occluded: Collection[str] = (),
     movable: Collection[str] | None = None,
     share: float = 1.0,
-    above_ground_m: Sequence[float] = (60.0, 120.0),
+    above_ground_m: Sequence[float] | None = None,
     receiver_above_ground_m: float = 1.5,
     cheapest: Literal["distance", "time"] = "distance",
     flight: Flight | None = None,

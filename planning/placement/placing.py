@@ -150,6 +150,9 @@ def require_sight(count: int | None, fixed: int, goal: Goal) -> None:
         raise PlacementError(
             f"{goal.min_anchors} anchor{' in sight is' if one else 's in sight are'} asked for{lost}, and {there}."
         )
+    if goal.objective == "coverage":
+        what = f"Without a min_anchors coverage counts places with {goal.needed} anchors in sight"
+        raise PlacementError(f"{what}{lost}, and {there}.")
     raise PlacementError(f"A fix needs {goal.needed} anchor{'' if one else 's'} in sight{lost}, and {there}.")
 
 

@@ -50,7 +50,7 @@ def plan_repositioning(
     occluded: Collection[str] = (),
     movable: Collection[str] | None = None,
     share: float = 1.0,
-    above_ground_m: Sequence[float] = (60.0, 120.0),
+    above_ground_m: Sequence[float] | None = None,
     receiver_above_ground_m: float = 1.5,
     cheapest: Literal["distance", "time"] = "distance",
     flight: Flight | None = None,
@@ -113,6 +113,6 @@ def _sentence(found: Leapfrog) -> str:
             f"{move.to.north_m:.0f} at {move.to.altitude_m:.0f} m: {gained}."
         )
     return (
-        f"{len(found.moves)} moves, {found.flight_m / 1000:.1f} km of flight, and the rover waits "
-        f"{found.waited_s:.0f} s: {gained}."
+        f"{len(found.moves)} move{'' if len(found.moves) == 1 else 's'}, {found.flight_m / 1000:.1f} km of flight, and "
+        f"the rover waits {found.waited_s:.0f} s: {gained}."
     )

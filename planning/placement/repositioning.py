@@ -18,18 +18,18 @@ from visibility.sight import check_anchors
 
 from .judges import CountJudge, Goal, judge_of
 from .placing import positions_of
-from .rules import PlacementRules, feasible_candidates
+from .rules import PlacementRules, candidates_within, feasible_candidates
 from .sight import SightOptions
 from .stretches import Flight, SeenStretch, flight_costs, problem_along, worth_over
-from .targets import Candidates
 from .together import may_stand_beside
 
-__all__ = ["Move", "Repositioning", "reposition", "reposition_for"]
+__all__ = ["USUAL_HEIGHTS_M", "Move", "Repositioning", "reposition", "reposition_for"]
 
 Floats = npt.NDArray[np.float64]
 MOST_CHECKS = 400  # places whose lines are traced exactly, cheapest first
 TRIES = 8  # places of each drone that are traced when none restores
 ROUNDING = 1e-9
+USUAL_HEIGHTS_M = (60.0, 120.0)  # above ground, beside each drone's own altitude, where none are asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def reposition(
     occluded: Collection[str] = (),
     movable: Collection[str] | None = None,
     share: float = 1.0,
-    above_ground_m: Sequence[float] = (60.0, 120.0),
+    above_ground_m: Sequence[float] | None = None,
     receiver_above_ground_m: float = 1.5,
     cheapest: Literal["distance", "time"] = "distance",
     flight: Flight | None = None,
@@ -85,7 +85,8 @@ def reposition(
 
     occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved, a
         cell at least.
-    movable: ids that may be moved; all by default. above_ground_m: heights to consider, beside each drone's own.
+    movable: ids that may be moved; all by default. above_ground_m: the heights to consider, and no others; None =
+        USUAL_HEIGHTS_M and each drone's own altitude.
     Every post within the flight range is considered at each of these heights. Raises PlacementError, AnchorError.
     """
     rules = rules or PlacementRules()
@@ -114,7 +115,7 @@ def reposition_for(
     occluded: Collection[str],
     movable: Collection[str] | None,
     share: float,
-    above_ground_m: Sequence[float],
+    above_ground_m: Sequence[float] | None,
     cheapest: Literal["distance", "time"],
     flight: Flight,
     rules: PlacementRules,
@@ -124,7 +125,7 @@ def reposition_for(
 
     toward: where no move restores or gains, take one that brings points nearer to what the goal needs in sight.
     """
-    _check(anchors, goal, occluded, movable, share)
+    _check(anchors, goal, occluded, movable, share, above_ground_m)
     counted = [anchor for anchor in anchors if anchor.id not in occluded]
     before, partly = worth_over(stretch, counted, goal)
     if before >= share - ROUNDING:
@@ -178,7 +179,7 @@ def _places_of(
     others: list[Anchor],
     standing: list[Anchor],
     goal: Goal,
-    above_ground_m: Sequence[float],
+    above_ground_m: Sequence[float] | None,
     flight: Flight,
     rules: PlacementRules,
 ) -> _Places | None:
@@ -188,7 +189,9 @@ def _places_of(
     """
     grid = stretch.grid
     here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
-    post, candidates = _around(grid, here_m, above_ground_m, flight.max_flight_m)
+    heights_m = USUAL_HEIGHTS_M if above_ground_m is None else above_ground_m
+    own_m = [anchor.altitude_m] if above_ground_m is None else []
+    post, candidates = candidates_within(grid, here_m, flight.max_flight_m, heights_m, own_m)
     relayed = rules.link is not None and rules.link.relays > 0
     try:
         feasible = feasible_candidates(
@@ -224,23 +227,6 @@ def _places_of(
     share = judge_of(problem).with_each([], everyone)
     partly = CountJudge(problem, goal.needed_with_spare, partial=True).with_each([], everyone)
     return _Places(anchor, others, place_m, share, partly, flight_m[keep], flight_s[keep])
-
-
-def _around(
-    grid: ElevationGrid, here_m: Floats, above_ground_m: Sequence[float], reach_m: float
-) -> tuple[npt.NDArray[np.intp], Candidates]:
-    """(posts (n,), candidates over them) of all posts within reach, at each height and at the drone's own altitude."""
-    row = np.arange(grid.rows)
-    col = np.arange(grid.cols)
-    north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
-    near = np.add.outer((north_m - here_m[1]) ** 2, (east_m - here_m[0]) ** 2) <= reach_m**2
-    post = np.flatnonzero(near)
-    ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
-    east, north = east_m[post % grid.cols], north_m[post // grid.cols]
-    altitudes = [ground_m + height_m for height_m in above_ground_m] + [np.full(len(post), here_m[2])]
-    position_m = np.concatenate([np.column_stack([east, north, altitude]) for altitude in altitudes])
-    candidates = Candidates(position_m, np.tile(ground_m, len(altitudes)), ("drone",) * len(position_m))
-    return np.tile(post, len(altitudes)), candidates
 
 
 def _cheapest_that_restores(
@@ -285,7 +271,12 @@ def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tupl
 
 
 def _check(
-    anchors: Sequence[Anchor], goal: Goal, occluded: Collection[str], movable: Collection[str] | None, share: float
+    anchors: Sequence[Anchor],
+    goal: Goal,
+    occluded: Collection[str],
+    movable: Collection[str] | None,
+    share: float,
+    above_ground_m: Sequence[float] | None,
 ) -> None:
     ids = {anchor.id for anchor in anchors}
     strange = sorted({*occluded, *(movable or ())} - ids)
@@ -295,3 +286,5 @@ def _check(
         raise PlacementError("Repositioning restores a share: ask for the objective coverage or dop.")
     if not (math.isfinite(share) and 0.0 < share <= 1.0):
         raise PlacementError(f"share must be > 0 and <= 1, not {share}.")
+    if above_ground_m is not None and not len(above_ground_m):
+        raise PlacementError("above_ground_m names no height to move to; give one or leave it out.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,15 @@ from visibility import VISIBLE, lines_of_sight
 
 from .targets import Candidates, Targets
 
-__all__ = ["Feasible", "Link", "PlacementRules", "base_hops", "feasible_candidates", "linked_pairs"]
+__all__ = [
+    "Feasible",
+    "Link",
+    "PlacementRules",
+    "base_hops",
+    "candidates_within",
+    "feasible_candidates",
+    "linked_pairs",
+]
 
 Floats = npt.NDArray[np.float64]
 FAR = 1_000_000  # hops of a place that has no link at all
@@ -210,3 +218,28 @@ def _sentence(left: int, removed: dict[str, int]) -> str:
     if left == 0:
         return f"No place is left for an anchor; removed: {taken}."
     return f"{left:,} candidates" + (f"; removed: {taken}." if taken else "; no rule removed any.")
+
+
+def candidates_within(
+    grid: ElevationGrid,
+    here_m: Floats,
+    reach_m: float,
+    above_ground_m: Sequence[float],
+    altitudes_m: Sequence[float],
+) -> tuple[npt.NDArray[np.intp], Candidates]:
+    """(posts (n,), candidates over them) of all posts within reach, at each height above ground and each altitude.
+
+    here_m: (3,) east, north, altitude of a drone in the grid's frame; reach_m: metres over the ground. Unknown ground
+    gives NaN.
+    """
+    row, col = np.arange(grid.rows), np.arange(grid.cols)
+    north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
+    near = np.add.outer((north_m - here_m[1]) ** 2, (east_m - here_m[0]) ** 2) <= reach_m**2
+    post = np.flatnonzero(near)
+    ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
+    east, north = east_m[post % grid.cols], north_m[post // grid.cols]
+    levels = [ground_m + height_m for height_m in above_ground_m]
+    levels += [np.full(len(post), altitude_m) for altitude_m in altitudes_m]
+    position_m = np.concatenate([np.column_stack([east, north, level]) for level in levels])
+    candidates = Candidates(position_m, np.tile(ground_m, len(levels)), ("drone",) * len(position_m))
+    return np.tile(post, len(levels)), candidates

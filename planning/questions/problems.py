@@ -97,7 +97,8 @@ class PathProblem:
             put(self, "anchors", minimum.anchors)
         if self.anchors and self.limits.min_anchors > len(self.anchors):
             raise PathProblemError(
-                f"{self.limits.min_anchors} anchors in sight are asked for, and there are only {len(self.anchors)}."
+                f"{self.limits.min_anchors} anchors in sight are asked for, and there "
+                f"{'is' if len(self.anchors) == 1 else 'are'} only {len(self.anchors)}."
             )
 
     @property

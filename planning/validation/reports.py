@@ -130,7 +130,8 @@ class PathValidation:
     def sentence(self) -> str:
         """The whole in words."""
         if self.passed:
-            return f"The path keeps all {len(self.checks)} limits at {self.samples} places over {self.length_m:.0f} m."
+            limits = "its limit" if len(self.checks) == 1 else f"all {len(self.checks)} limits"
+            return f"The path keeps {limits} at {self.samples} places over {self.length_m:.0f} m."
         return " ".join(check.sentence for check in self.failures)
 
 

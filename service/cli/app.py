@@ -18,6 +18,8 @@ from cyclopts import (
 )
 from cyclopts.exceptions import UnknownCommandError
 
+from .asking.spoken import spoken
+
 __all__ = ["BAD_INPUT", "COMMANDS", "FAULT", "command_line", "exit_code_of", "interrupted", "main", "unheard", "usage"]
 
 FAULT, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -116,7 +118,7 @@ def _usage_sentence(error: CycloptsError) -> str:
 
 
 def _say(sentence: str, code: int) -> int:
-    one_line = " ".join(sentence.split())
+    one_line = spoken(" ".join(sentence.split()))
     print(one_line if one_line.endswith((".", "!", "?")) else f"{one_line}.", file=sys.stderr)
     return code
 

@@ -17,14 +17,14 @@ from .asking.options import (
     AnchorOptions,
     DemPath,
     Output,
+    RangeSigma,
     Reading,
     RequestFile,
-    SatelliteOptions,
     SightOptions,
     option,
-    sources_table,
     told,
 )
+from .asking.satellites import SatelliteOptions, sources_table
 from .output import facts_table
 
 if TYPE_CHECKING:
@@ -122,9 +122,7 @@ def bubble(
     speed: Annotated[float | None, option("Along the path, where it has no time_s. (default 1)", "M/S")] = None,
     anchors: AnchorOptions = AnchorOptions(),
     satellites: SatelliteOptions = SatelliteOptions(),
-    range_sigma: Annotated[
-        float | None, option("One-sigma error of every range. (default what each anchor says)", "M")
-    ] = None,
+    range_sigma: RangeSigma = None,
     filter: FilterOptions = FilterOptions(),
     agility: Annotated[
         float | None,
@@ -153,15 +151,10 @@ def bubble(
     if asked is None:
         if path is None:
             raise RequestError(f"Missing option '--path': {PATH}")
-        placed, sky = anchors.read(), satellites.part()
-        if range_sigma is not None:
-            placed = [anchor.model_copy(update={"ranging_sigma_m": range_sigma}) for anchor in placed]
-            sky = None if sky is None else {**sky, "ranging_sigma_m": range_sigma}
         swerves = {} if agility is None else {"horizontal_m2_per_s3": agility, "up_m2_per_s3": agility}
         fields = {
-            # as fields, so that what --range-sigma says is checked as well
-            "anchors": [anchor.model_dump(exclude_none=True) for anchor in placed],
-            "satellites": sky,
+            "anchors": anchors.part(range_sigma),
+            "satellites": satellites.part(range_sigma),
             "buildings": buildings.part(),
             **trajectory_from_file(path, height).fields(),
             **({} if speed is None else {"speed_m_per_s": speed}),
@@ -195,6 +188,7 @@ def _tables(answer: SafetyBubblesSummary) -> tuple[Table, ...]:
         ("first violation", "none" if first is None else _violation(first)),
         ("least margin", f"{answer.least_margin_m:.1f} m"),
         *((f"radius {name}", f"{metres:.1f} m") for name, metres in answer.radius_quantiles_m.items()),
+        *([("one sigma of a range", answer.sigmas)] if answer.sigmas else []),
         ("promise of the bubbles, at least", f"{100.0 * answer.least_promise:.1f} %"),
     ]
     table = facts_table(f"{answer.dem.name}: bubble of {answer.epsilon:g} sigma", facts)

@@ -50,7 +50,7 @@ def demo(
     from service.products.visibility.calculate import VisibilityMapSummary
     from service.warm_up import warm_up
 
-    from .serve import running_service
+    from .own_service import running_service
 
     names = (SUMMARY, *(layer.name for layer in VISIBILITY_MAP.layers if not layer.for_screens))
     folder = output_folder(out, names)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +14,8 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from .asking.options import GROUP, WHOLE, Output, option, told
+from .asking.detectors import DetectorOptions, LogOptions, MapOptions
+from .asking.options import Output, option
 from .output import (
     facts_table,
     leaving_nothing_new,
@@ -30,7 +30,6 @@ from .output import (
 if TYPE_CHECKING:
     from detection import Suspicion
     from service.live.replay import Replay, ReplaySummary
-    from service.live.settings import DetectorSettingsIn
 
 __all__ = ["detect"]
 
@@ -40,39 +39,8 @@ LOG = (
 )
 # More episodes than these are for the file, not for the eye.
 SHOWN_EPISODES = 15
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class DetectorOptions:
-    """Settings of the detector, as a session's request has them."""
-
-    dimension: Annotated[int | None, WHOLE, option("Whether heights matter. (default 3)", "2|3")] = None
-    range_sigma_m: Annotated[
-        float | None, option("One-sigma error of a range. (default 0.1)", "M", "--range-sigma")
-    ] = None
-    geometric_tolerance_m: Annotated[
-        float | None, option("Geometric tolerance in place of k sigmas, metres.", "M", "--tolerance")
-    ] = None
-    max_speed_m_per_s: Annotated[
-        float | None, option("Of the rover, metres per second. (default 10)", "M/S", "--max-speed")
-    ] = None
-    more: Annotated[
-        tuple[str, ...], option("Any other setting of the detector. Repeatable.", "NAME=VALUE", "--set")
-    ] = ()
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class LogOptions:
-    """How the log is written."""
-
-    epoch: Annotated[float, option("Ranges within so many seconds belong together; 0: of equal time.", "S")] = 0.0
-    columns: Annotated[
-        str | None, option("Columns that the CSV names otherwise: time_s=%time,range_m=dist.", "NAME=COLUMN,…")
-    ] = None
-    time_unit: Annotated[str, option("Of time_s in CSV: s, ms, us, ns.", "UNIT")] = "s"
-    range_unit: Annotated[str, option("Of range_m and sigma_m in CSV: m, mm, cm, km, ft.", "UNIT")] = "m"
+SHOWN_IDS = 5
+PLAIN = "m"
 
 
 def detect(
@@ -86,40 +54,49 @@ def detect(
     anchors: Annotated[tuple[Path, ...], option("Anchors in a .json or .csv file. Repeatable.", "FILE")] = (),
     settings: DetectorOptions = DetectorOptions(),
     form: LogOptions = LogOptions(),
+    ground: MapOptions = MapOptions(),
     output: Output = Output(),
 ) -> None:
     """Replay LOG.csv, a log of ranges: which anchors were occluded when, and what position the others give.
 
     Writes verdicts.csv, positions.csv, verdicts.png and detection.json into
-    --out.
+    --out; with --dem also map_doubts.geojson, where ranges contradict the map.
     """
     from detection import Detector
     from service.files.range_log import LogForm
     from service.live.epoch_logs import read_epochs
     from service.live.replay import replay
-    from service.live.replay_files import FILES, write_replay
+    from service.live.replay_files import DOUBTS, FILES, write_replay
+    from service.live.watching import write_doubts
 
     from .asking.anchor_files import ranging_anchors
 
-    asked = _settings(settings)
+    asked = settings.asked()
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
+    mapped = ground.detector(placed, frame, asked.settings())
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
-    columns = _columns(form.columns or "")
+    columns = form.names()
     read = read_epochs(log, form.epoch, LogForm(columns, form.time_unit, form.range_unit))
     if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
-    folder = None if output.out is None else output_folder(output.out, FILES)
+    files = FILES if mapped is None else (*FILES, DOUBTS)
+    folder = None if output.out is None else output_folder(output.out, files)
     with progress_bar("Epochs") as progress:
-        replayed = replay(placed, read.epochs, asked.settings(), progress)
+        replayed = replay(placed, read.epochs, asked.settings(), progress, mapped)
     summary = replayed.summary()
-    warnings = [*read.warnings, *_warnings(summary, frame), *_suspected(replayed), *summary.health.warnings]
+    over_map = [] if mapped is None else [*mapped.warnings, *_doubted(replayed)]
+    warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, form)]
+    warnings += summary.health.warnings
     document = {"log": log.name, "frame": frame, **summary.document(), "warnings": warnings}
     written: list[Path] = []
     if folder is not None:
-        with leaving_nothing_new(folder, FILES):
-            written = write_replay(replayed, document, folder, log.name)
+        with leaving_nothing_new(folder, files):
+            if mapped is not None:
+                write_doubts(mapped.grid, replayed.doubts, folder / DOUBTS)
+                written.append(folder / DOUBTS)
+            written += write_replay(replayed, document, folder, log.name)
     if output.as_json:
         print_json({**document, "files": [str(path) for path in written]})
         return
@@ -129,65 +106,50 @@ def detect(
         print(path)
 
 
-def _columns(text: str) -> dict[str, str]:
-    """NAME=COLUMN,NAME=COLUMN as a mapping. Raises RequestError."""
-    columns = {}
-    for part in text.split(",") if text else ():
-        name, equals, column = part.partition("=")
-        if not equals:
-            raise RequestError(f"--columns {text!r} is not of the form NAME=COLUMN,NAME=COLUMN.")
-        columns[name.strip()] = column.strip()
-    return columns
+def _doubted(replayed: Replay) -> list[str]:
+    if not replayed.doubts:
+        return []
+    by_anchor = ", ".join(sorted({doubt.anchor_id for doubt in replayed.doubts}))
+    return [f"Ranges contradict the map in {len(replayed.doubts)} stretches, of {by_anchor}: map_doubts.geojson."]
 
 
-def _suspected(replayed: Replay) -> list[str]:
-    """What the log as a whole suffers from, and what to type against it."""
+def _suspected(replayed: Replay, form: LogOptions) -> list[str]:
+    """What the log as a whole suffers from, and what to type against it; form: what was typed about it."""
     from detection import diagnose
 
     return [
-        f"{one.sentence}{_cure(one)}"
-        for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
+        _cured(one, form) for one in diagnose(replayed.anchors, replayed.epochs, replayed.results, replayed.settings)
     ]
 
 
-def _cure(suspicion: Suspicion) -> str:
+def _cured(suspicion: Suspicion, form: LogOptions) -> str:
     from detection import Cause
     from service.files.range_log import LENGTHS_M, TIMES_S
 
+    told, factor = suspicion.sentence, suspicion.value
+    if suspicion.cause is Cause.TIME_UNIT:
+        seconds = factor * TIMES_S[form.time_unit]
+        return f"{told} Then say --time-unit {min(TIMES_S, key=lambda unit: abs(TIMES_S[unit] - seconds))}."
+    if suspicion.cause in (Cause.RANGE_UNIT, Cause.SCALE):
+        given = form.range_unit
+        fits = _unit_of(LENGTHS_M[given] / factor, LENGTHS_M)
+        if given == PLAIN:
+            return told if fits is None else f"{told} If the ranges are: --range-unit {fits}."
+        # what was just said of the ranges is likelier wrong than where anchors stand
+        times = f"{factor:.3g}" if factor < 100.0 else f"{factor:,.0f}"
+        is_it = "is that their unit?" if fits is None else f"are they in {fits}? Then say --range-unit {fits}."
+        return f"Taken with --range-unit {given} the ranges are about {times} times what fits the anchors: {is_it}"
     cures = {
         Cause.TIME_ORDER: " Or gather the ranges of one moment with --epoch S.",
         Cause.DIMENSION: " (--dimension 3)",
-        Cause.SIGMA: " (--range-sigma)",
     }
-    if suspicion.cause is Cause.TIME_UNIT:
-        return f" Then say --time-unit {min(TIMES_S, key=lambda unit: abs(TIMES_S[unit] - suspicion.value))}."
-    if suspicion.cause is Cause.RANGE_UNIT and suspicion.value > 1.0:
-        likely = min(LENGTHS_M, key=lambda unit: abs(math.log(LENGTHS_M[unit] * suspicion.value)))
-        return f" If the ranges are: --range-unit {likely}."
-    return cures.get(suspicion.cause, "")
+    return f"{told}{cures.get(suspicion.cause, '')}"
 
 
-def _settings(options: DetectorOptions) -> DetectorSettingsIn:
-    from pydantic import ValidationError
-
-    from service.live.settings import DetectorSettingsIn
-    from service.parts.sentences import sentence_of
-
-    fields = told(options)
-    fields.pop("more", None)
-    for text in options.more:
-        name, equals, value = text.partition("=")
-        if not equals or name.strip() not in DetectorSettingsIn.model_fields:
-            known = ", ".join(DetectorSettingsIn.model_fields)
-            raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
-        try:
-            fields[name.strip()] = json.loads(value)
-        except json.JSONDecodeError:
-            fields[name.strip()] = value.strip()  # a word, which needs no quotes here
-    try:
-        return DetectorSettingsIn.model_validate(fields)
-    except ValidationError as error:
-        raise RequestError(f"The settings: {sentence_of(error)}") from error
+def _unit_of(metres: float, units: Mapping[str, float]) -> str | None:
+    """The unit that is so many metres, to a twentieth; None where none is."""
+    likely = min(units, key=lambda unit: abs(math.log(units[unit] / metres)))
+    return likely if abs(math.log(units[likely] / metres)) < 0.05 else None
 
 
 def _facts(log: str, summary: ReplaySummary) -> Table:
@@ -197,6 +159,7 @@ def _facts(log: str, summary: ReplaySummary) -> Table:
         log,
         [
             ("epochs", f"{summary.epochs_used} of {summary.epochs} used"),
+            ("one sigma of a range", f"{summary.settings.range_sigma_m:g} m where the log gives none"),
             ("classified", _counted(summary.classifications)),
             ("positions", f"{_counted(summary.planning)}; available {share_text(summary.availability)}"),
             ("odometry", _counted(summary.odometry)),
@@ -252,15 +215,22 @@ def _episodes_tables(summary: ReplaySummary) -> list[Table]:
     return [table]
 
 
-def _warnings(summary: ReplaySummary, frame: Mapping[str, float] | None) -> list[str]:
+def _warnings(replayed: Replay, summary: ReplaySummary, frame: Mapping[str, float] | None) -> list[str]:
     silent = [one.anchor.id for one in summary.anchors if not one.ranges]
     warnings = [f"No range of {', '.join(silent)} could be used."] if silent else []
     if frame is not None:
         at = f"{frame['lon_deg']:.6f}, {frame['lat_deg']:.6f}"
         warnings.append(f"Anchors came in degrees: east and north are metres from longitude, latitude {at}.")
     if summary.rejections.get("unknown anchor"):
-        warnings.append("Ranges to anchors that were not named with --anchor or --anchors were not used.")
+        strange = Counter(one.anchor_id for epoch in replayed.epochs for one in epoch.ranges)
+        for anchor in replayed.anchors:
+            del strange[anchor.id]
+        ids = [repr(name) for name, _ in strange.most_common(SHOWN_IDS)]
+        more = f" and {len(strange) - SHOWN_IDS} more" if len(strange) > SHOWN_IDS else ""
+        warnings.append(f"Ranges to {', '.join(ids)}{more} were not used: no --anchor or --anchors names them.")
     if summary.searches_cut_short:
         short, used = summary.searches_cut_short, summary.epochs_used
-        warnings.append(f"In {short} of {used} epochs the search was cut short at search_limit sets of ranges.")
+        warnings.append(
+            f"In {short} of {used} epochs the search was cut short after --set search_limit=N sets of ranges."
+        )
     return warnings

@@ -17,15 +17,14 @@ from .asking.options import (
     DemPath,
     Output,
     PositioningOptions,
+    RangeSigma,
     Reading,
     RequestFile,
-    SatelliteOptions,
     SightOptions,
-    nothing_to_range_to,
     option,
-    sources_table,
     told,
 )
+from .asking.satellites import SatelliteOptions, nothing_to_range_to, sources_table
 from .output import facts_table, share_text
 
 if TYPE_CHECKING:
@@ -88,9 +87,15 @@ def dop(
     anchors: AnchorOptions = AnchorOptions(),
     satellites: SatelliteOptions = SatelliteOptions(),
     positioning: PositioningOptions = PositioningOptions(),
+    range_sigma: RangeSigma = None,
     rover: RoverOptions = RoverOptions(),
     path: Annotated[
-        Path | None, option("CSV of east_m, north_m, above_ground_m (or altitude_m): adds path.csv.", "FILE")
+        Path | None,
+        option(
+            "CSV of east_m, north_m, above_ground_m (or altitude_m), or path.csv of a plan or a GeoJSON LineString, "
+            "which are --receiver-height above the ground: adds path.csv.",
+            "FILE",
+        ),
     ] = None,
     cut: Annotated[
         tuple[str, ...],
@@ -123,17 +128,18 @@ def dop(
     asked: BaseModel | Path | None = request
     left_out = () if volume.volume or request is not None else VOLUME_FILES
     if asked is None:
-        air = volume.part()
+        air, asked_m = volume.part(), positioning.receiver_above_ground_m
+        antenna_m = DopMapParameters.model_fields["receiver_above_ground_m"].default if asked_m is None else asked_m
         fields: dict[str, object] = {
             **told(positioning),
             **told(rover),
-            "path": [] if path is None else path_from_file(path),
+            "path": [] if path is None else path_from_file(path, antenna_m),
             "volume": air,
             "cuts": [cut_fields(text, lonlat=anchors.lonlat) for text in cut],
             **told(sight),
             "area": area.part(in_degrees=anchors.lonlat),
-            "anchors": anchors.read(),
-            "satellites": satellites.part(),
+            "anchors": anchors.part(range_sigma),
+            "satellites": satellites.part(range_sigma),
         }
         if not fields["anchors"] and fields["satellites"] is None:
             raise nothing_to_range_to()
@@ -167,6 +173,7 @@ def _tables(answer: DopMapSummary) -> tuple[Table, ...]:
             (f"{name} error p50", "no fix" if quantiles_m["p50"] is None else f"{quantiles_m['p50']:.3g} m")
             for name, quantiles_m in answer.position_error_quantiles_m.items()
         ),
+        *([("  one sigma of a range", answer.sigmas)] if answer.sigmas else []),
         *([] if answer.volume is None else [("voxels of the volume", f"{answer.volume.voxels:,}")]),
         *((f"posts {name.replace('_', ' ')}", f"{posts:,}") for name, posts in answer.posts_by_reason.items()),
     ]

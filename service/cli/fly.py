@@ -113,6 +113,11 @@ def fly(
         placed = [anchor.model_dump(exclude_none=True) for anchor in anchors.read()]
         if map is not None and placed:
             raise RequestError("A map brings its own anchors along; give --map or anchors.")
+        if told(morphing_map) and not placed:
+            raise RequestError(
+                "--dop-limit, --min-anchors, --kind, --measure and --mode are of the morphing map of anchors; "
+                "give --anchor or --anchors."
+            )
         top = {} if ceiling is None else ceiling_fields(ceiling)
         if placed and not top:
             raise RequestError(

@@ -19,13 +19,11 @@ from .asking.options import (
     PositioningOptions,
     Reading,
     RequestFile,
-    SatelliteOptions,
     SightOptions,
-    nothing_to_range_to,
     option,
-    sources_table,
     told,
 )
+from .asking.satellites import SatelliteOptions, nothing_to_range_to, sources_table
 from .output import facts_table, share_text
 
 if TYPE_CHECKING:
@@ -134,7 +132,7 @@ def _tables(answer: MorphingMapSummary) -> tuple[Table, ...]:
         else f"altitude {ceiling['altitude_m']:g} m"
     )
     facts = [
-        *((state.state.replace("_", " "), share_text(state.share)) for state in answer.states),
+        *((state.words, share_text(state.share)) for state in answer.states),
         ("posts with several no-flight intervals", f"{answer.posts_with_several_intervals:,}"),
         *(
             (f"flyable above ground {name}", "–" if m is None else f"{m:.0f} m")
@@ -151,5 +149,6 @@ def _tables(answer: MorphingMapSummary) -> tuple[Table, ...]:
             ("  sometimes", share_text(over_time.share_sometimes_available)),
             ("  never", share_text(over_time.share_never_available)),
         ]
-    title = f"{answer.dem.name}: {answer.measure.upper()} of {answer.kind} < {answer.dop_limit:g} up to {top}"
+    good = f"{answer.measure.upper()} of {answer.kind} < {answer.dop_limit:g}"
+    title = f"{answer.dem.name}: from where up one may fly, with {good} up to {top}"
     return sources_table(answer.curvature, answer.anchors, answer.satellites), facts_table(title, facts)

@@ -16,11 +16,14 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.spoken import spoken
+
 __all__ = [
     "facts_table",
     "leaving_nothing_new",
     "output_folder",
     "print_json",
+    "print_notes",
     "print_tables",
     "print_warnings",
     "progress_bar",
@@ -47,11 +50,18 @@ def print_tables(*tables: Table) -> None:
         console.print(table)
 
 
+def print_notes(notes: list[str]) -> None:
+    """Each as one line on stdout, under the tables that it qualifies."""
+    console = _stdout()
+    for note in notes:
+        console.print(escape(note), soft_wrap=True, highlight=False)
+
+
 def print_warnings(warnings: list[str]) -> None:
-    """Each warning as one line on stdout, under the tables that it qualifies."""
+    """Each warning as one line on stdout, in this command line's words, under the tables that it qualifies."""
     console = _stdout()
     for warning in warnings:
-        console.print(f"[bold yellow]Warning:[/] {escape(warning)}", soft_wrap=True, highlight=False)
+        console.print(f"[bold yellow]Warning:[/] {escape(spoken(warning))}", soft_wrap=True, highlight=False)
 
 
 def _stdout() -> Console:

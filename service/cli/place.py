@@ -78,7 +78,7 @@ def place(
         one = {"count": count, "reach": reach, "seed": seed, "time_limit_s": time_limit}
         fields = {
             "candidates": candidates.part(),
-            "anchors": anchors.read(),
+            "anchors": anchors.part(goal.ranging_sigma_m),
             "targets": targets.part(),
             "goal": goal.part(),
             "rules": {**rules.part(), "link": link.part(lonlat=anchors.lonlat)},

@@ -21,14 +21,15 @@ from .asking.options import (
     Mode,
     Output,
     PlacesAndAnchors,
+    RangeSigma,
     Reading,
     RequestFile,
-    SatelliteOptions,
     TerrainFrame,
     Unknown,
     option,
     told,
 )
+from .asking.satellites import SatelliteOptions
 from .output import facts_table
 
 if TYPE_CHECKING:
@@ -167,6 +168,7 @@ def plan(
     ] = None,
     terrain_frame: TerrainFrame = False,
     satellites: SatelliteOptions = SatelliteOptions(),
+    range_sigma: RangeSigma = None,
     budget: BudgetOptions = BudgetOptions(),
     rest: RestOptions = RestOptions(),
     request: RequestFile = None,
@@ -188,11 +190,18 @@ def plan(
     if request is not None:
         asked = request_from_file(request, PATH, on)
     else:
-        tracks = [track.model_dump(exclude_none=True) for file in track for track in tracks_from_file(file)]
-        sky = satellites.part()
+        if map is not None and range_sigma is not None:
+            raise RequestError(
+                "A map brings its anchors along, with the error of their ranges; give --map or --range-sigma."
+            )
+        sigma = {} if range_sigma is None else {"ranging_sigma_m": range_sigma}
+        tracks = [
+            {**track.model_dump(exclude_none=True), **sigma} for file in track for track in tracks_from_file(file)
+        ]
+        sky = satellites.part(range_sigma)
         fields = {
             **way.part(lonlat=anchors.lonlat),
-            "anchors": [anchor.model_dump(exclude_none=True) for anchor in anchors.read()],
+            "anchors": anchors.part(range_sigma),
             **({} if sky is None else {"satellites": sky}),
             **told(rest),
             "tracks": tracks,
@@ -254,6 +263,7 @@ def _tables(answer: PathSummary) -> tuple[Table, ...]:
                 "no fix somewhere" if totals.worst_dop is None else f"{totals.worst_dop:.2f}",
             ),
             ("position error, mean", f"{totals.mean_position_sigma_m:.2f} m, one sigma, predicted"),
+            ("  one sigma of a range", answer.sigmas),
         ]
     split = ", ".join(f"{name.replace('_', ' ')} {value:,.0f}" for name, value in answer.cost_split.items() if value)
     facts.append(("cost", f"{answer.cost:,.0f} ({split})"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -53,6 +54,8 @@ class OcclusionOptions:
 
     def part(self, among: set[str]) -> dict[str, object]:
         """As the request has them. among: the anchors that there are. Raises RequestError."""
+        if not (math.isfinite(self.persistent_s) and self.persistent_s >= 0.0):
+            raise RequestError(f"--persistent must be a number of seconds >= 0, not {self.persistent_s}.")
         lasting = [] if self.verdicts is None else _lasting_occlusions(self.verdicts, self.persistent_s)
         hidden = list(dict.fromkeys((*self.occluded, *(one for one in lasting if one in among))))
         return {"occluded": hidden, **({"movable": list(self.movable)} if self.movable else {})}
@@ -96,7 +99,12 @@ class MoveOptions:
     receiver_above_ground_m: ReceiverHeight = None
     share: Annotated[float, option("Of the path along which it shall hold, 0..1.", "SHARE")] = 1.0
     heights_above_ground_m: Annotated[
-        tuple[float, ...], option("Height above ground to move to. Repeatable. (60, 120)", "M", "--height")
+        tuple[float, ...],
+        option(
+            "Height above ground to move to; these and no others. Repeatable. (default 60, 120, own altitude)",
+            "M",
+            "--height",
+        ),
     ] = ()
     cheapest: Annotated[Literal["distance", "time"], option("Of which the cheapest move is taken.")] = "distance"
     stretch_m: Annotated[
@@ -207,6 +215,7 @@ def _tables(answer: RepositioningSummary) -> tuple[Table, ...]:
     facts = [
         ("goal", answer.goal),
         ("occluded", ", ".join(answer.occluded) or "–"),
+        ("heights looked at", answer.heights),
         ("of the path before", share_text(answer.before_share)),
         ("of the path after", share_text(answer.after_share)),
         ("restored everywhere", "yes" if answer.restored else "no"),

@@ -115,7 +115,7 @@ def visibility(
             told_of_size = (f"The DEM has {error.cells:,} posts, more than are read whole; it was read by windows.",)
         else:
             return
-    from .large_visibility import make_map_by_windows
+    from .asking.by_windows import make_map_by_windows
 
     assert isinstance(parameters, VisibilityMapParameters), "what the product completes"
     make_map_by_windows(

@@ -191,7 +191,7 @@ def anchor_handle() -> Line2D:
 
 
 def margin_legend(axes: Axes, handles: Sequence[Artist], labels: Sequence[str], title: str) -> None:
-    """The legend, in the margin on the right."""
+    """The legend, in the margin on the right, which is made as wide as it needs."""
     legend = axes.legend(
         handles,
         labels,
@@ -209,6 +209,23 @@ def margin_legend(axes: Axes, handles: Sequence[Artist], labels: Sequence[str], 
     )
     legend.get_title().set_fontfamily("sans-serif")
     legend.get_title().set_fontweight("bold")
+    figure = axes.get_figure(root=True)
+    assert figure is not None, "axes of a sheet are on one"
+    needed_in = legend.get_window_extent().width / figure.dpi
+    if needed_in > LEGEND_IN:
+        _widen(figure, needed_in - LEGEND_IN)
+
+
+def _widen(figure: Figure, more_in: float) -> None:
+    """Room on the right; all that is drawn stays where it is and as large as it is."""
+    width_in, height_in = figure.get_size_inches()
+    left = width_in / (width_in + more_in)
+    figure.set_size_inches(width_in + more_in, height_in)
+    for axes in figure.axes:
+        box = axes.get_position()
+        axes.set_position((box.x0 * left, box.y0, box.width * left, box.height))
+    for text in figure.texts:
+        text.set_x(text.get_position()[0] * left)
 
 
 def _map_size_in(width: float, height: float) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from visibility.dilution import NO_GO, contour_lines, zones
 __all__ = [
     "Feature",
     "Geometry",
+    "collection_of",
     "coordinates_of",
     "cut",
     "feature",
@@ -173,9 +174,13 @@ def write_collection(
     Beside the features stand the body where it is not the Earth, what altitudes count from, and where the grid's north
     lies, from which azimuths and headings in properties count.
     """
+    path.write_text(json.dumps(collection_of(grid, features), allow_nan=False, indent=indent), encoding="utf-8")
+
+
+def collection_of(grid: ElevationGrid, features: Iterable[Mapping[str, Any]]) -> dict[str, object]:
+    """The collection that ``write_collection`` writes."""
     cuts = (one if grid.crs is None else {**one, "geometry": cut(one["geometry"])} for one in features)
-    collection = {"type": "FeatureCollection", **_meaning(grid), "features": list(cuts)}
-    path.write_text(json.dumps(collection, allow_nan=False, indent=indent), encoding="utf-8")
+    return {"type": "FeatureCollection", **_meaning(grid), "features": list(cuts)}
 
 
 def _meaning(grid: ElevationGrid) -> dict[str, str]:

@@ -9,14 +9,10 @@ import socket
 import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
-from typing import Any
 
 import uvicorn
-from fastapi import APIRouter, FastAPI, Request, Response
-from fastapi.responses import FileResponse
+from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
-from starlette.staticfiles import StaticFiles
 
 from service.errors import AddressError
 from service.jobs.folder import DataFolder
@@ -29,27 +25,17 @@ from .body_limit import BodyLimit, body_limits
 from .context import Service
 from .dems import ground
 from .dems import router as dems
+from .detector_streams import router as detector_streams
 from .detectors import detections
 from .detectors import router as detectors
 from .meta import describe, health_routes, problem_routes, tags_of
 from .probes import router as probes
 from .problems import answer_with_problems
 from .resources import product_router
+from .web_page import install as install_web_page
 
-__all__ = ["add_web_page", "allow_head", "create_app", "serve"]
+__all__ = ["allow_head", "create_app", "serve"]
 
-PAGE = Path(__file__).parent / "page"
-# Everything comes from the service itself: the page works without internet, and nothing else gets a say in it.
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-PAGE_HEADERS = {
-    "Cache-Control": "no-cache",
-    "Content-Security-Policy": POLICY,
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-}
 GRACE_S = 3
 
 
@@ -70,25 +56,6 @@ def allow_head(router: APIRouter) -> None:
             response_class=route.response_class,
             include_in_schema=False,
         )
-
-
-class _Files(StaticFiles):
-    """Files that a browser asks after each time, so that a new version is never mixed with an old one."""
-
-    def file_response(self, *args: Any, **kwargs: Any) -> Response:
-        answer = super().file_response(*args, **kwargs)
-        answer.headers.update(PAGE_HEADERS)
-        return answer
-
-
-def add_web_page(app: FastAPI) -> None:
-    """Add the page and its files to the app."""
-
-    async def start_page(request: Request) -> Response:
-        return FileResponse(PAGE / "index.html", headers=PAGE_HEADERS)
-
-    app.add_route("/", start_page, methods=["GET", "HEAD"], include_in_schema=False)
-    app.mount("/page", _Files(directory=PAGE))
 
 
 def create_app(settings: Settings | None = None, folder: DataFolder | None = None) -> FastAPI:
@@ -130,6 +97,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         openapi_tags=tags_of(products.values()),
         generate_unique_id_function=lambda route: route.name,
         lifespan=lifespan,
+        docs_url=None,  # web_page has one that loads nothing from elsewhere
+        redoc_url=None,
     )
     routers = [
         *(dems, ground, probes),
@@ -139,7 +108,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     for router in routers:
         allow_head(router)
         app.include_router(router)
-    add_web_page(app)
+    app.include_router(detector_streams)
+    install_web_page(app)
     answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]
     app.add_middleware(BodyLimit, limits=body_limits(chosen, long))

@@ -18,7 +18,7 @@ from service.jobs.pool import WorkerPool
 from service.jobs.short_tasks import Checks, Drawings
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
-from service.live.sessions import Detectors
+from service.live.registry import Detectors
 from service.products import Product
 from service.products.registry import all_products
 from service.settings import Settings

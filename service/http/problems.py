@@ -94,6 +94,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_planning.PlanningError: ProblemKind("planning", 422, "The plan cannot be made"),
     of_planning.PlacementError: ProblemKind("placement", 422, "The anchors cannot be placed"),
     of_planning.NoCandidateError: ProblemKind("no-candidate", 422, "No place is left for an anchor"),
+    of_planning.WatchError: ProblemKind("watch", 422, "The map cannot be looked at"),
     of_planning.PathError: ProblemKind("path", 422, "The path cannot be planned"),
     of_planning.PathProblemError: ProblemKind("path-problem", 422, "Rover, limits or budget make no question"),
     of_planning.AreaError: ProblemKind("area", 422, "An area cannot be used"),

@@ -42,8 +42,7 @@ class Store:
             self._prepare(path)
             self._file = path.stat()
         except sqlite3.DatabaseError as error:
-            # a lock or a right that is missing is no damage
-            locked = isinstance(error, sqlite3.OperationalError)
+            locked = isinstance(error, sqlite3.OperationalError)  # or a right is missing: that is no damage
             cure = "" if locked else "; `sightline store restore` puts a backup in its place"
             raise DataFolderError(f"{path} cannot be used as the job store: {error}{cure}.") from error
 

@@ -1,198 +1,25 @@
-"""What a detector answers to an epoch and how a session stands, as models and as JSON.
+"""What a detector answers to an epoch and how a session stands, as JSON; its models are in ``answer_models``.
 
 Of our dataclasses orjson would write them by itself, in 1.6 times the time (measured with six ranges).
 """
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import numpy.typing as npt
 import orjson
-from pydantic import BaseModel, ConfigDict, Field
 
 from detection import (
     AnchorVerdict,
-    Classification,
     DetectorState,
     EpochResult,
-    OdometryCondition,
-    PlanningStatus,
     PositionFix,
-    Rejection,
-    Say,
     SearchReport,
-    Sight,
     Suspicion,
-    Witness,
 )
+from planning.watching import WatchedEpoch
 
-__all__ = [
-    "DetectionOut",
-    "DetectorOut",
-    "DetectorStateful",
-    "EpochOut",
-    "EpochsOut",
-    "as_json",
-    "epoch_answer",
-    "state_answer",
-]
-
-
-class Exact(BaseModel):
-    """What is answered is exactly what is documented."""
-
-    model_config = ConfigDict(extra="forbid")
-
-
-class WitnessOut(Exact):
-    """What one witness says about one anchor."""
-
-    witness: Witness = Field(description="Who speaks.")
-    says: Say = Field(description="What it says; silent where it has nothing to go by.")
-    evidence: float | None = Field(description="The error it found over what it tolerates (no unit); null: none.")
-    weight: float | None = Field(description="Its weight in the verdict, before all are normalised (no unit).")
-    reason: str = Field(description="One sentence.")
-    probability: float | None = Field(description="Probability that the range is off, 0..1; null: silent.")
-
-
-class VerdictOut(Exact):
-    """The verdict on one anchor."""
-
-    anchor_id: str = Field(description="Which anchor.")
-    sight: Sight = Field(description="What its range says of its line of sight; too short: what no occlusion explains.")
-    occluded: bool = Field(description="The flag; an anchor that is unknown or too short is not flagged.")
-    probability: float | None = Field(description="Probability that the range is off: occluded or too short, 0..1.")
-    confidence: float | None = Field(description="Confidence in the verdict, 0..1.")
-    score: float | None = Field(description="Ranks ranges from clear to occluded: excess over harmful_m (no unit).")
-    range_m: float | None = Field(description="The measured range, metres.")
-    excess_m: float | None = Field(description="Measured minus expected range, metres; null: nothing is expected.")
-    says: list[WitnessOut] = Field(description="What each witness says.")
-    reason: str = Field(description="Why, in a sentence.")
-
-
-class PlaceOut(Exact):
-    """A place."""
-
-    east_m: float | None = Field(description="East, metres.")
-    north_m: float | None = Field(description="North, metres.")
-    altitude_m: float | None = Field(description="Height, metres; null in two dimensions.")
-
-
-class PositionOut(PlaceOut):
-    """The rover's position."""
-
-    covariance_m2: list[list[float | None]] = Field(
-        description="Covariance, square metres; rows and columns: east, north and, in three dimensions, up."
-    )
-    checked: bool = Field(description="Whether more ranges than unknowns confirm it.")
-    mirror: PlaceOut | None = Field(description="The other solution where no hint settles which is the rover's.")
-
-
-class SearchOut(Exact):
-    """How subsets of anchors were searched."""
-
-    tried: int = Field(description="Number of subsets tried.")
-    complete: bool = Field(description="Whether all that could matter were tried.")
-    sets: int = Field(description="How many sets are as large as the answer or larger; impossible pairs need no try.")
-
-
-class RejectedOut(Exact):
-    """A range, or odometry (empty anchor_id), that was not used."""
-
-    anchor_id: str = Field(description="Whose range; empty for odometry.")
-    reason: Rejection = Field(description="Why not.")
-
-
-class EpochOut(Exact):
-    """The answer to one epoch. What JSON has no number for is null."""
-
-    time_s: float | None = Field(description="The epoch's time, seconds.")
-    sequence: int | None = Field(description="The sender's number of the epoch.")
-    rejection: Rejection | None = Field(description="Why the epoch as a whole was not used; null: it was.")
-    classification: Classification = Field(description="How many anchors are occluded.")
-    verdicts: list[VerdictOut] = Field(description="One per range used, in the epoch's order.")
-    excluded: list[str] = Field(description="Anchors that a position must not lean on.")
-    included: list[str] = Field(description="Anchors that it may lean on.")
-    position: PositionOut | None = Field(description="From the ranges that are left; null where they allow none.")
-    planning: PlanningStatus = Field(description="What a path planner may make of this epoch.")
-    odometry: OdometryCondition = Field(description="What the check of the odometry found.")
-    search: SearchOut
-    rejected: list[RejectedOut] = Field(description="Ranges and odometry that were not used.")
-    needed: str = Field(description="What would settle what stays open; empty when nothing is.")
-    summary: str = Field(description="The answer in a sentence.")
-
-
-class DetectionOut(EpochOut):
-    """The answer to one epoch by itself."""
-
-    warnings: list[str] = Field(description="What its ranges as a whole suffer from, units above all; often nothing.")
-
-
-class EpochsOut(Exact):
-    """Answers in the order of the epochs."""
-
-    answers: list[EpochOut]
-
-
-class AnchorStateOut(Exact):
-    """The last word on one anchor."""
-
-    anchor_id: str = Field(description="Which anchor.")
-    sight: Sight = Field(description="Its line of sight at its last range.")
-    probability: float | None = Field(description="Probability that it is occluded, 0..1.")
-    time_s: float | None = Field(description="When its last range came, seconds; null before the first.")
-    range_m: float | None = Field(description="Its last range, metres.")
-    ranges: int = Field(description="Number of ranges used.")
-    occluded_share: float | None = Field(description="Part of them that was occluded, 0..1.")
-
-
-class HealthOut(Exact):
-    """How the witnesses have done so far."""
-
-    geometry_false_positives: float | None = Field(
-        description="Part of the ranges that geometry alone flagged and the verdict cleared, 0..1."
-    )
-    odometry_false_positives: float | None = Field(
-        description="Part of the ranges that odometry alone flagged and the verdict cleared, 0..1."
-    )
-    odometry_failures: float | None = Field(description="Part of the odometry that was not reliable, 0..1.")
-    warnings: list[str] = Field(description="What to know, in sentences.")
-
-
-class DetectorStateOut(Exact):
-    """What the detector remembers."""
-
-    time_s: float | None = Field(description="Time of the last epoch that was used, seconds.")
-    epochs: int = Field(description="Number of epochs used.")
-    rejections: dict[Rejection, int] = Field(description="How many ranges and epochs were not used, by reason.")
-    anchors: list[AnchorStateOut]
-    health: HealthOut
-    last: EpochOut | None = Field(description="The last answer; null before the first.")
-    position_m: list[float] | None = Field(description="Where the track is, east, north, up, metres; null without one.")
-    velocity_m_per_s: list[float] | None = Field(description="How it moves, the same axes, metres per second.")
-
-
-class DetectorOut(Exact):
-    """A session."""
-
-    id: str = Field(description="Name of the session.")
-    name: str | None = Field(description="The name that was given.")
-    created_at: str = Field(description="When it was made, ISO 8601, UTC.")
-    idle_timeout_s: float = Field(description="Seconds without a request after which it expires.")
-    expires_in_s: float | None = Field(description="Seconds until then; null while a stream is open.")
-    streams: int = Field(description="How many streams are open.")
-    malformed_messages: int = Field(description="How many messages on streams could not be read.")
-    anchors: list[str] = Field(description="Ids of the anchors.")
-    settings: dict[str, object] = Field(description="What the detector was told, in the words of the request.")
-    links: dict[Literal["self", "epochs", "stream"], str] = Field(description="Paths: the session, epochs, stream.")
-
-
-class DetectorStateful(DetectorOut):
-    """A session with what its detector remembers."""
-
-    state: DetectorStateOut
+__all__ = ["as_json", "epoch_answer", "state_answer"]
 
 
 def as_json(answer: dict[str, object]) -> bytes:
@@ -200,8 +27,10 @@ def as_json(answer: dict[str, object]) -> bytes:
     return orjson.dumps(answer)
 
 
-def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, object]:
-    """The answer to one epoch, in the words of ``EpochOut``."""
+def epoch_answer(
+    result: EpochResult, sequence: int | None = None, watched: WatchedEpoch | None = None
+) -> dict[str, object]:
+    """The answer to one epoch, in the words of ``EpochOut``; watched: with what a map foretold."""
     return {
         "time_s": result.time_s,
         "sequence": sequence,
@@ -217,7 +46,24 @@ def epoch_answer(result: EpochResult, sequence: int | None = None) -> dict[str, 
         "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
         "needed": result.needed,
         "summary": result.summary,
+        "predicted": None if watched is None else _predicted(watched),
     }
+
+
+def _predicted(watched: WatchedEpoch) -> list[dict[str, object]]:
+    """Of every anchor that the map knows something of."""
+    forecast = watched.forecast
+    if forecast is None:
+        return []
+    rows = zip(
+        watched.anchor_ids, forecast.p_sight.tolist(), forecast.p_direct.tolist(), forecast.clearance_m.tolist(),
+        strict=True,
+    )  # fmt: skip
+    return [
+        {"anchor_id": anchor_id, "p_sight": p_sight, "p_direct": p_direct, "clearance_m": clearance_m}
+        for anchor_id, p_sight, p_direct, clearance_m in rows
+        if p_sight == p_sight
+    ]
 
 
 def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, object]:

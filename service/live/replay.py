@@ -21,8 +21,10 @@ from detection import (
     RangeEpoch,
     RangingAnchor,
 )
+from planning.watching import MapDetector, MapDoubt
 from service.live.request import ANCHORS, RANGES, DetectorIn, DetectorLimits, EpochIn
 from service.live.sessions import Bench, DetectorSession
+from service.live.watching import MaybeMapped
 
 __all__ = ["AnchorSummary", "Episode", "Replay", "ReplaySummary", "rehearse", "replay"]
 
@@ -99,7 +101,10 @@ class ReplaySummary:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What came of a log. results: one per epoch, in the log's order. times_s: how long each took."""
+    """What came of a log. results: one per epoch, in the log's order. times_s: how long each took.
+
+    p_sight: by epoch and anchor, what a map foretold, None without one. doubts: where ranges contradict it.
+    """
 
     anchors: tuple[RangingAnchor, ...]
     settings: DetectorSettings
@@ -107,6 +112,8 @@ class Replay:
     results: tuple[EpochResult, ...]
     times_s: tuple[float, ...]
     state: DetectorState
+    p_sight: tuple[Mapping[str, float], ...] | None = None
+    doubts: tuple[MapDoubt, ...] = ()
 
     def episodes(self) -> list[Episode]:
         """Every stretch in which an anchor was called occluded, in the order of their beginnings."""
@@ -160,18 +167,25 @@ def replay(
     epochs: Sequence[RangeEpoch],
     settings: DetectorSettings,
     progress: Callable[[float], None] | None = None,
+    mapped: MapDetector | None = None,
 ) -> Replay:
-    """Send the epochs through one detector, in their order. Raises DetectionInputError."""
+    """Send the epochs through one detector, in their order; mapped: a fresh one of the same that looks at a map.
+
+    Raises DetectionInputError.
+    """
     rehearse()  # kernels are loaded before the first epoch is timed
-    detector = Detector(anchors, settings)
-    results, times_s = [], []
+    detector = MaybeMapped(mapped or Detector(anchors, settings))
+    watched, times_s = [], []
     for number, epoch in enumerate(epochs, 1):
         begin_s = time.perf_counter()
-        results.append(detector.process(epoch))
+        watched.append(detector.process(epoch))
         times_s.append(time.perf_counter() - begin_s)
         if progress is not None and number % 64 == 0:
             progress(number / len(epochs))
-    return Replay(tuple(anchors), settings, tuple(epochs), tuple(results), tuple(times_s), detector.state)
+    results = tuple(one.result for one in watched)
+    p_sight = None if mapped is None else tuple(one.p_sight for one in watched)
+    doubts = () if mapped is None else mapped.map_doubts()
+    return Replay(tuple(anchors), settings, tuple(epochs), results, tuple(times_s), detector.state, p_sight, doubts)
 
 
 def _episodes_of(anchor_id: str, results: Sequence[EpochResult]) -> Iterator[Episode]:

@@ -19,8 +19,9 @@ from service.drawing.sheet import DPI, save_png
 from service.files.csv_table import TableWriter
 from service.files.layer import replacing
 from service.live.replay import Replay
+from service.parts.sentences import counted
 
-__all__ = ["FILES", "draw_verdicts", "write_replay", "write_verdict_picture"]
+__all__ = ["DOUBTS", "FILES", "draw_verdicts", "write_replay", "write_verdict_picture"]
 
 # told apart without colour too: by shape and by height in the lane
 MARKS = {
@@ -40,6 +41,7 @@ WIDTH_IN, LANE_IN, HEAD_IN, FOOT_IN = 11.0, 0.42, 0.95, 0.6
 MOST_LANES = 32
 VERDICTS, POSITIONS, PICTURE, SUMMARY = "verdicts.csv", "positions.csv", "verdicts.png", "detection.json"
 FILES = (SUMMARY, VERDICTS, POSITIONS, PICTURE)
+DOUBTS = "map_doubts.geojson"  # of a replay that looks at a map
 
 
 def draw_verdicts(replayed: Replay, title: str) -> Figure:
@@ -109,9 +111,10 @@ def _subtitle(replayed: Replay) -> str:
     verdicts = [verdict for result in replayed.results for verdict in result.verdicts]
     occluded, short = (sum(v.sight is sight for v in verdicts) for sight in (Sight.OCCLUDED, Sight.TOO_SHORT))
     left_out = len(replayed.anchors) - MOST_LANES
-    more = f"; {left_out} more anchors are not drawn" if left_out > 0 else ""
+    more = f"; {counted(left_out, 'more anchor')} not drawn" if left_out > 0 else ""
     too_short = f", {short:,} too short" if short else ""
-    return f"{used:,} epochs, {len(verdicts):,} ranges, {occluded:,} of them occluded{too_short}{more}"
+    epochs, ranges = counted(used, "epoch"), counted(len(verdicts), "range")
+    return f"{epochs}, {ranges}, {occluded:,} of them occluded{too_short}{more}"
 
 
 def _short(anchor_id: str) -> str:
@@ -137,18 +140,23 @@ def write_replay(replayed: Replay, document: Mapping[str, object], folder: Path,
 
 def _verdict_rows(replayed: Replay) -> Iterator[list[object]]:
     """A row per range in the log: judged, or not used and why."""
+    foretold = replayed.p_sight
     yield ["epoch", "time_s", "anchor_id", "range_m", "sight", "occluded", "probability", "confidence", "score",
-           "excess_m", "reason"]  # fmt: skip
+           "excess_m", "reason", *([] if foretold is None else ["p_sight"])]  # fmt: skip
     for number, (epoch, result) in enumerate(zip(replayed.epochs, replayed.results, strict=True)):
         told = {verdict.anchor_id: verdict for verdict in result.verdicts}
         why = {rejected.anchor_id: str(rejected.reason) for rejected in result.rejected}
         for measured in epoch.ranges:
             begin = [number, epoch.time_s, measured.anchor_id, measured.range_m]
             verdict = told.get(measured.anchor_id)
+            end: list[object] = []
+            if foretold is not None:
+                p_sight = foretold[number].get(measured.anchor_id)
+                end = ["" if p_sight is None else _cell(p_sight)]
             if verdict is not None:
-                yield [*begin, *_told(verdict)]
+                yield [*begin, *_told(verdict), *end]
             else:
-                yield [*begin, "", "", "", "", "", "", result.rejection or why.get(measured.anchor_id, "")]
+                yield [*begin, "", "", "", "", "", "", result.rejection or why.get(measured.anchor_id, ""), *end]
 
 
 def _told(verdict: AnchorVerdict) -> list[object]:

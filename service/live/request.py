@@ -12,7 +12,7 @@ from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAn
 from service.errors import LimitError
 from service.live.settings import DetectorSettingsIn
 from service.parts.anchors import AnchorId
-from service.parts.points import Metres, NotNegativeMetres, StrictModel
+from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
 from service.settings import Settings
 
 __all__ = [
@@ -187,6 +187,22 @@ class DetectorIn(_Detector):
     )
 
     name: str | None = Field(None, max_length=200, description="A name for people; comes back in answers.")
+    dem_id: str | None = Field(
+        None,
+        max_length=64,
+        description="A DEM that the session looks at: it then foretells each anchor's sight and the ground's height. "
+        "The anchors are in the DEM's CRS, their altitudes in its vertical datum. null = no map.",
+    )
+    antenna_above_ground_m: NotNegativeMetres = Field(
+        1.5, description="Of the rover, which stands on the DEM's ground, metres; without dem_id it says nothing."
+    )
+    dem_sigma_m: Positive = Field(3.0, description="One-sigma error of the DEM's heights, metres.")
+    dem_correlation_m: Positive = Field(
+        100.0, description="Distance over which that error falls off, metres: neighbouring ground is wrong alike."
+    )
+    dem_shift_sigma_m: NotNegativeMetres | None = Field(
+        None, description="One-sigma error of where the DEM lies, per axis, metres; null = half a cell."
+    )
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(
         None, description="Seconds without a request after which it expires; left out = the most that is allowed."
     )

@@ -1,32 +1,28 @@
-"""Live detectors: where epochs are judged, what a session remembers, how many there may be and when they end."""
+"""Live detectors: where epochs are judged, and what a session remembers."""
 
 from __future__ import annotations
 
 import asyncio
 import datetime
-import time
-import uuid
-from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from detection import Detector, EpochResult
-from service.errors import BusyError, GoneError, LimitError, NotFoundError, RequestError, TooManyError
+from detection import EpochResult
+from planning.watching import WatchedEpoch
+from service.errors import RequestError, TooManyError
 from service.live.answers import as_json, epoch_answer, state_answer
 from service.live.request import DetectorIn, DetectorLimits, EpochIn
-from service.settings import Settings
+from service.live.watching import detector_of
+from terrain import ElevationGrid
 
-__all__ = ["Bench", "DetectorSession", "Detectors", "Occlusions", "Watcher"]
+__all__ = ["Bench", "DetectorSession", "Occlusions", "Watcher"]
 
 Judged = TypeVar("Judged")
 # An epoch of so many ranges is searched in a millisecond or two; a thread would take it longer.
 LIGHT_RANGES = 8
 # A watcher that is so many answers behind is not coming back.
 WATCHED_ANSWERS = 256
-SWEEP_EVERY_S = 1.0
-# of so many sessions that are over it is remembered how they ended
-REMEMBERED = 10_000
 
 
 class Bench:
@@ -89,8 +85,8 @@ class Watcher:
 class DetectorSession:
     """A session. Epochs are handled one after the other under ``turn``, whoever sends them.
 
-    bench: shared by all sessions.
-    Raises DetectionInputError, LimitError.
+    bench: shared by all sessions. grid: of the DEM that it looks at; None = none.
+    Raises DetectionInputError, WatchError, LimitError.
     """
 
     def __init__(
@@ -101,6 +97,7 @@ class DetectorSession:
         bench: Bench,
         clock: Callable[[], float],
         idle_timeout_s: float,
+        grid: ElevationGrid | None = None,
     ) -> None:
         limits.check_detector(asked)
         self.id = id
@@ -113,7 +110,8 @@ class DetectorSession:
         self._anchor_ids = [anchor.id for anchor in asked.anchors]
         self._settings = asked.settings.model_dump()
         self.occlusions = Occlusions()
-        self._detector = Detector([anchor.anchor() for anchor in asked.anchors], asked.settings.settings())
+        self._dem_id = asked.dem_id
+        self._detector = detector_of(asked, grid)
         self.limits = limits
         self._bench = bench
         self._judging = asyncio.Lock()
@@ -136,13 +134,13 @@ class DetectorSession:
     async def answer_in_turn(self, asked: EpochIn) -> bytes:
         """The same where others have to be answered meanwhile."""
         async with self._judging:
-            result = await self._bench.judge(len(asked.ranges), lambda: self._detector.process(asked.epoch()))
-        return self._told(asked, result)
+            watched = await self._bench.judge(len(asked.ranges), lambda: self._detector.process(asked.epoch()))
+        return self._told(asked, watched)
 
-    def _told(self, asked: EpochIn, result: EpochResult) -> bytes:
+    def _told(self, asked: EpochIn, watched: WatchedEpoch) -> bytes:
         self.touch()
-        self.occlusions.take_in(result)
-        answer = as_json(epoch_answer(result, asked.sequence))
+        self.occlusions.take_in(watched.result)
+        answer = as_json(epoch_answer(watched.result, asked.sequence, watched if self._dem_id else None))
         for watcher in self._watchers:
             watcher.tell(answer)
         return answer
@@ -194,7 +192,14 @@ class DetectorSession:
             "malformed_messages": self.malformed_messages,
             "anchors": self._anchor_ids,
             "settings": self._settings,
-            "links": {"self": path, "epochs": f"{path}/epochs", "stream": f"{path}/stream"},
+            "dem_id": self._dem_id,
+            "map_warnings": self._detector.warnings,
+            "links": {
+                "self": path,
+                "epochs": f"{path}/epochs",
+                "stream": f"{path}/stream",
+                **({"map_doubts": f"{path}/map-doubts"} if self._dem_id else {}),
+            },
         }
 
     async def state_between_epochs(self) -> dict[str, object]:
@@ -202,92 +207,11 @@ class DetectorSession:
         async with self._judging:
             return self.state()
 
+    async def map_doubts(self) -> bytes:
+        """Where its ranges contradict the map, as GeoJSON. Raises RequestError where it looks at none."""
+        async with self._judging:
+            return self._detector.map_doubts()
+
     def state(self) -> dict[str, object]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""
         return {**self.description(), "state": state_answer(self._detector.state, self._detector.suspicions())}
-
-
-class Detectors:
-    """Live sessions by id. They live in this process's memory alone and end with it."""
-
-    def __init__(self, settings: Settings, clock: Callable[[], float] = time.monotonic) -> None:
-        self.limits = DetectorLimits.of(settings)
-        self._max_sessions = settings.max_detectors
-        self._max_idle_s = settings.max_detector_idle_s
-        self._clock = clock
-        self.bench = Bench()
-        self._sessions: dict[str, DetectorSession] = {}
-        self._over: OrderedDict[str, str] = OrderedDict()
-
-    def __len__(self) -> int:
-        return len(self._sessions)
-
-    def open(self, asked: DetectorIn) -> DetectorSession:
-        """A new session. Raises BusyError, LimitError, DetectionInputError."""
-        self.sweep()
-        if len(self._sessions) >= self._max_sessions:
-            raise BusyError(
-                f"{self._max_sessions} detectors are open, as many as there may be; delete one",
-                limit_name="max_detectors",
-                limit=self._max_sessions,
-            )
-        idle_s = self._max_idle_s if asked.idle_timeout_s is None else asked.idle_timeout_s
-        if idle_s > self._max_idle_s:
-            raise LimitError(
-                f"idle_timeout_s is {idle_s:g}, more than the limit of {self._max_idle_s:g} s",
-                limit_name="max_detector_idle_s",
-                limit=self._max_idle_s,
-                given=idle_s,
-            )
-        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s)
-        self._sessions[session.id] = session
-        return session
-
-    def get(self, id: str) -> DetectorSession:
-        """The session, which is in use now. Raises NotFoundError, or GoneError where it is over."""
-        session = self._sessions.get(id)
-        if session is not None and _expired(session):
-            self._end(session, _why_expired(session))
-            session = None
-        if session is None:
-            if id in self._over:
-                raise GoneError(f"Detector {id[:80]!r} {self._over[id]}; make a new one.")
-            raise NotFoundError("detector", id, "detectors do not survive a restart of the service")
-        session.touch()
-        return session
-
-    def page(self, limit: int, offset: int) -> list[DetectorSession]:
-        """Sessions, newest first."""
-        self.sweep()
-        return list(reversed(self._sessions.values()))[offset : offset + limit]
-
-    def delete(self, id: str) -> None:
-        """End the session and its streams. Raises NotFoundError, GoneError."""
-        self._end(self.get(id), "was deleted")
-
-    def sweep(self) -> None:
-        """End the sessions whose idle time is over."""
-        for session in [session for session in self._sessions.values() if _expired(session)]:
-            self._end(session, _why_expired(session))
-
-    async def keep_sweeping(self) -> None:
-        """Sweep for as long as the service runs."""
-        while True:
-            await asyncio.sleep(SWEEP_EVERY_S)
-            self.sweep()
-
-    def _end(self, session: DetectorSession, how: str) -> None:
-        del self._sessions[session.id]
-        session.closed.set()
-        self._over[session.id] = how
-        if len(self._over) > REMEMBERED:
-            self._over.popitem(last=False)
-
-
-def _expired(session: DetectorSession) -> bool:
-    left_s = session.idle_left_s
-    return left_s is not None and left_s <= 0.0
-
-
-def _why_expired(session: DetectorSession) -> str:
-    return f"expired after {session.idle_timeout_s:g} s without a request"

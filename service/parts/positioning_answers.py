@@ -12,6 +12,7 @@ from service.parts.positioning import ORBIT_TEXTS, PositioningParameters
 from service.parts.ranging_sources import RangingSources
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude
+from visibility.sight import AnchorTrack
 
 __all__ = [
     "PlacedAnchor",
@@ -20,6 +21,7 @@ __all__ = [
     "placed_anchors",
     "placed_satellites",
     "positioning_summary",
+    "range_sigmas_told",
 ]
 
 
@@ -73,6 +75,35 @@ def placed_satellites(sources: Iterable[Anchor | DistantAnchor]) -> list[PlacedS
         for source in sources
         if isinstance(source, DistantAnchor)
     ]
+
+
+def range_sigmas_told(sources: Iterable[Anchor | DistantAnchor | AnchorTrack]) -> str:
+    """The one-sigma errors that errors in metres stand on: of ranges, and of the anchors' own places.
+
+    Such as ``0.1 m to anchors, 1 m to satellites``; empty without sources.
+    """
+    near: list[Anchor | AnchorTrack] = []
+    far: list[DistantAnchor] = []
+    for source in sources:
+        if isinstance(source, DistantAnchor):
+            far.append(source)
+        else:
+            near.append(source)
+    told = [
+        f"{_from_to([one.ranging_sigma_m for one in kind])} to {name}"
+        for name, kind in (("anchors", near), ("satellites", far))
+        if kind
+    ]
+    if any(one.pose_covariance_m2 is not None for one in near):
+        told.append("anchors' places as their covariances say")
+    elif any(one.pose_sigma_m > 0.0 for one in near):
+        told.append(f"anchors' places {_from_to([one.pose_sigma_m for one in near])} per axis")
+    return ", ".join(told)
+
+
+def _from_to(sigmas_m: Sequence[float]) -> str:
+    least_m, most_m = min(sigmas_m), max(sigmas_m)
+    return f"{least_m:g} m" if least_m == most_m else f"{least_m:g} to {most_m:g} m"
 
 
 class PositioningSummary(MapSummary):

@@ -27,6 +27,7 @@ __all__ = [
     "MAP_KINDS",
     "MOST_FIELDS",
     "WithOlderNames",
+    "counted",
     "fields_of",
     "kind_of_summary",
     "notes_on_older_names",
@@ -157,6 +158,11 @@ def sentence_of_detail(details: Sequence[Mapping[str, Any]]) -> str:
     more = len(details) - 1
     also = f" (and {more} more)" if more else ""
     return f"{place}: {message}{also}." if place else f"{message}{also}."
+
+
+def counted(number: int, thing: str) -> str:
+    """So many of a thing whose plural ends in s: ``1 anchor``, ``2 anchors``."""
+    return f"{number:,} {thing}" if number == 1 else f"{number:,} {thing}s"
 
 
 def fields_of(error: ValidationError) -> list[dict[str, str]]:

@@ -184,6 +184,26 @@ def test_a_log_without_positions_says_what_is_needed_most_often() -> None:
     assert "2 more ranges" in found.sentence
 
 
+@pytest.mark.parametrize(("dimension", "heard"), [(3, 3), (2, 2)])
+def test_ranges_that_cannot_check_one_another_accuse_nobody(dimension: Literal[2, 3], heard: int) -> None:
+    places = HALL if dimension == 3 else {name: (*place[:2], 0.0) for name, place in HALL.items()}
+    places = {name: places[name] for name in ("A0", "A1", "A2")}
+    epochs = [replace(epoch, ranges=epoch.ranges[:heard]) for epoch in walk(places, flat=dimension == 2)]
+    found = suspected(anchors_at(places), epochs, replace(SPACE, dimension=dimension))
+    assert not any("suspect" in one.sentence for one in found)
+    for one in found:
+        assert one.cause in (Cause.TOO_FEW, Cause.NOT_FOUND)
+        assert one.cause is not Cause.TOO_FEW or f"100% of the epochs have {heard} ranges or fewer" in one.sentence
+
+
+def test_one_range_more_checks_them_and_may_accuse() -> None:
+    rng = np.random.default_rng(1)
+    places = {name: HALL[name] for name in ("A0", "A1", "A2", "A4", "A5", "A7")}
+    found = suspected(anchors_at(places), changed(walk(places), lambda _: float(rng.uniform(3.0, 9.0))))
+    assert found
+    assert not any(one.cause is Cause.TOO_FEW for one in found)
+
+
 def test_ranges_at_random_are_told_to_be_far_off() -> None:
     rng = np.random.default_rng(0)
     assert suspected(anchors_at(HALL), changed(walk(HALL), lambda _: float(rng.uniform(3.0, 9.0))))

@@ -124,7 +124,7 @@ OTHERS: dict[str, tuple[bytes, Callable[[Path], Any]]] = {
     "anchors.geojson": (collection(POINT), anchors_from_file),
     "tracks.csv": (TRACKS, tracks_from_file),
     "tracks.json": (JSON_TRACKS.encode(), tracks_from_file),
-    "path.csv": (b"east_m,north_m,altitude_m\n1,2,3\n4,5,6\n", path_from_file),
+    "path.csv": (b"east_m,north_m,altitude_m\n1,2,3\n4,5,6\n", lambda path: path_from_file(path, 1.5)),
     "planned.csv": (PLAN.encode(), lambda path: trajectory_from_file(path, "1.5agl")),
     "areas.geojson": (collection({"type": "Feature", "geometry": POLYGON, "properties": {}}), polygon_fields),
     "places.geojson": (collection(POINT), place_fields),

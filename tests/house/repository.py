@@ -33,8 +33,9 @@ def project_files() -> list[Path]:
 
 
 def modules(package: str) -> Iterator[Path]:
-    """The package's modules, relative to the project's root."""
-    return (path.relative_to(ROOT) for path in sorted((ROOT / package).rglob("*.py")))
+    """The package's modules, relative to the project's root, without what `make page` installs beside its sources."""
+    found = (path.relative_to(ROOT) for path in sorted((ROOT / package).rglob("*.py")))
+    return (path for path in found if "node_modules" not in path.parts)
 
 
 def imported_modules(module: Path) -> set[str]:

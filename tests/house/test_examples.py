@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.serve import running_service
+from service.cli.own_service import running_service
 from tests.house.repository import ROOT
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "CONTRIBUTING.md"]

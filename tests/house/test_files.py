@@ -7,7 +7,7 @@ import re
 import pytest
 
 from service.settings import Settings
-from tests.house.repository import ROOT, project_files, pyproject
+from tests.house.repository import PACKAGES, ROOT, project_files, pyproject
 
 LONGEST_FILE = 300
 LONGER_FILES: dict[str, str] = {}  # path: why there is no second subject in it
@@ -81,3 +81,13 @@ def test_every_relative_link_in_the_documents_leads_somewhere() -> None:
             if "://" not in target and not (ROOT / path.parent / target).exists():
                 broken.append(f"{path}: {target}")
     assert broken == []
+
+
+def test_every_file_and_folder_of_ours_that_the_documents_name_is_there() -> None:
+    ours = re.compile(rf"`((?:{'|'.join([*PACKAGES, 'tests', 'benchmarks', 'docs'])})/[\w./-]*)`")
+    gone = []
+    for path in project_files():
+        if path.suffix == ".md":
+            named = ours.findall((ROOT / path).read_text(encoding="utf-8"))
+            gone += [f"{path}: {name}" for name in named if not ((ROOT / name).exists() or "__pycache__" in name)]
+    assert gone == []

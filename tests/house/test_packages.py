@@ -44,9 +44,7 @@ def test_every_module_exports_only_names_that_exist(package: str) -> None:
 
 
 def packages_on_disk() -> set[str]:
-    roots = [ROOT / package for package in PACKAGES]
-    folders = {path.parent for root in roots for path in root.rglob("*.py")}
-    return {".".join(folder.relative_to(ROOT).parts) for folder in folders}
+    return {".".join(path.parent.parts) for package in PACKAGES for path in modules(package)}
 
 
 def test_the_distribution_carries_every_package_on_disk() -> None:

@@ -20,7 +20,8 @@ from websockets.sync.client import ClientConnection, connect
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 MAY_TAKE_S = 60.0
-KEYS = {"ArrowRight": 39, "Delete": 46, "Enter": 13}
+KEYS = {"ArrowRight": 39, "ArrowUp": 38, "Delete": 46, "Enter": 13, "Escape": 27, "Tab": 9, "z": 90, "y": 89}
+CONTROL = 2  # of DevTools' key modifiers
 
 
 @dataclass
@@ -68,17 +69,51 @@ class Browser:
 
     def click(self, selector: str, across: float = 0.5, down: float = 0.5) -> None:
         """Press and let go of the mouse at a share of the element's width and height."""
+        self.click_at(*self.place(selector, across, down))
+
+    def place(self, selector: str, across: float = 0.5, down: float = 0.5) -> tuple[float, float]:
+        """Pixels of a share of the element's width and height."""
         box = self.value(
             f"(() => {{ const e = document.querySelector({selector!r}); e.scrollIntoView({{block: 'nearest'}}); "
             "const b = e.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()"
         )
-        at = {"x": box[0] + across * box[2], "y": box[1] + down * box[3], "button": "left", "clickCount": 1}
-        for kind in ("mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", type=kind, **at)
+        return box[0] + across * box[2], box[1] + down * box[3]
 
-    def press(self, key: str) -> None:
+    def click_at(self, x: float, y: float, times: int = 1) -> None:
+        self.mouse("mouseMoved", x, y)
+        for number in range(1, times + 1):
+            for kind in ("mousePressed", "mouseReleased"):
+                self.mouse(kind, x, y, button="left", clickCount=number)
+
+    def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float], steps: int = 8, pause_s: float = 0.02) -> None:
+        """Press at one place of the page, move in steps to another, let go."""
+        self.mouse("mouseMoved", *start)
+        self.mouse("mousePressed", *start, button="left", clickCount=1)
+        for number in range(1, steps + 1):
+            x, y = (a + (b - a) * number / steps for a, b in zip(start, end, strict=True))
+            self.mouse("mouseMoved", x, y, button="left", buttons=1)
+            time.sleep(pause_s)
+        self.mouse("mouseReleased", *end, button="left", clickCount=1)
+
+    def press(self, key: str, modifiers: int = 0) -> None:
+        code = f"Key{key.upper()}" if len(key) == 1 else key
         for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=KEYS[key])
+            self.call(
+                "Input.dispatchKeyEvent",
+                type=kind,
+                key=key,
+                code=code,
+                windowsVirtualKeyCode=KEYS[key],
+                modifiers=modifiers,
+            )
+
+    def write(self, selector: str, text: str) -> None:
+        """Put the cursor into a field and type."""
+        self.value(f"document.querySelector({selector!r}).focus()")
+        self.call("Input.insertText", text=text)
 
     def choose(self, selector: str, value: str) -> None:
         """Take an option of a select, or type into a field, as its user would be seen doing it."""

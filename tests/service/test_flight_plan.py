@@ -10,14 +10,12 @@ from pydantic import ValidationError
 
 from planning import PathProblemError, PlaceError
 from service.errors import LimitError, RequestError
-from service.jobs.kept_files import load, save
 from service.products import Given, Work
 from service.products.flights import FLIGHT
 from service.products.flights.calculate import calculate_flight, check_flight_request
 from service.products.flights.files import LAYERS
 from service.products.flights.picture import draw_flight, draw_flight_profile
 from service.products.flights.request import FlightIn, FlightParameters
-from service.products.registry import PRODUCTS
 from service.settings import Settings
 from terrain import to_grid_frame
 from tests.service.small_flights import HIGH, MAP, flight_request, small_flight
@@ -87,16 +85,6 @@ def test_told_to_stop_it_answers_with_the_best_that_it_has():
     stopped = calculate_flight(small_grid(), asked, Work(stop=lambda: True))
     assert (stopped.answer.status, stopped.answer.stopped_by) == ("found", "stop")
     assert stopped.answer.validation.passed
-
-
-@pytest.mark.parametrize("which", ["found", "above", "shut"])
-def test_what_was_stored_comes_back_as_it_was(which, request, tmp_path):
-    finished = request.getfixturevalue(which)
-    json.dumps(finished.answer.model_dump(mode="json"), allow_nan=False)
-    save(FLIGHT, finished, tmp_path / "kept")
-    _, again = load(PRODUCTS, tmp_path / "kept")
-    assert again.answer == finished.answer
-    assert np.array_equal(again.air, finished.air, equal_nan=True)
 
 
 def test_geojson_has_altitudes_and_a_point_for_each_corner(found, written):

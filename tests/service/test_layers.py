@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rasterio
-from PIL import Image
 
 from service.parts.anchors import AnchorIn
 from service.products.visibility import VISIBILITY_MAP
@@ -102,13 +101,6 @@ def test_a_local_grid_is_written_without_a_place_on_earth(opened):
 def test_another_planet_keeps_its_radius(opened, finished):
     on_mars = replace(finished, grid=replace(finished.grid, crs=MARS))
     assert "3396190" in opened("count.tif", on_mars).crs.to_wkt()
-
-
-def test_the_picture_is_a_png_of_reasonable_size(finished, tmp_path):
-    LAYERS["map.png"].save(finished, tmp_path / "map.png")
-    with Image.open(tmp_path / "map.png") as picture:
-        assert picture.format == "PNG"
-        assert 600 <= max(picture.size) <= 2000
 
 
 def test_arrays_can_be_read_without_pickles(finished, tmp_path):

@@ -5,7 +5,6 @@ import json
 import pytest
 
 from service.jobs.kept_files import load, save
-from service.parts.sentences import notes_on_older_names
 from service.products import Given
 from service.products.paths import PATH
 from service.products.paths.files import LAYERS
@@ -34,19 +33,6 @@ def test_a_result_that_an_older_sightline_stored_still_opens(found, tmp_path):
     assert again.answer.totals == found.answer.totals
     for layer in LAYERS:
         layer.write(again, tmp_path / layer.name)
-
-
-@pytest.mark.parametrize(
-    ("older", "newer", "value"),
-    [("rover.antenna_height_m", "rover.receiver_above_ground_m", 2.5), ("limits.max_dop", "limits.dop_limit", 4.0)],
-)
-def test_older_names_are_taken_and_told(older, newer, value):
-    part, name = older.split(".")
-    asked = PathIn.model_validate({"dem_id": "D", **path_request(**{part: {name: value}})})
-    (note,) = notes_on_older_names(asked)
-    assert f"{name} is called {newer.split('.')[1]} now" in note
-    whole = PATH.completed(asked, Given())
-    assert getattr(getattr(whole, part), newer.split(".")[1]) == value
 
 
 def test_a_map_gives_its_limits_under_todays_names_to_a_request_with_older_ones():

@@ -12,7 +12,6 @@ import shapely
 from planning import PathProblemError, PlaceError
 from planning.paths import RoverModel
 from service.errors import RequestError
-from service.jobs.kept_files import load, save
 from service.parts.plan_answers import time_words
 from service.products.paths import PATH
 from service.products.paths.calculate import check_path_request, limits_of, rover_of
@@ -20,7 +19,6 @@ from service.products.paths.files import LAYERS
 from service.products.paths.picture import draw_path
 from service.products.paths.profile import draw_profile
 from service.products.paths.request import PathLimitsIn, PathParameters, RoverIn
-from service.products.registry import PRODUCTS
 from terrain import height_at, to_grid_frame
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from tests.service.small_paths import ACROSS, WEST_OF_WALL, at, path_request, small_path
@@ -75,22 +73,6 @@ def test_the_wall_makes_the_goal_unreachable_and_the_answer_says_what_would_open
     assert cut.reason == "slope"
     assert WEST_M + 500.0 < cut.where.east_m < WEST_M + 600.0
     assert cut.relaxations[0].sentence
-
-
-def test_the_summary_is_json_without_nan(found, blocked):
-    for finished in (found, blocked):
-        document = finished.answer.model_dump(mode="json")
-        assert json.loads(json.dumps(document, allow_nan=False))["dem"]["name"] == "small.tif"
-
-
-@pytest.mark.parametrize("which", ["found", "blocked"])
-def test_a_plan_that_was_stored_comes_back_as_it_was(which, request, tmp_path):
-    finished = request.getfixturevalue(which)
-    save(PATH, finished, tmp_path / "kept")
-    _, again = load(PRODUCTS, tmp_path / "kept")
-    assert again.answer == finished.answer
-    assert np.array_equal(again.vertices, finished.vertices, equal_nan=True)
-    assert again.anchors == finished.anchors
 
 
 def test_geojson_holds_the_line_with_totals_and_what_holds_at_each_vertex(found, written):

@@ -6,10 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.jobs.kept_files import load, save
 from service.products import Work
-from service.products.registry import PRODUCTS
-from service.products.visibility import VISIBILITY_MAP
 from service.products.visibility.calculate import calculate_visibility_map
 from service.products.visibility.request import VisibilityMapParameters
 from tests.service.small_maps import COLS, HOLE, NORTH_M, ROWS, WEST_M, small_grid, small_map
@@ -115,36 +112,6 @@ def test_progress_grows_to_one():
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert len(set(shares)) >= 3
-
-
-@pytest.mark.parametrize("crs", ["EPSG:32611", None])
-def test_a_saved_map_comes_back_the_same(tmp_path, crs):
-    finished = small_map(crs, curvature="flat", receiver_altitude_m=40.0)
-    save(VISIBILITY_MAP, finished, tmp_path / "result")
-    product, loaded = load(PRODUCTS, tmp_path / "result")
-    assert product is VISIBILITY_MAP
-    for name in ("visible", "altitude_m", "count", "unknown_count"):
-        np.testing.assert_array_equal(getattr(loaded, name), getattr(finished, name))
-        assert getattr(loaded, name).dtype == getattr(finished, name).dtype
-    assert loaded.grid.digest == finished.grid.digest
-    assert loaded.grid.provenance == finished.grid.provenance
-    assert (loaded.anchors, loaded.parameters) == (finished.anchors, finished.parameters)
-    assert loaded.answer == finished.answer
-
-
-def test_an_unfinished_folder_is_not_a_map(tmp_path):
-    save(VISIBILITY_MAP, small_map(), tmp_path)
-    (tmp_path / "visibility-map.json").unlink()
-    with pytest.raises(FileNotFoundError):
-        load(PRODUCTS, tmp_path)
-
-
-def test_a_map_of_another_format_is_refused(tmp_path):
-    save(VISIBILITY_MAP, small_map(), tmp_path)
-    description = tmp_path / "visibility-map.json"
-    description.write_text(description.read_text().replace('"format": 2', '"format": 99'))
-    with pytest.raises(ValueError, match="format 99"):
-        load(PRODUCTS, tmp_path)
 
 
 def test_ground_that_is_all_unknown_has_no_shares():

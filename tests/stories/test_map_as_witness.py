@@ -111,6 +111,16 @@ def streamed(server: Server, messages: list[dict[str, Any]]) -> list[dict[str, A
     return answers
 
 
+def looking(server: Server, dem_id: str, messages: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """The answers of a session that looks at the DEM by itself, and where its ranges contradict the map."""
+    asked = {"anchors": DRONES, "settings": SETTINGS, "dem_id": dem_id, "antenna_above_ground_m": ANTENNA_M}
+    answer = server.client.post("/detectors", json=asked)
+    assert answer.status_code == 201, answer.text
+    links = answer.json()["links"]
+    sent = server.client.post(links["epochs"], json={"epochs": messages}).raise_for_status().json()["answers"]
+    return sent, server.client.get(links["map_doubts"]).raise_for_status().json()
+
+
 def alone(server: Server, ranges: list[dict[str, Any]]) -> dict[str, Any]:
     asked = {"anchors": DRONES, "settings": SETTINGS, "ranges": ranges}
     return dict(server.client.post("/detections", json=asked).raise_for_status().json())
@@ -152,6 +162,30 @@ def test_only_the_session_with_the_map_notices_what_grows_slowly(server: Server,
     assert len(wronged) <= 0.01 * 4 * len(foretold)
     assert foretold[-1]["planning"] == "degraded"
     assert np.median(level_errors_m(drive, foretold)[bad]) < 0.5 * np.median(level_errors_m(drive, blind)[bad])
+
+
+def test_a_session_that_names_a_dem_foretells_by_itself(server: Server, drive: Drive) -> None:
+    bad = drive.truth.excess_m[:, 1] > 2.0 * HARMFUL_M
+    answers, doubts = looking(server, server.sample("jacksboro")["id"], drive.blind)
+    foretold = {one["anchor_id"]: one["p_direct"] for one in answers[-1]["predicted"]}
+    assert foretold["D2"] < 0.2 < 0.9 < foretold["D4"]
+    assert calls_of_d2(answers)[bad].mean() > 0.9
+    assert np.median(level_errors_m(drive, answers)[bad]) < 0.5
+    assert answers[-1]["position"]["covariance_m2"]
+    assert doubts == {**doubts, "type": "FeatureCollection", "features": []}
+
+
+def test_a_dem_that_is_not_there_and_a_map_that_was_not_named_are_refused(server: Server) -> None:
+    missing = server.client.post("/detectors", json={"anchors": DRONES, "dem_id": "nothing"})
+    assert missing.status_code == 404, missing.text
+    flat = {"anchors": DRONES, "dem_id": server.sample("jacksboro")["id"], "settings": {"dimension": 2}}
+    told = server.client.post("/detectors", json=flat).json()
+    assert told["detail"].startswith("A map is of use in three dimensions"), told
+    blind = server.client.post("/detectors", json={"anchors": DRONES}).json()
+    assert "map_doubts" not in blind["links"]
+    refused = server.client.get(f"{blind['links']['self']}/map-doubts")
+    assert refused.status_code == 422
+    assert refused.json()["detail"] == "The detector looks at no map: open one with dem_id."
 
 
 def test_a_map_that_is_wrong_does_not_outvote_what_is_measured(server: Server, drive: Drive) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import navigation
 import visibility
@@ -132,27 +131,6 @@ def test_files_say_the_same(server: Server, told: dict[str, Any], grid: Elevatio
         trace_m2 = np.trace(arrays["covariance_m2"], axis1=1, axis2=2)
         np.testing.assert_allclose(EPSILON * np.sqrt(trace_m2) + DEM_SIGMA_M, arrays["radius_m"])
         assert arrays["visible"].shape == (len(points), len(PLACES))
-    for name in ("profile.png", "map.png"):
-        assert files[name].headers["Content-Type"] == "image/png"
-        with Image.open(io.BytesIO(files[name].content)) as picture:
-            assert min(picture.size) > 400
-
-
-def test_a_list_holds_bubbles_without_their_points_and_deleting_frees_them(
-    server: Server, asked: dict[str, Any]
-) -> None:
-    answer = server.client.post("/safety-bubbles", json={**asked, "epsilon": 2.0})
-    assert answer.status_code == 202
-    assert answer.json()["points"] is None
-    state = server.until_over(answer.headers["Location"])
-    assert state["status"] == "succeeded"
-    assert state["request"]["epsilon"] == 2.0
-    assert state["request"]["points"] == len(asked["points_m"])
-    listed = server.client.get("/safety-bubbles", params={"limit": 1}).json()["safety_bubbles"][0]
-    assert listed["id"] == state["id"]
-    assert "points" not in listed
-    assert server.client.delete(state["links"]["self"]).status_code == 204
-    assert server.client.get(state["files"][0]).status_code == 404
 
 
 def test_a_history_of_poses_is_judged_by_its_own_covariances(server: Server, grid: ElevationGrid) -> None:

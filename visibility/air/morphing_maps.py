@@ -166,4 +166,7 @@ def check_ceiling(grid: ElevationGrid, ceiling_m: float, above_ground: bool) -> 
 
 def _warnings(state: npt.NDArray[np.uint8]) -> list[str]:
     outside = int(np.count_nonzero(state == ColumnState.OUTSIDE))
-    return [f"{outside:,} posts stand above the ceiling and have no air in the volume."] if outside else []
+    if not outside:
+        return []
+    stand = "post stands" if outside == 1 else "posts stand"
+    return [f"{outside:,} {stand} above the ceiling: there is no air below it."]

@@ -20,7 +20,7 @@ from service.parts.sentences import sentence_of
 
 from .texts import ANCHOR_FORM, anchor_from_text
 
-__all__ = ["anchors_from_file", "ranging_anchors", "tracks_from_file"]
+__all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "tracks_from_file"]
 
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine
@@ -29,11 +29,13 @@ TEXTS = {"id", "body", "altitude_datum"}
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum")))
 ANCHORS, TRACKS = "anchors file", "track file"
+IN_THE_PLANE = "where anchors and rover are at one height, say --dimension 2 and leave heights out"
 
 
-def anchors_from_file(path: Path, *, level: bool = False) -> list[AnchorIn]:
-    """The anchors of a .json, .geojson or .csv file. level: heights do not matter, and may be left out.
+def anchors_from_file(path: Path, *, level: bool | None = None) -> list[AnchorIn]:
+    """The anchors of a .json, .geojson or .csv file.
 
+    level: of a detector, which knows no ground: whether heights do not matter, and may be left out.
     Raises RequestError.
     """
     suffix = path.suffix.lower()
@@ -60,10 +62,12 @@ def tracks_from_file(path: Path) -> list[TrackIn]:
         raise RequestError(f"The track file {path.name}: {sentence_of(error)}") from error
 
 
-def _anchor(where: str, fields: object, level: bool) -> AnchorIn:
+def _anchor(where: str, fields: object, level: bool | None) -> AnchorIn:
     if not isinstance(fields, Mapping):
         raise RequestError(f"{where}: an anchor must be an object with id, position and height.")
-    if level and not {"altitude_m", "above_ground_m"} & set(fields):
+    if level is not None and not {"altitude_m", "above_ground_m"} & set(fields):
+        if not level:
+            raise RequestError(f"{where}: an anchor of a detector in space needs altitude_m; {IN_THE_PLANE}.")
         fields = {**fields, "altitude_m": 0.0}
     try:
         return AnchorIn.model_validate(fields)
@@ -182,7 +186,7 @@ def _from_text(text: str, level: bool) -> AnchorIn:
     except RequestError as error:
         if ANCHOR_FORM in str(error):
             raise RequestError(
-                f"--anchor {text!r} is not of the form ID,EAST,NORTH,HEIGHT with HEIGHT like 612msl."
+                f"--anchor {text!r} is not of the form ID,EAST,NORTH,HEIGHT with HEIGHT like 612msl; {IN_THE_PLANE}."
             ) from error
         raise
 
@@ -211,7 +215,10 @@ def _in_local_frame(asked: Sequence[AnchorIn], level: bool) -> tuple[list[Rangin
 
 def _altitude_m(anchor: AnchorIn) -> float:
     if anchor.altitude_m is None:
-        raise RequestError(f"Anchor {anchor.id}: a detector knows no ground; give altitude_m (612msl).")
+        raise RequestError(
+            f"Anchor {anchor.id}: a detector knows no ground; give its altitude (612msl, altitude_m in a file), or "
+            f"{IN_THE_PLANE}."
+        )
     return anchor.altitude_m
 
 

@@ -1,4 +1,4 @@
-"""Options that commands share: groups of them, GPS satellites among them, are frozen dataclasses of a request's fields.
+"""Options that commands share: groups of them are frozen dataclasses of a request's fields.
 
 A field is named as in the request, its option as people type it. What was not given is None or empty.
 """
@@ -7,15 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
-from rich.markup import escape
-from rich.table import Table
-
-from service.errors import RequestError
 
 __all__ = [
     "GROUP",
@@ -29,23 +24,20 @@ __all__ = [
     "Output",
     "PlacesAndAnchors",
     "PositioningOptions",
+    "RangeSigma",
     "Reading",
     "ReceiverHeight",
     "RequestFile",
-    "SatelliteOptions",
     "SightOptions",
     "TerrainFrame",
     "Unknown",
-    "nothing_to_range_to",
     "option",
-    "sources_table",
     "told",
 ]
 
 if TYPE_CHECKING:
     from service.parts.anchors import AnchorIn
     from service.parts.areas import AnyArea
-    from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite
     from terrain import ElevationGrid
 
 
@@ -62,7 +54,6 @@ DemPath = Annotated[
         help="GeoTIFF, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file; a folder of tiles; or @ground.",
     ),
 ]
-MOST_BYTES = 1_000_000
 
 
 def _whole_number(kind: Any, tokens: Sequence[Token]) -> int:
@@ -79,6 +70,14 @@ def option(help: str, metavar: str | None = None, name: str | None = None) -> Pa
 
 
 ReceiverHeight = Annotated[float | None, option("Above ground, metres. (default 1.5)", "M", "--receiver-height")]
+RangeSigma = Annotated[
+    float | None,
+    option(
+        "One-sigma error of every range, metres. (default what each anchor says, else 0.1; to satellites 1)",
+        "M",
+        "--range-sigma",
+    ),
+]
 RequestFile = Annotated[
     Path | None, option("The request as JSON, as over HTTP, in place of all the above.", "FILE", "--request")
 ]
@@ -172,6 +171,11 @@ class AnchorOptions:
         of_texts = [anchor_from_text(text, lonlat=self.lonlat) for text in self.anchor]
         return of_texts + [anchor for path in self.anchors for anchor in anchors_from_file(path)]
 
+    def part(self, range_sigma_m: float | None = None) -> list[dict[str, object]]:
+        """The same as fields, so that a sigma of every range, if there is one, is checked. Raises RequestError."""
+        sigma = {} if range_sigma_m is None else {"ranging_sigma_m": range_sigma_m}
+        return [{**anchor.model_dump(exclude_none=True), **sigma} for anchor in self.read()]
+
 
 @GROUP
 @dataclass(frozen=True, slots=True)
@@ -186,7 +190,9 @@ class PlacesAndAnchors(AnchorOptions):
 class SightOptions:
     """How sight lines are calculated: fields of every request that asks about sight."""
 
-    mode: Annotated[Mode, option("Column sweep, or every edge that a line crosses.")] = "fast"
+    mode: Annotated[
+        Mode, option("fast: a sweep that errs beside shadows and in altitudes behind them; exact: every edge.")
+    ] = "fast"
     unknown: Annotated[Unknown, option("What a line over unknown ground is, unless known ground blocks it.")] = (
         "unknown"
     )
@@ -205,96 +211,3 @@ class PositioningOptions:
         int | None, WHOLE, option("So many must be in sight as well. (default what a fix needs)", "K")
     ] = None
     receiver_above_ground_m: ReceiverHeight = None
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class SatelliteOptions:
-    """The ``satellites`` of a request."""
-
-    almanac: Annotated[Path | None, option("SEM or YUMA almanac; its GPS satellites are anchors.", "FILE")] = None
-    navigation: Annotated[
-        Path | None, option("RINEX navigation file, more precise; in place of --almanac.", "FILE")
-    ] = None
-    time: Annotated[str | None, option("When, such as 2007-01-27T06:00:00Z; with --almanac.", "ISO8601")] = None
-    reference_date: Annotated[
-        str | None, option("A date near the almanac's, where it counts weeks modulo 1024. (default --time)", "DATE")
-    ] = None
-    cone_deg: Annotated[float | None, option("Half-angle of the cone of satellites, degrees. (default 85)", "DEG")] = (
-        None
-    )
-    sky_at: Annotated[str | None, option("Where a DEM without CRS lies, degrees; for satellites.", "LON,LAT")] = None
-
-    def part(self) -> dict[str, object] | None:
-        """As the request has them; None without a file of orbits. Raises RequestError."""
-        if self.almanac is not None and self.navigation is not None:
-            raise RequestError("Give only one of --almanac and --navigation.")
-        if self.almanac is None and self.navigation is None:
-            if told(self):
-                raise RequestError("--time, --reference-date, --cone-deg and --sky-at need --almanac FILE.")
-            return None
-        if self.time is None:
-            option = "--almanac" if self.navigation is None else "--navigation"
-            raise RequestError(f"{option} needs --time, such as --time 2007-01-27T06:00:00Z.")
-        found = {**told(self), "reference_date": self.reference_date or _date_of(self.time)}
-        if self.almanac is not None:
-            found["almanac"] = _orbit_text("almanac", self.almanac)
-        if self.navigation is not None:
-            found["navigation"] = _orbit_text("navigation file", self.navigation)
-        if self.sky_at is not None:
-            del found["sky_at"]
-            found |= _lon_lat(self.sky_at)
-        return found
-
-
-def nothing_to_range_to() -> RequestError:
-    """What a map of positioning without anchors and satellites is refused with."""
-    return RequestError(
-        "Nothing to range to: give --anchor ID,EAST,NORTH,80agl, --anchors FILE or --almanac FILE with --time."
-    )
-
-
-def sources_table(curvature: str, anchors: Sequence[PlacedAnchor], satellites: Sequence[PlacedSatellite]) -> Table:
-    """One row per anchor and per satellite. curvature: what was used, in words."""
-    table = Table(
-        title="Anchors and satellites", caption=f"Curvature: {curvature}", title_justify="left", caption_justify="left"
-    )
-    table.add_column("id", style="bold")
-    for column in ("east m", "north m", "altitude m", "azimuth", "elevation"):
-        table.add_column(column, justify="right", no_wrap=True)
-    for anchor in anchors:
-        place = (f"{anchor.east_m:.0f}", f"{anchor.north_m:.0f}", f"{anchor.altitude_m:.1f}")
-        table.add_row(escape(anchor.id), *place, "", "")
-    for satellite in satellites:
-        angles = (f"{satellite.grid_azimuth_deg:.1f}°", f"{satellite.elevation_deg:.1f}°")
-        table.add_row(satellite.id, "", "", "", *angles)
-    return table
-
-
-def _date_of(time: str) -> str:
-    """The date of a time: an almanac that can be used for it is near it. Raises RequestError."""
-    try:
-        return datetime.fromisoformat(time).date().isoformat()
-    except ValueError as error:
-        raise RequestError(
-            f"--time {time!r} is no ISO 8601 time with its offset, such as 2007-01-27T06:00:00Z."
-        ) from error
-
-
-def _orbit_text(what: str, path: Path) -> str:
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise RequestError(f"The {what} {path.name} is larger than {MOST_BYTES:,} bytes; is it one?")
-        return path.read_text(encoding="ascii")
-    except UnicodeDecodeError as error:
-        raise RequestError(f"The {what} {path.name} is not a text file.") from error
-    except OSError as error:
-        raise RequestError(f"The {what} {str(path)!r} cannot be read: {error.strerror}.") from error
-
-
-def _lon_lat(text: str) -> dict[str, float]:
-    try:
-        lon_deg, lat_deg = (float(part) for part in text.split(","))
-    except ValueError as error:
-        raise RequestError(f"--sky-at {text!r} is not of the form LON,LAT in degrees.") from error
-    return {"lon_deg": lon_deg, "lat_deg": lat_deg}

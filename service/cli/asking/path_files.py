@@ -123,21 +123,25 @@ class Trajectory:
         return {**found, **_filter_of_a_plan()} if self.planned else found
 
 
-def path_from_file(path: Path) -> list[PointIn]:
-    """The points of a .csv file. Raises RequestError."""
-    return _points_and_columns(read_csv_table(path, PATH, comments_within=False))[0]
+def path_from_file(path: Path, antenna_above_ground_m: float) -> list[PointIn]:
+    """The points of a file; those of a line or a planned path are so high above the ground. Raises RequestError."""
+    return trajectory_from_file(path, None, {"above_ground_m": antenna_above_ground_m}).points
 
 
-def trajectory_from_file(path: Path, height: str | None) -> Trajectory:
-    """The trajectory of a file. height: of every point of a line or a planned path, as typed. Raises RequestError."""
+def trajectory_from_file(path: Path, height: str | None, usual: Mapping[str, float] | None = None) -> Trajectory:
+    """The trajectory of a file.
+
+    height: of every point of a line or a planned path, as typed; usual: as a field of a request, where none was.
+    Raises RequestError.
+    """
+    metres = usual if height is None else _metres(height)
     if path.suffix.lower() in (".geojson", ".json"):
-        if height is None:
+        if metres is None:
             raise RequestError("A path in GeoJSON needs --height, such as 30agl or 1500msl.")
-        metres = _metres(height)
         return Trajectory([_point(path.name, {**place, **metres}) for place in path_fields(path)])
     table = read_csv_table(path, PATH, comments_within=False)
     if set(table.columns) >= PLANNED:
-        return _planned(table, height)
+        return _planned(table, metres)
     if height is not None:
         raise RequestError(
             "--height is for paths in GeoJSON and planned ones; a CSV file has the column above_ground_m or altitude_m."
@@ -151,7 +155,7 @@ def trajectory_from_file(path: Path, height: str | None) -> Trajectory:
     return Trajectory(points, told.get("time_s"), covariances_m2)
 
 
-def _planned(table: CsvTable, height: str | None) -> Trajectory:
+def _planned(table: CsvTable, metres: Mapping[str, float] | Mapping[str, float | str] | None) -> Trajectory:
     """Altitudes of such a table are the ground's: where the antenna is above it, the table does not say."""
     numbers = Numbers(table.delimiter)
     try:
@@ -163,12 +167,12 @@ def _planned(table: CsvTable, height: str | None) -> Trajectory:
         raise RequestError(f"The path file {table.name} is not as sightline plan writes it: {error}") from error
     if not told:
         raise RequestError(f"The path file {table.name} holds no points.")
-    if height is None:
+    if metres is None:
         raise RequestError(
             f"{table.name} is a planned path, whose altitudes are the ground's: say with --height how high "
             "the antenna is, such as 1.5agl."
         )
-    metres, times_s = _metres(height), [row.pop("time_s") for row in told]
+    times_s = [row.pop("time_s") for row in told]
     return Trajectory([_point(table.name, {**place, **metres}) for place in told], times_s, planned=True)
 
 

@@ -26,7 +26,11 @@ __all__ = [
 class GoalOptions:
     """The ``goal`` of a request that places or moves anchors, besides its objective."""
 
-    min_anchors: Annotated[int, WHOLE, option("So many anchors must be in sight.", "K")] = 4
+    min_anchors: Annotated[
+        int | None,
+        WHOLE,
+        option("So many anchors must be in sight. (default what a fix needs; for coverage 4)", "K"),
+    ] = None
     dop_limit: Annotated[float, option("A dilution below this is good enough.", "NUMBER")] = 5.0
     measure: Annotated[Measure, option("Which dilution of precision.")] = "pdop"
     kind: Annotated[Kind, option("Ranges; ranges with an unknown clock; differences of arrival.")] = "ranging"
@@ -104,6 +108,14 @@ class PlacementGoal(GoalOptions):
         option("What is good. Coverage counts anchors in sight, even where they stand in a row."),
     ] = "coverage"
     spare: Annotated[int, WHOLE, option("So many anchors may be lost, 0 or 1.", "N")] = 0
+    ranging_sigma_m: Annotated[
+        float | None,
+        option(
+            "One-sigma error of every range, for errors. (default 0.1; of those there already what they say)",
+            "M",
+            "--range-sigma",
+        ),
+    ] = None
 
     def part(self) -> dict[str, object]:
         """As the request has it."""

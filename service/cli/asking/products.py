@@ -19,8 +19,17 @@ from service.parts.altitude_datums import in_dem_datum
 from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_names, sentence_of
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
+from visibility.sight.sight_lines import ERROR_STATEMENT
 
-from ..output import leaving_nothing_new, output_folder, print_json, print_tables, print_warnings, progress_bar
+from ..output import (
+    leaving_nothing_new,
+    output_folder,
+    print_json,
+    print_notes,
+    print_tables,
+    print_warnings,
+    progress_bar,
+)
 from .options import Output, Reading
 
 __all__ = ["ask", "completed", "given_map", "request_from_file", "request_of_fields"]
@@ -74,6 +83,7 @@ def ask(
         print_json({**document, "files": [str(path) for path in written]})
         return
     print_tables(*tables(answer))
+    print_notes(_how_far_to_trust(answer.error_statement, document.get("mode", dict(parameters).get("mode"))))
     print_warnings(answer.warnings)
     for path in written:
         print(path)
@@ -153,6 +163,13 @@ def _calculated(product: Product, grid: ElevationGrid, parameters: BaseModel, wo
     with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
         inputs = Path(folder) / "inputs"
         return product.calculate(grid, product.unpacked(product.pack(grid, parameters, inputs), inputs), work)
+
+
+def _how_far_to_trust(statement: str | None, mode: JsonValue) -> list[str]:
+    """What fast sight lines may be off by; the others are exact, and a search that is fast may answer exactly."""
+    if mode != "fast" or not statement or statement == ERROR_STATEMENT:
+        return []
+    return [f"Mode fast: {statement}. Where an altitude or a single post decides, take --mode exact."]
 
 
 def _write_files(

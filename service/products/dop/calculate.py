@@ -10,7 +10,7 @@ from pydantic import Field
 
 from service.parts.map_area import map_area
 from service.parts.map_facts import curvature_of, share_of
-from service.parts.positioning_answers import PositioningSummary, positioning_summary
+from service.parts.positioning_answers import PositioningSummary, positioning_summary, range_sigmas_told
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import points_in_grid
@@ -58,6 +58,9 @@ class DopMapSummary(PositioningSummary):
     one_dop_per_set: bool = Field(False, description="Whether all posts of a visible set share one dilution.")
     position_error_quantiles_m: dict[str, dict[str, float | None]] = Field(
         {}, description="p05, p50 and p95 of the horizontal, vertical and position error, one sigma, metres."
+    )
+    sigmas: str = Field(
+        "", description="One-sigma errors of ranges, and of anchors' places, that these errors stand on, in words."
     )
     path_points: int = Field(0, description="Number of points along the path.")
     volume: VolumeFacts | None = Field(None, description="The control volume, where one was asked for.")
@@ -172,6 +175,7 @@ def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: W
             name: _quantiles(sigma_m[known])
             for name, sigma_m in zip(("horizontal", "vertical", "position"), sigmas_m, strict=True)
         },
+        sigmas=range_sigmas_told(lines.anchors),
         path_points=len(path_numbers),
         volume=volume_facts(lines.grid, parameters),
         posts_by_reason={reason.name.lower(): int(np.count_nonzero(reasons[known] == reason)) for reason in DopReason},

@@ -65,6 +65,10 @@ def _tags(finished: FinishedDopMap) -> dict[str, str]:
     }
 
 
+def _error_tags(finished: FinishedDopMap) -> dict[str, str]:
+    return {**_tags(finished), "one sigma of a range": finished.answer.sigmas}
+
+
 def _write_picture(finished: FinishedDopMap, path: Path, what: str) -> None:
     # matplotlib takes a second to load, and only a process that draws needs it
     from . import picture
@@ -115,7 +119,7 @@ LAYERS = (
         COG,
         "float32 metres, one sigma: position error horizontally, vertically and in space, from the sigmas of ranges "
         "and poses; +inf no fix, NaN (nodata) unknown.",
-        Raster(_tags, lambda finished: finished.sigmas_m, lambda _: SIGMAS, "metre", infinity="no fix"),
+        Raster(_error_tags, lambda finished: finished.sigmas_m, lambda _: SIGMAS, "metre", infinity="no fix"),
     ),
     Layer(
         "no_go.tif",

@@ -23,9 +23,18 @@ from visibility.dilution import NO_GO
 
 from .frames import TimeFacts, find_frames
 
-__all__ = ["FinishedMorphingMap", "MorphingMapSummary", "StateShare", "calculate_morphing_map"]
+__all__ = ["STATE_WORDS", "FinishedMorphingMap", "MorphingMapSummary", "StateShare", "calculate_morphing_map"]
 
 SHARE_OF_SIGHT_LINES = 0.5
+# what tables, pictures and pages call a state: from where on one may fly
+STATE_WORDS = {
+    ColumnState.NOWHERE: "nowhere",
+    ColumnState.EVERYWHERE: "from the ground up",
+    ColumnState.ABOVE: "from a height up",
+    ColumnState.CLOSED_AT_CEILING: "closed at the ceiling",
+    ColumnState.OUTSIDE: "ground above the ceiling",
+    ColumnState.UNKNOWN: "unknown",
+}
 
 FrameArrays = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8], npt.NDArray[np.float64]]
 
@@ -34,6 +43,11 @@ class StateShare(BaseModel):
     """How many columns of air are in a state."""
 
     state: str = Field(description="nowhere, everywhere, above, closed_at_ceiling, outside or unknown.")
+    words: str = Field(
+        "",
+        description="The same as tables and pictures call it: nowhere, from the ground up, from a height up, closed at "
+        "the ceiling (though somewhere below it is good), ground above the ceiling, or unknown.",
+    )
     posts: int = Field(description="Posts with such air.")
     share: float | None = Field(description="The same as part of all posts, 0..1.")
 
@@ -123,6 +137,7 @@ def calculate_morphing_map(
         states=[
             StateShare(
                 state=state.name.lower(),
+                words=STATE_WORDS[state],
                 posts=area.count(found.state == state),
                 share=share_of(int(np.count_nonzero((found.state == state) & known)), known_posts),
             )

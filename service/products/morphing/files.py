@@ -112,8 +112,8 @@ LAYERS = (
     Layer(
         "flags.tif",
         COG,
-        "Band 1: state, 0 flyable nowhere, 1 from the ground up, 2 from altitude.tif up, 3 closed at the ceiling, "
-        "4 ground above the ceiling, 255 unknown. Band 2: how many separate stretches of no-flight air.",
+        "Band 1: state, 0 flyable nowhere, 1 from the ground up, 2 from a height up (altitude.tif), 3 closed at the "
+        "ceiling, 4 ground above the ceiling, 255 unknown. Band 2: how many separate stretches of no-flight air.",
         Raster(
             *(_tags, lambda finished: (finished.state, finished.no_flight_intervals), lambda _: FLAGS), *(STATES, None)
         ),

@@ -16,10 +16,11 @@ from service.drawing.class_map import NONE_COLOUR, UNDECIDED, MapClass, class_le
 from service.drawing.sheet import ground_figure, sources_words
 from service.parts.map_facts import dem_name
 from service.parts.ranging_sources import Source, check_moving_sources
+from service.parts.sentences import counted
 from visibility import Anchor
 from visibility.air import ColumnState
 
-from .calculate import FinishedMorphingMap
+from .calculate import STATE_WORDS, FinishedMorphingMap
 from .frames import AVAILABLE_BANDS, available_at, frame_words
 
 __all__ = ["draw_availability", "draw_frame", "draw_morphing_map", "morphing_classes", "round_edges", "write_animation"]
@@ -40,7 +41,7 @@ def draw_morphing_map(finished: FinishedMorphingMap) -> Figure:
     parameters, grid = finished.parameters, finished.grid
     above_m = finished.above_ground_m
     classes, numbers = morphing_classes(above_m, finished.state, round_edges(above_m))
-    few = "" if parameters.min_anchors is None else f", at least {parameters.min_anchors} anchors"
+    few = "" if parameters.min_anchors is None else f", at least {counted(parameters.min_anchors, 'anchor')}"
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
@@ -58,17 +59,18 @@ def morphing_classes(
 ) -> tuple[list[MapClass], npt.NDArray[np.uint8]]:
     """Classes of heights above ground between the edges and of states without one, and the class of each post."""
     between = (f"{low:g}–{high:g}" for low, high in pairwise(edges))
-    labels = ["ground up", f"< {edges[0]:g}", *between, f"> {edges[-1]:g}"]
+    labels = [STATE_WORDS[ColumnState.EVERYWHERE], f"< {edges[0]:g}", *between, f"> {edges[-1]:g}"]
     classes = [MapClass(label, colour) for label, colour in zip(labels, COLOURS, strict=True)]
     first_state = len(classes)
-    classes += [
-        MapClass("not at top", CLOSED_COLOUR),
-        MapClass("nowhere", NONE_COLOUR),
-        MapClass("no air", OUTSIDE_COLOUR),
-    ]
+    without_one = (
+        (ColumnState.CLOSED_AT_CEILING, CLOSED_COLOUR),
+        (ColumnState.NOWHERE, NONE_COLOUR),
+        (ColumnState.OUTSIDE, OUTSIDE_COLOUR),
+    )
+    classes += [MapClass(STATE_WORDS[kind], colour) for kind, colour in without_one]
     numbers = (1 + np.digitize(above_m, np.array(edges, np.float32))).astype(np.uint8)
     numbers[state == ColumnState.EVERYWHERE] = 0
-    for number, kind in enumerate((ColumnState.CLOSED_AT_CEILING, ColumnState.NOWHERE, ColumnState.OUTSIDE)):
+    for number, (kind, _) in enumerate(without_one):
         numbers[state == kind] = first_state + number
     numbers[state == ColumnState.UNKNOWN] = UNDECIDED
     return classes, numbers
@@ -100,9 +102,9 @@ def draw_frame(finished: FinishedMorphingMap, number: int, sources: tuple[Source
     classes, numbers = morphing_classes(above_m, finished.frame_state[number], edges)
     near = tuple(source for source in sources if isinstance(source, Anchor))
     satellites = len(sources) - len(near)
-    words = f"{len(near)} anchors" if near else ""
+    words = counted(len(near), "anchor") if near else ""
     if satellites or not near:
-        words += f"{' and ' if near else ''}{satellites} satellites"
+        words += f"{' and ' if near else ''}{counted(satellites, 'satellite')}"
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
@@ -134,7 +136,7 @@ def draw_availability(finished: FinishedMorphingMap) -> Figure:
         class_pixels(grid, numbers, classes),
         finished.anchors,
         f"Share of the time in flyable air, {where}: {dem_name(grid)}",
-        f"{len(times)} frames from {times[0]} to {times[-1]}; {parameters.measure.upper()} of "
+        f"{counted(len(times), 'frame')} from {times[0]} to {times[-1]}; {parameters.measure.upper()} of "
         f"{parameters.kind} < {parameters.dop_limit:g} up to {finished.ceiling_words()}",
     )
     class_legend(axes, grid, numbers, classes, "Share of frames")

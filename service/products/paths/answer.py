@@ -133,6 +133,9 @@ class PathSummary(MapSummary):
     way_points: list[PathPlaceOut] = Field(description="The places to pass, in order.")
     ranged_to: list[str] = Field(description="Names of all that the rover ranges to, in the order of the vertices'.")
     needed_in_sight: int = Field(description="So many anchors make a place count as in sight.")
+    sigmas: str = Field(
+        "", description="One-sigma errors of ranges, and of anchors' places, that position errors stand on, in words."
+    )
 
 
 @dataclass(frozen=True, eq=False)

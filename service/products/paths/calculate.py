@@ -25,7 +25,7 @@ from service.files.layer import mission_warnings
 from service.parts.plan_answers import finite, place_answer, validation_answer
 from service.parts.points import PlaceIn, PolygonIn
 from service.parts.positioning import ORBIT_TEXTS
-from service.parts.positioning_answers import placed_anchors, placed_satellites
+from service.parts.positioning_answers import placed_anchors, placed_satellites, range_sigmas_told
 from service.parts.ranging_sources import RangingSources, limit_of, lines_to, ranging_sources, sight_lines, track_of
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, told_of_areas
@@ -268,4 +268,5 @@ def _answer(
         way_points=[place_answer(place) for place in problem.way_points],
         ranged_to=[str(getattr(anchor, "id", "")) for anchor in problem.anchors],
         needed_in_sight=problem.limits.needed_in_sight,
+        sigmas=range_sigmas_told((*mapped.standing, *path_tracks(grid, asked))),
     )

@@ -28,20 +28,33 @@ from service.products.dop.picture import dilution_classes
 from service.products.paths.answer import FinishedPath
 from service.products.paths.calculate import path_tracks
 
-__all__ = ["draw_path"]
+__all__ = ["draw_path", "path_classes"]
 
 # Without a limit on the dilution the classes are round about these.
 USUAL_LIMIT = 5.0
 GROUND_COLOUR, BARRED_COLOUR = "#d9d2c0", "#7d6a70"
 WAY_COLOUR, DARK_COLOUR, NO_GO_COLOUR, KEEP_IN_COLOUR = "#e6007e", "#2b0a1c", "#c01818", "#176b2c"
-# reasons that the ground itself gives; the others show in the dilution, or as areas
-OF_GROUND = (Reason.SLOPE, Reason.STEP, Reason.UNKNOWN_GROUND, Reason.BORDER)
+# reasons that the ground itself gives, as the legend names them
+OF_GROUND = {
+    Reason.SLOPE: "too steep",
+    Reason.STEP: "step",
+    Reason.UNKNOWN_GROUND: "unknown beside",
+    Reason.BORDER: "border",
+}
+# the others, each in its colour, the first of a post's; dilutions show by themselves, and no-go and keep-in as areas
+OF_LIMITS = {
+    Reason.ANCHORS: ("too few in sight", "#43325e"),
+    Reason.MORPHING_MAP: ("under morphing map", "#5f6f8f"),
+    Reason.BUBBLE: ("bubble not clear", "#a2557a"),
+    Reason.SIGHT_LINE: ("by exact lines", "#8a8a3c"),
+    Reason.PITCH_OR_ROLL: ("pitch or roll", "#96755a"),
+}
 
 
 def draw_path(finished: FinishedPath) -> Figure:
     """The path as a figure with one Axes in kilometres of the grid's frame."""
     grid, answer = finished.grid, finished.answer
-    classes, numbers, title = _classes(finished)
+    classes, numbers, title = path_classes(finished)
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
@@ -59,28 +72,36 @@ def draw_path(finished: FinishedPath) -> Figure:
     return figure
 
 
-def _classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
-    """Classes of the dilution, then ground that may not be driven; without anchors only that."""
+def path_classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
+    """Classes of the dilution, then by reason what may not be driven; without anchors only that."""
     asked, grid = finished.parameters, finished.grid
-    barred_bits = np.bitwise_or.reduce([bit_of(reason) for reason in OF_GROUND])
-    square = (finished.reasons & barred_bits) != 0
-    # a post is barred where every square that touches it is
-    barred = np.ones(grid.shape, np.bool_)
+    if not (finished.answer.ranged_to or asked.morphing_map):
+        classes, numbers = [MapClass("may be driven", GROUND_COLOUR)], np.zeros(grid.shape, np.uint8)
+        title = "Ground"
+    else:
+        classes, numbers = dilution_classes(finished.dop, asked.limits.dop_limit or USUAL_LIMIT)
+        title = asked.limits.measure.upper()
+    for reason, (label, colour) in reversed(OF_LIMITS.items()):
+        barred = _barred(finished, [reason])
+        if barred.any():
+            classes.append(MapClass(label, colour))
+            numbers[barred] = len(classes) - 1
+    there = [reason for reason in OF_GROUND if (finished.reasons & bit_of(reason)).any()] or [Reason.SLOPE]
+    classes.append(MapClass(", ".join(OF_GROUND[reason] for reason in there[:2]), BARRED_COLOUR))
+    numbers[_barred(finished, list(OF_GROUND))] = len(classes) - 1
+    numbers[np.isnan(grid.heights_m)] = UNDECIDED
+    return classes, numbers, title
+
+
+def _barred(finished: FinishedPath, reasons: Sequence[Reason]) -> npt.NDArray[np.bool_]:
+    """(rows, cols) posts of which every square that touches them may not be driven for one of these reasons."""
+    bits = np.bitwise_or.reduce([bit_of(reason) for reason in reasons])
+    square = (finished.reasons & bits) != 0
+    barred = np.ones(finished.grid.shape, np.bool_)
     for rows in (slice(0, -1), slice(1, None)):
         for cols in (slice(0, -1), slice(1, None)):
             barred[rows, cols] &= square
-    if not (finished.answer.ranged_to or asked.morphing_map):
-        classes = [MapClass("may be driven", GROUND_COLOUR), MapClass("too steep", BARRED_COLOUR)]
-        numbers = barred.astype(np.uint8)
-        title = "Ground"
-    else:
-        limit = asked.limits.dop_limit or USUAL_LIMIT
-        classes, numbers = dilution_classes(finished.dop, limit)
-        classes.append(MapClass("too steep", BARRED_COLOUR))
-        numbers[barred] = len(classes) - 1
-        title = asked.limits.measure.upper()
-    numbers[np.isnan(grid.heights_m)] = UNDECIDED
-    return classes, numbers, title
+    return barred
 
 
 def _subtitle(finished: FinishedPath) -> str:

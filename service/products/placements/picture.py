@@ -25,9 +25,11 @@ from service.drawing.class_map import (
 from service.drawing.furniture import INK
 from service.drawing.sheet import Sampling, ground_figure
 from service.parts.map_facts import dem_name
+from service.parts.sentences import counted
 from service.products.dop.picture import dilution_classes
 
 from .calculate import FinishedPlacement
+from .question import goal_of
 
 __all__ = ["draw_placement"]
 
@@ -43,7 +45,9 @@ def draw_placement(finished: FinishedPlacement, what: Literal["count", "dop"], *
     value = answer.number("value" if after else "before")
     told = f"{value:.2f} m" if answer.value_share is None else f"{value:.1%}"
     moment = (
-        f"{len(anchors)} anchors, {len(answer.placed)} of them placed" if after else f"before: {len(anchors)} anchors"
+        f"{counted(len(anchors), 'anchor')}, {len(answer.placed)} of them placed"
+        if after
+        else f"before: {counted(len(anchors), 'anchor')}"
     )
     figure, axes = ground_figure(
         finished.grid,
@@ -60,7 +64,7 @@ def draw_placement(finished: FinishedPlacement, what: Literal["count", "dop"], *
 def _counts(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
     """None, one class per count, and one of as many as are needed or more."""
     count = finished.count_after if after else finished.count_before
-    needed = finished.parameters.goal.min_anchors + finished.parameters.goal.spare
+    needed = goal_of(finished.parameters.goal).needed_with_spare
     full = min(max(needed, 1), MOST_CLASSES)
     ramp = matplotlib.colormaps[RAMP](np.linspace(RAMP_FROM, RAMP_TO, full))
     labels = [*(str(number) for number in range(1, full)), f"{full} or more"]

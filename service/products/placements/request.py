@@ -109,8 +109,10 @@ class GoalIn(WithOlderNames):
         description="coverage: share with enough anchors in sight; dop: share with a good enough dilution as well; "
         "mean_error, worst_error: position error in metres.",
     )
-    min_anchors: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
-        4, description="So many anchors have to be in sight (coverage, dop)."
+    min_anchors: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
+        None,
+        description="So many anchors have to be in sight (coverage, dop); left out = 4 for coverage, and as many as a "
+        "fix needs for dop.",
     )
     dop_limit: Positive = Field(5.0, description="A dilution of precision below this is good enough, no unit.")
     measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution of precision.")

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
 from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
+from planning.placement.repositioning import USUAL_HEIGHTS_M
 from service.files.layer import mission_warnings
 from service.parts.map_facts import MapSummary, curvature_of
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors
@@ -72,6 +73,7 @@ class RepositioningSummary(MapSummary):
 
     goal: str = Field(description="What shall hold, in words.")
     occluded: list[str] = Field(description="Anchors that were taken as hidden for good.")
+    heights: str = Field("", description="To which heights drones could move, in words.")
     before_share: float = Field(description="Part of the path where it holds when nobody moves, 0..1.")
     after_share: float = Field(description="Part of the path where it holds with the moves, 0..1.")
     restored: bool = Field(description="Whether the share asked for is reached, on every stretch.")
@@ -169,6 +171,7 @@ def _answer(
         timing={"calculation_s": elapsed_s},
         goal=goal_of(asked.goal).sentence(),
         occluded=list(asked.occluded),
+        heights=_heights(asked.heights_above_ground_m),
         before_share=schedule.share_unmoved,
         after_share=schedule.share,
         restored=plan.restored,
@@ -190,6 +193,12 @@ def _answer(
         flight_m=schedule.flight_m,
         waited_s=schedule.waited_s,
     )
+
+
+def _heights(asked_m: list[float] | None) -> str:
+    *most, last = [f"{height_m:g}" for height_m in (USUAL_HEIGHTS_M if asked_m is None else asked_m)]
+    told = f"{', '.join(most)} and {last}" if most else last
+    return f"{told} m above ground" + (", and each drone's own altitude" if asked_m is None else "")
 
 
 def _move(grid: ElevationGrid, timed: TimedMove) -> MoveOut:

@@ -67,8 +67,10 @@ class RepositioningParameters(SightParameters):
         default_factory=lambda: GoalIn.model_validate({}), description="What shall hold: coverage or dop."
     )
     share: Share = Field(1.0, description="Of the path along which it shall hold, 0..1.")
-    heights_above_ground_m: Annotated[list[NotNegativeMetres], Field(min_length=1, max_length=8)] = Field(
-        [60.0, 120.0], description="Heights above ground to move to, metres, beside each drone's own altitude."
+    heights_above_ground_m: Annotated[list[NotNegativeMetres], Field(min_length=1, max_length=8)] | None = Field(
+        None,
+        description="Heights above ground to move to, metres, and no others; left out = 60 and 120 m, and each drone's "
+        "own altitude.",
     )
     cheapest: Literal["distance", "time"] = Field("distance", description="Of which the cheapest move is taken.")
     flight: DroneFlightIn = Field(

@@ -15,7 +15,13 @@ from pydantic import BaseModel, Field, JsonValue
 from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
 from service.parts.map_facts import Ground, curvature_of, ground_of
-from service.parts.positioning_answers import PlacedAnchor, PlacedSatellite, placed_anchors, placed_satellites
+from service.parts.positioning_answers import (
+    PlacedAnchor,
+    PlacedSatellite,
+    placed_anchors,
+    placed_satellites,
+    range_sigmas_told,
+)
 from service.parts.ranging_sources import Source
 from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
@@ -104,6 +110,7 @@ class SafetyBubblesSummary(BaseModel):
     least_margin_m: float = Field(description="Smallest margin, metres.")
     radius_quantiles_m: dict[str, float] = Field(description="p05, p50 and p95 of the radius, metres.")
     epsilon: float = Field(description="How many sigmas the radius is, no unit.")
+    sigmas: str = Field("", description="One-sigma errors of ranges, and of anchors' places, behind it, in words.")
     least_promise: float = Field(description="Smallest promise of all points, 0..1.")
     error_statement: str | None = Field(description="Error of the sight lines; null in a history of poses.")
     curvature: str | None = Field(description="Curvature and refraction that were used; null in a history of poses.")
@@ -210,6 +217,7 @@ def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: W
         least_margin_m=float(check.margin_m.min()),
         radius_quantiles_m={name: float(np.quantile(found.radius_m, share)) for name, share in QUANTILES.items()},
         epsilon=parameters.epsilon,
+        sigmas="" if parameters.covariances_m2 is not None else range_sigmas_told(sources.all),
         least_promise=float(found.promise.min()),
         error_statement=None if sight is None else sight.error_statement,
         curvature=None if sight is None else sight.curvature.sentence(),

@@ -80,7 +80,7 @@ def _write_picture(finished: FinishedBubbles, path: Path, what: str) -> None:
 
 LAYERS = (
     Layer("points.json", JSON, "Every point, in the order of the path.", _write_json),
-    Layer("points.csv", "text/csv", "The same as a table.", _write_csv),
+    Layer("points.csv", "text/csv; charset=utf-8", "The same as a table.", _write_csv),
     Layer("points.geojson", GEOJSON, "The same as points in longitude, latitude and altitude.", _write_geojson),
     Layer("points.npz", "application/x-npz", "The same as arrays for numpy, with covariances.", _write_npz),
     Layer("profile.png", PNG, "Radius and clearance along the way.", partial(_write_picture, what="profile")),

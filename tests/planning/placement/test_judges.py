@@ -36,6 +36,17 @@ GOALS = [
     Goal("mean_error", spare=1, measure="vdop"),
     Goal("worst_error", worst_counted_m=3.0),
 ]
+# unknowns of a fix: east, north, up; along the ground one less; with a clock one more
+NEEDED_UNASKED = [
+    (Goal("dop"), 3),
+    (Goal("dop", on_surface=True), 2),
+    (Goal("dop", kind="pseudorange"), 4),
+    (Goal("dop", kind="pseudorange", on_surface=True), 3),
+    (Goal("dop", on_surface=True, spare=1), 2),
+    (Goal("mean_error", on_surface=True), 2),
+    (Goal("coverage"), 4),
+    (Goal("dop", min_anchors=4, on_surface=True), 4),
+]
 SETS: list[list[int]] = [[], [0], [1, 5], [2, 4, 7], [0, 3, 6, 8], [0, 1, 2, 3, 4, 5]]
 
 
@@ -50,6 +61,14 @@ def problem_of(goal: Goal, *, weighted: bool = False, fixed: tuple[Anchor, ...] 
     table = sight_table(grid, targets, candidates.position_m, options).table
     fixed_table = sight_table(grid, targets, fixed_rows[:, :3], options).table
     return Problem(targets, goal, np.hstack([candidates.position_m, weight]), table, fixed_rows, fixed_table)
+
+
+@pytest.mark.parametrize(
+    ("goal", "needed"), NEEDED_UNASKED, ids=lambda one: one.sentence() if isinstance(one, Goal) else ""
+)
+def test_a_dilution_asks_for_as_many_anchors_as_a_fix_needs(goal: Goal, needed: int) -> None:
+    assert goal.needed == needed
+    assert goal.needed_with_spare == needed + goal.spare
 
 
 @pytest.mark.parametrize("goal", GOALS, ids=lambda goal: goal.sentence())

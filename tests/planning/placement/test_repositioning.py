@@ -18,6 +18,7 @@ from planning.placement import (
     leapfrog,
     path_between,
     path_targets,
+    plan_repositioning,
     reposition,
     straight_ahead,
 )
@@ -79,6 +80,29 @@ def test_after_the_move_the_lines_of_sight_are_there() -> None:
         assert found.after == 1.0 > found.before
         return
     pytest.fail("no seed needed a move")
+
+
+def test_heights_asked_for_are_the_only_ones() -> None:
+    # over a plane at 0 m an altitude is a height above ground, and every place sees everything
+    grid = ElevationGrid(np.zeros((30, 30)), 20.0, 30.0)
+    anchors = [anchor_above_ground(grid, f"D{n}", 60.0 + 140.0 * n, -300.0, 445.0) for n in range(3)]
+    path_m = straight_ahead(100.0, -500.0, 0.3, 150.0)
+
+    def to_m(heights_m: list[float] | None) -> float:
+        found = reposition(grid, anchors, path_m, GOAL, occluded=["D1"], above_ground_m=heights_m)
+        assert found.move is not None
+        return found.move.to.altitude_m
+
+    assert to_m([60.0]) == 60.0
+    assert to_m([60.0, 400.0]) == 400.0
+    assert to_m(None) == 445.0  # level flight is the shortest, and its own altitude is looked at by default
+    for schedule in (
+        leapfrog(grid, anchors, path_m, GOAL, stretch_m=80.0, occluded=["D1"], above_ground_m=[60.0]),
+        plan_repositioning(grid, anchors, path_m, GOAL, occluded=["D1"], above_ground_m=[60.0]).schedule,
+    ):
+        assert [timed.move.to.altitude_m for timed in schedule.moves] == [60.0]
+    with pytest.raises(PlacementError, match="names no height"):
+        to_m([])
 
 
 def test_an_occluded_drone_has_to_go_a_cell_away_before_it_counts() -> None:

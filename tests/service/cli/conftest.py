@@ -1,5 +1,6 @@
 """A DEM file and the command line as a person starts it."""
 
+import json
 import sys
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,20 @@ class Ended:
     code: int
     stdout: str
     stderr: str
+
+    def told(self):
+        """The JSON that was printed by a command in which nothing went wrong."""
+        assert self.code == 0, self.stderr
+        return json.loads(self.stdout)
+
+    def refused(self, *words):
+        """It was bad input, and one sentence with these words is all that was printed."""
+        assert self.code == 2, self.stderr
+        assert [word for word in words if word not in self.stderr] == [], self.stderr
+        assert self.stderr.count("\n") == 1, self.stderr
+        assert self.stderr.endswith((".\n", "?\n")), self.stderr
+        assert "Traceback" not in self.stderr
+        assert self.stdout == ""
 
 
 @pytest.fixture

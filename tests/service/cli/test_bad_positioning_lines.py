@@ -12,18 +12,18 @@ BAD_LINES = [
     ("dop", ANCHORS[:4], "needs at least 3 anchors; 2 are given"),
     ("dop", [*ANCHORS[:6], "--kind", "tdoa"], "needs at least 4 anchors; 3 are given"),
     ("dop", ONE_LINE, "All 4 anchors stand on one line"),
-    ("dop", [*ANCHORS, "--dop-limit", "0"], "dop_limit: Input should be greater than 0"),
-    ("dop", [*ANCHORS, "--dop-limit", "nan"], "dop_limit"),
-    ("dop", [*ANCHORS, "--min-anchors", "0"], "min_anchors: Input should be greater than or equal to 1"),
+    ("dop", [*ANCHORS, "--dop-limit", "0"], "--dop-limit: Input should be greater than 0"),
+    ("dop", [*ANCHORS, "--dop-limit", "nan"], "--dop-limit"),
+    ("dop", [*ANCHORS, "--min-anchors", "0"], "--min-anchors: Input should be greater than or equal to 1"),
     ("dop", [*ANCHORS, "--min-anchors", "9"], "needs at least 9 anchors; 4 are given"),
-    ("dop", [*ANCHORS, "--receiver-height", "-1"], "receiver_above_ground_m"),
+    ("dop", [*ANCHORS, "--receiver-height", "-1"], "--receiver-height"),
     ("dop", [*ANCHORS, "--measure", "best"], "'best' is not one of"),
     ("dop", [*ANCHORS, "--time", TIME], "--time, --reference-date, --cone-deg and --sky-at need --almanac"),
     ("dop", ["--almanac", "missing.al3", "--time", TIME], "The almanac 'missing.al3' cannot be read"),
     ("morph", ANCHORS, "Missing option '--ceiling': Top of the air: 2500msl"),
     ("morph", [*ANCHORS, "--ceiling", "300"], "--ceiling '300' is not of the form"),
     ("morph", [*ANCHORS, "--ceiling", "-100msl"], "is below the ground, which begins at"),
-    ("morph", [*ANCHORS, "--ceiling", "0agl"], "ceiling_above_ground_m: Input should be greater than 0"),
+    ("morph", [*ANCHORS, "--ceiling", "0agl"], "--ceiling: Input should be greater than 0"),
     ("morph", [*ONE_LINE, "--ceiling", "300agl"], "All 4 anchors stand on one line"),
     ("morph", [*ANCHORS[:4], "--ceiling", "300agl"], "needs at least 3 anchors; 2 are given"),
 ]  # fmt: skip
@@ -32,10 +32,7 @@ BAD_LINES = [
 @pytest.mark.parametrize(("command", "words", "sentence"), BAD_LINES, ids=[line[2][:40] for line in BAD_LINES])
 def test_a_bad_line_is_refused_in_one_sentence(sightline, dem_file, tmp_path, command, words, sentence):
     ended = sightline(command, dem_file, *words, "--out", tmp_path / "out", "--json")
-    assert ended.code == 2
-    assert sentence in ended.stderr
-    assert ended.stderr.count("\n") == 1
-    assert ended.stdout == ""
+    ended.refused(sentence)
     assert not list((tmp_path / "out").glob("*"))
 
 
@@ -46,7 +43,7 @@ def test_a_bad_line_is_refused_in_one_sentence(sightline, dem_file, tmp_path, co
         ("x,y\n1,2\n", "unknown column 'x'"),
         ("east_m,north_m,above_ground_m\n1,2,high\n", "line 2: its cells must be numbers"),
         ("east_m,north_m\n1,2\n", "exactly one of above_ground_m and altitude_m"),
-        ("east_m,north_m,above_ground_m\n0,0,2\n", "path[0] lies outside the DEM"),
+        ("east_m,north_m,above_ground_m\n0,0,2\n", "--path (number 1) lies outside the DEM"),
     ],
 )
 def test_a_path_that_is_none_is_refused_in_one_sentence(sightline, dem_file, tmp_path, text, sentence):

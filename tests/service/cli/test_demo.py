@@ -13,7 +13,7 @@ import rasterio
 
 import service.cli.demo
 import service.cli.serve
-from service.cli.serve import running_service
+from service.cli.own_service import running_service
 from service.errors import ServiceError
 
 

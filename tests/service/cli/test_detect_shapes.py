@@ -92,6 +92,48 @@ def test_a_log_of_ros_is_read_once_its_columns_and_its_unit_are_named(sightline,
     assert told["planning"] == {"checked": 20, "degraded": 10}
 
 
+@pytest.mark.parametrize(("given", "factor"), [("ft", "0.305"), ("mm", "0.001"), ("km", "1,000"), ("cm", "0.01")])
+def test_the_unit_that_was_just_typed_is_suspected_first(sightline, log, given, factor):
+    """The log is in metres; taken in another unit, nothing else is wrong with it."""
+    assert summary_of(sightline, log, *TEXTS)["warnings"] == []
+    told = summary_of(sightline, log, *TEXTS, "--range-unit", given)["warnings"]
+    assert any(
+        warning
+        == f"Taken with --range-unit {given} the ranges are about {factor} times what fits the anchors: are they "
+        "in m? Then say --range-unit m."
+        for warning in told
+    ), told
+
+
+def test_ids_that_nobody_named_are_told(sightline, tmp_path):
+    rows = [f"{t},{name},{range_m}" for t, name, range_m in drive()]
+    rows += [f"{t},tag {n},5" for t in (1.0, 2.0) for n in range(7)]
+    log = tmp_path / "strange.csv"
+    log.write_text("\n".join([HEAD, *sorted(rows, key=lambda row: float(row.split(",")[0]))]))
+    (told,) = [one for one in summary_of(sightline, log, *TEXTS)["warnings"] if "were not used" in one]
+    assert told == (
+        "Ranges to 'tag 0', 'tag 1', 'tag 2', 'tag 3', 'tag 4' and 2 more were not used: no --anchor or --anchors "
+        "names them."
+    )
+
+
+@pytest.mark.parametrize("way", ["typed", "file"])
+def test_anchors_without_heights_are_told_of_the_plane(sightline, log, tmp_path, way):
+    (tmp_path / "flat.csv").write_text("id,east_m,north_m\nD1,0,0\nD2,9,9\n")
+    words = ("--anchors", tmp_path / "flat.csv") if way == "file" else ("--anchor", "D1,0,0")
+    ended = sightline("detect", log, *words)
+    assert (ended.code, ended.stdout) == (2, "")
+    assert "--dimension 2" in ended.stderr
+    assert "above_ground_m" not in ended.stderr
+
+
+def test_one_occlusion_is_one(sightline, log):
+    told = sightline("detect", log, *TEXTS).stdout
+    episodes = summary_of(sightline, log, *TEXTS)["episodes"]
+    assert len(episodes) == 1
+    assert "1 occlusion\n" in told.replace("  ", "").replace(" \n", "\n")
+
+
 def degrees_of(places, lon_deg, lat_deg):
     """Places in metres about a place on Earth, by PROJ's topocentric conversion."""
     to_ecef = pyproj.Transformer.from_pipeline(

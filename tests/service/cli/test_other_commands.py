@@ -80,9 +80,7 @@ def test_los_says_what_is_not_known_over_unknown_ground_and_below_the_ground(sig
     assert [re.search(r"\b(nan|inf)\b", words) for words in (unknown, blocked, below)] == [None] * 3
 
 
-@pytest.mark.parametrize(
-    ("end", "sentence"), [("1,2", "--to '1,2' is not of the form"), ("nan,2,3msl", "--to: east_m:")]
-)
+@pytest.mark.parametrize(("end", "sentence"), [("1,2", "--to '1,2' is not of the form"), ("nan,2,3msl", "--to: EAST:")])
 def test_los_refuses_bad_ends(sightline, dem_file, end, sentence):
     ended = sightline("los", dem_file, "--from", f"{WEST_M},{NORTH_M},90msl", "--to", end)
     assert ended.code == 2

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+import rasterio
 
 import service.cli.asking.products
 from service.files.layer import Layer
@@ -35,6 +36,8 @@ def test_a_second_run_replaces_the_first(sightline, dem_file, tmp_path):
         ended = sightline(*("visibility", dem_file, "--anchor", GOOD, "--receiver-height", height_m, "--out", tmp_path))
         assert ended.code == 0, ended.stderr
     assert json.loads((tmp_path / "visibility.json").read_text())["receiver"]["above_ground_m"] == 2.5
+    with rasterio.open(tmp_path / "visible.tif") as dataset:
+        assert dataset.tags()["receiver"] == "2.5 m above ground"
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 

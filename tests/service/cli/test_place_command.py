@@ -185,7 +185,7 @@ BAD = {
     "a spacing of nothing": (("--spacing", 0, "--height", "40agl"), "greater than 0"),
     "a file that is not there": ((*LATTICE, "--no-fly", "nowhere.geojson"), "cannot be read"),
     "local without scheduler": ((*LATTICE, "--or-local"), "--or-local goes with --scheduler"),
-    "a corridor without path": ((*LATTICE, "--corridor", 50), "corridor_width_m needs a path"),
+    "a corridor without path": ((*LATTICE, "--corridor", 50), "--corridor needs a path"),
 }
 
 
@@ -193,10 +193,7 @@ BAD = {
 def test_a_wrong_line_is_told_in_one_sentence(sightline, dem_file, what):
     words, sentence = BAD[what]
     ended = sightline("place", dem_file, "--count", 2, *words)
-    assert ended.code == 2, ended
-    assert sentence in ended.stderr
-    assert ended.stderr.count("\n") == 1
-    assert ended.stdout == ""
+    ended.refused(sentence)
 
 
 BAD_FILES = {
@@ -223,9 +220,7 @@ def test_a_wrong_file_is_told_in_one_sentence(sightline, dem_file, tmp_path, wha
     else:
         geojson(path, content)
     ended = sightline("place", dem_file, "--count", 2, *LATTICE, option, path)
-    assert ended.code == 2, ended
-    assert sentence in ended.stderr
-    assert ended.stderr.count("\n") == 1
+    ended.refused(sentence)
 
 
 def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path):
@@ -241,3 +236,14 @@ def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path
     ended = sightline("place", dem_file, "--request", path)
     assert (ended.code, "The request request.json:" in ended.stderr) == (2, True)
     assert sightline("place", dem_file, "--request", tmp_path / "none.json").code == 2
+
+
+def test_a_rover_on_the_ground_asks_for_one_anchor_less(sightline, dem_file):
+    dilution = ("place", dem_file, "--spacing", 150, "--height", "40agl", "--objective", "dop", "--dop-limit", 20)
+    bound = sightline(*dilution, "--surface", "--count", 2, "--json")
+    assert bound.code == 0, bound.stderr
+    assert json.loads(bound.stdout)["goal"].startswith("share with at least 2 in sight and PDOP along the surface")
+    in_space = sightline(*dilution, "--count", 2)
+    assert (in_space.code, in_space.stderr) == (2, "A fix needs 3 anchors in sight, and there are only 2.\n")
+    asked = sightline(*dilution, "--surface", "--min-anchors", 3, "--count", 2)
+    assert (asked.code, asked.stderr) == (2, "3 anchors in sight are asked for, and there are only 2.\n")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from service.products.morphing.picture import morphing_classes
 from tests.service.cli.positioning_words import ANCHORS, PLACES, band
 from tests.service.small_maps import HOLE, NORTH_M, WEST_M, small_grid
 from visibility import (
@@ -19,6 +20,7 @@ from visibility import (
     position_error_map,
     visible_sets,
 )
+from visibility.air import ColumnState
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +34,7 @@ def test_dop_writes_what_the_library_answers(sightline, dem_file, tmp_path, line
     ended = sightline(
         "dop", dem_file, *ANCHORS, "--receiver-height", "2", "--dop-limit", "3", "--out", tmp_path, "--json"
     )
-    assert ended.code == 0, ended.stderr
-    told = json.loads(ended.stdout)
+    told = ended.told()
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         [
             "dop.json",
@@ -95,8 +96,7 @@ def test_morph_writes_what_the_library_answers(sightline, dem_file, tmp_path, li
     ended = sightline(
         "morph", dem_file, *ANCHORS, "--ceiling", "400msl", "--dop-limit", "6", "--out", tmp_path, "--json"
     )
-    assert ended.code == 0, ended.stderr
-    told = json.loads(ended.stdout)
+    told = ended.told()
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         ["morph.json", "altitude.tif", "above_ground.tif", "flags.tif", "no_go.geojson", "contours.geojson", "map.png"]
     )
@@ -113,6 +113,41 @@ def test_morph_writes_what_the_library_answers(sightline, dem_file, tmp_path, li
         {state.name.lower(): np.mean(expected.state[known] == state) for state in expected.states()}
     )
     assert told["ceiling"] == {"altitude_m": 400.0, "above_ground_m": None}
+
+
+def test_the_table_the_picture_and_the_answer_call_states_alike(sightline, dem_file, tmp_path):
+    words = ("morph", dem_file, *ANCHORS, "--ceiling", "120msl", "--dop-limit", "6")
+    told = json.loads(sightline(*words, "--json").stdout)
+    names = {state["state"]: state["words"] for state in told["states"]}
+    assert names["outside"] == "ground above the ceiling"
+    table = sightline(*words).stdout
+    assert all(name in table for name in names.values())
+    above_m, state = (
+        np.array([[np.nan, 5.0]], np.float32),
+        np.array([[ColumnState.OUTSIDE, ColumnState.ABOVE]], np.uint8),
+    )
+    drawn = [kind.label for kind in morphing_classes(above_m, state, [1.0, 2.0, 3.0, 4.0])[0]]
+    # heights stand in the picture for what the table has in one row; what is unknown is drawn by every map alike
+    assert set(names.values()) - set(drawn) == {"from a height up", "unknown"}
+    assert {label[:1] for label in drawn if label not in names.values()} <= set("<>0123456789")
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("visibility", ()),
+        ("dop", ()),
+        ("morph", ("--ceiling", "300agl")),
+        ("place", ("--spacing", "200", "--height", "60agl")),
+    ],
+)
+def test_a_fast_answer_says_what_it_may_be_off_by(sightline, dem_file, command, more):
+    more = (*more, "--count", "1") if command == "place" else more
+    statement = json.loads(sightline(command, dem_file, *ANCHORS, *more, "--json").stdout)["error_statement"]
+    assert "differ from exact" in statement
+    line = f"Mode fast: {statement}. Where an altitude or a single post decides, take --mode exact."
+    assert line in sightline(command, dem_file, *ANCHORS, *more).stdout.splitlines()
+    assert "Mode fast" not in sightline(command, dem_file, *ANCHORS, *more, "--mode", "exact").stdout
 
 
 def test_a_person_gets_tables_and_paths(sightline, dem_file, tmp_path):
@@ -165,6 +200,32 @@ def test_a_path_gets_a_table_of_who_is_in_sight_and_how_good_that_is(sightline, 
         seen = [anchor.id for anchor, visible in zip(lines.anchors, sets.visible()[number], strict=True) if visible]
         assert row["ids_in_sight"].split() == seen
         assert int(row["anchors_in_sight"]) == len(seen)
+
+
+@pytest.mark.parametrize("antenna_m", [None, 40.0], ids=["usual", "told"])
+def test_a_planned_path_and_a_way_of_a_bubble_are_paths_here_too(sightline, dem_file, tmp_path, antenna_m):
+    ends = ("--start", f"{WEST_M + 120},{NORTH_M - 420}", "--goal", f"{WEST_M + 300},{NORTH_M - 420}")
+    planned = sightline("plan", dem_file, *ends, "--max-slope", "60", "--no-sampling", "--out", tmp_path / "plan")
+    assert planned.code == 0, planned.stderr
+    way = list(csv.DictReader((tmp_path / "plan" / "path.csv").read_text().splitlines()))
+    (tmp_path / "way.csv").write_text(
+        "east_m,north_m,above_ground_m,time_s\n"
+        + "".join(f"{row['east_m']},{row['north_m']},{antenna_m or 1.5},{row['time_s']}\n" for row in way)
+    )
+    height = () if antenna_m is None else ("--receiver-height", antenna_m)
+
+    def table(path):
+        ended = sightline("dop", dem_file, *ANCHORS, *height, "--path", path, "--out", tmp_path / "out")
+        assert ended.code == 0, ended.stderr
+        return list(csv.DictReader((tmp_path / "out" / "path.csv").read_text().splitlines()))
+
+    of_the_plan, of_the_way = table(tmp_path / "plan" / "path.csv"), table(tmp_path / "way.csv")
+    assert of_the_plan == of_the_way
+    # the plan's own altitude is the ground's
+    for row, vertex in zip(of_the_plan, way, strict=True):
+        above_m = float(row["altitude_m"]) - float(vertex["altitude_m"])
+        assert above_m == pytest.approx(antenna_m or 1.5, abs=2e-3)
+    assert len(table(tmp_path / "plan" / "path.geojson")) >= 2
 
 
 def test_the_meshes_of_the_limit_are_one_surface_in_both_formats(sightline, dem_file, tmp_path):

@@ -48,7 +48,7 @@ def test_the_unit_reaches_the_calculation(sightline, tmp_path):
 
 def test_band_and_cell_size_can_be_given(sightline, tmp_path):
     path = write_tif(tmp_path / "dem.tif", np.stack([hill() * 0, hill()]), crs=None, transform=None)
-    assert "give cell_m=" in sightline("info", path).stderr
+    assert "give --cell-m" in sightline("info", path).stderr
     assert heights(sightline, path, "--cell-m", "5", "--band", "2") == pytest.approx(float(hill().max()))
     assert "there is no band 7" in sightline("info", path, "--cell-m", "5", "--band", "7").stderr
 

@@ -55,8 +55,7 @@ def test_a_crew_follows_a_path(sightline, dem_file, tmp_path):
     path.write_text(json.dumps({"type": "FeatureCollection", "features": [line], "coordinates_are": "metres"}))
     words = (*CREW, "--min-anchors", 2, "--height", 60, "--path", path, "--stretch", 250, "--out", tmp_path)
     done = sightline("reposition", dem_file, *words, "--json")
-    assert done.code == 0, done.stderr
-    told = json.loads(done.stdout)
+    told = done.told()
     assert len(told["stretches"]) == 3
     rows = list(csv.DictReader((tmp_path / "schedule.csv").read_text().splitlines()))
     assert [float(row["start_s"]) for row in rows] == sorted(move["start_s"] for move in told["moves"])
@@ -99,9 +98,7 @@ BAD = {
 def test_a_wrong_line_is_told_in_one_sentence(sightline, dem_file, what):
     words, sentence = BAD[what]
     ended = sightline("reposition", dem_file, *words)
-    assert ended.code == 2, ended
-    assert sentence in ended.stderr
-    assert ended.stderr.count("\n") == 1
+    ended.refused(sentence)
 
 
 @pytest.mark.parametrize("content", ["no JSON", "[]", '{"anchors": [{}], "episodes": []}'])
@@ -109,3 +106,12 @@ def test_a_file_that_holds_no_verdicts_is_refused(sightline, dem_file, tmp_path,
     (tmp_path / "detection.json").write_text(content)
     ended = sightline("reposition", dem_file, *QUESTION, "--verdicts", tmp_path / "detection.json")
     assert (ended.code, "is no detection.json" in ended.stderr) == (2, True)
+
+
+def test_it_is_told_to_which_heights_drones_could_move(sightline, dem_file):
+    asked = sightline("reposition", dem_file, *QUESTION, "--height", 90, "--occluded", "D1", "--json")
+    told = json.loads(asked.stdout)
+    assert told["heights"] == "60 and 90 m above ground"
+    assert {round(move["to"]["above_ground_m"], 6) for move in told["moves"]} <= {60.0, 90.0}
+    usual = sightline("reposition", dem_file, *QUESTION[:-2], "--occluded", "D1")
+    assert "60 and 120 m above ground, and each drone's own altitude" in " ".join(usual.stdout.split())

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,8 @@ from service.products import Given
 from service.products.paths import PATH
 from service.products.registry import PRODUCTS
 from tests.house.repository import ROOT
+from tests.service.asked import ASKED
+from tests.service.layer_files import assert_opens
 from tests.service.small_paths import path_request
 
 COMMANDS = {
@@ -80,6 +83,21 @@ def test_one_rule_for_a_dem_id_in_all_commands(product, tmp_path, capsys):
         request_from_file(file, product)
 
 
+@pytest.mark.parametrize("product", PRODUCTS.values(), ids=list(PRODUCTS))
+def test_a_request_is_answered_and_all_files_of_its_answer_are_written(product, sightline, dem_file, tmp_path):
+    file, out = tmp_path / "request.json", tmp_path / "out"
+    file.write_text(json.dumps(ASKED[product.name]))
+    told = sightline(COMMANDS[product.name], dem_file, "--request", file, "--out", out, "--json").told()
+    written = {path.name for path in out.iterdir()}
+    assert {Path(name).name for name in told.pop("files")} == written
+    (summary,) = written.difference(product.layer)
+    assert json.loads((out / summary).read_text()) == told
+    assert product.answer.model_validate(told).model_dump(mode="json") == told
+    assert len(written) > 1
+    for name in written - {summary}:
+        assert_opens(product.layer[name], (out / name).read_bytes())
+
+
 def test_a_map_id_is_passed_over_only_for_a_map_of_the_command_line(tmp_path, capsys):
     file = tmp_path / "request.json"
     file.write_text(json.dumps({"map_id": "M", **path_request(anchors=[], limits={})}))
@@ -107,8 +125,7 @@ def test_many_lines_come_as_a_request_and_leave_as_files(sightline, tmp_path):
     file.write_text(json.dumps(body))
     valley = ROOT / "dem_samples" / "valley.npz"
     ended = sightline("los", valley, "--request", file, "--out", out, "--json")
-    assert ended.code == 0, ended.stderr
-    told = json.loads(ended.stdout)
+    told = ended.told()
     assert (told["lines"], told["clear"]) == (1, 1)
     assert json.loads((out / "lines.json").read_text())[0]["verdict"] == "clear"
     refused = sightline("los", valley, "--from", "647000,5136200,90agl", "--to", "648000,5136200,9agl", "--out", out)

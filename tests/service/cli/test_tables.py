@@ -50,7 +50,7 @@ def test_a_point_in_an_id_is_no_decimal_point(tmp_path):
 
 
 def test_paths_and_tracks_are_read_in_the_same_way(tmp_path):
-    (point,) = path_from_file(file(tmp_path, "east_m;north_m;altitude_m\n1,5;2;3\n"))
+    (point,) = path_from_file(file(tmp_path, "east_m;north_m;altitude_m\n1,5;2;3\n"), 1.5)
     assert (point.east_m, point.north_m, point.altitude_m) == (1.5, 2.0, 3.0)
     (track,) = tracks_from_file(file(tmp_path, "id;time_s;east_m;north_m;altitude_m\nD1;0;1,5;2;3\nD1;0,5;2,5;2;3\n"))
     assert [(at.time_s, at.east_m) for at in track.points] == [(0.0, 1.5), (0.5, 2.5)]

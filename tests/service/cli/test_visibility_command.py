@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 import rasterio
-from PIL import Image
 
 from terrain import height_at, read_dem, to_lon_lat
 from tests.service.small_maps import NORTH_M, WEST_M
@@ -75,16 +74,6 @@ def test_the_table_tells_each_anchors_share(sightline, dem_file):
     assert "…" not in ended.stdout, "nothing is cut off"
 
 
-def test_the_summary_file_and_json_on_stdout_are_the_same(sightline, dem_file, tmp_path):
-    ended = sightline("visibility", dem_file, "--anchor", D1, "--json", "--out", tmp_path)
-    assert (ended.code, ended.stderr) == (0, "")
-    printed = json.loads(ended.stdout)
-    assert {path.rpartition("/")[2] for path in printed.pop("files")} == FILES
-    assert printed == json.loads((tmp_path / "visibility.json").read_text())
-    (anchor,) = printed["anchors"]
-    assert anchor["visible_share"] + anchor["hidden_share"] + anchor["unknown_share"] == pytest.approx(1.0)
-
-
 def test_without_a_folder_only_the_summary_is_printed(sightline, dem_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     ended = sightline("visibility", dem_file, "--anchor", D1, "--json")
@@ -119,28 +108,11 @@ def test_anchors_of_options_and_files_are_taken_together(sightline, dem_file, tm
     assert [anchor["id"] for anchor in json.loads(ended.stdout)["anchors"]] == ["D1", "D3"]
 
 
-def test_a_second_run_replaces_the_files_whole(sightline, dem_file, tmp_path):
-    for height in (1.5, 30.0):
-        assert (
-            sightline("visibility", dem_file, "--anchor", D1, "--receiver-height", height, "--out", tmp_path).code == 0
-        )
-    assert {path.name for path in tmp_path.iterdir()} == FILES
-    with rasterio.open(tmp_path / "visible.tif") as dataset:
-        assert dataset.tags()["receiver"] == "30 m above ground"
-
-
 def test_nodata_of_the_option_wins(sightline, dem_file):
     described = json.loads(sightline("info", dem_file, "--nodata", 0, "--json").stdout)
     assert described["unknown_posts"] != 9
     mapped = json.loads(sightline("visibility", dem_file, "--anchor", D2, "--nodata", -9999, "--json").stdout)
     assert mapped["dem"]["unknown_posts"] == 9
-
-
-def test_the_picture_shows_something(sightline, dem_file, tmp_path):
-    sightline("visibility", dem_file, "--anchor", D1, "--out", tmp_path)
-    with Image.open(tmp_path / "map.png") as picture:
-        colours = np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)
-    assert len(colours) > 50
 
 
 def test_warnings_stand_below_the_table(sightline, dem_file):

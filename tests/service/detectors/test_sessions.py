@@ -30,9 +30,11 @@ from detection import (
     WitnessSay,
 )
 from service.errors import BusyError, GoneError, LimitError, NotFoundError, RequestError, TooManyError
-from service.live.answers import DetectorStateful, EpochOut, as_json, epoch_answer
+from service.live.answer_models import DetectorStateful, EpochOut
+from service.live.answers import as_json, epoch_answer
+from service.live.registry import Detectors
+from service.live.replay import rehearse
 from service.live.request import ANCHORS, RANGES, DetectorIn, EpochIn, RangingAnchorIn
-from service.live.sessions import Detectors, rehearse
 from service.live.settings import DetectorSettingsIn
 from service.settings import Settings
 

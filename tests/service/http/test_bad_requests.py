@@ -113,40 +113,6 @@ def test_json_with_numbers_that_are_none_is_refused(
     assert "east_m" in answer.json()["detail"] or "JSON" in answer.json()["detail"]
 
 
-@pytest.mark.parametrize("path", ["/visibility-maps", "/lines-of-sight"])
-@pytest.mark.parametrize(
-    "body",
-    [b"", b"{", b"not json", b"\xff\xfe\x00", b"[" * 100_000, b'{"a":' * 50_000, b"null", b"[]", b'"words"', b"3"],
-)
-def test_bodies_that_are_no_json_objects_are_refused(server: Server, path: str, body: bytes) -> None:
-    answer = server.client.post(path, content=body, headers={"Content-Type": "application/json"})
-    assert answer.status_code in (400, 422), answer.text
-    assert answer.headers["Content-Type"] == "application/problem+json"
-    assert server.client.get("/health").json()["status"] == "ok"
-
-
-@pytest.mark.parametrize("path", ["/visibility-maps", "/lines-of-sight"])
-def test_a_body_that_does_not_say_that_it_is_json_is_refused_with_415(server: Server, path: str) -> None:
-    answer = server.client.post(path, content=b"{}", headers={"Content-Type": "application/x-www-form-urlencoded"})
-    assert_problem(answer, 415, "media-type", "application/json")
-
-
-def test_a_json_body_over_the_limit_is_refused_with_413(server: Server) -> None:
-    body = b'{"dem_id": "' + b"x" * 2_200_000 + b'"}'
-    answer = server.client.post("/visibility-maps", content=body, headers={"Content-Type": "application/json"})
-    problem = assert_problem(answer, 413, "body-too-large", "SIGHTLINE_MAX_JSON_BYTES")
-    assert problem["limit"] == 2 * 1024 * 1024
-
-
-def test_an_unknown_dem_is_404_and_ids_do_not_lead_out_of_the_folder(server: Server) -> None:
-    for dem_id in ("0" * 32, "..", "../../etc", "x", "\u0000", "é"):
-        for path, rest in (
-            ("/visibility-maps", {"anchors": [GOOD]}),
-            ("/lines-of-sight", {"from_points_m": [[0.0, 0.0, 0.0]], "to_points_m": [[1.0, 1.0, 1.0]]}),
-        ):
-            assert_problem(server.client.post(path, json={"dem_id": dem_id, **rest}), 404, "not-found", "DEM")
-
-
 def test_what_does_not_exist_is_404_and_a_wrong_method_405(server: Server, jacksboro: dict[str, Any]) -> None:
     for path in ("/nothing", "/dems/none", "/visibility-maps/none", "/visibility-maps/none/layers/visible.tif"):
         assert server.client.get(path).json()["type"] == "/problems/not-found"
@@ -155,14 +121,6 @@ def test_what_does_not_exist_is_404_and_a_wrong_method_405(server: Server, jacks
     assert "POST" in answer.headers["Allow"]
     assert server.client.get("/dems", params={"limit": 0}).status_code == 422
     assert server.client.get("/dems", params={"offset": 10**30}).status_code == 422
-
-
-def test_a_layer_that_does_not_exist_and_one_of_an_unfinished_map(server: Server, jacksboro: dict[str, Any]) -> None:
-    request = {"dem_id": jacksboro["id"], "anchors": [GOOD]}
-    made = server.client.post("/visibility-maps", json=request, headers={"Prefer": "wait=60"}).json()
-    assert_problem(server.client.get(f"{made['links']['self']}/layers/secret.tif"), 404, "not-found", "secret.tif")
-    answer = server.client.get(f"{made['links']['self']}/layers/..%2f..%2fsightline.sqlite3")
-    assert answer.status_code == 404
 
 
 BAD_LINES: dict[str, tuple[dict[str, Any], int, str, str]] = {
@@ -223,11 +181,6 @@ def test_lines_of_sight_are_refused_at_once_with(server: Server, jacksboro: dict
     request, status, kind, word = BAD_LINES[what]
     answer = server.client.post("/lines-of-sight", json={"dem_id": jacksboro["id"], **request})
     assert_problem(answer, status, kind, word)
-
-
-def test_lines_of_sight_want_json(server: Server) -> None:
-    answer = server.client.post("/lines-of-sight", content=b"a,b", headers={"Content-Type": "text/csv"})
-    assert_problem(answer, 415, "media-type", "application/json")
 
 
 def test_every_type_of_problem_can_be_looked_up(server: Server) -> None:

@@ -41,9 +41,3 @@ def test_a_range_that_cannot_be_met_is_a_problem(server: Server, path: str, aske
     assert answer.headers["Content-Range"] == f"bytes */{len(whole.content)}"
     assert answer.json()["type"] == "/problems/range"
     assert f"{len(whole.content):,}" in answer.json()["detail"]
-
-
-def test_a_range_that_can_be_met_is_met(server: Server, path: str) -> None:
-    whole = server.client.get(f"{path}/layers/count.tif").content
-    answer = server.client.get(f"{path}/layers/count.tif", headers={"Range": "bytes=10-19"})
-    assert (answer.status_code, answer.content) == (206, whole[10:20])

@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
-import gpxpy
 import numpy as np
 import pytest
 
-from terrain import to_lon_lat, write_npz
+from terrain import to_lon_lat
 from tests.service.http.test_bad_requests import assert_problem
 from tests.service.running import Server
 from tests.service.small_maps import small_grid
 from tests.service.small_paths import ACROSS, NO_GO, WEST_OF_WALL, at, path_request
-
-
-@pytest.fixture(scope="module")
-def ground(server: Server, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The small ground with its wall and its hole."""
-    path = Path(tmp_path_factory.mktemp("ground")) / "small.npz"
-    write_npz(small_grid(), path)
-    return server.upload(path)
 
 
 def asked(server: Server, ground: dict[str, Any], ends: Any = WEST_OF_WALL, **changes: Any) -> Any:
@@ -46,18 +35,6 @@ def test_a_found_path_comes_with_totals_costs_and_the_validators_report(found: d
     assert found["request"]["rover"]["max_slope_deg"] == 25.0
 
 
-def test_every_layer_of_a_path_can_be_downloaded(server: Server, found: dict[str, Any]) -> None:
-    names = [layer["name"] for layer in found["layers"]]
-    assert names == ["path.geojson", "path.csv", "path.gpx", "path.plan", "map.png", "profile.png"]
-    files = {layer["name"]: server.client.get(layer["href"]) for layer in found["layers"]}
-    assert {answer.status_code for answer in files.values()} == {200}
-    for layer in found["layers"]:
-        assert files[layer["name"]].headers["Content-Type"] == layer["media_type"]
-    line = json.loads(files["path.geojson"].content)["features"][0]
-    assert len(gpxpy.parse(files["path.gpx"].text).tracks[0].segments[0].points) == len(line["geometry"]["coordinates"])
-    assert files["map.png"].content.startswith(b"\x89PNG")
-
-
 def test_no_path_is_an_answer_and_has_only_a_map(server: Server, ground: dict[str, Any]) -> None:
     answer = asked(server, ground, ACROSS)
     assert answer.status_code == 201
@@ -76,20 +53,6 @@ def test_no_path_is_an_answer_and_has_only_a_map(server: Server, ground: dict[st
     assert [layer["name"] for layer in path["layers"]] == ["path.geojson", "map.png"]
     missing = server.client.get(f"{path['links']['self']}/layers/path.gpx")
     assert_problem(missing, 404, "not-found", "There is no layer 'path.gpx'")
-
-
-def test_a_path_is_taken_in_followed_listed_and_forgotten(server: Server, ground: dict[str, Any]) -> None:
-    body = {"dem_id": ground["id"], **path_request(seed=5)}
-    taken = server.client.post("/paths", json=body)
-    assert taken.status_code == 202
-    where = taken.headers["Location"]
-    assert where.startswith("/paths/")
-    over = server.until_over(where)
-    assert over["progress"] == 1.0
-    assert over["result"]["seed"] == 5
-    assert over["id"] in [path["id"] for path in server.client.get("/paths").json()["paths"]]
-    assert server.client.delete(where).status_code == 204
-    assert server.client.get(where).status_code == 404
 
 
 def test_the_same_question_in_two_jobs_has_the_same_path(server: Server, ground: dict[str, Any]) -> None:
@@ -185,11 +148,7 @@ METRES = {"type": "Polygon", "coordinates": [[[4e5, 3.8e6], [4e5, 3.9e6], [5e5, 
 @pytest.mark.parametrize(
     ("changes", "name", "sentence"),
     [
-        (
-            {"start": at(-500.0, 0.0)},
-            "place",
-            "The start lies outside the DEM; the nearest allowed place with a way",
-        ),
+        ({"start": at(-500.0, 0.0)}, "place", "The start lies outside the DEM; the nearest allowed place with a way"),
         ({"start": at(300.0, 100.0)}, "place", "The start cannot be stood on: unknown ground"),
         ({"goals": [at(540.0, 200.0)]}, "place", "The goal cannot be stood on: slope"),
         ({"start": at(225.0, 250.0)}, "place", "The start cannot be stood on: no-go area"),

@@ -29,7 +29,6 @@ ANCHORS = [
 ]
 SKY = {"almanac": almanac(), "time": TIME, "reference_date": REFERENCE_DATE}
 CEILING = {"ceiling_above_ground_m": 500.0}
-PATHS = {"/dop-maps": {}, "/morphing-maps": CEILING}
 
 
 def made(server: Server, path: str, /, **request: Any) -> dict[str, Any]:
@@ -66,19 +65,6 @@ def test_a_dop_map_says_what_its_layers_hold(server: Server, dop: dict[str, Any]
     assert (values[no_go == NO_GO] >= 3.0).all()
 
 
-def test_every_layer_of_a_positioning_map_can_be_downloaded(
-    server: Server, dop: dict[str, Any], morphing: dict[str, Any]
-) -> None:
-    for map_ in (dop, morphing):
-        assert map_["layers"]
-        for layer in map_["layers"]:
-            answer = server.client.get(layer["href"])
-            assert answer.status_code == 200, layer["name"]
-            assert answer.headers["Content-Type"] == layer["media_type"]
-            again = server.client.get(layer["href"], headers={"If-None-Match": answer.headers["ETag"]})
-            assert again.status_code == 304
-
-
 def test_a_morphing_map_lies_between_ground_and_ceiling(server: Server, morphing: dict[str, Any]) -> None:
     above_m = bands(server, morphing, "above_ground.tif")[0]
     state, intervals = bands(server, morphing, "flags.tif")
@@ -89,13 +75,6 @@ def test_a_morphing_map_lies_between_ground_and_ceiling(server: Server, morphing
     assert (intervals[state == 1] == 0).all()
     shares = {row["state"]: row["posts"] for row in morphing["result"]["states"]}
     assert shares["above"] == np.count_nonzero(state == 2)
-
-
-def test_the_pictures_are_pictures(server: Server, dop: dict[str, Any], morphing: dict[str, Any]) -> None:
-    for map_ in (dop, morphing):
-        content = server.client.get(f"{map_['links']['self']}/layers/map.png").content
-        with Image.open(io.BytesIO(content)) as picture:
-            assert len(set(picture.convert("RGB").resize((200, 150)).get_flattened_data())) > 50
 
 
 def test_satellites_come_with_the_request_and_orbits_stay_out_of_the_result(
@@ -115,21 +94,6 @@ def test_a_navigation_file_is_the_precise_source(server: Server, jacksboro: dict
     # an almanac would do weeks later, ephemerides do not
     late = {"dem_id": jacksboro["id"], "satellites": {**sky, "time": "2009-04-03T12:00:00Z"}}
     assert_problem(server.client.post("/dop-maps", json=late), 422, "almanac", "ephemer")
-
-
-@pytest.mark.parametrize("path", PATHS)
-def test_a_positioning_map_is_listed_followed_and_deleted(server: Server, jacksboro: dict[str, Any], path: str) -> None:
-    map_ = made(server, path, dem_id=jacksboro["id"], anchors=ANCHORS[:3], **PATHS[path])
-    link = map_["links"]["self"]
-    assert link.startswith(f"{path}/")
-    listed = server.client.get(path).json()[path[1:].replace("-", "_")]
-    assert map_["id"] in {entry["id"] for entry in listed}
-    assert server.client.get(link).json()["result"] == map_["result"]
-    # a map of one kind is none of another
-    assert server.client.get(f"/visibility-maps/{map_['id']}").status_code == 404
-    assert server.client.get(f"{link}/layers/visible.tif").status_code == 404
-    assert server.client.delete(link).status_code == 204
-    assert server.client.get(link).status_code == 404
 
 
 def test_a_path_gets_a_table_and_a_map_without_path_has_none(

@@ -127,27 +127,6 @@ def test_bubbles_are_refused_with(server: Server, jacksboro: dict[str, Any], wha
     assert_problem(asked(server, dem_id=jacksboro["id"], **request), 422, kind, word)
 
 
-@pytest.mark.parametrize("body", [b"", b"{", b"null", b"[]", b'{"points_m": NaN}'])
-def test_bodies_that_ask_nothing_are_refused(server: Server, body: bytes) -> None:
-    answer = server.client.post("/safety-bubbles", content=body, headers={"Content-Type": "application/json"})
-    assert answer.status_code in (400, 422)
-    assert answer.headers["Content-Type"] == "application/problem+json"
-
-
-def test_bubbles_want_json_and_a_dem(server: Server) -> None:
-    answer = server.client.post("/safety-bubbles", content=b"a", headers={"Content-Type": "text/csv"})
-    assert_problem(answer, 415, "media-type", "application/json")
-    assert_problem(asked(server, dem_id="none", **ONE), 404, "not-found", "DEM")
-
-
-def test_a_file_that_does_not_exist_and_one_of_bubbles_that_do_not(server: Server, jacksboro: dict[str, Any]) -> None:
-    made = asked(server, dem_id=jacksboro["id"], **ONE)
-    assert made.status_code == 201, made.text
-    here = made.json()["links"]["self"]
-    assert_problem(server.client.get(f"{here}/files/secret.csv"), 404, "not-found", "secret.csv")
-    assert_problem(server.client.get("/safety-bubbles/none/files/points.csv"), 404, "not-found", "none")
-
-
 def test_a_long_outage_makes_the_bubble_huge_and_nothing_else(server: Server, jacksboro: dict[str, Any]) -> None:
     made = asked(server, dem_id=jacksboro["id"], **TWO | {"times_s": [0.0, 1e7]})
     assert made.status_code == 201, made.text

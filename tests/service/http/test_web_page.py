@@ -1,9 +1,13 @@
-"""The web page at the bare address: its files, and the pictures and legends that it puts together."""
+"""The planner at the bare address and the reference: their files; and the pictures and legends of maps."""
 
 from __future__ import annotations
 
+import gzip
+import hashlib
 import io
+import json
 import re
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -12,9 +16,14 @@ import pytest
 from PIL import Image
 
 import dem_samples
-from service.http.app import PAGE
+from service.http.web_page import BUILT
 from tests.service.running import Server
 
+PAGE = BUILT.parent
+SOURCES = (
+    *("src", "tools", "index.html", "docs.html", "package.json", "package-lock.json", "tsconfig.json"),
+    "vite.config.ts",
+)
 ANCHORS = [
     {"id": name, "lon_deg": lon_deg, "lat_deg": lat_deg, "above_ground_m": 150.0}
     for name, lon_deg, lat_deg in (("D1", -84.2392, 36.33), ("D2", -84.1443, 36.3836), ("D3", -84.1107, 36.2963))
@@ -36,29 +45,71 @@ def pixels(answer: httpx.Response) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(answer.content)))
 
 
-def test_the_bare_address_is_the_page(server: Server) -> None:
-    answer = server.client.get("/")
+@pytest.mark.parametrize(("path", "script"), [("/", "/page/index.js"), ("/docs", "/page/docs.js")])
+def test_planner_and_reference_are_built_pages_that_load_only_their_own(server: Server, path: str, script: str) -> None:
+    answer = server.client.get(path)
     assert answer.status_code == 200
     assert answer.headers["Content-Type"].startswith("text/html")
-    assert "<h1>Sightline</h1>" in answer.text
-    head = server.client.head("/")
+    head = server.client.head(path)
     assert (head.status_code, head.content) == (200, b"")
     assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+    assert "unsafe" not in answer.headers["Content-Security-Policy"]
+    references = re.findall(r'(?:src|href)="([^"]*)"', answer.text)
+    assert script in references
+    assert [one for one in references if not one.startswith(("/page/", "data:,"))] == []
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in PAGE.iterdir()))
-def test_every_file_of_the_page_is_served_and_asks_no_other_host(server: Server, name: str) -> None:
+@pytest.mark.parametrize("name", sorted(path.name for path in BUILT.iterdir()))
+def test_every_file_of_the_page_is_served(server: Server, name: str) -> None:
     answer = server.client.get(f"/page/{name}")
     assert answer.status_code == 200
     assert answer.headers["X-Content-Type-Options"] == "nosniff"
     assert answer.headers["Cache-Control"] == "no-cache"
-    assert not re.search(r"(https?:)?//[a-z]", answer.text.replace("// ", ""))
-    for reference in re.findall(r"(?:src|href)=\"(/[^\"]*)\"|from \"\./([^\"]+)\"", answer.text):
-        path = reference[0] or f"/page/{reference[1]}"
-        assert server.client.get(path).status_code == 200, path
+    # one that is kept packed comes out as the script that it is
+    if name.endswith(".js.gz"):
+        assert answer.headers["Content-Type"].startswith("text/javascript")
+        assert b"SwaggerUIBundle" in answer.content
 
 
-@pytest.mark.parametrize("path", ["/page/nothing.js", "/page/", "/page/../app.py", "/page/%2e%2e/app.py"])
+def digest_of(paths: list[Path]) -> str:
+    """SHA-256 over the digests and names of files, as service/page/tools/finish.mjs makes it."""
+    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(PAGE).as_posix()}" for path in paths]
+    return hashlib.sha256("\n".join(sorted(lines)).encode()).hexdigest()
+
+
+def test_the_built_files_are_those_of_the_sources_and_the_lock() -> None:
+    told = json.loads((BUILT / "digest.json").read_text(encoding="utf-8"))
+    sources = [file for name in SOURCES for file in ([PAGE / name] if (PAGE / name).is_file() else files(PAGE / name))]
+    assert digest_of(sources) == told["sources"], (
+        "the sources have changed since: run make page, and commit what it builds"
+    )
+    built = [file for file in files(BUILT) if file.name != "digest.json"]
+    assert digest_of(built) == told["built"], "the built files were changed by hand: run make page"
+
+
+def files(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.is_file()]
+
+
+def test_the_planner_is_small_and_its_licences_go_with_it() -> None:
+    planner = [path for path in files(BUILT) if path.suffix in (".js", ".css", ".html") and "docs" not in path.name]
+    assert sum(len(gzip.compress(path.read_bytes())) for path in planner) <= 600_000
+    licences = (BUILT / "LICENSES.txt").read_text(encoding="utf-8")
+    lock = json.loads((PAGE / "package-lock.json").read_text(encoding="utf-8"))
+    shipped = {
+        path.split("node_modules/")[-1] for path, entry in lock["packages"].items() if path and not entry.get("dev")
+    }
+    assert {name for name in shipped if f"## {name} " not in licences} == set()
+
+
+def test_the_lock_names_versions_and_digests_and_no_host() -> None:
+    text = (PAGE / "package-lock.json").read_text(encoding="utf-8")
+    assert '"resolved"' not in text
+    packages = {path: entry for path, entry in json.loads(text)["packages"].items() if path}
+    assert [path for path, entry in packages.items() if not entry.get("integrity")] == []
+
+
+@pytest.mark.parametrize("path", ["/page/nothing.js", "/page/", "/page/../app.py", "/page/%2e%2e/package.json"])
 def test_beside_the_page_there_is_nothing(server: Server, path: str) -> None:
     answer = server.client.get(path)
     assert answer.status_code == 404
@@ -66,8 +117,9 @@ def test_beside_the_page_there_is_nothing(server: Server, path: str) -> None:
 
 
 def test_the_page_offers_the_bundled_grounds() -> None:
-    offered = re.findall(r'value="sample:(\w+)"', (PAGE / "index.html").read_text())
-    assert sorted(offered) == sorted(dem_samples.sample_names())
+    offered = re.search(r"SAMPLES = \[(.*?)\]", (PAGE / "src" / "api" / "dems.ts").read_text(encoding="utf-8"))
+    assert offered is not None
+    assert sorted(re.findall(r'"(\w+)"', offered[1])) == sorted(dem_samples.sample_names())
 
 
 def test_a_hillshade_shows_light_and_shade_and_is_clear_over_unknown_ground(

@@ -1,0 +1,157 @@
+"""The planner in a headless Chromium: how long it takes to open, follow a drag, read a place, move a slider."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+
+from service.cli.own_service import running_service
+from service.http.web_page import BUILT
+from tests.service.browser import Browser, browsing
+
+from .over_http import wait_until_warm
+from .report import Row, Table, duration
+from .terrains import fractal_m
+
+__all__ = ["planner"]
+
+CELL_M = 30.0
+DRAG_POSTS, SLIDER_POSTS = 878, 2048  # about 770,000 and 4 million posts
+ANCHORS, STEPS, SLIDER_S = 6, 10, 3.0
+NOTE = """\
+A rough fractal ground of 30 m cells in a local frame, as an upload; anchors 120 m above it; window 1500 by 1000,
+headless and without a graphics card, the service on the same machine. A drag moves one of 6 anchors in 10 steps: from a
+step to the first map that is newer, from letting go to the map of the last place. Slider: the antenna's height with all
+anchors in sight on the map, frames drawn in 3 s. Read-out: from resting the pointer to clearances, dilution and error
+from the service; height, slope and sight are there at once."""
+FRAMES = (
+    "(async () => { const all = [...document.querySelectorAll('input[type=range]')]; "
+    "const e = all.find((one) => one.max === '30'); "
+    "const begun = performance.now(); let n = 0; const drawn = planner.times.frameTimesMs.length; "
+    "while (performance.now() - begun < %d) { e.value = String(0.5 + (n++ %% 50) / 2); "
+    "e.dispatchEvent(new Event('input', {bubbles: true})); await new Promise((r) => requestAnimationFrame(r)); } "
+    "return (planner.times.frameTimesMs.length - drawn) / ((performance.now() - begun) / 1000); })()"
+)
+PAINT_MS = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? 0"
+
+
+def planner() -> Table:
+    """The page's targets (docs/planner.md), each once on a warm service."""
+    with tempfile.TemporaryDirectory() as name, running_service(Path(name)) as client:
+        wait_until_warm(client)
+        dems = {posts: _uploaded(client, posts) for posts in (DRAG_POSTS, SLIDER_POSTS)}
+        with browsing(Path(name) / "profile") as page:
+            rows = [*_opening(page, client), *_dragging(page, client, dems[DRAG_POSTS])]
+            rows += _sliding(page, client, dems[SLIDER_POSTS])
+            complaints = page.complaints
+    size = sum(
+        len(gzip.compress(path.read_bytes())) for path in BUILT.iterdir() if path.suffix in (".js", ".css", ".html")
+    )
+    rows.append(Row(("built page, gzipped", f"{size / 1000:.0f} kB"), "≤ 600 kB", size <= 600_000))
+    rows.append(Row(("console errors", str(len(complaints))), "0", not complaints))
+    return Table("The planner in a browser", ("what", "measured"), rows, NOTE)
+
+
+def _opening(page: Browser, client: httpx.Client) -> list[Row]:
+    page.open(str(client.base_url))
+    page.until("!!document.getElementById('mode-ground')")
+    paint_s = page.until(PAINT_MS) / 1000.0
+    began_s = time.perf_counter()
+    page.choose("#ground-choice", "sample:jacksboro")
+    page.until("planner.times.frameTimesMs.length > 0")
+    ready_s = time.perf_counter() - began_s
+    return [
+        Row(("first paint", duration(paint_s)), "≤ 1 s", paint_s <= 1.0),
+        Row(("a sample chosen, its map drawn", duration(ready_s)), "≤ 2 s", ready_s <= 2.0),
+    ]
+
+
+def _dragging(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> list[Row]:
+    _open_mission(page, client, dem)
+    first_s, full_s = list[float](), list[float]()
+    for number in range(3):
+        start = _pixel(page, number)
+        page.mouse("mouseMoved", *start)
+        page.mouse("mousePressed", *start, button="left", clickCount=1)
+        for step in range(1, STEPS + 1):
+            asked, began_s = page.value("planner.times.surfaceTimesMs.length"), time.perf_counter()
+            page.mouse("mouseMoved", start[0] + 4.0 * step, start[1] + 2.0 * step, button="left", buttons=1)
+            page.until(f"planner.times.surfaceTimesMs.length > {asked}")
+            first_s.append(time.perf_counter() - began_s)
+        began_s = time.perf_counter()
+        page.mouse("mouseReleased", start[0] + 4.0 * STEPS, start[1] + 2.0 * STEPS, button="left", clickCount=1)
+        page.until("document.querySelectorAll('.busy').length === 0")
+        full_s.append(first_s[-1] + time.perf_counter() - began_s)
+    probes_s = list[float]()
+    for number in range(10):
+        x, y = page.place("#map", 0.4 + 0.01 * number, 0.5)
+        asked = page.value("planner.times.probeTimesMs.length")
+        page.mouse("mouseMoved", x, y)
+        page.until(f"planner.times.probeTimesMs.length > {asked}")
+        probes_s.append(page.value("planner.times.probeTimesMs.at(-1)") / 1000.0)
+    first, full, probe = (float(np.median(times_s)) for times_s in (first_s, full_s, probes_s))
+    return [
+        Row(("drag, 770,000 posts, 6 anchors: first new map, median", duration(first)), "≤ 150 ms", first <= 0.15),
+        Row(("the same: full map", duration(full)), "≤ 500 ms", full <= 0.5),
+        Row(("read-out of a place from the service, median", duration(probe)), "≤ 50 ms", probe <= 0.05),
+    ]
+
+
+def _sliding(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> list[Row]:
+    _open_mission(page, client, dem)
+    page.click("#mode-coverage")
+    page.until("document.querySelectorAll('.busy').length === 0")
+    frames = float(page.value(FRAMES % int(1000 * SLIDER_S)))
+    return [Row(("slider over 4 million posts", f"{frames:.0f} frames/s"), "≥ 30 frames/s", frames >= 30.0)]
+
+
+def _uploaded(client: httpx.Client, posts: int) -> dict[str, Any]:
+    file = io.BytesIO()
+    np.save(file, fractal_m(posts))
+    query = {"filename": "fractal.npy", "cell_m": str(CELL_M), "crs": "local"}
+    answer = client.post("/dems", params=query, content=file.getvalue()).raise_for_status()
+    return dict(answer.json())
+
+
+def _open_mission(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> None:
+    """Open the page on a ground with anchors, as if the browser had kept that mission."""
+    bounds = dem["bounds_of_posts_m"]
+    side_m = bounds["east"] - bounds["west"]
+    base = {"kind": "drone", "height_m": 120.0, "height_from": "above_ground_m", "ranging_sigma_m": 0.1}
+    none = {"max_range_m": None, "azimuth_from_deg": None, "azimuth_to_deg": None}
+    anchors = [
+        {
+            "id": f"D{number + 1}",
+            "east_m": bounds["west"] + side_m * (0.3 + 0.2 * (number % 3)),
+            "north_m": bounds["south"] + side_m * (0.35 + 0.3 * (number // 3)),
+            **base,
+            **none,
+        }
+        for number in range(ANCHORS)
+    ]
+    ground = {"dem_id": dem["id"], "name": dem["name"], "sha256": dem["sha256"]}
+    mission = {"format": "sightline-mission", "version": 1, "name": "bench", "ground": ground, "anchors": anchors}
+    page.value(f"localStorage.setItem('sightline.mission', {json.dumps(json.dumps(mission))})")
+    page.open(str(client.base_url))
+    page.until("!!document.getElementById('mode-anchors')")
+    page.click("#mode-anchors")
+    page.until(f"planner.times.surfaceTimesMs.length >= {ANCHORS}")
+    page.until("document.querySelectorAll('.busy').length === 0")
+
+
+def _pixel(page: Browser, number: int) -> tuple[float, float]:
+    """Where an anchor is on the page."""
+    x, y = page.value(
+        "(() => { const m = JSON.parse(localStorage.getItem('sightline.mission')).anchors["
+        f"{number}]; const p = planner.map.getPixelFromCoordinate([m.east_m, m.north_m]); "
+        "const b = document.getElementById('map').getBoundingClientRect(); return [p[0] + b.left, p[1] + b.top]; })()"
+    )
+    return x, y

@@ -1,0 +1,254 @@
+"""A running detector that looks at a map: prediction and detection in one loop.
+
+Before each epoch the map is asked, at the place and uncertainty to which the session's track leads, whom the rover
+should see and how high the ground is. The detector weighs both in; what ranges say is held against the map in turn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from detection import (
+    Detector,
+    DetectorSettings,
+    DetectorState,
+    EpochResult,
+    GroundHeight,
+    PositionFix,
+    RangeEpoch,
+    RangeMeasurement,
+    RangingAnchor,
+    Suspicion,
+    detect_epoch,
+)
+from planning.errors import WatchError
+from terrain import ElevationGrid, height_at
+from visibility import Anchor, AnchorError, Curvature
+from visibility.sight import check_anchors
+
+from .doubts import Doubts, MapDoubt, off_without_map
+from .forecasts import DEFAULT_ERRORS, GroundErrors, SightForecast, check_antenna, forecast_sight
+from .heights import HeightCheck, free_height
+
+__all__ = ["MapDetector", "WatchedEpoch"]
+
+USUAL = DetectorSettings()
+USUAL_SIGHT = 0.9  # what a detector takes without a map
+# A map is believed as far as it has been right: it begins with so many right words of so many, and all are forgotten
+# as new ones come.
+RIGHT, WORDS, MEMORY = 19.0, 20.0, 400.0
+TOLD = 0.8  # what the map and the ranges say is counted where both are surer than this
+LOOKS = 3  # at the map before a session has a track: a place tells whom to believe, and that a better place
+FURTHEST_M = 5e5  # anchors that fly further from the map than this are left out of its forecasts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WatchedEpoch:
+    """The answer to one epoch, with what the map foretold of it.
+
+    forecast: None where the session had no place, or one off the map. p_direct: by anchor, as the detector was told it.
+    """
+
+    result: EpochResult
+    forecast: SightForecast | None
+    anchor_ids: tuple[str, ...]
+    p_direct: Mapping[str, float]
+
+    @property
+    def p_sight(self) -> Mapping[str, float]:
+        """By anchor, the map's probability of sight; anchors of which it knows nothing are left out."""
+        if self.forecast is None:
+            return {}
+        told = zip(self.anchor_ids, self.forecast.p_sight.tolist(), strict=True)
+        return {anchor_id: p for anchor_id, p in told if not math.isnan(p)}
+
+
+class MapDetector:
+    """A ``Detector`` whose anchors' sight and whose rover's height a map foretells; not for two threads at once.
+
+    grid: the map, in the frame of the anchors. antenna_above_ground_m: of the rover, which stands on the ground.
+    errors: how wrong the map may be. A range that brings its own p_sight keeps it. Raises WatchError, and
+    DetectionInputError as Detector does.
+    """
+
+    def __init__(
+        self,
+        grid: ElevationGrid,
+        anchors: Sequence[RangingAnchor],
+        settings: DetectorSettings = USUAL,
+        antenna_above_ground_m: float = 1.5,
+        errors: GroundErrors = DEFAULT_ERRORS,
+        curvature: Curvature | None = None,
+    ) -> None:
+        if settings.dimension != 3:
+            raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
+        check_antenna(antenna_above_ground_m)
+        self.warnings = _warnings(grid, anchors)
+        self.grid, self.errors, self.antenna_above_ground_m = grid, errors, antenna_above_ground_m
+        self._curvature = Curvature.over(grid, curvature)
+        self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
+        self._somewhere = _ground_amid(grid, anchors, antenna_above_ground_m)
+        if settings.altitude_hint_m is None:
+            settings = replace(settings, altitude_hint_m=self._somewhere.altitude_m)
+        self._detector = Detector(anchors, settings)
+        self._doubts = Doubts()
+        self._heights = HeightCheck(errors.dem_sigma_m)
+        self._right = dict.fromkeys((True, False), RIGHT)
+        self._words = dict.fromkeys((True, False), WORDS)
+
+    @property
+    def settings(self) -> DetectorSettings:
+        """As the detector has them; the altitude hint is the map's where none was given."""
+        return self._detector.settings
+
+    @property
+    def state(self) -> DetectorState:
+        """A snapshot, as ``Detector.state``."""
+        return self._detector.state
+
+    def suspicions(self) -> tuple[Suspicion, ...]:
+        """As ``Detector.suspicions``."""
+        return self._detector.suspicions()
+
+    def map_doubts(self) -> tuple[MapDoubt, ...]:
+        """Where the ranges of the session contradict the map, in the order in which that began."""
+        return self._doubts.found(dict(self._anchors))
+
+    def process(self, epoch: RangeEpoch) -> WatchedEpoch:
+        """The answer to one epoch; the same as ``Detector.process`` where the map has nothing to say."""
+        for anchor in epoch.moved:
+            if anchor.id in self._anchors:
+                self._anchors[anchor.id] = (anchor.east_m, anchor.north_m, anchor.altitude_m)
+        ids = tuple(self._anchors)
+        forecast = self._foresee(epoch)
+        if forecast is None:
+            return WatchedEpoch(self._detector.process(epoch), None, ids, {})
+        told = {
+            anchor_id: self._believed(p_direct)
+            for anchor_id, p_direct in zip(ids, forecast.p_direct.tolist(), strict=True)
+            if not (math.isnan(p_direct) or self._doubts.stands(anchor_id))
+        }
+        ranges = tuple([_with_prediction(measured, told) for measured in epoch.ranges])
+        result = self._detector.process(replace(epoch, ranges=ranges, ground=epoch.ground or forecast.ground))
+        p_direct = dict(zip(ids, forecast.p_direct.tolist(), strict=True))
+        self._compare(result, p_direct)
+        free = free_height(result, self._anchors, p_direct, forecast.ground, self.settings.range_sigma_m)
+        if free is not None:
+            self._heights.note(*free, result.time_s)
+        return WatchedEpoch(result, forecast, ids, told)
+
+    def _foresee(self, epoch: RangeEpoch) -> SightForecast | None:
+        """The map's word where the track leads; without one, where the epoch's own ranges meet on the ground."""
+        if not math.isfinite(epoch.time_s):
+            return None
+        place = self._detector.foretold(epoch.time_s)
+        if place is not None:
+            return self._forecast(place)
+        anchors = [RangingAnchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
+        forecast, asked = None, replace(epoch, ground=epoch.ground or self._somewhere)
+        for _ in range(LOOKS):
+            fix = detect_epoch(anchors, asked, self.settings).position
+            forecast = None if fix is None else self._forecast(fix)
+            if forecast is None:
+                return None
+            told = dict(zip(self._anchors, forecast.p_direct.tolist(), strict=True))
+            ranges = tuple([_with_prediction(measured, told) for measured in epoch.ranges])
+            asked = replace(epoch, ranges=ranges, ground=epoch.ground or forecast.ground)
+        return forecast
+
+    def _forecast(self, place: PositionFix) -> SightForecast | None:
+        anchors_m = np.array(list(self._anchors.values())).reshape(-1, 3)
+        strange = _strange(self.grid, anchors_m)
+        forecast = forecast_sight(
+            self.grid,
+            place.position_m,
+            place.covariance_m2,
+            np.where(strange[:, None], [*place.position_m[:2], 0.0], anchors_m),
+            self.antenna_above_ground_m,
+            excess_m=self._harmful_m(),
+            errors=replace(self.errors, dem_sigma_m=self.errors.dem_sigma_m * self._heights.scale),
+            curvature=self._curvature,
+        )
+        if forecast is not None:
+            for answer in (forecast.p_sight, forecast.p_direct, forecast.clearance_m):
+                answer[strange] = np.nan
+        return forecast
+
+    def _harmful_m(self) -> float:
+        settings = self.settings
+        return settings.harmful_m or settings.geometric_tolerance_m or settings.k_geometric * settings.range_sigma_m
+
+    def _believed(self, p_direct: float) -> float:
+        """The map's word as far as it has been right in this session, in sight and hidden each."""
+        clear, hidden = (self._right[word] / self._words[word] for word in (True, False))
+        if p_direct >= USUAL_SIGHT:
+            return min(p_direct, max(clear, USUAL_SIGHT))
+        # a map whose "hidden" is mostly wrong says no more than none
+        trust = max(2.0 * hidden - 1.0, 0.0)
+        return USUAL_SIGHT + trust * (p_direct - USUAL_SIGHT)
+
+    def _compare(self, result: EpochResult, p_direct: Mapping[str, float]) -> None:
+        """Hold the verdicts against the map: how often it is right, and where it is not."""
+        place_m = self._detector.state.position_m
+        if place_m is None:
+            return
+        for verdict in result.verdicts:
+            p = p_direct[verdict.anchor_id]
+            p_off = off_without_map(verdict)
+            if p_off is None or math.isnan(p):
+                continue
+            self._doubts.note(verdict, p, result.time_s, place_m, self._anchors[verdict.anchor_id])
+            if max(p, 1.0 - p) > TOLD and max(p_off, 1.0 - p_off) > TOLD:
+                word = p > 0.5
+                kept = 1.0 - 1.0 / MEMORY
+                self._words[word] = kept * self._words[word] + 1.0
+                self._right[word] = kept * self._right[word] + float(word == (p_off < 0.5))
+
+
+def _with_prediction(measured: RangeMeasurement, told: Mapping[str, float]) -> RangeMeasurement:
+    if measured.p_sight is not None or math.isnan(told.get(measured.anchor_id, math.nan)):
+        return measured
+    return replace(measured, p_sight=told[measured.anchor_id])
+
+
+def _strange(grid: ElevationGrid, anchors_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """(k,) bool: anchors of which the map can say nothing, since they are far outside it or below its ground."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    off_m = np.maximum([west_m, south_m] - anchors_m[:, :2], anchors_m[:, :2] - [east_m, north_m]).max(axis=1)
+    strange: npt.NDArray[np.bool_] = (off_m > FURTHEST_M) | (anchors_m[:, 2] < height_at(grid, *anchors_m.T[:2]))
+    return strange
+
+
+def _warnings(grid: ElevationGrid, anchors: Sequence[RangingAnchor]) -> tuple[str, ...]:
+    """What is to be known of anchors over this map; raises WatchError where they are not of its frame."""
+    warnings: list[str] = []
+    for one in anchors:
+        under_m = float(height_at(grid, one.east_m, one.north_m)) - one.altitude_m
+        if under_m > 0.0:
+            warnings.append(
+                f"Anchor {one.id} is {under_m:.1f} m below the map's ground, so the map foretells no sight of it."
+            )
+            continue
+        try:
+            warnings += check_anchors(grid, [Anchor(one.id, one.east_m, one.north_m, one.altitude_m)])
+        except AnchorError as error:
+            raise WatchError(str(error)) from error
+    return tuple(warnings)
+
+
+def _ground_amid(grid: ElevationGrid, anchors: Sequence[RangingAnchor], antenna_m: float) -> GroundHeight:
+    """The antenna's height somewhere amid the anchors: good enough to tell below them from above."""
+    at_m = np.array([(anchor.east_m, anchor.north_m) for anchor in anchors]).reshape(-1, 2)
+    east_m, north_m = (np.linspace(low, high, 32) for low, high in zip(at_m.min(axis=0), at_m.max(axis=0), strict=True))
+    heights_m = height_at(grid, east_m[:, None], north_m[None, :])
+    if np.isnan(heights_m).all():
+        heights_m = grid.heights_m.astype(np.float64)
+    middle_east_m, middle_north_m = at_m.mean(axis=0).tolist()
+    spread_m = float(np.nanstd(heights_m)) + 1.0
+    level_m = float(np.nanmean(heights_m)) + antenna_m
+    return GroundHeight(middle_east_m, middle_north_m, level_m, 0.0, 0.0, spread_m)

@@ -1,0 +1,188 @@
+"""Who should be in sight from a place that is only roughly known, over ground that is only roughly known.
+
+The place is drawn as a few points that stand for its Gaussian, each with the rover on the ground there; of each point's
+sight lines the clearance is known exactly, and the error of the ground is folded in analytically.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from detection import GroundHeight
+from planning.errors import WatchError
+from terrain import ElevationGrid, height_at
+from visibility import Curvature, lines_of_sight
+
+__all__ = ["GroundErrors", "SightForecast", "check_antenna", "forecast_sight"]
+
+Floats = npt.NDArray[np.float64]
+
+POINTS = 19
+# A place that is less sure than so many cells in every direction says nothing about the ground it stands on.
+FURTHEST_CELLS = 50.0
+NEAREST_M = 1e-3  # and no place is surer than that
+
+
+def _unit_points(pairs: int) -> Floats:
+    """(1 + 2·pairs, 2) equally likely points of a standard Gaussian in the plane: 0 first, mean 0, covariance 1."""
+    number = np.arange(pairs)
+    radius = np.sqrt(-2.0 * np.log(1.0 - (number + 1.0) / (pairs + 0.5)))
+    turn = number * math.pi * (math.sqrt(5.0) - 1.0) / 2.0  # golden shares of half a turn; the other half are opposites
+    half = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+    points = np.vstack([np.zeros((1, 2)), half, -half])
+    whiten: Floats = np.linalg.inv(np.linalg.cholesky(points.T @ points / len(points)))
+    return points @ whiten.T
+
+
+UNIT_POINTS = _unit_points(POINTS // 2)
+# a plane through numbers at the points by least squares: (mean, rise along each axis)
+PLANE = np.linalg.pinv(np.column_stack([np.ones(POINTS), UNIT_POINTS]))
+
+
+@dataclass(frozen=True, slots=True)
+class GroundErrors:
+    """How wrong a map may be.
+
+    dem_sigma_m: one sigma of its heights. correlation_m: distance over which that error falls off, as exp(-d/L): ground
+    close to the rover is wrong as its own is, which hides nothing. shift_sigma_m: one sigma, along east and along
+    north, of the map as a whole against the anchors; None = half a cell. Raises WatchError.
+    """
+
+    dem_sigma_m: float = 3.0
+    correlation_m: float = 100.0
+    shift_sigma_m: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("dem_sigma_m", "correlation_m"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise WatchError(f"{name} must be a number > 0 m, not {value}.")
+        if self.shift_sigma_m is not None and not (math.isfinite(self.shift_sigma_m) and self.shift_sigma_m >= 0.0):
+            raise WatchError(f"shift_sigma_m must be a number >= 0 m, not {self.shift_sigma_m}.")
+
+    def shift_m(self, grid: ElevationGrid) -> float:
+        """shift_sigma_m, or half a cell of the grid."""
+        return 0.5 * max(grid.cell_east_m, grid.cell_north_m) if self.shift_sigma_m is None else self.shift_sigma_m
+
+
+DEFAULT_ERRORS = GroundErrors()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SightForecast:
+    """What a map says of k anchors at a place.
+
+    p_sight: (k,) probability that the anchor is in sight. p_direct: (k,) that its range is too long by no more than was
+    asked for: a grazing obstacle hides an anchor but hardly lengthens the way. clearance_m: (k,) of the sight line from
+    the place itself, negative = blocked by that much. All NaN where the line passes over unknown ground.
+    ground: how high the antenna is there.
+    """
+
+    p_sight: Floats
+    p_direct: Floats
+    clearance_m: Floats
+    ground: GroundHeight
+
+
+def check_antenna(antenna_above_ground_m: float) -> None:
+    """Raise WatchError where the rover's antenna cannot be so high."""
+    if not (math.isfinite(antenna_above_ground_m) and antenna_above_ground_m >= 0.0):
+        raise WatchError(f"antenna_above_ground_m must be a number >= 0 m, not {antenna_above_ground_m}.")
+
+
+def forecast_sight(
+    grid: ElevationGrid,
+    place_m: npt.ArrayLike,
+    covariance_m2: npt.ArrayLike,
+    anchors_m: npt.ArrayLike,
+    antenna_above_ground_m: float = 1.5,
+    *,
+    excess_m: float = 0.0,
+    errors: GroundErrors = DEFAULT_ERRORS,
+    curvature: Curvature | None = None,
+) -> SightForecast | None:
+    """What the map says of anchors (k, 3) at a rover's place: probabilities of sight and the height of the ground.
+
+    place_m: (2,) east, north, in the grid's frame, with its covariance (2, 2); longer ones lose what they say of
+    height, since the rover stands on the ground. excess_m: for ``p_direct``, how much too long a range may be.
+    None where the place, or most of what it may be, is outside the grid, on unknown ground, or unknown altogether.
+    Raises WatchError, and VisibilityInputError for anchors that are no places.
+    """
+    check_antenna(antenna_above_ground_m)
+    centre_m, spread_m2 = np.asarray(place_m, np.float64)[:2], np.asarray(covariance_m2, np.float64)[:2, :2]
+    shift_m = errors.shift_m(grid)
+    drawn_m = _drawn(centre_m, spread_m2 + shift_m**2 * np.eye(2), grid)
+    if drawn_m is None:
+        return None
+    points_m, root_m = drawn_m
+    ground_m = height_at(grid, points_m[:, 0], points_m[:, 1])
+    stands = np.isfinite(ground_m)
+    if not stands[0] or 2 * np.count_nonzero(stands) <= POINTS:
+        return None
+    antennas_m = np.column_stack([points_m, ground_m + antenna_above_ground_m])[stands]
+    ends_m = np.asarray(anchors_m, np.float64).reshape(-1, 3)
+    k, count = len(ends_m), len(antennas_m)
+    sight = lines_of_sight(grid, np.repeat(antennas_m, k, axis=0), np.tile(ends_m, (count, 1)), curvature=curvature)
+    clearance_m = np.where(sight.over_unknown, np.nan, sight.clearance_m).reshape(count, k)
+    reach_m = np.hypot(*(ends_m[None, :, :2] - antennas_m[:, None, :2]).transpose(2, 0, 1))
+    away_m = np.nan_to_num(sight.blocking_distance_m).reshape(count, k)
+    sigma_m = _clearance_sigma_m(away_m, reach_m, errors)
+    harmless_m = np.sqrt(2.0 * excess_m * away_m * (1.0 - away_m / np.maximum(reach_m, 1e-9)))
+    return SightForecast(
+        _normal(clearance_m / sigma_m).mean(axis=0),
+        _normal((clearance_m + harmless_m) / sigma_m).mean(axis=0),
+        clearance_m[0],
+        _ground_height(points_m, ground_m + antenna_above_ground_m, root_m, errors, shift_m),
+    )
+
+
+def _drawn(centre_m: Floats, spread_m2: Floats, grid: ElevationGrid) -> tuple[Floats, Floats] | None:
+    """(points (POINTS, 2), root of the covariance (2, 2)), the place itself first; None where it is no place."""
+    if not (np.isfinite(centre_m).all() and np.isfinite(spread_m2).all()):
+        return None
+    furthest_m = FURTHEST_CELLS * max(grid.cell_east_m, grid.cell_north_m)
+    variances_m2, axes = np.linalg.eigh(spread_m2)
+    if not 0.0 <= variances_m2[0] <= variances_m2[1] <= furthest_m**2:
+        return None
+    root_m = axes * np.sqrt(np.maximum(variances_m2, NEAREST_M**2))
+    return centre_m + UNIT_POINTS @ root_m.T, root_m
+
+
+def _clearance_sigma_m(away_m: Floats, reach_m: Floats, errors: GroundErrors) -> Floats:
+    """One sigma of a clearance: the ground in the way errs, and so does the rover's own, on which its antenna stands.
+
+    A rise of the rover's ground by 1 m lifts the line by (1 - away/reach) at the obstacle; the nearer that is, the more
+    alike both errors are.
+    """
+    lifted = 1.0 - away_m / np.maximum(reach_m, 1e-9)
+    alike = np.exp(-away_m / errors.correlation_m)
+    variance = np.maximum(1.0 + lifted * (lifted - 2.0 * alike), 0.0)
+    # under the rover itself nothing errs; what is left keeps the division honest
+    return errors.dem_sigma_m * np.sqrt(np.maximum(variance, 1e-4))
+
+
+def _ground_height(
+    points_m: Floats, antenna_m: Floats, root_m: Floats, errors: GroundErrors, shift_m: float
+) -> GroundHeight:
+    """The plane that the antenna moves in as the place varies, and how far the ground departs from it."""
+    known = np.isfinite(antenna_m)
+    fit = PLANE if known.all() else np.linalg.pinv(np.column_stack([np.ones(POINTS), UNIT_POINTS])[known])
+    level_m, *rise_m = (fit @ antenna_m[known]).tolist()
+    off_m = antenna_m[known] - level_m - UNIT_POINTS[known] @ np.array(rise_m)
+    slope_east, slope_north = np.linalg.solve(root_m.T, np.array(rise_m)).tolist()
+    shifted_m = shift_m * math.hypot(slope_east, slope_north)
+    sigma_m = math.sqrt(errors.dem_sigma_m**2 + float(np.mean(off_m**2)) + shifted_m**2)
+    east_m, north_m = points_m[0].tolist()
+    return GroundHeight(east_m, north_m, level_m, slope_east, slope_north, sigma_m)
+
+
+def _normal(x: Floats) -> Floats:
+    """The normal distribution function; NaN stays NaN."""
+    from scipy.special import ndtr
+
+    share: Floats = ndtr(x)
+    return share

@@ -1,0 +1,97 @@
+"""How wrong a map's heights are, as ranges have it: the place that they alone give, held against the ground there.
+
+One epoch's ranges know a height badly, but a map that is metres off is so for long. So a few sizes of its error, from
+what was told to many times that, are weighed by how likely they make all that was seen of late.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from detection import EpochResult, GroundHeight
+
+__all__ = ["HeightCheck", "free_height"]
+
+Floats = npt.NDArray[np.float64]
+
+SCALES = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
+LIKELY = np.array([0.8, 0.1, 0.05, 0.03, 0.01, 0.01])
+LOOK_S = 2.0  # so far apart, the errors of two heights by ranges are independent
+MEMORY_S = 120.0
+STEPS = 3
+FEWEST = 5  # ranges, so that one more than a place needs tells whether they meet
+RIDGE = 1e-9  # keeps a system solvable that says nothing of an axis; its variance is then told as huge
+
+
+class HeightCheck:
+    """What a session has seen of its map's heights; changed in place. sigma_m: one sigma of them, as was told."""
+
+    def __init__(self, sigma_m: float) -> None:
+        self._told_m = sigma_m
+        self._log_odds = np.log(LIKELY)
+        self._last_s: float | None = None
+
+    @property
+    def scale(self) -> float:
+        """Factor on the sigma that was told, in the geometric mean of what is likely; 1.0 at least."""
+        odds = np.exp(self._log_odds - self._log_odds.max())
+        return math.exp(float(odds @ np.log(SCALES) / odds.sum()))
+
+    def note(self, off_m: float, variance_m2: float, time_s: float) -> None:
+        """Take in by how much ranges alone have the antenna above the map's ground, and the variance of that."""
+        since_s = LOOK_S if self._last_s is None else max(time_s - self._last_s, 0.0)
+        self._last_s = time_s
+        kept = math.exp(-since_s / MEMORY_S)
+        spread_m2 = variance_m2 + (SCALES * self._told_m) ** 2
+        told = -0.5 * (off_m**2 / spread_m2 + np.log(spread_m2 / spread_m2[0]))
+        fresh = np.log(LIKELY)
+        self._log_odds = fresh + kept * (self._log_odds - fresh) + min(since_s / LOOK_S, 1.0) * told
+
+
+def free_height(
+    result: EpochResult,
+    anchors_m: Mapping[str, tuple[float, float, float]],
+    p_direct: Mapping[str, float],
+    ground: GroundHeight,
+    sigma_m: float,
+) -> tuple[float, float] | None:
+    """(height over the ground, its variance) that ranges give without the ground.
+
+    Of the ranges that the map has for direct; else of those that the verdicts left in, which a wrong height may have
+    misled. sigma_m: one sigma of a range. None where they are too few, or do not meet in one place near the session's.
+    """
+    if result.position is None:
+        return None
+    direct = [v for v in result.verdicts if p_direct.get(v.anchor_id, 0.0) > 0.5]
+    left_in = [v for v in result.verdicts if not v.off and v.anchor_id in anchors_m]
+    for chosen in (direct, left_in):
+        if len(chosen) >= FEWEST:
+            told = [(anchors_m[v.anchor_id], v.range_m) for v in chosen]
+            found = _free_height(told, result.position.position_m, ground, sigma_m)
+            if found is not None:
+                return found
+    return None
+
+
+def _free_height(
+    told: Sequence[tuple[tuple[float, float, float], float]], near_m: Floats, ground: GroundHeight, sigma_m: float
+) -> tuple[float, float] | None:
+    at_m, ranges_m = np.array([one[0] for one in told]), np.array([one[1] for one in told])
+    place_m = near_m.astype(np.float64)
+    for _ in range(STEPS):
+        apart_m = place_m - at_m
+        distances_m = np.maximum(np.sqrt((apart_m * apart_m).sum(axis=1)), 1e-6)
+        rows = apart_m / distances_m[:, None]
+        normal = rows.T @ rows + RIDGE * np.eye(3)
+        step_m = np.linalg.solve(normal, rows.T @ (ranges_m - distances_m))
+        place_m = place_m + step_m
+    residuals_m = ranges_m - distances_m
+    if np.abs(step_m).max() > 1.0 or float(residuals_m @ residuals_m) > 9.0 * len(told) * sigma_m**2:
+        return None
+    over = np.array([-ground.slope_east, -ground.slope_north, 1.0])
+    off_m = float(over @ (place_m - [ground.east_m, ground.north_m, ground.altitude_m]))
+    return off_m, sigma_m**2 * float(over @ np.linalg.solve(normal, over))

@@ -1,0 +1,113 @@
+"""What ``sightline detect`` is told: settings of the detector, how the log is written, a map to look at."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from service.errors import RequestError
+
+from .options import GROUP, WHOLE, option, told
+
+if TYPE_CHECKING:
+    from detection import DetectorSettings, RangingAnchor
+    from planning.watching import MapDetector
+    from service.live.settings import DetectorSettingsIn
+
+__all__ = ["DetectorOptions", "LogOptions", "MapOptions"]
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class DetectorOptions:
+    """Settings of the detector, as a session's request has them."""
+
+    dimension: Annotated[int | None, WHOLE, option("Whether heights matter. (default 3)", "2|3")] = None
+    range_sigma_m: Annotated[
+        float | None, option("One-sigma error of a range. (default 0.1)", "M", "--range-sigma")
+    ] = None
+    geometric_tolerance_m: Annotated[
+        float | None, option("Geometric tolerance in place of k sigmas, metres.", "M", "--tolerance")
+    ] = None
+    max_speed_m_per_s: Annotated[
+        float | None, option("Of the rover, metres per second. (default 10)", "M/S", "--max-speed")
+    ] = None
+    more: Annotated[
+        tuple[str, ...], option("Any other setting of the detector. Repeatable.", "NAME=VALUE", "--set")
+    ] = ()
+
+    def asked(self) -> DetectorSettingsIn:
+        """The settings in the words of a request. Raises RequestError."""
+        from pydantic import ValidationError
+
+        from service.live.settings import DetectorSettingsIn
+        from service.parts.sentences import sentence_of
+
+        fields = told(self)
+        fields.pop("more", None)
+        for text in self.more:
+            name, equals, value = text.partition("=")
+            if not equals or name.strip() not in DetectorSettingsIn.model_fields:
+                known = ", ".join(DetectorSettingsIn.model_fields)
+                raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
+            try:
+                fields[name.strip()] = json.loads(value)
+            except json.JSONDecodeError:
+                fields[name.strip()] = value.strip()  # a word, which needs no quotes here
+        try:
+            return DetectorSettingsIn.model_validate(fields)
+        except ValidationError as error:
+            raise RequestError(f"The settings: {sentence_of(error)}") from error
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class LogOptions:
+    """How the log is written."""
+
+    epoch: Annotated[float, option("Ranges within so many seconds belong together; 0: of equal time.", "S")] = 0.0
+    columns: Annotated[
+        str | None, option("Columns that the CSV names otherwise: time_s=%time,range_m=dist.", "NAME=COLUMN,…")
+    ] = None
+    time_unit: Annotated[str, option("Of time_s in CSV: s, ms, us, ns.", "UNIT")] = "s"
+    range_unit: Annotated[str, option("Of range_m and sigma_m in CSV: m, mm, cm, km, ft.", "UNIT")] = "m"
+
+    def names(self) -> dict[str, str]:
+        """``columns`` as a mapping. Raises RequestError."""
+        text, columns = self.columns or "", {}
+        for part in text.split(",") if text else ():
+            name, equals, column = part.partition("=")
+            if not equals:
+                raise RequestError(f"--columns {text!r} is not of the form NAME=COLUMN,NAME=COLUMN.")
+            columns[name.strip()] = column.strip()
+        return columns
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class MapOptions:
+    """A map that the replay looks at."""
+
+    dem: Annotated[
+        Path | None, option("A DEM: it foretells sight and the ground's height. Anchors are in its CRS.", "FILE")
+    ] = None
+    antenna: Annotated[float, option("Of the rover, above the ground.", "M")] = 1.5
+    dem_sigma: Annotated[float, option("One-sigma error of the DEM's heights.", "M")] = 3.0
+    dem_shift: Annotated[float | None, option("One-sigma error of where it lies. (default half a cell)", "M")] = None
+
+    def detector(
+        self, anchors: Sequence[RangingAnchor], frame: Mapping[str, float] | None, settings: DetectorSettings
+    ) -> MapDetector | None:
+        """The detector that looks at the DEM, where one was named. Raises RequestError, TerrainError, WatchError."""
+        from planning.watching import GroundErrors, MapDetector
+        from terrain import read_dem
+
+        if self.dem is None:
+            return None
+        if frame is not None:
+            raise RequestError("With --dem give the anchors in metres of the DEM's CRS, not in degrees.")
+        errors = GroundErrors(dem_sigma_m=self.dem_sigma, shift_sigma_m=self.dem_shift)
+        return MapDetector(read_dem(self.dem), anchors, settings, self.antenna, errors)

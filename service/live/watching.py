@@ -1,0 +1,102 @@
+"""A session's detector, with a map to look at or without, under one form; and where its ranges contradict the map."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from detection import Detector, DetectorState, RangeEpoch, Suspicion
+from planning.watching import GroundErrors, MapDetector, MapDoubt, WatchedEpoch, forecast_sight
+from service.errors import RequestError
+from service.files.geojson import Feature, collection_of, coordinates_of, feature
+from service.files.layer import replacing
+from service.live.request import DetectorIn
+from terrain import ElevationGrid
+
+__all__ = ["NO_MAP", "MaybeMapped", "detector_of", "looked_at", "write_doubts"]
+
+NO_MAP = "The detector looks at no map: open one with dem_id."
+
+
+def looked_at(grid: ElevationGrid) -> ElevationGrid:
+    """The same grid once kernels are loaded by looking over it, so that no epoch waits for that."""
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    middle_m = (0.5 * (west_m + east_m), 0.5 * (south_m + north_m))
+    forecast_sight(grid, middle_m, np.eye(2), [(*middle_m, 9000.0)])
+    return grid
+
+
+class MaybeMapped:
+    """A detector that may look at a map; ``process`` tells what the map foretold, which may be nothing."""
+
+    def __init__(self, detector: Detector | MapDetector) -> None:
+        self._detector = detector
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be known of the anchors over the map."""
+        return self._detector.warnings if isinstance(self._detector, MapDetector) else ()
+
+    @property
+    def state(self) -> DetectorState:
+        """As ``Detector.state``."""
+        return self._detector.state
+
+    def suspicions(self) -> tuple[Suspicion, ...]:
+        """As ``Detector.suspicions``."""
+        return self._detector.suspicions()
+
+    def process(self, epoch: RangeEpoch) -> WatchedEpoch:
+        """The answer to one epoch."""
+        if isinstance(self._detector, MapDetector):
+            return self._detector.process(epoch)
+        return WatchedEpoch(self._detector.process(epoch), None, (), {})
+
+    def map_doubts(self) -> bytes:
+        """Where ranges contradict the map, as GeoJSON. Raises RequestError where there is no map."""
+        if not isinstance(self._detector, MapDetector):
+            raise RequestError(NO_MAP)
+        collection = _doubts_collection(self._detector.grid, self._detector.map_doubts())
+        return json.dumps(collection, allow_nan=False).encode()
+
+
+def detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
+    """The detector that a session asks for; grid: of its dem_id. Raises DetectionInputError, WatchError."""
+    anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
+    if grid is None:
+        return MaybeMapped(Detector(anchors, settings))
+    errors = GroundErrors(asked.dem_sigma_m, asked.dem_correlation_m, asked.dem_shift_sigma_m)
+    return MaybeMapped(MapDetector(grid, anchors, settings, asked.antenna_above_ground_m, errors))
+
+
+def _doubts_collection(grid: ElevationGrid, doubts: tuple[MapDoubt, ...]) -> dict[str, object]:
+    """A line (a point, where the rover stood) for each contradiction, with its bearing, anchor and how sure it is."""
+    return collection_of(grid, [_feature(grid, doubt) for doubt in doubts])
+
+
+def write_doubts(grid: ElevationGrid, doubts: tuple[MapDoubt, ...], path: Path) -> None:
+    """The same as a file, whole or not at all. Raises OSError."""
+    with replacing(path) as unfinished:
+        text = json.dumps(_doubts_collection(grid, doubts), allow_nan=False, indent=1)
+        unfinished.write_text(text, encoding="utf-8")
+
+
+def _feature(grid: ElevationGrid, doubt: MapDoubt) -> Feature:
+    coordinates = coordinates_of(grid, np.array(doubt.places_m, np.float64).reshape(-1, 2))
+    told = {
+        "anchor_id": doubt.anchor_id,
+        "expected": str(doubt.expected),
+        "from_s": doubt.from_s,
+        "to_s": doubt.to_s,
+        "ranges": doubt.ranges,
+        "bearing_deg": round(math.degrees(doubt.bearing_rad), 2),
+        "distance_m": round(doubt.distance_m, 2),
+        "excess_m": round(doubt.excess_m, 2) if math.isfinite(doubt.excess_m) else None,
+        "probability": round(doubt.probability, 4),
+    }
+    if len(coordinates) == 1:
+        return feature("Point", coordinates[0], told)
+    return feature("LineString", coordinates, told)

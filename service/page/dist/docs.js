@@ -1,0 +1,1 @@
+const e=document.createElement("script");e.src="/page/swagger-ui-bundle.js.gz";e.addEventListener("load",()=>{window.SwaggerUIBundle?.({url:"/openapi.json",dom_id:"#reference",deepLinking:!0})});e.addEventListener("error",()=>{document.getElementById("reference")?.append("The reference did not load; is the service still running?")});document.body.append(e);

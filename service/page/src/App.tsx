@@ -1,0 +1,163 @@
+// The one screen: modes on top, the map over the whole window, layers left, inspector right, read-out and profile below.
+import { useEffect, useRef } from "preact/hooks";
+import "ol/ol.css";
+import "./planner.css";
+import { frameTimesMs, makeMap } from "./map/map";
+import { AirPanel } from "./panels/AirPanel";
+import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
+import { BriefPanel, openMission } from "./panels/BriefPanel";
+import { CoveragePanel } from "./panels/CoveragePanel";
+import { GroundPanel, takeFile } from "./panels/GroundPanel";
+import { Layers } from "./panels/Layers";
+import { PathPanel } from "./panels/PathPanel";
+import { ProfileDrawer } from "./panels/ProfileDrawer";
+import { ReadoutBar } from "./panels/ReadoutBar";
+import {
+  attempt, busy, canRedo, canUndo, change, ground, mission, mode, type Mode, MODES, notice, overlay, redo, refusals,
+  selected, tool, undo, withAnchor,
+} from "./state";
+import { dilutionTimesMs } from "./products/dilution";
+import { probeTimesMs } from "./products/probe";
+import { surfaceTimesMs } from "./products/surfaces";
+import { theme } from "./theme";
+import { unit } from "./units";
+import { words } from "./words";
+
+const { ui } = words;
+const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoveragePanel, path: PathPanel, air: AirPanel, brief: BriefPanel };
+const MOVES: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+function enter(next: Mode): void {
+  mode.value = next;
+  tool.value = "look";
+  if (next === "anchors" && ground.peek() && mission.peek().anchors.length === 0) tool.value = "anchor";
+  if ((next === "anchors" || next === "coverage") && overlay.peek() === "none") overlay.value = "count";
+}
+
+export function App() {
+  const Panel = PANELS[mode.value];
+  useKeys();
+  useDrop();
+  return (
+    <>
+      <header class="bar">
+        <h1>Sightline</h1>
+        <nav aria-label={ui.modes}>
+          {MODES.map((name) => (
+            <button key={name} type="button" id={`mode-${name}`} aria-current={mode.value === name ? "page" : undefined} onClick={() => enter(name)}>
+              {words.mode[name]}
+            </button>
+          ))}
+        </nav>
+        <span class="row tools">
+          <button type="button" id="undo" disabled={!canUndo.value} onClick={undo}>{ui.undo}</button>
+          <button type="button" id="redo" disabled={!canRedo.value} onClick={redo}>{ui.redo}</button>
+          <button type="button" id="unit" onClick={() => (unit.value = unit.value === "m" ? "ft" : "m")}>{unit.value === "m" ? ui.feet : ui.metres}</button>
+          <button type="button" id="theme" onClick={() => (theme.value = theme.value === "dark" ? "light" : "dark")}>{ui.theme}</button>
+          <a href="/docs">{ui.reference}</a>
+        </span>
+      </header>
+      <main>
+        <div class="stage">
+          <MapArea />
+          <Layers />
+          <aside class="panel inspector" aria-label={ui.inspector}>
+            <Told />
+            <Panel />
+          </aside>
+        </div>
+        <div class="below">
+          <ReadoutBar />
+          <ProfileDrawer />
+        </div>
+      </main>
+    </>
+  );
+}
+
+/** What was refused, what happened and what is being worked on: at the top of the inspector, always in view. */
+function Told() {
+  const refusal = refusals.value[mode.value] ?? refusals.value.anchors;
+  return (
+    <div class="told">
+      <div role="alert">{refusal !== undefined && <p class="refusal" id="refusal">{refusal}</p>}</div>
+      <div role="status">
+        {notice.value !== "" && <p class="notice" id="notice">{notice.value} <button type="button" class="small" onClick={() => (notice.value = "")}>{ui.close}</button></p>}
+        {Object.entries(busy.value).map(([what, share]) => <p key={what} class="busy">{ui.working(words.work(what), share)}</p>)}
+      </div>
+    </div>
+  );
+}
+
+function MapArea() {
+  const target = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    if (!target.current) return;
+    const map = makeMap(target.current);
+    Object.assign(window, { planner: { map, times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
+    return () => map.setTarget(undefined);
+  }, []);
+  return (
+    <>
+      <div id="map" ref={target} tabIndex={0} role="application" aria-label={ui.map} onKeyDownCapture={onMapKey} />
+      {!ground.value && <p class="welcome">{ui.welcome}</p>}
+    </>
+  );
+}
+
+function onMapKey(event: KeyboardEvent): void {
+  const dem = ground.peek()?.dem;
+  const chosen = mission.peek().anchors.find((anchor) => anchor.id === selected.peek());
+  if (!dem || !chosen || mode.peek() !== "anchors") return;
+  const move = MOVES[event.key];
+  if (!move && event.key !== "Delete") return;
+  event.preventDefault();
+  event.stopPropagation();
+  if (!move) {
+    remove(chosen.id);
+    return;
+  }
+  const cells = event.shiftKey ? 10 : 1;
+  const east_m = chosen.east_m + move[0] * cells * dem.cell_east_m;
+  change(withAnchor(chosen.id, { east_m, north_m: chosen.north_m + move[1] * cells * dem.cell_north_m }));
+}
+
+function useKeys(): void {
+  useEffect(() => {
+    const onKey = (event: KeyboardEvent): void => {
+      if (event.key === "Escape") tool.value = "look";
+      const typing = event.target instanceof HTMLElement && /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName) && event.target.getAttribute("type") !== "range";
+      if (!(event.ctrlKey || event.metaKey) || typing) return;
+      const key = event.key.toLowerCase();
+      if (key === "z" && !event.shiftKey) undo();
+      else if (key === "y" || (key === "z" && event.shiftKey)) redo();
+      else return;
+      event.preventDefault();
+    };
+    document.addEventListener("keydown", onKey);
+    return () => document.removeEventListener("keydown", onKey);
+  }, []);
+}
+
+/** A file let go anywhere on the page: a mission opens, anything else is read as ground. */
+function useDrop(): void {
+  useEffect(() => {
+    const over = (event: DragEvent): void => event.preventDefault();
+    const drop = (event: DragEvent): void => {
+      event.preventDefault();
+      for (const file of event.dataTransfer?.files ?? []) {
+        if (file.name.endsWith(".json")) void attempt("brief", () => openMission(file));
+        else {
+          mode.value = "ground";
+          takeFile(file);
+        }
+      }
+    };
+    document.addEventListener("dragover", over);
+    document.addEventListener("drop", drop);
+    return () => {
+      document.removeEventListener("dragover", over);
+      document.removeEventListener("drop", drop);
+    };
+  }, []);
+}

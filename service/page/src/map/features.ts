@@ -1,0 +1,142 @@
+// The mission's shapes on the map: what can be dragged, what was planned, what would be placed.
+import { effect } from "@preact/signals";
+import Feature from "ol/Feature.js";
+import LineString from "ol/geom/LineString.js";
+import Point from "ol/geom/Point.js";
+import Polygon from "ol/geom/Polygon.js";
+import VectorLayer from "ol/layer/Vector.js";
+import VectorSource from "ol/source/Vector.js";
+import type { Place } from "../api/types";
+import type { Ring } from "../mission/mission";
+import { pathLine, blockedAt, strip } from "../products/path";
+import { ghosts } from "../products/placement";
+import { markedPlace } from "../products/profile";
+import { sightOf } from "../products/readout";
+import { cursor, mission, pinned, selected } from "../state";
+import { words } from "../words";
+import { areaStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle } from "./styles";
+
+const anchors = new VectorSource();
+const places = new VectorSource();
+const areas = new VectorSource();
+const planned = new VectorSource();
+const offered = new VectorSource();
+const sight = new VectorSource();
+
+export const anchorLayer = new VectorLayer({ source: anchors, zIndex: 30, updateWhileInteracting: true });
+export const placeLayer = new VectorLayer({ source: places, zIndex: 20, updateWhileInteracting: true });
+export const ghostLayer = new VectorLayer({ source: offered, zIndex: 25 });
+
+const at = ({ east_m, north_m }: Place): number[] => [east_m, north_m];
+const mark = (place: Place, fields: Record<string, unknown>): Feature => {
+  const feature = new Feature({ geometry: new Point(at(place)), ...fields });
+  return feature;
+};
+
+export function vectorLayers(): VectorLayer[] {
+  const area = new VectorLayer({ source: areas, zIndex: 10 });
+  const path = new VectorLayer({ source: planned, zIndex: 15 });
+  const lines = new VectorLayer({ source: sight, zIndex: 18, updateWhileInteracting: true });
+  effect(drawAnchors);
+  effect(drawPlaces);
+  effect(drawAreas);
+  effect(drawPath);
+  effect(drawGhosts);
+  effect(drawSight);
+  return [area, path, lines, placeLayer, ghostLayer, anchorLayer];
+}
+
+function drawAnchors(): void {
+  const chosen = selected.value;
+  const now = mission.value.anchors;
+  const ids = new Set(now.map((anchor) => anchor.id));
+  for (const feature of anchors.getFeatures()) if (!ids.has(String(feature.getId()))) anchors.removeFeature(feature);
+  for (const anchor of now) {
+    let feature = anchors.getFeatureById(anchor.id) as Feature<Point> | null;
+    if (!feature) {
+      feature = new Feature(new Point(at(anchor)));
+      feature.setId(anchor.id);
+      anchors.addFeature(feature);
+    }
+    const [east, north] = feature.getGeometry()?.getCoordinates() ?? [];
+    if (east !== anchor.east_m || north !== anchor.north_m) feature.getGeometry()?.setCoordinates(at(anchor));
+    feature.setStyle(markStyle(anchor.id, anchor.kind, anchor.id === chosen));
+  }
+}
+
+function drawPlaces(): void {
+  const { start, goal, way_points } = mission.value.route;
+  const shown = [
+    ...(start ? [mark(start, { place: "start" })] : []),
+    ...(goal ? [mark(goal, { place: "goal" })] : []),
+    ...way_points.map((place, number) => mark(place, { place: "way-point", number })),
+  ];
+  for (const feature of shown) {
+    const [place, number] = [String(feature.get("place")), Number(feature.get("number"))];
+    feature.setStyle(pinStyle(place, place === "way-point" ? String(number + 1) : words.place(place)));
+  }
+  places.clear(true);
+  places.addFeatures(shown);
+}
+
+function drawAreas(): void {
+  const { area, route } = mission.value;
+  const polygon = (ring: Ring, what: string): Feature => {
+    const first = ring[0] as Place;
+    const feature = new Feature({ geometry: new Polygon([[...ring.map(at), at(first)]]), what });
+    feature.setStyle(areaStyle(what));
+    return feature;
+  };
+  areas.clear(true);
+  areas.addFeatures([
+    ...(area ? [polygon(area, "area")] : []),
+    ...route.no_go.map((ring) => polygon(ring, "no-go")),
+    ...route.keep_in.map((ring) => polygon(ring, "keep-in")),
+  ]);
+}
+
+function drawPath(): void {
+  planned.clear(true);
+  const path = pathLine.value;
+  for (const piece of strip(path)) {
+    const feature = new Feature(new LineString(piece.line.map(at)));
+    feature.setStyle(pathStyle(piece.colour));
+    planned.addFeature(feature);
+  }
+  const where = blockedAt.value;
+  if (where) {
+    const feature = mark(where, {});
+    feature.setStyle(pinStyle("blocked", words.blockedHere));
+    planned.addFeature(feature);
+  }
+}
+
+function drawGhosts(): void {
+  offered.clear(true);
+  for (const ghost of ghosts.value) {
+    const feature = mark(ghost, { ghost: ghost.id });
+    feature.setStyle(ghostStyle(ghost.id));
+    offered.addFeature(feature);
+  }
+}
+
+function drawSight(): void {
+  sight.clear(true);
+  const from = pinned.value ?? cursor.value;
+  if (markedPlace.value) {
+    const marked = mark(markedPlace.value, {});
+    marked.setStyle(pinStyle("marked", ""));
+    sight.addFeature(marked);
+  }
+  if (pinned.value) {
+    const pin = mark(pinned.value, {});
+    pin.setStyle(pinStyle("pin", ""));
+    sight.addFeature(pin);
+  }
+  if (!from) return;
+  for (const seen of sightOf(from)) {
+    const line = new Feature(new LineString([at(from), at(seen.anchor)]));
+    line.setStyle(lineStyle(seen.verdict));
+    sight.addFeature(line);
+  }
+}

@@ -1,0 +1,98 @@
+// How shapes are drawn: form tells kinds apart as well as colour does.
+import CircleStyle from "ol/style/Circle.js";
+import Fill from "ol/style/Fill.js";
+import RegularShape from "ol/style/RegularShape.js";
+import Stroke from "ol/style/Stroke.js";
+import Style from "ol/style/Style.js";
+import Text from "ol/style/Text.js";
+import type { Kind } from "../mission/mission";
+import type { Verdict } from "../products/readout";
+
+const INK = "#1b1b1b";
+const PAPER = "#ffffff";
+
+function label(text: string, offsetY = -20): Text {
+  return new Text({
+    text,
+    offsetY,
+    font: "600 13px system-ui, sans-serif",
+    fill: new Fill({ color: INK }),
+    stroke: new Stroke({ color: PAPER, width: 3.5 }),
+  });
+}
+
+export function markStyle(id: string, kind: Kind, chosen: boolean): Style {
+  const fill = new Fill({ color: chosen ? "#ffb000" : "#ffe08a" });
+  const stroke = new Stroke({ color: INK, width: chosen ? 3 : 1.6 });
+  const radius = chosen ? 12 : 10;
+  const shapes: Record<Kind, () => RegularShape> = {
+    drone: () => new RegularShape({ points: 3, radius: radius + 2, fill, stroke }),
+    mast: () => new RegularShape({ points: 4, radius: radius + 1, angle: Math.PI / 4, fill, stroke }),
+    beacon: () => new CircleStyle({ radius: radius - 2, fill, stroke }),
+  };
+  return new Style({ image: shapes[kind](), text: label(id) });
+}
+
+const PINS: Readonly<Record<string, { readonly colour: string; readonly points: number }>> = {
+  start: { colour: "#2c7bb6", points: 32 },
+  goal: { colour: "#d7191c", points: 32 },
+  "way-point": { colour: "#7b3294", points: 32 },
+  blocked: { colour: "#000000", points: 4 },
+  marked: { colour: "#0072b2", points: 32 },
+  pin: { colour: "#ff00aa", points: 4 },
+};
+
+export function pinStyle(what: string, text: string): Style {
+  const { colour, points } = PINS[what] ?? { colour: INK, points: 32 };
+  const stroke = new Stroke({ color: PAPER, width: 2.5 });
+  const image =
+    what === "blocked"
+      ? new RegularShape({ points: 4, radius: 12, radius2: 3, angle: Math.PI / 4, fill: new Fill({ color: colour }), stroke })
+      : new RegularShape({ points, radius: 8, fill: new Fill({ color: colour }), stroke });
+  return new Style({ image, ...(text ? { text: label(text, -18) } : {}) });
+}
+
+const AREAS: Readonly<Record<string, { readonly stroke: string; readonly fill: string; readonly dash?: number[] }>> = {
+  area: { stroke: "#ffffff", fill: "rgba(0,0,0,0)", dash: [10, 6] },
+  "no-go": { stroke: "#b2182b", fill: "rgba(178,24,43,0.28)" },
+  "keep-in": { stroke: "#2166ac", fill: "rgba(0,0,0,0)", dash: [2, 5] },
+};
+
+export function areaStyle(what: string): Style[] {
+  const { stroke, fill, dash } = AREAS[what] ?? { stroke: INK, fill: "rgba(0,0,0,0)" };
+  const line = new Stroke({ color: stroke, width: 2.5, ...(dash ? { lineDash: dash } : {}) });
+  const under = new Style({ stroke: new Stroke({ color: "rgba(0,0,0,0.6)", width: 4.5 }) });
+  return [under, new Style({ stroke: line, fill: new Fill({ color: fill }) })];
+}
+
+export function pathStyle(colour: string): Style[] {
+  return [
+    new Style({ stroke: new Stroke({ color: PAPER, width: 10 }) }),
+    new Style({ stroke: new Stroke({ color: INK, width: 7.5 }), zIndex: 1 }),
+    new Style({ stroke: new Stroke({ color: colour, width: 4.5 }), zIndex: 2 }),
+  ];
+}
+
+export function ghostStyle(id: string): Style {
+  const image = new RegularShape({
+    points: 3,
+    radius: 13,
+    fill: new Fill({ color: "rgba(255,255,255,0.55)" }),
+    stroke: new Stroke({ color: INK, width: 2, lineDash: [3, 3] }),
+  });
+  return new Style({ image, text: label(`${id}?`) });
+}
+
+const SIGHT: Readonly<Record<Verdict, { readonly color: string; readonly lineDash?: number[] }>> = {
+  seen: { color: "#00e08a" },
+  hidden: { color: "#ff4d3d", lineDash: [8, 6] },
+  unknown: { color: "#dddddd", lineDash: [2, 6] },
+};
+
+export function lineStyle(verdict: Verdict): Style[] {
+  const { color, lineDash } = SIGHT[verdict];
+  return [
+    new Style({ stroke: new Stroke({ color: "rgba(0,0,0,0.55)", width: 3.5 }) }),
+    new Style({ stroke: new Stroke({ color, width: 2, ...(lineDash ? { lineDash } : {}) }) }),
+  ];
+}

@@ -1,0 +1,128 @@
+// What the pointer does on the map: it places, drags, draws and pins, as the tool in hand says.
+import { effect } from "@preact/signals";
+import type Feature from "ol/Feature.js";
+import type OlMap from "ol/Map.js";
+import Point from "ol/geom/Point.js";
+import type Polygon from "ol/geom/Polygon.js";
+import Draw from "ol/interaction/Draw.js";
+import Translate from "ol/interaction/Translate.js";
+import type { Place } from "../api/types";
+import { contains } from "../geo/grid";
+import { newAnchor, type Ring } from "../mission/mission";
+import { acceptGhost } from "../products/placement";
+import { accept, change, follow, ground, mission, mode, pinned, selected, tool, withAnchor } from "../state";
+import { anchorLayer, ghostLayer, placeLayer } from "./features";
+
+const TOUCHED: readonly unknown[] = [anchorLayer, placeLayer, ghostLayer];
+const PLACES = new Set(["start", "goal", "way-point"]);
+const SHAPES = new Set(["no-go", "keep-in", "area"]);
+
+/** A click is no finer than a tenth of a cell. */
+function rounded(coordinate: readonly number[]): Place {
+  const dem = ground.peek()?.dem;
+  const grain = dem && dem.cell_east_m >= 5 ? 1 : 10;
+  const [east_m, north_m] = coordinate.map((metres) => Math.round(metres * grain) / grain);
+  return { east_m: east_m ?? 0, north_m: north_m ?? 0 };
+}
+
+export function followPointer(map: OlMap): void {
+  map.on("click", (event) => {
+    const here = ground.peek();
+    const place = rounded(event.coordinate);
+    if (!here || !contains(here.extent, place) || SHAPES.has(tool.peek())) return;
+    if (PLACES.has(tool.peek())) {
+      use(place);
+      return;
+    }
+    const [hit] = map.getFeaturesAtPixel(event.pixel, { layerFilter: (one) => one === anchorLayer || one === ghostLayer, hitTolerance: 4 });
+    if (hit?.get("ghost") !== undefined) acceptGhost(String(hit.get("ghost")));
+    else if (hit) selected.value = String((hit as Feature).getId());
+    else use(place);
+  });
+  map.on("pointermove", (event) => {
+    if (event.dragging) return;
+    const over = map.hasFeatureAtPixel(event.pixel, { layerFilter: (one) => TOUCHED.includes(one), hitTolerance: 4 });
+    const target = map.getTargetElement();
+    if (target) target.style.cursor = over ? "grab" : tool.peek() === "look" ? "" : "crosshair";
+  });
+  drag(map);
+  draw(map);
+}
+
+function use(place: Place): void {
+  accept("path");
+  const { anchors, route } = mission.peek();
+  switch (tool.peek()) {
+    case "anchor": {
+      const anchor = newAnchor(anchors, place);
+      change({ anchors: [...anchors, anchor] });
+      selected.value = anchor.id;
+      return;
+    }
+    case "start":
+      change({ route: { ...route, start: place } });
+      tool.value = route.goal ? "look" : "goal";
+      return;
+    case "goal":
+      change({ route: { ...route, goal: place } });
+      tool.value = "look";
+      return;
+    case "way-point":
+      change({ route: { ...route, way_points: [...route.way_points, place] } });
+      return;
+    default:
+      pinned.value = place;
+      if (mode.peek() !== "anchors") selected.value = null;
+  }
+}
+
+function drag(map: OlMap): void {
+  const translate = new Translate({ layers: [anchorLayer, placeLayer], hitTolerance: 6 });
+  const apply = (feature: Feature, how: typeof follow): void => {
+    const geometry = feature.getGeometry();
+    if (!(geometry instanceof Point)) return;
+    const at = rounded(geometry.getCoordinates());
+    const what = feature.get("place") as string | undefined;
+    if (what === undefined) how(withAnchor(String(feature.getId()), at));
+    else how({ route: movedPlace(what, Number(feature.get("number")), at) });
+  };
+  translate.on("translatestart", (event) => {
+    const first = event.features.item(0);
+    if (first.get("place") === undefined) selected.value = String(first.getId());
+  });
+  translate.on("translating", (event) => {
+    const first = event.features.item(0);
+    // markers of the path are drawn anew from the mission, which would take them out of the hand
+    if (first.get("place") === undefined) apply(first, follow);
+  });
+  translate.on("translateend", (event) => apply(event.features.item(0), change));
+  map.addInteraction(translate);
+}
+
+function movedPlace(what: string, number: number, at: Place) {
+  const { route } = mission.peek();
+  if (what === "start") return { ...route, start: at };
+  if (what === "goal") return { ...route, goal: at };
+  return { ...route, way_points: route.way_points.map((one, index) => (index === number ? at : one)) };
+}
+
+function draw(map: OlMap): void {
+  let drawing: Draw | null = null;
+  effect(() => {
+    if (drawing) map.removeInteraction(drawing);
+    drawing = null;
+    const what = tool.value;
+    if (!SHAPES.has(what)) return;
+    drawing = new Draw({ type: "Polygon" });
+    drawing.on("drawend", (event) => {
+      const corners = (event.feature.getGeometry() as Polygon).getCoordinates()[0] ?? [];
+      const ring: Ring = corners.slice(0, -1).map(rounded);
+      const { route } = mission.peek();
+      if (what === "area") change({ area: ring });
+      else if (what === "no-go") change({ route: { ...route, no_go: [...route.no_go, ring] } });
+      else change({ route: { ...route, keep_in: [...route.keep_in, ring] } });
+      tool.value = "look";
+    });
+    map.addInteraction(drawing);
+  });
+}

@@ -1,0 +1,176 @@
+// The mission as a document: all that a planner decides, and nothing that is calculated from it.
+import type { Place } from "../api/types";
+
+export type Ring = readonly Place[];
+export type Kind = "drone" | "mast" | "beacon";
+export type HeightFrom = "above_ground_m" | "altitude_m";
+
+export interface Anchor extends Place {
+  readonly id: string;
+  readonly kind: Kind;
+  readonly height_m: number;
+  readonly height_from: HeightFrom;
+  readonly max_range_m: number | null;
+  readonly azimuth_from_deg: number | null;
+  readonly azimuth_to_deg: number | null;
+  readonly ranging_sigma_m: number;
+}
+
+export interface GroundRef {
+  readonly dem_id: string;
+  readonly name: string;
+  readonly sha256: string;
+}
+
+export interface Rover {
+  readonly receiver_above_ground_m: number;
+  readonly max_slope_deg: number;
+  readonly footprint_radius_m: number;
+  readonly speed_m_per_s: number;
+}
+
+export interface Positioning {
+  readonly kind: "ranging" | "pseudorange" | "tdoa";
+  readonly measure: "gdop" | "pdop" | "hdop" | "vdop";
+  readonly dop_limit: number;
+  readonly on_surface: boolean;
+}
+
+export interface Route {
+  readonly start: Place | null;
+  readonly goal: Place | null;
+  readonly way_points: readonly Place[];
+  readonly no_go: readonly Ring[];
+  readonly keep_in: readonly Ring[];
+  /** 0: no limit. */
+  readonly min_anchors: number;
+  /** Whether the dilution has to stay below its limit all along. */
+  readonly keep_dop: boolean;
+  readonly bubble_epsilon: number;
+}
+
+export interface Placing {
+  readonly count: number;
+  readonly above_ground_m: number;
+  readonly objective: "coverage" | "dop";
+  readonly min_anchors: number;
+  readonly spacing_m: number | null;
+  readonly where: "area" | "path";
+}
+
+export interface Mission {
+  readonly version: 1;
+  readonly name: string;
+  readonly ground: GroundRef | null;
+  /** Where the mission takes place; null: the whole DEM. */
+  readonly area: Ring | null;
+  readonly anchors: readonly Anchor[];
+  readonly rover: Rover;
+  readonly positioning: Positioning;
+  readonly route: Route;
+  readonly placing: Placing;
+  readonly ceiling_above_ground_m: number;
+}
+
+export const EMPTY_ROUTE: Route = {
+  start: null,
+  goal: null,
+  way_points: [],
+  no_go: [],
+  keep_in: [],
+  min_anchors: 0,
+  keep_dop: false,
+  bubble_epsilon: 0,
+};
+
+export const NEW_MISSION: Mission = {
+  version: 1,
+  name: "Mission",
+  ground: null,
+  area: null,
+  anchors: [],
+  rover: { receiver_above_ground_m: 1.5, max_slope_deg: 25, footprint_radius_m: 0.8, speed_m_per_s: 0.5 },
+  positioning: { kind: "ranging", measure: "hdop", dop_limit: 5, on_surface: false },
+  route: EMPTY_ROUTE,
+  placing: { count: 2, above_ground_m: 100, objective: "coverage", min_anchors: 3, spacing_m: null, where: "area" },
+  ceiling_above_ground_m: 300,
+};
+
+export const FIRST_HEIGHT_M = 120;
+
+export function nextId(anchors: readonly Anchor[], letter = "D"): string {
+  const taken = new Set(anchors.map((anchor) => anchor.id));
+  let number = 1;
+  while (taken.has(`${letter}${number}`)) number += 1;
+  return `${letter}${number}`;
+}
+
+export function newAnchor(anchors: readonly Anchor[], place: Place): Anchor {
+  const last = anchors.at(-1);
+  return {
+    id: nextId(anchors),
+    ...place,
+    kind: last?.kind ?? "drone",
+    height_m: last?.height_from === "above_ground_m" ? last.height_m : FIRST_HEIGHT_M,
+    height_from: "above_ground_m",
+    max_range_m: null,
+    azimuth_from_deg: null,
+    azimuth_to_deg: null,
+    ranging_sigma_m: 0.1,
+  };
+}
+
+/** An anchor as the service is asked about it. */
+export function anchorBody(anchor: Anchor): Record<string, unknown> {
+  return {
+    id: anchor.id,
+    east_m: anchor.east_m,
+    north_m: anchor.north_m,
+    [anchor.height_from]: anchor.height_m,
+    ranging_sigma_m: anchor.ranging_sigma_m,
+    ...(anchor.max_range_m === null ? {} : { max_range_m: anchor.max_range_m }),
+    ...(anchor.azimuth_from_deg === null ? {} : { azimuth_from_deg: anchor.azimuth_from_deg }),
+    ...(anchor.azimuth_to_deg === null ? {} : { azimuth_to_deg: anchor.azimuth_to_deg }),
+  };
+}
+
+export function isLimited(anchor: Anchor): boolean {
+  return anchor.max_range_m !== null || anchor.azimuth_from_deg !== null || anchor.azimuth_to_deg !== null;
+}
+
+/** All places of a mission moved by one rule; what has no place any more is left out and named. */
+export function moved(mission: Mission, move: (place: Place) => Place | null): { mission: Mission; lost: string[] } {
+  const lost: string[] = [];
+  const place = <T extends Place>(one: T, called: string): T | null => {
+    const there = move(one);
+    if (there === null) lost.push(called);
+    return there === null ? null : { ...one, east_m: there.east_m, north_m: there.north_m };
+  };
+  const places = <T extends Place>(all: readonly T[], called: (one: T, number: number) => string): T[] =>
+    all.map((one, number) => place(one, called(one, number))).filter((one) => one !== null);
+  const ring = (corners: Ring, called: string): Ring | null => {
+    const there = corners.map(move).filter((one) => one !== null);
+    if (there.length === corners.length) return there;
+    lost.push(called);
+    return null;
+  };
+  const rings = (all: readonly Ring[], called: string): Ring[] =>
+    all.map((one, number) => ring(one, `${called} ${number + 1}`)).filter((one) => one !== null);
+  const { route } = mission;
+  return {
+    mission: {
+      ...mission,
+      anchors: places(mission.anchors, (anchor) => anchor.id),
+      area: mission.area && ring(mission.area, "the area"),
+      route: {
+        ...route,
+        start: route.start && place(route.start, "the start"),
+        goal: route.goal && place(route.goal, "the goal"),
+        way_points: places(route.way_points, (_, number) => `way-point ${number + 1}`),
+        no_go: rings(route.no_go, "no-go area"),
+        keep_in: rings(route.keep_in, "keep-in area"),
+      },
+    },
+    lost,
+  };
+}

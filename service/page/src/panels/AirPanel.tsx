@@ -1,0 +1,51 @@
+// Air: above which height positioning is good enough; the height flown at is a slider over the arrays.
+import { air, askForAir, flownAboveGroundM, isAirCurrent } from "../products/air";
+import { attempt, busy, change, mission, overlay } from "../state";
+import { length, percent } from "../units";
+import { words } from "../words";
+import { Arriving, Facts, Group, NumberField, Slider } from "./fields";
+import { Sentences } from "./GroundPanel";
+import { Downloads } from "./PathPanel";
+
+const { ui } = words;
+
+export function AirPanel() {
+  const { ceiling_above_ground_m: ceilingM } = mission.value;
+  const now = air.value;
+  return (
+    <>
+      <Group title={words.mode.air}>
+        <p class="hint">{ui.airHint}</p>
+        <NumberField where="air" label={`${ui.ceiling}, m`} min={1} value={ceilingM} onValue={(value) => change({ ceiling_above_ground_m: value ?? 300 })} />
+        <button type="button" id="calculate-air" class="primary" disabled={"air" in busy.value} onClick={() => void attempt("air", askForAir)}>
+          {ui.calculateAir}
+        </button>
+        <Slider
+          label={ui.flown}
+          told={length(flownAboveGroundM.value, 0)}
+          value={flownAboveGroundM.value}
+          min={0}
+          max={ceilingM}
+          step={Math.max(1, Math.round(ceilingM / 300))}
+          onMove={(value) => {
+            flownAboveGroundM.value = value;
+            if (air.value) overlay.value = "air";
+          }}
+        />
+      </Group>
+      {now && (
+        <Arriving id="air-answer" of={now}>
+          {!isAirCurrent() && <p class="stale-note">{words.airStale}</p>}
+          <Facts rows={now.answer.states.filter(({ posts }) => posts > 0).map(({ state, share }) => [nameOf(state), percent(share)])} />
+          {now.answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={now.answer.warnings} />}
+          <p class="hint">{ui.trust(now.answer.mode, now.answer.error_statement, now.answer.curvature)}</p>
+          <Downloads layers={now.downloads} />
+        </Arriving>
+      )}
+    </>
+  );
+}
+
+function nameOf(state: string): string {
+  return state in ui.states ? ui.states[state as keyof typeof ui.states] : state;
+}

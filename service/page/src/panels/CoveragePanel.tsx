@@ -1,0 +1,161 @@
+// Coverage: sliders that recolour without a request, what positioning is worth, and more anchors found.
+import { errorLimitM } from "../map/looks";
+import { dilution, isDilutionCurrent } from "../products/dilution";
+import { acceptGhost, dismissGhosts, findMore, ghosts, placement, spacingOf } from "../products/placement";
+import { surfaces } from "../products/surfaces";
+import { attempt, busy, change, follow, ground, mission, overlay } from "../state";
+import { figure, length, percent } from "../units";
+import { words } from "../words";
+import { Arriving, Check, Facts, Group, NumberField, Select, Slider } from "./fields";
+import { Sentences } from "./GroundPanel";
+
+const { ui } = words;
+
+export function CoveragePanel() {
+  const { rover, positioning } = mission.value;
+  const height = (value: number) => ({ rover: { ...rover, receiver_above_ground_m: value } });
+  const limit = (value: number) => ({ positioning: { ...positioning, dop_limit: value } });
+  return (
+    <>
+      <Group title={words.mode.coverage}>
+        <Slider
+          label={ui.receiver}
+          told={length(rover.receiver_above_ground_m)}
+          value={rover.receiver_above_ground_m}
+          min={0}
+          max={30}
+          step={0.1}
+          onMove={(value) => follow(height(value))}
+          onRest={(value) => change(height(value))}
+        />
+        <Slider
+          label={ui.dopLimit}
+          told={figure(positioning.dop_limit, 1)}
+          value={positioning.dop_limit}
+          min={0.5}
+          max={20}
+          step={0.1}
+          onMove={(value) => follow(limit(value))}
+          onRest={(value) => change(limit(value))}
+        />
+        {overlay.value === "error" && (
+          <Slider
+            label={ui.errorLimit}
+            told={length(errorLimitM.value, 2)}
+            value={errorLimitM.value}
+            min={0.05}
+            max={10}
+            step={0.05}
+            onMove={(value) => (errorLimitM.value = value)}
+          />
+        )}
+        <Select
+          label={ui.rangingKind}
+          value={positioning.kind}
+          options={ui.rangingKinds}
+          onValue={(kind) => change({ positioning: { ...positioning, kind } })}
+        />
+        <Select
+          label={ui.measure}
+          value={positioning.measure}
+          options={ui.measures}
+          onValue={(measure) => change({ positioning: { ...positioning, measure } })}
+        />
+        <Check
+          label={ui.onSurface}
+          value={positioning.on_surface}
+          onValue={(on_surface) => change({ positioning: { ...positioning, on_surface } })}
+        />
+      </Group>
+      <Worth />
+      <FindMore />
+    </>
+  );
+}
+
+function Worth() {
+  const now = dilution.value;
+  const [first] = surfaces.value.values();
+  if (!now && !first) return <p class="hint">{words.placeAnchors}</p>;
+  const trust = now?.answer ?? first?.answer;
+  const limit = mission.value.positioning.dop_limit;
+  return (
+    <Group title={ui.measures[mission.value.positioning.measure]}>
+      {now && (
+        <div class={isDilutionCurrent() ? "" : "stale"} id="dilution-facts">
+          <Facts
+            rows={[
+              [`${ui.within} (${figure(limit, 1)})`, percent(shareBelow(now.dop, limit))],
+              ["median", figure(now.answer.dop_quantiles["p50"] ?? Infinity)],
+              ["p95", figure(now.answer.dop_quantiles["p95"] ?? Infinity)],
+              [words.unknown, percent(now.answer.share_unknown)],
+            ]}
+          />
+        </div>
+      )}
+      {trust && trust.warnings.length > 0 && <Sentences title={ui.warnings} sentences={trust.warnings} />}
+      {trust && <p class="hint">{ui.trust(trust.mode, trust.error_statement, trust.curvature)}</p>}
+    </Group>
+  );
+}
+
+/** Share of the posts whose dilution is known, or known to be none, that lie below a limit. */
+function shareBelow(dop: Float32Array, limit: number): number {
+  let [known, below] = [0, 0];
+  for (const value of dop) {
+    if (Number.isNaN(value)) continue;
+    known += 1;
+    if (value < limit) below += 1;
+  }
+  return below / Math.max(known, 1);
+}
+
+function FindMore() {
+  const { placing } = mission.value;
+  const set = (fields: Partial<typeof placing>) => change({ placing: { ...placing, ...fields } });
+  const here = ground.value;
+  const found = placement.value;
+  return (
+    <Group title={ui.findMore}>
+      <div class="pair">
+        <NumberField where="coverage" label={ui.howMany} min={1} max={16} step={1} value={placing.count} onValue={(value) => set({ count: value ?? 1 })} />
+        <NumberField where="coverage" label={ui.atHeight} min={0} value={placing.above_ground_m} onValue={(value) => set({ above_ground_m: value ?? 0 })} />
+        <NumberField where="coverage" label={ui.enough} min={1} step={1} value={placing.min_anchors} onValue={(value) => set({ min_anchors: value ?? 1 })} />
+        <NumberField where="coverage" label={ui.spacing} optional min={1} value={here && Math.round(spacingOf(here, placing.spacing_m))} onValue={(value) => set({ spacing_m: value })} />
+      </div>
+      <Select label={ui.objective} value={placing.objective} options={ui.objectives} onValue={(objective) => set({ objective })} />
+      <Select label={ui.where} value={placing.where} options={ui.wheres} onValue={(where) => set({ where })} />
+      <button type="button" id="find-more" class="primary" disabled={!here || "placement" in busy.value} onClick={() => void attempt("coverage", findMore)}>
+        {ui.find}
+      </button>
+      {found && (
+        <Arriving id="found" of={found}>
+          <p>
+            <strong>{ui.placed(found.placed.length)}.</strong> {found.goal}.{" "}
+            {ui.worth(percent(found.before_share), percent(found.value_share), percent(found.bound_share))}
+          </p>
+          <ul class="list">
+            {ghosts.value.map((ghost) => (
+              <li key={ghost.id}>
+                <span>
+                  <strong>{ghost.id}</strong> {ui.adds(percent(ghost.marginal_share))}
+                </span>
+                <button type="button" class="small" aria-label={`${ui.take} ${ghost.id}`} onClick={() => acceptGhost(ghost.id)}>
+                  {ui.take}
+                </button>
+              </li>
+            ))}
+          </ul>
+          <div class="row">
+            <button type="button" disabled={ghosts.value.length === 0} onClick={() => ghosts.peek().forEach(({ id }) => acceptGhost(id))}>
+              {ui.takeAll}
+            </button>
+            <button type="button" onClick={dismissGhosts}>
+              {ui.dismiss}
+            </button>
+          </div>
+        </Arriving>
+      )}
+    </Group>
+  );
+}

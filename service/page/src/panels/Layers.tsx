@@ -1,0 +1,75 @@
+// What the map shows, and what its colours mean.
+import { signal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { contourM, type Legend, legendOf, opacity, painted } from "../map/looks";
+import { css } from "../map/palettes";
+import { ground, mode, overlay, OVERLAYS } from "../state";
+import { percent } from "../units";
+import { words } from "../words";
+import { Check, Slider } from "./fields";
+
+const { ui } = words;
+const legend = signal<Legend | null>(null);
+const SETTLE_MS = 120;
+
+/** A round height between contour lines that gives about a dozen of them. */
+function roundContourM(): number {
+  const dem = ground.peek()?.dem;
+  const span = dem && dem.lowest_m !== null && dem.highest_m !== null ? dem.highest_m - dem.lowest_m : 100;
+  const power = 10 ** Math.floor(Math.log10(Math.max(span, 1) / 12));
+  return [1, 2, 5, 10].map((digit) => digit * power).find((step) => span / step <= 20) ?? 10 * power;
+}
+
+export function Layers() {
+  const now = painted.value;
+  useEffect(() => {
+    const later = setTimeout(() => (legend.value = legendOf()), legend.peek() === null ? 0 : SETTLE_MS);
+    return () => clearTimeout(later);
+  }, [now]);
+  const shown = OVERLAYS.filter((name) => name !== "air" || mode.value === "air" || overlay.value === "air");
+  return (
+    <section class="panel layers" aria-label={ui.layers}>
+      <h2>{ui.layers}</h2>
+      <div role="radiogroup" aria-label={ui.layers}>
+        {shown.map((name) => (
+          <label key={name} class="check">
+            <input type="radio" name="overlay" value={name} checked={overlay.value === name} onChange={() => (overlay.value = name)} /> {words.overlay[name]}
+          </label>
+        ))}
+      </div>
+      <Check label={ui.contours} value={contourM.value > 0} onValue={(on) => (contourM.value = on ? roundContourM() : 0)} />
+      <Slider label={ui.opacity} told={percent(opacity.value)} value={opacity.value} min={0} max={1} step={0.05} onMove={(value) => (opacity.value = value)} />
+      {now && legend.value && <LegendTable now={legend.value} />}
+    </section>
+  );
+}
+
+function LegendTable({ now }: { now: Legend }) {
+  return (
+    <table id="legend">
+      <caption>
+        {now.title} <span class="hint">{ui.legend}</span>
+      </caption>
+      <tbody>
+        {now.rows.map(({ colour, label, share }) => (
+          <tr key={label}>
+            <th scope="row">
+              <svg class="swatch" width="14" height="14" aria-hidden="true">
+                <rect width="14" height="14" fill={css(colour)} />
+              </svg>
+              {label}
+            </th>
+            <td>{percent(share)}</td>
+          </tr>
+        ))}
+        <tr>
+          <th scope="row">
+            <span class="swatch hatched" aria-hidden="true" />
+            {words.unknown}
+          </th>
+          <td>{percent(now.unknown)}</td>
+        </tr>
+      </tbody>
+    </table>
+  );
+}

@@ -1,0 +1,82 @@
+// The drawer under the map: moving along the profile moves a mark on the map.
+import { useEffect, useRef } from "preact/hooks";
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { markedPlace, profile, type Profile } from "../products/profile";
+import { theme } from "../theme";
+import { fromMetres, unit } from "../units";
+import { words } from "../words";
+
+const HEIGHT_PX = 150;
+const COLOURS = ["#8a6d3b", "#0072b2", "#cc79a7"];
+
+export function ProfileDrawer() {
+  const now = profile.value;
+  return now && <Drawer now={now} key={now.title + now.note} />;
+}
+
+function Drawer({ now }: { now: Profile }) {
+  const at = useRef<HTMLDivElement>(null);
+  const looks = `${unit.value} ${theme.value}`;
+  useEffect(() => {
+    const target = at.current;
+    if (!target) return;
+    const plot = new uPlot(optionsOf(now, target.clientWidth), dataOf(now), target);
+    const watch = new ResizeObserver(() => plot.setSize({ width: target.clientWidth, height: HEIGHT_PX }));
+    watch.observe(target);
+    return () => {
+      watch.disconnect();
+      plot.destroy();
+      markedPlace.value = null;
+    };
+  }, [now, looks]);
+  return (
+    <section class="drawer" aria-label={words.ui.profile}>
+      <div class="row">
+        <strong>{now.title}</strong>
+        <span role="status">{now.note}</span>
+        <button type="button" class="small" onClick={() => (profile.value = null)}>
+          {words.ui.close}
+        </button>
+      </div>
+      <div ref={at} />
+    </section>
+  );
+}
+
+function dataOf(now: Profile): uPlot.AlignedData {
+  const curves = now.curves.map(({ heightM }) => heightM.map((metres) => (metres === null ? null : fromMetres(metres))));
+  return [now.distanceM.map(fromMetres), ...curves];
+}
+
+function optionsOf(now: Profile, width: number): uPlot.Options {
+  const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
+  const grid = { stroke: "rgba(128,128,128,0.25)" };
+  return {
+    width,
+    height: HEIGHT_PX,
+    scales: { x: { time: false } },
+    axes: [
+      { stroke: ink, grid, size: 30, values: (_, splits) => splits.map((value) => value.toLocaleString("en")) },
+      { stroke: ink, grid, size: 56 },
+    ],
+    series: [
+      { label: `${words.ui.distance}, ${unit.value}`, value: (_, value) => (value as number | null)?.toFixed(0) ?? "–" },
+      ...now.curves.map(({ name, ground }, number) => ({
+        label: `${name}, ${unit.value}`,
+        stroke: COLOURS[number] ?? "#000000",
+        width: 2,
+        ...(ground ? { fill: "rgba(138,109,59,0.25)" } : {}),
+        value: (_: uPlot, value: number | null) => value?.toFixed(1) ?? "–",
+      })),
+    ],
+    hooks: {
+      setCursor: [
+        (plot) => {
+          const index = plot.cursor.idx;
+          markedPlace.value = index === null || index === undefined ? null : (now.places[index] ?? null);
+        },
+      ],
+    },
+  };
+}

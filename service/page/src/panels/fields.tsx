@@ -1,0 +1,145 @@
+// Fields that commit a value once it is complete, and sliders that are followed while they move.
+import type { ComponentChildren } from "preact";
+import { useEffect, useId, useRef } from "preact/hooks";
+import { refuse, type Mode } from "../state";
+import { words } from "../words";
+
+interface NumberProps {
+  readonly label: string;
+  readonly value: number | null;
+  readonly min?: number;
+  readonly max?: number;
+  readonly step?: number | "any";
+  readonly optional?: boolean;
+  readonly where: Mode;
+  readonly onValue: (value: number | null) => void;
+}
+
+export function NumberField({ label, value, min, max, step = "any", optional, where, onValue }: NumberProps) {
+  const id = useId();
+  const commit = (input: HTMLInputElement): void => {
+    const empty = input.value.trim() === "";
+    if (empty && optional) onValue(null);
+    else if (empty || !Number.isFinite(input.valueAsNumber)) refuse(where, words.noNumber(label, input.value));
+    else onValue(input.valueAsNumber);
+  };
+  const limits = { ...(min === undefined ? {} : { min }), ...(max === undefined ? {} : { max }) };
+  return (
+    <label class="field" for={id}>
+      <span>{label}</span>
+      <input id={id} type="number" step={step} {...limits} value={value ?? ""} onChange={(event) => commit(event.currentTarget)} />
+    </label>
+  );
+}
+
+interface TextProps {
+  readonly label: string;
+  readonly value: string;
+  readonly onValue: (value: string) => void;
+}
+
+export function TextField({ label, value, onValue }: TextProps) {
+  const id = useId();
+  return (
+    <label class="field" for={id}>
+      <span>{label}</span>
+      <input id={id} type="text" value={value} onChange={(event) => onValue(event.currentTarget.value)} />
+    </label>
+  );
+}
+
+interface SelectProps<T extends string> {
+  readonly label: string;
+  readonly value: T;
+  readonly options: Readonly<Record<T, string>>;
+  readonly onValue: (value: T) => void;
+}
+
+export function Select<T extends string>({ label, value, options, onValue }: SelectProps<T>) {
+  const id = useId();
+  const entries = Object.entries(options) as [T, string][];
+  return (
+    <label class="field" for={id}>
+      <span>{label}</span>
+      <select id={id} value={value} onChange={(event) => onValue(event.currentTarget.value as T)}>
+        {entries.map(([name, text]) => (
+          <option key={name} value={name}>
+            {text}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+interface SliderProps {
+  readonly label: string;
+  readonly told: string;
+  readonly value: number;
+  readonly min: number;
+  readonly max: number;
+  readonly step: number;
+  readonly onMove: (value: number) => void;
+  readonly onRest?: (value: number) => void;
+}
+
+export function Slider({ label, told, value, min, max, step, onMove, onRest }: SliderProps) {
+  const id = useId();
+  return (
+    <div class="slider">
+      <label for={id}>
+        {label} <output for={id}>{told}</output>
+      </label>
+      <input
+        id={id}
+        type="range"
+        {...{ min, max, step }}
+        value={value}
+        aria-valuetext={told}
+        onInput={(event) => onMove(event.currentTarget.valueAsNumber)}
+        onChange={(event) => onRest?.(event.currentTarget.valueAsNumber)}
+      />
+    </div>
+  );
+}
+
+export function Check({ label, value, onValue }: { label: string; value: boolean; onValue: (value: boolean) => void }) {
+  return (
+    <label class="check">
+      <input type="checkbox" checked={value} onChange={(event) => onValue(event.currentTarget.checked)} /> {label}
+    </label>
+  );
+}
+
+export function Facts({ rows }: { rows: readonly (readonly [string, string])[] }) {
+  return (
+    <dl class="facts">
+      {rows.map(([name, value]) => (
+        <div key={name}>
+          <dt>{name}</dt>
+          <dd>{value}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}
+
+/** An answer that comes into view when it arrives, however far down it stands. */
+export function Arriving({ id, of, children }: { id: string; of: unknown; children: ComponentChildren }) {
+  const at = useRef<HTMLDivElement>(null);
+  useEffect(() => at.current?.scrollIntoView({ block: "nearest" }), [of]);
+  return (
+    <div id={id} ref={at} class="group" aria-live="polite">
+      {children}
+    </div>
+  );
+}
+
+export function Group({ title, children }: { title: string; children: ComponentChildren }) {
+  return (
+    <section class="group">
+      <h3>{title}</h3>
+      {children}
+    </section>
+  );
+}

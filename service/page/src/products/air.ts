@@ -1,0 +1,61 @@
+// Above which height positioning is good enough: the morphing map as arrays; the height flown at is a slider.
+import { signal } from "@preact/signals";
+import { calculate, layer } from "../api/jobs";
+import type { MorphingAnswer } from "../api/types";
+import { rasterAt } from "../geo/rasters";
+import { anchorBody } from "../mission/mission";
+import { ground, mission, overlay, setBusy } from "../state";
+import { words } from "../words";
+
+export interface Air {
+  readonly key: string;
+  /** Height above the ground from which one may fly, metres; NaN where there is none. */
+  readonly aboveGroundM: Float32Array;
+  /** 0 nowhere, 1 from the ground up, 2 from aboveGroundM up, 3 closed at the ceiling, 4 outside, 255 unknown. */
+  readonly state: Uint8Array;
+  readonly answer: MorphingAnswer;
+  readonly downloads: readonly { readonly name: string; readonly href: string; readonly description: string }[];
+}
+
+export const air = signal<Air | null>(null);
+export const flownAboveGroundM = signal(100);
+
+function question(): Record<string, unknown> | null {
+  const { anchors, positioning, rover, ceiling_above_ground_m } = mission.value;
+  if (!ground.value) return null;
+  return {
+    dem_id: ground.value.dem.id,
+    anchors: anchors.map(anchorBody),
+    kind: positioning.kind,
+    measure: positioning.measure,
+    dop_limit: positioning.dop_limit,
+    receiver_above_ground_m: rover.receiver_above_ground_m,
+    ceiling_above_ground_m,
+    mode: "fast",
+  };
+}
+
+export function isAirCurrent(): boolean {
+  return air.value !== null && air.value.key === JSON.stringify(question());
+}
+
+export async function askForAir(): Promise<void> {
+  const body = question();
+  if (body === null) throw new Error(words.chooseGround);
+  if (mission.peek().anchors.length === 0) throw new Error(words.placeAnchors);
+  setBusy("air", null);
+  try {
+    const job = await calculate<MorphingAnswer>("/morphing-maps", body, { progress: (share) => setBusy("air", share) });
+    const [above, flags] = await Promise.all([rasterAt(layer(job, "above_ground.tif")), rasterAt(layer(job, "flags.tif"))]);
+    air.value = {
+      key: JSON.stringify(body),
+      aboveGroundM: above.bands[0] as Float32Array,
+      state: flags.bands[0] as Uint8Array,
+      answer: job.result,
+      downloads: job.layers,
+    };
+    overlay.value = "air";
+  } finally {
+    setBusy("air", undefined);
+  }
+}

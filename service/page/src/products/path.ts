@@ -1,0 +1,169 @@
+// The path of the rover: asked for, drawn in strips, and where it is blocked.
+import { effect, signal } from "@preact/signals";
+import { ask } from "../api/http";
+import { calculate, layer } from "../api/jobs";
+import type { LayerLink, PathAnswer, Place, Relaxation } from "../api/types";
+import { css, limitSteps, SLOPE_STEPS, countColour, stepColour } from "../map/palettes";
+import { anchorBody, type Ring } from "../mission/mission";
+import { change, ground, mission, setBusy } from "../state";
+import { words } from "../words";
+import { tableOf } from "../mission/tables";
+
+export interface Vertex extends Place {
+  readonly distance_m: number;
+  readonly time_s: number;
+  readonly altitude_m: number;
+  readonly slope_deg: number;
+  readonly anchor_count: number;
+  readonly dop: number;
+  readonly sigma_m: number;
+  readonly bubble_m: number;
+}
+
+export const STRIPS = ["plain", "slope", "sight", "dilution", "error", "bubble"] as const;
+export type Strip = (typeof STRIPS)[number];
+
+export interface PlannedPath {
+  readonly key: string;
+  readonly answer: PathAnswer;
+  readonly vertices: readonly Vertex[];
+  readonly downloads: readonly LayerLink[];
+}
+
+export const planned = signal<PlannedPath | null>(null);
+export const stripShown = signal<Strip>("dilution");
+export const pathLine = signal<readonly Vertex[]>([]);
+export const blockedAt = signal<Place | null>(null);
+export const markedVertex = signal<Vertex | null>(null);
+let stopping: AbortController | null = null;
+
+const polygon = (ring: Ring): { ring: Ring } => ({ ring });
+
+function question(): Record<string, unknown> {
+  const { anchors, route, rover, positioning } = mission.value;
+  if (!ground.value) throw new Error(words.chooseGround);
+  if (!route.start) throw new Error(words.noStart);
+  if (!route.goal) throw new Error(words.noGoal);
+  const limits = {
+    min_anchors: route.min_anchors,
+    kind: positioning.kind,
+    measure: positioning.measure,
+    on_surface: positioning.on_surface,
+    bubble_epsilon: route.bubble_epsilon,
+    ...(route.keep_dop ? { dop_limit: positioning.dop_limit } : {}),
+  };
+  return {
+    dem_id: ground.value.dem.id,
+    start: route.start,
+    goals: [route.goal],
+    way_points: route.way_points,
+    no_go: route.no_go.map(polygon),
+    keep_in: route.keep_in.map(polygon),
+    anchors: anchors.map(anchorBody),
+    rover,
+    limits,
+    mode: "fast",
+    budget: { seconds: 40, sampling: false },
+  };
+}
+
+export function isPathCurrent(): boolean {
+  try {
+    return planned.value !== null && planned.value.key === JSON.stringify(question());
+  } catch {
+    return false; // start or goal were taken away since
+  }
+}
+
+export async function planPath(): Promise<void> {
+  const body = question();
+  setBusy("path", null);
+  stopping = new AbortController();
+  try {
+    const following = { progress: (share: number | null) => setBusy("path", share), signal: stopping.signal };
+    const job = await calculate<PathAnswer>("/paths", body, following);
+    const found = job.result.status === "found";
+    const rows = found ? tableOf(await (await ask(layer(job, "path.csv"))).text()) : [];
+    const vertices = rows.map(vertexOf);
+    planned.value = { key: JSON.stringify(body), answer: job.result, vertices, downloads: job.layers };
+    pathLine.value = vertices;
+    blockedAt.value = job.result.unreachable?.where ?? null;
+  } finally {
+    stopping = null;
+    setBusy("path", undefined);
+  }
+}
+
+export function cancelPath(): void {
+  stopping?.abort();
+}
+
+export function forgetPath(): void {
+  planned.value = null;
+  pathLine.value = [];
+  blockedAt.value = null;
+}
+
+export function watchPath(): void {
+  effect(() => {
+    const { route } = mission.value;
+    if (!route.start || !route.goal) forgetPath();
+  });
+}
+
+function vertexOf(row: Readonly<Record<string, string>>): Vertex {
+  const number = (name: string): number => {
+    const text = row[name];
+    return text === undefined || text === "" ? NaN : Number(text);
+  };
+  return {
+    east_m: number("east_m"),
+    north_m: number("north_m"),
+    distance_m: number("distance_m"),
+    time_s: number("time_s"),
+    altitude_m: number("altitude_m"),
+    slope_deg: number("slope_deg"),
+    anchor_count: number("anchor_count"),
+    dop: number("dop"),
+    sigma_m: number("position_sigma_m"),
+    bubble_m: number("bubble_radius_m"),
+  };
+}
+
+/** The line in pieces of one colour. */
+export function strip(vertices: readonly Vertex[]): { line: readonly Place[]; colour: string }[] {
+  const pieces: { line: Place[]; colour: string }[] = [];
+  for (let at = 1; at < vertices.length; at += 1) {
+    const [from, to] = [vertices[at - 1] as Vertex, vertices[at] as Vertex];
+    const colour = colourOf(to);
+    const last = pieces.at(-1);
+    if (last?.colour === colour) last.line.push(to);
+    else pieces.push({ line: [from, to], colour });
+  }
+  return pieces;
+}
+
+function colourOf(vertex: Vertex): string {
+  const limit = mission.value.positioning.dop_limit;
+  const { length } = mission.value.anchors;
+  const by: Record<Strip, () => number> = {
+    plain: () => 0x111111,
+    slope: () => stepColour(SLOPE_STEPS, vertex.slope_deg),
+    sight: () => countColour(vertex.anchor_count, length),
+    dilution: () => stepColour(limitSteps(limit), Number.isNaN(vertex.dop) ? Infinity : vertex.dop),
+    error: () => stepColour(limitSteps(1), Number.isNaN(vertex.sigma_m) ? Infinity : vertex.sigma_m),
+    bubble: () => stepColour(limitSteps(3), vertex.bubble_m),
+  };
+  return css(by[stripShown.value]());
+}
+
+/** Relax the limit that a remedy names; null where the page has no such limit. */
+export function remedy({ reason, needed }: Relaxation): (() => void) | null {
+  if (needed === null) return null;
+  const { rover, route, positioning } = mission.value;
+  if (reason === "slope") return () => change({ rover: { ...rover, max_slope_deg: Math.min(90, Math.ceil(needed * 10) / 10) } });
+  if (reason === "anchors in sight") return () => change({ route: { ...route, min_anchors: needed } });
+  if (reason === "dilution") return () => change({ positioning: { ...positioning, dop_limit: Math.ceil(needed * 100) / 100 } });
+  if (reason === "safety bubble") return () => change({ route: { ...route, bubble_epsilon: needed } });
+  return null;
+}

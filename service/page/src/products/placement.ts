@@ -1,0 +1,79 @@
+// "Find N more": the placement's answer as ghosts, which are taken one by one.
+import { signal } from "@preact/signals";
+import { ask } from "../api/http";
+import { calculate } from "../api/jobs";
+import type { PlacedAnchor, PlacementAnswer } from "../api/types";
+import type { Ground } from "../geo/grid";
+import { anchorBody, newAnchor, nextId } from "../mission/mission";
+import { change, ground, mission, setBusy } from "../state";
+import { words } from "../words";
+import { pathLine } from "./path";
+
+export const ghosts = signal<readonly PlacedAnchor[]>([]);
+export const placement = signal<PlacementAnswer | null>(null);
+const PLACES_ACROSS = 28;
+
+/** A lattice of some hundred places over the ground, unless the planner says how wide. */
+export function spacingOf(here: Ground, asked: number | null): number {
+  if (asked !== null) return asked;
+  const { west, east, south, north } = here.extent;
+  return Math.max(east - west, north - south) / PLACES_ACROSS;
+}
+
+export async function findMore(): Promise<void> {
+  const here = ground.peek();
+  const { anchors, area, placing, positioning, rover, route } = mission.peek();
+  if (!here) throw new Error(words.chooseGround);
+  const ring = area ? { area: { ring: area } } : {};
+  const along = pathLine.peek();
+  if (placing.where === "path" && along.length < 2) throw new Error(words.noPathYet);
+  const path = thinned(along).map(({ east_m, north_m }) => ({ east_m, north_m }));
+  const body = {
+    dem_id: here.dem.id,
+    count: placing.count,
+    anchors: anchors.map(anchorBody),
+    candidates: [{ spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m], ...ring }],
+    targets: { receiver_above_ground_m: rover.receiver_above_ground_m, ...(placing.where === "path" ? { path } : ring) },
+    goal: {
+      objective: placing.objective,
+      min_anchors: placing.min_anchors,
+      dop_limit: positioning.dop_limit,
+      measure: positioning.measure,
+      kind: positioning.kind,
+    },
+    rules: { no_fly: route.no_go.map((one) => ({ ring: one })) },
+    mode: "fast",
+    time_limit_s: 30,
+  };
+  setBusy("placement", null);
+  try {
+    const job = await calculate<PlacementAnswer>("/placements", body, { progress: (share) => setBusy("placement", share) });
+    const placed = job.result.placed.map((one, number) => ({ ...one, id: `P${number + 1}` }));
+    placement.value = { ...job.result, placed };
+    ghosts.value = placed;
+    void ask(job.links.self, { method: "DELETE" });
+  } finally {
+    setBusy("placement", undefined);
+  }
+}
+
+/** At most some hundred points of a path, its ends included. */
+function thinned<T>(all: readonly T[]): T[] {
+  const step = Math.max(1, Math.ceil(all.length / 300));
+  return all.filter((_, number) => number % step === 0 || number === all.length - 1);
+}
+
+export function acceptGhost(id: string): void {
+  const ghost = ghosts.peek().find((one) => one.id === id);
+  if (!ghost) return;
+  const { anchors, placing } = mission.peek();
+  const place = { east_m: ghost.east_m, north_m: ghost.north_m };
+  const anchor = { ...newAnchor(anchors, place), id: nextId(anchors), height_m: placing.above_ground_m };
+  change({ anchors: [...anchors, { ...anchor, height_from: "above_ground_m", kind: "drone" }] });
+  ghosts.value = ghosts.peek().filter((one) => one.id !== id);
+}
+
+export function dismissGhosts(): void {
+  ghosts.value = [];
+  placement.value = null;
+}

@@ -1,0 +1,76 @@
+// Profiles: the ground below a line of sight or along the path, for the drawer under the map.
+import { signal } from "@preact/signals";
+import { askJson, posted } from "../api/http";
+import type { Place, ProfileAnswer } from "../api/types";
+import type { Anchor } from "../mission/mission";
+import { ground, mission } from "../state";
+import { distance, figure, length } from "../units";
+import { words } from "../words";
+import { pathLine } from "./path";
+
+export interface Profile {
+  readonly title: string;
+  readonly note: string;
+  readonly places: readonly Place[];
+  readonly distanceM: readonly number[];
+  /** Named curves over the distance, metres of height; null where unknown. */
+  readonly curves: readonly { readonly name: string; readonly heightM: readonly (number | null)[]; readonly ground?: boolean }[];
+}
+
+export const profile = signal<Profile | null>(null);
+export const markedPlace = signal<Place | null>(null);
+const WAVELENGTH_M = 0.125;
+const WAIT_S = 5;
+
+const known = (value: number): number | null => (Number.isNaN(value) ? null : value);
+
+/** Ground, line, first Fresnel zone and verdict between a place and an anchor, as the service answers them. */
+export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
+  const here = ground.peek();
+  if (!here) throw new Error(words.chooseGround);
+  const above_ground_m = mission.peek().rover.receiver_above_ground_m;
+  const to = { east_m: anchor.east_m, north_m: anchor.north_m, [anchor.height_from]: anchor.height_m };
+  const body = { dem_id: here.dem.id, wavelength_m: WAVELENGTH_M, pairs: [{ from: { ...place, above_ground_m }, to }] };
+  const answer = await askJson<{ profiles: readonly [ProfileAnswer] }>("/profiles", posted(body, WAIT_S));
+  const [line] = answer.profiles;
+  const whole = line.distance_m.at(-1) ?? 0;
+  const zone = line.fresnel_radius_m;
+  profile.value = {
+    title: words.ui.profileOf(anchor.id),
+    note: noteOf(line),
+    places: line.distance_m.map((metres) => between(place, anchor, whole === 0 ? 0 : metres / whole)),
+    distanceM: line.distance_m,
+    curves: [
+      { name: words.ui.ground, heightM: line.ground_m, ground: true },
+      { name: words.ui.line, heightM: line.line_m },
+      ...(zone ? [{ name: words.ui.zone, heightM: line.line_m.map((metres, at) => metres - (zone[at] ?? 0)) }] : []),
+    ],
+  };
+}
+
+function noteOf(line: ProfileAnswer): string {
+  const parts = [words.ui.clearance(words.verdict(line.verdict), length(line.clearance_m))];
+  if (line.blocking_point && line.blocking_distance_m !== null) {
+    parts.push(words.ui.blockedBy(distance(line.blocking_distance_m), length(line.blocking_point.altitude_m, 0)));
+  }
+  if (line.fresnel_clearance !== null) parts.push(words.ui.fresnel(figure(line.fresnel_clearance, 1)));
+  return `${parts.join("; ")}.`;
+}
+
+export function profileOfPath(): void {
+  const line = pathLine.peek();
+  profile.value = {
+    title: words.ui.profilePath,
+    note: "",
+    places: line,
+    distanceM: line.map((vertex) => vertex.distance_m),
+    curves: [{ name: words.ui.ground, heightM: line.map((vertex) => known(vertex.altitude_m)), ground: true }],
+  };
+}
+
+function between(from: Place, to: Place, share: number): Place {
+  return {
+    east_m: from.east_m + share * (to.east_m - from.east_m),
+    north_m: from.north_m + share * (to.north_m - from.north_m),
+  };
+}

@@ -1,0 +1,14 @@
+// Light or dark: as the system says, until somebody chooses.
+import { effect, signal } from "@preact/signals";
+
+export type Theme = "light" | "dark";
+const KEY = "sightline.theme";
+const chosen = localStorage.getItem(KEY);
+
+export const theme = signal<Theme>(
+  chosen === "light" || chosen === "dark" ? chosen : matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light",
+);
+effect(() => {
+  document.documentElement.dataset["theme"] = theme.value;
+  localStorage.setItem(KEY, theme.value);
+});

@@ -1,0 +1,48 @@
+// Metres, or feet for those who think in them; and how numbers are written.
+import { effect, signal } from "@preact/signals";
+
+export type LengthUnit = "m" | "ft";
+const FEET_PER_M = 1 / 0.3048;
+const KEY = "sightline.unit";
+
+export const unit = signal<LengthUnit>(localStorage.getItem(KEY) === "ft" ? "ft" : "m");
+effect(() => localStorage.setItem(KEY, unit.value));
+
+export function fromMetres(metres: number): number {
+  return unit.value === "ft" ? metres * FEET_PER_M : metres;
+}
+
+export function toMetres(value: number): number {
+  return unit.value === "ft" ? value / FEET_PER_M : value;
+}
+
+/** A length with its unit: short ones to a tenth, long ones in kilometres or miles. */
+export function length(metres: number | null | undefined, digits = 1): string {
+  if (metres === null || metres === undefined || Number.isNaN(metres)) return "–";
+  if (!Number.isFinite(metres)) return "∞";
+  return `${fromMetres(metres).toFixed(digits)} ${unit.value}`;
+}
+
+export function distance(metres: number): string {
+  if (unit.value === "ft") return metres >= 1609 ? `${(metres / 1609.344).toFixed(2)} mi` : length(metres, 0);
+  return metres >= 1000 ? `${(metres / 1000).toFixed(2)} km` : length(metres, 0);
+}
+
+export function percent(share: number | null | undefined): string {
+  return share === null || share === undefined ? "–" : `${(100 * share).toFixed(1)} %`;
+}
+
+export function degrees(value: number, digits = 6): string {
+  return `${value.toFixed(digits)}°`;
+}
+
+export function figure(value: number | null | undefined, digits = 2): string {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  return Number.isFinite(value) ? value.toFixed(digits) : "no fix";
+}
+
+export function duration(seconds: number): string {
+  if (seconds < 120) return `${seconds.toFixed(0)} s`;
+  const minutes = Math.round(seconds / 60);
+  return minutes < 120 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}

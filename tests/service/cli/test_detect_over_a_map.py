@@ -1,0 +1,72 @@
+"""sightline detect --dem: a log judged with what a map foretells, and where its ranges contradict the map."""
+
+import csv
+import json
+import math
+
+import pytest
+
+from dem_samples import sample_path
+from terrain import height_at, read_dem
+
+DRONES = {
+    "D1": (748920.0, 4023535.5, 754.8),
+    "D2": (751420.0, 4021035.5, 435.0),
+    "D3": (748920.0, 4018535.5, 802.9),
+    "D4": (747152.2, 4019267.7, 983.1),
+    "D5": (747152.2, 4022803.2, 866.8),
+}
+ANCHORS = [word for name, at in DRONES.items() for word in ("--anchor", f"{name},{at[0]},{at[1]},{at[2]}msl")]
+
+
+@pytest.fixture
+def log(tmp_path):
+    """Thirty seconds on the ground, all ranges straight but those of D4, which are 30 m too long."""
+    ground = read_dem(sample_path("jacksboro"))
+    rows = ["time_s,anchor_id,range_m"]
+    for second in range(30):
+        east_m, north_m = 750609.1 - second, 4020739.0
+        place_m = (east_m, north_m, float(height_at(ground, east_m, north_m)) + 1.5)
+        rows += [f"{second},{name},{math.dist(at, place_m) + 30.0 * (name == 'D4'):.3f}" for name, at in DRONES.items()]
+    path = tmp_path / "drive.csv"
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def test_the_map_settles_who_lies_and_is_doubted_where_it_has_that_one_in_sight(sightline, log, tmp_path):
+    told = sightline("detect", log, *ANCHORS, "--dem", sample_path("jacksboro"), "--out", tmp_path / "out")
+    assert told.code == 0, told.stderr
+    with (tmp_path / "out" / "verdicts.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    later = [row for row in rows if int(row["epoch"]) > 5]
+    assert {row["anchor_id"] for row in later if row["occluded"] == "1"} == {"D4"}
+    assert min(float(row["p_sight"]) for row in later if row["anchor_id"] == "D4") > 0.9
+    collection = json.loads((tmp_path / "out" / "map_doubts.geojson").read_text())
+    (doubt,) = collection["features"]
+    assert doubt["properties"]["anchor_id"] == "D4"
+    assert doubt["properties"]["expected"] == "in sight"
+    assert doubt["properties"]["excess_m"] == pytest.approx(30.0, abs=3.0)
+    assert 240.0 < doubt["properties"]["bearing_deg"] < 260.0
+    assert doubt["geometry"]["coordinates"][0] == pytest.approx([-84.2, 36.3], abs=0.1)
+    assert "Ranges contradict the map in 1 stretches, of D4" in told.stdout + told.stderr
+
+
+def test_without_a_map_nothing_of_one_is_written(sightline, log, tmp_path):
+    assert sightline("detect", log, *ANCHORS, "--out", tmp_path / "out").code == 0
+    assert not (tmp_path / "out" / "map_doubts.geojson").exists()
+    assert "p_sight" not in (tmp_path / "out" / "verdicts.csv").read_text().splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--dem", "nowhere.tif"], "nowhere.tif"),
+        (["--dem", str(sample_path("jacksboro")), "--dem-sigma", "0"], "dem_sigma_m must be a number > 0 m"),
+        (["--dem", str(sample_path("jacksboro")), "--antenna=-1"], "antenna_above_ground_m must be a number >= 0 m"),
+        (["--dem", str(sample_path("jacksboro")), "--dimension", "2"], "A map is of use in three dimensions only"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(sightline, log, words, sentence):
+    told = sightline("detect", log, *ANCHORS, *words)
+    assert told.code == 2
+    assert sentence in " ".join(told.stderr.split())

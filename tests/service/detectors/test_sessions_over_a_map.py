@@ -1,0 +1,85 @@
+"""Sessions that look at a DEM: one message with position, covariance, verdicts and what the map foretold."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from typing import Any
+
+import pytest
+
+from planning import WatchError
+from service.errors import RequestError
+from service.live.answer_models import DetectorStateful, EpochOut
+from service.live.registry import Detectors
+from service.live.request import DetectorIn, EpochIn
+from service.live.sessions import DetectorSession
+from service.settings import Settings
+from terrain import ElevationGrid, height_at
+from tests.planning.watching.grounds import anchors, ridge
+
+ANCHORS = [{"id": a.id, "east_m": a.east_m, "north_m": a.north_m, "altitude_m": a.altitude_m} for a in anchors()]
+
+
+def opened(grid: ElevationGrid | None, **more: Any) -> DetectorSession:
+    asked = {"anchors": ANCHORS, "settings": {"harmful_m": 0.5}, "dem_sigma_m": 1.0, **more}
+    return Detectors(Settings()).open(DetectorIn.model_validate(asked), grid)
+
+
+def epoch(second: int, too_long_m: dict[str, float]) -> EpochIn:
+    east_m, north_m = 430.0, 300.0 + second
+    place_m = (east_m, north_m, float(height_at(ridge(ridge_m=45.0), east_m, north_m)) + 1.5)
+    ranges = [
+        {
+            "anchor_id": a.id,
+            "range_m": math.dist((a.east_m, a.north_m, a.altitude_m), place_m) + too_long_m.get(a.id, 0.0),
+        }
+        for a in anchors()
+    ]
+    return EpochIn.model_validate({"time_s": float(second), "sequence": second, "ranges": ranges})
+
+
+def test_an_answer_holds_what_the_map_foretold() -> None:
+    session = opened(ridge(ridge_m=45.0), dem_id="ridge")
+    hidden = {"A1": 4.0, "A2": 4.0, "A3": 4.0}
+    for second in range(8):
+        answer = json.loads(session.answer(epoch(second, hidden)))
+    EpochOut.model_validate(answer)
+    assert answer["excluded"] == ["A1", "A2", "A3"]
+    assert len(answer["position"]["covariance_m2"]) == 3
+    foretold = {one["anchor_id"]: one for one in answer["predicted"]}
+    assert list(foretold) == [a.id for a in anchors()]
+    assert foretold["A2"]["p_sight"] < 0.05 < 0.95 < foretold["A8"]["p_sight"]
+    assert foretold["A2"]["clearance_m"] < 0.0 < foretold["A8"]["clearance_m"]
+    told = session.state()
+    DetectorStateful.model_validate_json(json.dumps(told))
+    assert told["dem_id"] == "ridge"
+
+
+def test_where_ranges_contradict_the_map_is_geojson() -> None:
+    session = opened(ridge(ridge_m=0.0), dem_id="ridge")
+    for second in range(40):
+        session.answer(epoch(second, {"A5": 6.0}))
+    collection = json.loads(asyncio.run(session.map_doubts()))
+    assert collection["type"] == "FeatureCollection"
+    assert {one["properties"]["anchor_id"] for one in collection["features"]} == {"A5"}
+    (doubt,) = collection["features"]
+    assert doubt["geometry"]["type"] == "LineString"
+    assert doubt["properties"]["expected"] == "in sight"
+    assert doubt["properties"]["excess_m"] == pytest.approx(6.0, abs=1.0)
+
+
+def test_a_session_without_a_map_foretells_nothing() -> None:
+    session = opened(None)
+    answer = json.loads(session.answer(epoch(0, {})))
+    EpochOut.model_validate(answer)
+    assert answer["predicted"] is None
+    assert "map_doubts" not in session.description()["links"]  # type: ignore[operator]
+    with pytest.raises(RequestError, match="no map"):
+        asyncio.run(session.map_doubts())
+
+
+def test_a_map_of_two_dimensions_is_refused() -> None:
+    with pytest.raises(WatchError, match="three dimensions"):
+        opened(ridge(), dem_id="ridge", settings={"dimension": 2})

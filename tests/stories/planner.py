@@ -1,0 +1,94 @@
+"""A planner's hands on the page: what the stories of the planner do again and again."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from tests.service.browser import Browser
+from tests.service.running import Server
+
+PIXEL = (
+    "(() => {{ const p = planner.map.getPixelFromCoordinate([{east}, {north}]); "
+    "const b = document.getElementById('map').getBoundingClientRect(); return [p[0] + b.left, p[1] + b.top]; }})()"
+)
+RANGES = {"jacksboro": "415 ×", "valley": "320 ×", "crater": "240 ×"}
+VALLEY = ((646500, 5136500), (649500, 5138500), (648000, 5135800))
+
+
+def open_planner(page: Browser, server: Server) -> None:
+    """The page as somebody sees it who has never been here."""
+    page.open(server.url)
+    page.value("localStorage.clear()")
+    page.open(server.url)
+    page.until("!!document.getElementById('mode-ground')")
+
+
+def take(page: Browser, sample: str) -> None:
+    page.click("#mode-ground")
+    page.choose("#ground-choice", f"sample:{sample}")
+    page.until(f"(document.querySelector('.inspector .facts')?.textContent ?? '').includes('{RANGES[sample]}')")
+
+
+def at(page: Browser, east_m: float, north_m: float) -> tuple[float, float]:
+    """Pixels of a place on the map."""
+    page.until("!!planner.map.getPixelFromCoordinate(planner.map.getView().getCenter() ?? [0, 0])")
+    x, y = page.value(PIXEL.format(east=east_m, north=north_m))
+    return x, y
+
+
+def press_button(page: Browser, words: str) -> None:
+    """The button, shown and enabled, that begins with these words."""
+    find = f"[...document.querySelectorAll('button')].find((b) => b.textContent.startsWith({words!r}) && !b.disabled)"
+    page.until(f"!!{find}")
+    page.value(f"{find}.click()")
+
+
+def field(page: Browser, label: str) -> str:
+    """Selector of the field with that label."""
+    labels = "[...document.querySelectorAll('.inspector label')]"
+    name = page.until(f"{labels}.find((one) => one.textContent.trim().startsWith({label!r}))?.htmlFor")
+    return f'[id="{name}"]'
+
+
+def place_anchors(page: Browser, places: tuple[tuple[float, float], ...] = VALLEY) -> None:
+    """Click each on the map, then move it to the highest ground near."""
+    page.click("#mode-anchors")
+    for number, place in enumerate(places, start=1):
+        page.click_at(*at(page, *place))
+        page.until(f"document.querySelectorAll('#anchor-list li').length === {number}")
+        press_button(page, "To the highest ground")
+    settled(page)
+
+
+def settled(page: Browser) -> None:
+    """Wait until nothing is being calculated."""
+    time.sleep(0.3)
+    page.until("document.querySelectorAll('.busy').length === 0")
+
+
+def shares(page: Browser) -> list[float]:
+    """The shares of the legend, per cent, unknown last; once they have followed the map."""
+    time.sleep(0.4)
+    cells = page.value("[...document.querySelectorAll('#legend td')].map((cell) => parseFloat(cell.textContent))")
+    return [float(cell) for cell in cells]
+
+
+def mission(page: Browser) -> dict[str, Any]:
+    """The mission as the browser keeps it."""
+    return dict(page.value("JSON.parse(localStorage.getItem('sightline.mission'))"))
+
+
+def requests(page: Browser) -> int:
+    """How many requests the page has made."""
+    return int(page.value("performance.getEntriesByType('resource').length"))
+
+
+def in_view(page: Browser, selector: str) -> bool:
+    """Whether the whole of an element lies within the window."""
+    return bool(
+        page.value(
+            f"(() => {{ const b = document.querySelector({selector!r}).getBoundingClientRect(); "
+            "return b.height > 0 && b.top >= 0 && b.bottom <= innerHeight && b.left >= 0 && b.right <= innerWidth; })()"
+        )
+    )

@@ -1,0 +1,106 @@
+"""The planner on other bodies, small screens and for those who do not see; and that nothing comes from elsewhere."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.service.browser import Browser, browsing
+from tests.service.running import Server
+from tests.stories.planner import at, in_view, open_planner, place_anchors, settled, take
+
+AXE = Path(__file__).parents[2] / "service" / "page" / "testing" / "axe.min.js"
+MODES = ("ground", "anchors", "coverage", "path", "air", "brief")
+SERIOUS = ("serious", "critical")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browsing(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def page(browser: Browser, server: Server) -> Iterator[Browser]:
+    open_planner(browser, server)
+    browser.complaints.clear()
+    yield browser
+    assert browser.complaints == []
+
+
+def serious(page: Browser) -> list[str]:
+    """What axe-core finds serious on the page as it is, by WCAG 2.2 AA."""
+    tags = json.dumps(["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"])
+    found = page.value(
+        f"axe.run(document, {{runOnly: {tags}}}).then((told) => told.violations.map("
+        "(one) => [one.impact, one.id, one.nodes.map((node) => node.html.slice(0, 120)).join(' | ')]))"
+    )
+    return [f"{name}: {where}" for impact, name, where in found if impact in SERIOUS]
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious_in_any_mode(page: Browser, theme: str) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    if page.value("document.documentElement.dataset.theme") != theme:
+        page.click("#theme")
+    page.value(AXE.read_text(encoding="utf-8") + "; true")
+    for mode in MODES:
+        page.click(f"#mode-{mode}")
+        settled(page)
+        assert serious(page) == [], mode
+
+
+def test_on_the_moon_places_have_degrees_and_unknown_ground_is_told(page: Browser) -> None:
+    take(page, "crater")
+    extent = page.value("planner.map.getView().getProjection().getExtent()")
+    page.mouse("mouseMoved", *at(page, extent[0] + 700, (extent[1] + extent[3]) / 2))
+    page.until("document.getElementById('readout').textContent.includes('-8')")
+    assert "°" in page.text("#readout")
+    page.mouse("mouseMoved", *at(page, (extent[0] + extent[2]) / 2, (extent[1] + extent[3]) / 2))
+    page.until("document.getElementById('readout').textContent.includes('height')")
+
+
+def test_on_a_phone_the_map_comes_first_and_nothing_is_wider_than_the_screen(page: Browser) -> None:
+    take(page, "valley")
+    page.call("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=2, mobile=True)
+    try:
+        assert page.value("document.documentElement.scrollWidth") <= 390
+        top = "document.querySelector('{}').getBoundingClientRect().top"
+        assert page.value(top.format("#map")) < page.value(top.format(".inspector"))
+        assert in_view(page, "#mode-brief")
+    finally:
+        page.call("Emulation.clearDeviceMetricsOverride")
+
+
+def test_nothing_comes_from_elsewhere_and_the_reference_shows_the_api(page: Browser, server: Server) -> None:
+    take(page, "valley")
+    hosts = "[...new Set(performance.getEntriesByType('resource').map((one) => new URL(one.name).origin))]"
+    assert page.value(hosts) == [server.url.rstrip("/")]
+    page.open(f"{server.url}/docs")
+    page.until("document.body.innerText.includes('/visibility-maps')")
+    assert page.value(hosts) == [server.url.rstrip("/")]
+
+
+def test_the_air_is_a_slider_over_the_morphing_map(page: Browser) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.click("#mode-air")
+    page.click("#calculate-air")
+    page.until("!!document.getElementById('air-answer')")
+    settled(page)
+    slider = ".inspector input[type=range]"
+
+    def share_flyable_at(height_m: int) -> float:
+        page.value(
+            f"(() => {{ const e = document.querySelector('{slider}'); e.value = '{height_m}'; "
+            "e.dispatchEvent(new Event('input', {bubbles: true})); })()"
+        )
+        settled(page)
+        return float(page.value("parseFloat(document.querySelector('#legend td').textContent)"))
+
+    low, high = share_flyable_at(0), share_flyable_at(300)
+    assert low < high
