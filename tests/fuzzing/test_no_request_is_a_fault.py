@@ -110,9 +110,12 @@ def test_a_request_is_answered_or_refused(server: Server, known: dict[str, list[
     changes = CHANGES.get(schema["$ref"].rsplit("/", 1)[1], {}) if schema else {}
     examples = [{**example, **changes} for example in model.get("examples", [])]
     for example in examples:
-        here = {"dem_id": known["dem_id"][0]} if "dem_id" in model["properties"] else {}
+        here = {"dem_id": known["dem_id"][0]} if "dem_id" in model.get("required", ()) else {}
         good_path = path.replace("{detector_id}", known["detector_id"][0])
         answer = server.client.post(good_path, json={**example, **here}, headers={"Prefer": "wait=60"})
+        if path == "/dems":  # this service's library of ground is empty
+            assert answer.json()["type"] == "/problems/no-ground"
+            continue
         assert answer.status_code in (200, 201), answer.text[:500]
         for href in files_of(answer.json()):
             assert server.client.get(href).status_code == 200, href

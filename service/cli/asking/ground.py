@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
+
 from service.errors import RequestError
 
 from ..output import progress_bar
@@ -28,8 +30,17 @@ __all__ = ["LIBRARY_WORD", "AreaOptions", "Margin", "area_asked", "read_tiles"]
 
 LIBRARY_WORD = "@ground"
 RADIUS = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*(km|m)?")
+
+
+def _is_a_margin(kind: object, value: float | None) -> None:
+    if value is not None and not (math.isfinite(value) and value >= 0.0):
+        raise ValueError(f"--margin must be a number of metres >= 0, not {value:g}.")
+
+
 Margin = Annotated[
-    float | None, option("Read only so far around the area, metres: ground that hides it.", "M", "--margin")
+    float | None,
+    option("Read only so far around the area, metres: ground that hides it.", "M", "--margin"),
+    Parameter(validator=_is_a_margin),
 ]
 
 
@@ -82,7 +93,9 @@ def read_tiles(
     from terrain import read_mosaic, read_tile
 
     tiles = dem.startswith("@") or Path(dem).is_dir()
-    if not tiles and (asked is None or margin_m is None):
+    if margin_m is not None and asked is None:
+        raise RequestError("--margin goes with an area: give --area, --around or --polygon too.")
+    if not tiles and margin_m is None:
         return None
     given = [name for name in told(reading) if name not in ("crs", "cell_m")]
     if given:

@@ -104,7 +104,7 @@ def test_the_table_is_for_people(sightline, log):
     said = sightline("detect", log, *TEXTS).stdout
     assert "30 of 30 used" in said
     assert "Anchors" in said
-    assert "occlusions" in said
+    assert "1 occlusion" in said
 
 
 def test_two_dimensions_need_no_heights(sightline, tmp_path):

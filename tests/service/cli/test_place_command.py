@@ -45,8 +45,7 @@ def line(tmp_path):
 
 
 def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_path):
-    words = (*LATTICE, "--vertical-datum", "EGM96", "--out", tmp_path / "out", "--json")
-    done = sightline("place", dem_file, "--count", 3, *words)
+    done = sightline("place", dem_file, "--count", 3, *LATTICE, "--out", tmp_path / "out", "--json")
     assert (done.code, done.stderr) == (0, "")
     told = json.loads(done.stdout)
     grid = read_dem(str(dem_file))
@@ -58,7 +57,7 @@ def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_p
     with rasterio.open(tmp_path / "out" / "count.tif") as dataset:
         after = dataset.read(2)
     assert np.mean(after[after != 255] >= 2) == pytest.approx(expected.value)
-    files = "place.json anchors.geojson anchors.csv plans.zip beacons.parm count.tif dop.tif map.png before.png dop.png"
+    files = "place.json anchors.geojson anchors.csv plans.zip count.tif dop.tif map.png before.png dop.png"
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*files.split(), "dop_before.png"}
     assert set(told["files"]) == {str(tmp_path / "out" / path.name) for path in (tmp_path / "out").iterdir()}
 
@@ -99,8 +98,9 @@ def test_anchors_keep_their_longest_range_and_error_in_either_file(sightline, de
 
 
 def test_the_beacons_parameters_name_the_origin_and_each_beacon(sightline, dem_file, tmp_path):
-    words = (*LATTICE, "--vertical-datum", "EGM96", "--out", tmp_path, "--json")
-    done = sightline("place", dem_file, "--count", 2, *words)
+    done = sightline(
+        "place", dem_file, "--count", 2, *LATTICE, "--vertical-datum", "EGM96", "--out", tmp_path, "--json"
+    )
     first, second = json.loads(done.stdout)["placed"]
     lines = (tmp_path / "beacons.parm").read_text().splitlines()
     settings = dict(line.split(",") for line in lines if not line.startswith("#"))
