@@ -20,7 +20,20 @@ ABOVE = (*ANCHORS, "--dop-limit", 500, "--ceiling", "400msl")
 
 
 def test_a_flight_is_told_and_written(sightline, dem_file, tmp_path):
-    ended = sightline("fly", dem_file, *HIGH, *ABOVE, "--mode", "exact", "--bubble", 15, "--out", tmp_path)
+    ended = sightline(
+        "fly",
+        dem_file,
+        *HIGH,
+        *ABOVE,
+        "--mode",
+        "exact",
+        "--bubble",
+        15,
+        "--vertical-datum",
+        "EGM96",
+        "--out",
+        tmp_path,
+    )
     assert ended.code == 0, ended.stderr
     assert "above the morphing map" in ended.stdout
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(

@@ -23,7 +23,9 @@ def verdicts(path, last="occluded", to_s=30.0):
 
 
 def test_a_drone_is_sent_where_it_restores_what_is_asked(sightline, dem_file, tmp_path):
-    done = sightline("reposition", dem_file, *QUESTION, "--occluded", "D1", "--out", tmp_path / "out")
+    done = sightline(
+        "reposition", dem_file, *QUESTION, "--occluded", "D1", "--vertical-datum", "EGM96", "--out", tmp_path / "out"
+    )
     assert done.code == 0, done.stderr
     assert "restored everywhere" in done.stdout
     told = json.loads((tmp_path / "out" / "reposition.json").read_text())

@@ -8,11 +8,11 @@ import math
 from typing import Any
 
 import pytest
-from service.live.answer_models import DetectorStateful, EpochOut
-from service.live.registry import Detectors
 
 from planning import WatchError
 from service.errors import RequestError
+from service.live.answer_models import DetectorStateful, EpochOut
+from service.live.registry import Detectors
 from service.live.request import DetectorIn, EpochIn
 from service.live.sessions import DetectorSession
 from service.settings import Settings

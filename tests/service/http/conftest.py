@@ -29,4 +29,4 @@ def ground(server: Server, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     """The small ground with its wall and its hole."""
     path = tmp_path_factory.mktemp("ground") / "small.npz"
     write_npz(small_grid(), path)
-    return server.upload(path)
+    return server.upload(path, vertical_datum="EGM96")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import rasterio
 
+from dem_samples import sample_path
 from tests.service.http.test_bad_requests import EAST_M, NORTH_M, SOUTH_M, WEST_M, assert_problem
 from tests.service.running import Server
 
@@ -29,10 +30,11 @@ def asked(server: Server, **request: Any) -> Any:
 
 
 @pytest.fixture(scope="module")
-def placement(server: Server, jacksboro: dict[str, Any]) -> dict[str, Any]:
+def placement(server: Server) -> dict[str, Any]:
+    ground = server.upload(sample_path("jacksboro"), vertical_datum="EGM96")
     answer = asked(
         server,
-        dem_id=jacksboro["id"],
+        dem_id=ground["id"],
         count=4,
         goal={"objective": "coverage", "min_anchors": 2},
         anchors=[
