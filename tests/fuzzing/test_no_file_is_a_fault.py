@@ -21,7 +21,7 @@ import rasterio.shutil
 import trimesh
 
 from detection import DetectionError
-from gnss import parse_almanac, parse_rinex_navigation
+from gnss import GnssError, parse_almanac, parse_rinex_navigation
 from service.cli.asking.anchor_files import anchors_from_file, tracks_from_file
 from service.cli.asking.path_files import PLANNED, path_from_file, place_fields, polygon_fields, trajectory_from_file
 from service.errors import ServiceError
@@ -37,7 +37,7 @@ from visibility.cover import parse_buildings
 
 EACH = 10 * int(os.environ.get("SIGHTLINE_FUZZ", "4"))
 GIB = 1024**3
-REFUSALS = (TerrainError, VisibilityError, ServiceError, DetectionError)
+REFUSALS = (TerrainError, GnssError, VisibilityError, ServiceError, DetectionError)
 
 ANCHORS = [{"id": f"D{n}", "east_m": 10.0 * n, "north_m": -5.5 * n, "altitude_m": 40.0} for n in range(4)]
 POLYGON = {"type": "Polygon", "coordinates": [[[7.0, 46.0], [7.1, 46.0], [7.1, 46.1], [7.0, 46.0]]]}

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.cli.asking.anchor_files import anchors_from_file
-from service.files.csv_table import TableWriter, cell_of, text_of
+from service.files.csv_table import TableWriter, cell_of, text_of_cell
 
 HOSTILE = ["=1+1", "+SUM(A1)", "-2+3", "@cmd", "\t=1", "\r=1", "＝1+1", "'=1+1", "''@x", '=HYPERLINK("http://x")']
 
@@ -25,7 +25,7 @@ def test_numbers_and_plain_texts_stay_as_they_are(value):
 
 @given(st.text())
 def test_reading_gives_every_text_back(text):
-    assert text_of(cell_of(text)) == text
+    assert text_of_cell(cell_of(text)) == text
 
 
 def test_a_table_is_csv_whatever_its_cells_hold():

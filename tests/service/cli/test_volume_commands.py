@@ -130,7 +130,7 @@ BAD_AIR = [
     (["--volume", "--ceiling", "high"], "--ceiling 'high' is not of the form"),
     (["--volume", "--ceiling", "-100msl"], "is below the ground, which begins at"),
     (["--volume", "--ceiling", "300msl", "--floor", "301"], "The floor at 301 m is not below the ceiling at 300 m"),
-    (["--volume", "--ceiling", "300msl", "--layer", "0"], "volume.layer_m: Input should be greater than 0"),
+    (["--volume", "--ceiling", "300msl", "--layer", "0"], "--layer: Input should be greater than 0"),
     (["--volume", "--ceiling", "300msl", "--layer", "0.001"], "every 0.001 m are more than the limit of 100,000"),
     (["--volume", "--ceiling", "300agl", "--floor", "-5"], "Layers above ground must be >= 0 m"),
     (["--volume", "--ceiling", "300msl", "--bounds", "0,0,1"], "--bounds '0,0,1' is not of the form"),
@@ -139,7 +139,7 @@ BAD_AIR = [
     (["--cut", "1,2,3"], "--cut '1,2,3' is neither a line"),
     (["--cut", "1,2,3,4"], "cuts[0] leaves the volume at (1 m east, 2 m north)"),
     (["--cut", f"{WEST_M + 60},{NORTH_M - 60},{WEST_M + 60},{NORTH_M - 60}"], "cuts[0] is a single place"),
-    (["--cut", "-5agl"], "cuts[0].above_ground_m"),
+    (["--cut", "-5agl"], "HEIGHT: Input should be greater than or equal to 0"),
     (["--cut", "100msl"] * 9, "cuts: List should have at most 8 items"),
     (["--cut", "100msl", "--surface"], "Air has no slope"),
 ]  # fmt: skip
