@@ -72,7 +72,7 @@ def test_a_flight_is_planned_above_the_map_that_morph_wrote(sightline, dem_file,
         ((*ENDS, *ANCHORS), "A morphing map of anchors needs --ceiling, the top of the air"),
         ((*ENDS, "--map", "missing.json"), "The map 'missing.json' cannot be read"),
         ((*ENDS, *ANCHORS, "--map", "missing.json"), "A map brings its own anchors along; give --map or anchors."),
-        ((*ENDS, "--bubble", -1), "bubble_m"),
+        ((*ENDS, "--bubble", -1), "--bubble: Input should be greater than or equal to 0"),
         ((*ENDS, "--bubble", 70), "The start at 60.0 m is below the floor; it may be there from"),
     ],
 )

@@ -112,7 +112,7 @@ def test_tracks_may_come_with_limits_in_json(sightline, dem_file, tmp_path, trac
 ROW = f"T,0,{WEST_M + 100},{NORTH_M - 100},350\n"
 BAD_TIMES = {
     "frames that are none": (None, ["--frames", "0,60"], "--frames '0,60' is not of the form FROM,TO,STEP"),
-    "no step": (None, ["--frames", "0,60,0"], "frames.step_s: Input should be greater than 0"),
+    "no step": (None, ["--frames", "0,60,0"], "--frames: Input should be greater than 0"),
     "an end before the start": (None, ["--frames", "60,0,1"], "Frames must end after they begin"),
     "too many frames": (None, ["--frames", "0,60,0.001"], "60,001 frames are more than the limit of 500"),
     "frames without end": (None, ["--frames", "0,1e9,1e-300"], "frames are more than the limit of 500"),
