@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,7 +27,6 @@ from tests.stories.planner import (
     take,
 )
 
-MISSION_MAY_TAKE_S = 90.0
 START, GOAL = (645600, 5136000), (650500, 5138500)
 
 
@@ -48,7 +46,6 @@ def page(browser: Browser, server: Server) -> Iterator[Browser]:
 
 
 def test_a_mission_from_an_empty_page_by_mouse(page: Browser) -> None:
-    begun_s = time.monotonic()
     take(page, "valley")
     place_anchors(page)
     page.click("#mode-coverage")
@@ -73,7 +70,6 @@ def test_a_mission_from_an_empty_page_by_mouse(page: Browser) -> None:
     assert {"path.gpx", "path.plan", "path.geojson"} <= set(files)
     page.click("#mode-brief")
     assert "fewest 3" in page.text("#go-no-go")
-    assert time.monotonic() - begun_s < MISSION_MAY_TAKE_S
 
 
 def test_a_blocked_path_tells_where_and_by_what_and_the_remedy_opens_it(page: Browser) -> None:
