@@ -79,7 +79,7 @@ def test_a_plan_that_is_stopped_before_it_samples_answers_with_the_grids_way(gri
 
 
 def test_when_its_time_is_up_the_plan_answers_with_a_path_no_dearer_than_the_grids(grids_cost: float) -> None:
-    outcome = plan_path(hilly_problem(budget=PlanBudget(iterations=100_000_000, seconds=1.0)))
+    outcome = plan_path(hilly_problem(budget=PlanBudget(iterations=100_000_000, seconds=5.0)))
     assert (outcome.status, outcome.stopped_by) == (PathStatus.FOUND, "time")
     assert outcome.path is not None
     assert outcome.path.cost <= grids_cost
