@@ -12,7 +12,7 @@ import pytest
 import rasterio
 
 import service.cli.demo
-import service.cli.serve
+import service.cli.own_service
 from service.cli.own_service import running_service
 from service.errors import ServiceError
 
@@ -65,7 +65,7 @@ def test_a_service_that_does_not_start_is_a_fault_in_one_sentence(sightline, tmp
 
 @pytest.mark.usefixtures("leaves_nothing_running")
 def test_a_service_that_takes_too_long_is_given_up(tmp_path, monkeypatch):
-    monkeypatch.setattr(service.cli.serve, "START_MAY_TAKE_S", 0.0)
+    monkeypatch.setattr(service.cli.own_service, "START_MAY_TAKE_S", 0.0)
     with pytest.raises(ServiceError, match="took longer than"), running_service(tmp_path):
         pass
 
