@@ -88,7 +88,7 @@ class MapDetector:
         if settings.dimension != 3:
             raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
         check_antenna(antenna_above_ground_m)
-        self.warnings = _warnings(grid, anchors)
+        self.warnings = _warnings(grid, anchors) if anchors else ()
         self.grid, self.errors, self.antenna_above_ground_m = grid, errors, antenna_above_ground_m
         self._curvature = Curvature.over(grid, curvature)
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
