@@ -87,8 +87,10 @@ class MapDetector:
     ) -> None:
         if settings.dimension != 3:
             raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
+        if not anchors:
+            raise WatchError("A map tells of anchors; give at least one, or leave the DEM out.")
         check_antenna(antenna_above_ground_m)
-        self.warnings = _warnings(grid, anchors) if anchors else ()
+        self.warnings = _warnings(grid, anchors)
         self.grid, self.errors, self.antenna_above_ground_m = grid, errors, antenna_above_ground_m
         self._curvature = Curvature.over(grid, curvature)
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
