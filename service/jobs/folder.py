@@ -242,7 +242,7 @@ def _unusable(root: Path, error: OSError) -> DataFolderError:
     what = str(error.strerror)
     if os.path.isfile(root):  # noqa: PTH113 - says no where pathlib raises
         what = "it is a file, not a folder"
-    elif os.path.islink(root) and not os.path.exists(root):  # noqa: PTH110, PTH114
+    elif os.path.islink(root) and not os.path.exists(root):  # noqa: PTH110, PTH114 - as above
         what = "it is a link that leads nowhere"
     return DataFolderError(f"The data folder {root} cannot be used: {what}{where}.")
 
