@@ -98,7 +98,7 @@ class JobRecord:
     """A job as the store knows it; times are seconds since 1970 UTC.
 
     attempts: how often it was started.
-    digest: names the files of the result. summary: what the result says, ready for JSON.
+    digest: names the files of the result. summary: what the result says, ready for JSON. pinned: kept for good.
     """
 
     id: str
@@ -113,6 +113,7 @@ class JobRecord:
     digest: str | None = None
     summary: Mapping[str, JsonValue] | None = None
     failure: Failure | None = None
+    pinned: bool = False
 
     @property
     def has_inputs(self) -> bool:

@@ -71,10 +71,11 @@ def adopt(store: Path, folders: Iterable[Path]) -> int:
 
 
 def _insert(connection: sqlite3.Connection, table: str, row: StoredRow) -> int:
-    columns = [column[1] for column in connection.execute(f"PRAGMA table_info({table})")]
-    marks = ", ".join("?" * len(columns))
-    values = [row[column] for column in columns]
-    return connection.execute(f"INSERT INTO {table} VALUES ({marks}) ON CONFLICT (id) DO NOTHING", values).rowcount
+    """Raises ValueError for a row of a newer Sightline; columns that an older one's lacks have their defaults."""
+    if not row.keys() <= {column[1] for column in connection.execute(f"PRAGMA table_info({table})")}:
+        raise ValueError("it is of a newer Sightline")
+    query = f"INSERT INTO {table} ({', '.join(row)}) VALUES ({', '.join('?' * len(row))}) ON CONFLICT (id) DO NOTHING"
+    return connection.execute(query, tuple(row.values())).rowcount
 
 
 def _write(folder: Path, name: str, row: StoredRow | None) -> None:

@@ -16,8 +16,9 @@ from pydantic import JsonValue
 
 from service.errors import DataFolderError, InUseError, NotFoundError
 
+from .migrations import SCHEMA_VERSION, migrate, version_of
 from .records import DemRecord, Failure, JobRecord, JobStatus, Known
-from .store_file import IS_ACTIVE, SCHEMA, SCHEMA_VERSION, StoredRow, read_known
+from .store_file import IS_ACTIVE, StoredRow, read_known
 
 __all__ = ["Store"]
 
@@ -41,8 +42,8 @@ class Store:
             self._connection.execute("PRAGMA synchronous = FULL")
             self._prepare(path)
             self._file = path.stat()
-        except sqlite3.DatabaseError as error:
-            locked = isinstance(error, sqlite3.OperationalError)  # or a right is missing: that is no damage
+        except (sqlite3.DatabaseError, OSError) as error:
+            locked = isinstance(error, sqlite3.OperationalError | OSError)  # or a right is missing: that is no damage
             cure = "" if locked else "; `sightline store restore` puts a backup in its place"
             raise DataFolderError(f"{path} cannot be used as the job store: {error}{cure}.") from error
 
@@ -62,7 +63,7 @@ class Store:
         """Remember a DEM; one that is known already stays as it is."""
         with self._transaction() as connection:
             connection.execute(
-                "INSERT INTO dems VALUES (?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
+                "INSERT INTO dems (id, name, created_at_s, summary) VALUES (?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
                 (dem.id, dem.name, dem.created_at_s, _json(dem.summary)),
             )
 
@@ -253,13 +254,7 @@ class Store:
             )
 
     def _prepare(self, path: Path) -> None:
-        version = self._connection.execute("PRAGMA user_version").fetchone()[0]
-        if version > SCHEMA_VERSION:
-            raise DataFolderError(
-                f"{path} was written by a newer Sightline (store version {version}, this one knows {SCHEMA_VERSION})."
-            )
-        if version == 0:
-            self._connection.executescript(f"BEGIN; {SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+        version_of(self._connection, path)
         # pages of two stores, where one was put back beside the other's write-ahead log, would be written on
         (told,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
         if told != "ok":
@@ -267,6 +262,7 @@ class Store:
                 f"{path} is damaged ({' '.join(told.split())}) and left as it is; `sightline store restore` puts a "
                 "backup in its place."
             )
+        migrate(self._connection, path)
 
 
 def _json(value: Mapping[str, object]) -> str:
@@ -297,4 +293,5 @@ def _job(row: sqlite3.Row) -> JobRecord:
         row["digest"] if at_hand else None,
         json.loads(row["summary"]) if at_hand and row["summary"] is not None else None,
         None if row["failure"] is None else Failure(**json.loads(row["failure"])),
+        bool(row["pinned"]),
     )

@@ -13,12 +13,11 @@ from pathlib import Path
 
 from service.errors import DataFolderError, ServiceError, StorageFullError, StoreLockedError
 
+from .migrations import STEPS, version_of
 from .records import ACTIVE, OLDER_WITH_INPUTS, Known
 
 __all__ = [
     "IS_ACTIVE",
-    "SCHEMA",
-    "SCHEMA_VERSION",
     "SIDE_FILES",
     "StoredRow",
     "copied",
@@ -35,20 +34,6 @@ __all__ = [
 # a DEM or a job as it is stored, by column
 StoredRow = Mapping[str, str | int | float | None]
 
-SCHEMA_VERSION = 1
-SCHEMA = """
-CREATE TABLE dems (
-    id TEXT PRIMARY KEY, name TEXT NOT NULL, created_at_s REAL NOT NULL, summary TEXT NOT NULL
-) STRICT;
-CREATE TABLE jobs (
-    id TEXT PRIMARY KEY, kind TEXT NOT NULL, dem_id TEXT NOT NULL, request TEXT NOT NULL, status TEXT NOT NULL,
-    created_at_s REAL NOT NULL, started_at_s REAL, finished_at_s REAL, attempts INTEGER NOT NULL DEFAULT 0,
-    digest TEXT, summary TEXT, failure TEXT
-) STRICT;
-CREATE INDEX jobs_by_kind ON jobs (kind, created_at_s);
-CREATE INDEX jobs_by_status ON jobs (status);
-CREATE INDEX jobs_by_digest ON jobs (digest);
-"""
 IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
 HAS_INPUTS = (
     "coalesce(json_extract(request, '$.has_inputs'), kind IN "
@@ -145,9 +130,7 @@ def known_to(path: Path) -> Known:
     try:
         with closing(_opened(path)) as connection:
             (told,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            if version > SCHEMA_VERSION:
-                raise DataFolderError(f"{path} was written by a newer Sightline (store version {version}).")
+            version_of(connection, path)
             if told != "ok" or not _tables(connection) >= _tables_of_ours():
                 raise DataFolderError(f"The job store {path} is damaged ({' '.join(str(told).split())}).")
             known = read_known(connection)
@@ -205,8 +188,9 @@ def _opened(path: Path) -> sqlite3.Connection:
 
 
 def _tables_of_ours() -> set[tuple[str, str]]:
+    """What every store of ours has, the oldest too."""
     with closing(sqlite3.connect(":memory:")) as connection:
-        connection.executescript(SCHEMA)
+        connection.executescript(STEPS[0])
         return _tables(connection)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
 import threading
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import pytest
 from service.errors import DataFolderError, InUseError, NotFoundError
 from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus
 from service.jobs.store import Store
-from service.jobs.store_file import SCHEMA_VERSION
 
 MAPS = "visibility-map"
 
@@ -121,16 +119,6 @@ def test_threads_do_not_get_in_each_others_way(store: Store) -> None:
     for thread in threads:
         thread.join()
     assert store.jobs(MAPS, 1, 0)[1] == 100
-
-
-def test_a_store_of_a_newer_version_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "store.sqlite3"
-    Store(path).close()
-    connection = sqlite3.connect(path)
-    connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
-    connection.close()
-    with pytest.raises(DataFolderError, match="newer Sightline"):
-        Store(path)
 
 
 def test_a_file_that_is_no_store_is_refused(tmp_path: Path) -> None:
