@@ -88,7 +88,7 @@ def _dragging(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> list[
             first_s.append(time.perf_counter() - began_s)
         began_s = time.perf_counter()
         page.mouse("mouseReleased", start[0] + 4.0 * STEPS, start[1] + 2.0 * STEPS, button="left", clickCount=1)
-        page.until("document.querySelectorAll('.busy').length === 0")
+        page.until("planner.atRest()")
         full_s.append(first_s[-1] + time.perf_counter() - began_s)
     probes_s = list[float]()
     for number in range(10):
@@ -108,7 +108,7 @@ def _dragging(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> list[
 def _sliding(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> list[Row]:
     _open_mission(page, client, dem)
     page.click("#mode-coverage")
-    page.until("document.querySelectorAll('.busy').length === 0")
+    page.until("planner.atRest()")
     frames = float(page.value(FRAMES % int(1000 * SLIDER_S)))
     return [Row(("slider over 4 million posts", f"{frames:.0f} frames/s"), "≥ 30 frames/s", frames >= 30.0)]
 
@@ -144,7 +144,7 @@ def _open_mission(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> N
     page.until("!!document.getElementById('mode-anchors')")
     page.click("#mode-anchors")
     page.until(f"planner.times.surfaceTimesMs.length >= {ANCHORS}")
-    page.until("document.querySelectorAll('.busy').length === 0")
+    page.until("planner.atRest()")
 
 
 def _pixel(page: Browser, number: int) -> tuple[float, float]:

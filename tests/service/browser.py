@@ -22,6 +22,21 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 MAY_TAKE_S = 150.0
 KEYS = {"ArrowRight": 39, "ArrowUp": 38, "Delete": 46, "Enter": 13, "Escape": 27, "Tab": 9, "z": 90, "y": 89}
 CONTROL = 2  # of DevTools' key modifiers
+# Pixels of a share of an element's box, once a press there meets it: in place for two frames, enabled, nothing over it.
+PRESSABLE = """(async () => {{
+  const one = document.querySelector({selector!r});
+  if (!one || one.disabled) return null;
+  one.scrollIntoView({{block: 'nearest'}});
+  const box = () => {{ const b = one.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; }};
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  const before = box();
+  await frame();
+  await frame();
+  const [left, top, width, height] = box();
+  if ([left, top, width, height].some((value, at) => value !== before[at])) return null;
+  const [x, y] = [left + {across} * width, top + {down} * height];
+  return one.contains(document.elementFromPoint(x, y)) ? [x, y] : null;
+}})()"""
 
 
 @dataclass
@@ -68,8 +83,14 @@ class Browser:
         return str(self.value(f"document.querySelector({selector!r}).innerText"))
 
     def click(self, selector: str, across: float = 0.5, down: float = 0.5) -> None:
-        """Press and let go of the mouse at a share of the element's width and height."""
-        self.click_at(*self.place(selector, across, down))
+        """Press and let go of the mouse at a share of the element's width and height, once it lies there on top."""
+        x, y = self.until(PRESSABLE.format(selector=selector, across=across, down=down))
+        self.click_at(x, y)
+
+    def forget(self, origin: str) -> None:
+        """Leave the page, so that it writes no more, and clear all that it kept in the browser."""
+        self.open("about:blank")
+        self.call("Storage.clearDataForOrigin", origin=origin, storageTypes="all")
 
     def place(self, selector: str, across: float = 0.5, down: float = 0.5) -> tuple[float, float]:
         """Pixels of a share of the element's width and height."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 from tests.service.browser import Browser
 from tests.service.running import Server
 
 PIXEL = (
-    "(() => {{ const p = planner.map.getPixelFromCoordinate([{east}, {north}]); "
+    "(() => {{ planner.map.updateSize(); planner.map.renderSync(); "
+    "const p = planner.map.getPixelFromCoordinate([{east}, {north}]); "
     "const b = document.getElementById('map').getBoundingClientRect(); return [p[0] + b.left, p[1] + b.top]; }})()"
 )
 RANGES = {"jacksboro": "415 ×", "valley": "320 ×", "crater": "240 ×"}
@@ -18,21 +18,21 @@ VALLEY = ((646500, 5136500), (649500, 5138500), (648000, 5135800))
 
 def open_planner(page: Browser, server: Server) -> None:
     """The page as somebody sees it who has never been here."""
-    page.open(server.url)
-    page.value("localStorage.clear()")
+    page.forget(server.url.rstrip("/"))
     page.open(server.url)
     page.until("!!document.getElementById('mode-ground')")
 
 
 def take(page: Browser, sample: str) -> None:
     page.click("#mode-ground")
+    page.until(f"!!document.querySelector('#ground-choice option[value=\"sample:{sample}\"]')")
     page.choose("#ground-choice", f"sample:{sample}")
     page.until(f"(document.querySelector('.inspector .facts')?.textContent ?? '').includes('{RANGES[sample]}')")
+    settled(page)
 
 
 def at(page: Browser, east_m: float, north_m: float) -> tuple[float, float]:
-    """Pixels of a place on the map."""
-    page.until("!!planner.map.getPixelFromCoordinate(planner.map.getView().getCenter() ?? [0, 0])")
+    """Pixels of a place on the map, which is drawn for it as it is now."""
     x, y = page.value(PIXEL.format(east=east_m, north=north_m))
     return x, y
 
@@ -62,14 +62,13 @@ def place_anchors(page: Browser, places: tuple[tuple[float, float], ...] = VALLE
 
 
 def settled(page: Browser) -> None:
-    """Wait until nothing is being calculated."""
-    time.sleep(0.3)
-    page.until("document.querySelectorAll('.busy').length === 0")
+    """Wait until nothing is being calculated, nor about to be, and the legend says what the map shows."""
+    page.until("planner.atRest()")
 
 
 def shares(page: Browser) -> list[float]:
     """The shares of the legend, per cent, unknown last; once they have followed the map."""
-    time.sleep(0.4)
+    settled(page)
     cells = page.value("[...document.querySelectorAll('#legend td')].map((cell) => parseFloat(cell.textContent))")
     return [float(cell) for cell in cells]
 

@@ -8,17 +8,17 @@ import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
 import { BriefPanel, openMission } from "./panels/BriefPanel";
 import { CoveragePanel } from "./panels/CoveragePanel";
 import { GroundPanel, takeFile } from "./panels/GroundPanel";
-import { Layers } from "./panels/Layers";
+import { awaitsLegend, Layers } from "./panels/Layers";
 import { PathPanel } from "./panels/PathPanel";
 import { ProfileDrawer } from "./panels/ProfileDrawer";
 import { ReadoutBar } from "./panels/ReadoutBar";
 import {
-  attempt, busy, canRedo, canUndo, change, ground, mission, mode, type Mode, MODES, notice, overlay, redo, refusals,
+  accept, attempt, busy, canRedo, canUndo, change, ground, mission, mode, type Mode, MODES, notice, overlay, redo, refusals,
   selected, tool, undo, withAnchor,
 } from "./state";
-import { dilutionTimesMs } from "./products/dilution";
+import { awaitsDilution, dilutionTimesMs } from "./products/dilution";
 import { probeTimesMs } from "./products/probe";
-import { surfaceTimesMs } from "./products/surfaces";
+import { awaitsSurfaces, surfaceTimesMs } from "./products/surfaces";
 import { theme } from "./theme";
 import { unit } from "./units";
 import { words } from "./words";
@@ -26,6 +26,9 @@ import { words } from "./words";
 const { ui } = words;
 const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoveragePanel, path: PathPanel, air: AirPanel, brief: BriefPanel };
 const MOVES: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** Whether everything on the page is of the mission as it stands: what a test waits for, and a script. */
+const atRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsLegend();
 
 function enter(next: Mode): void {
   mode.value = next;
@@ -49,6 +52,7 @@ export function App() {
             </button>
           ))}
         </nav>
+        <Working />
         <span class="row tools">
           <button type="button" id="undo" disabled={!canUndo.value} onClick={undo}>{ui.undo}</button>
           <button type="button" id="redo" disabled={!canRedo.value} onClick={redo}>{ui.redo}</button>
@@ -62,9 +66,9 @@ export function App() {
           <MapArea />
           <Layers />
           <aside class="panel inspector" aria-label={ui.inspector}>
-            <Told />
             <Panel />
           </aside>
+          <Told />
         </div>
         <div class="below">
           <ReadoutBar />
@@ -75,15 +79,24 @@ export function App() {
   );
 }
 
-/** What was refused, what happened and what is being worked on: at the top of the inspector, always in view. */
+/** What is being worked on: in a place of its own, so that nothing moves away from under a pointer. */
+function Working() {
+  return (
+    <span class="working" role="status">
+      {Object.entries(busy.value).map(([what, share]) => <span key={what} class="busy">{ui.working(words.work(what), share)}</span>)}
+    </span>
+  );
+}
+
+/** What was refused and what happened: on the map beside the inspector, always in view, and nothing makes way for it. */
 function Told() {
-  const refusal = refusals.value[mode.value] ?? refusals.value.anchors;
+  const where = refusals.value[mode.value] === undefined ? "anchors" : mode.value;
+  const refusal = refusals.value[where];
   return (
     <div class="told">
-      <div role="alert">{refusal !== undefined && <p class="refusal" id="refusal">{refusal}</p>}</div>
+      <div role="alert">{refusal !== undefined && <p class="refusal" id="refusal">{refusal} <button type="button" class="small" onClick={() => accept(where)}>{ui.close}</button></p>}</div>
       <div role="status">
         {notice.value !== "" && <p class="notice" id="notice">{notice.value} <button type="button" class="small" onClick={() => (notice.value = "")}>{ui.close}</button></p>}
-        {Object.entries(busy.value).map(([what, share]) => <p key={what} class="busy">{ui.working(words.work(what), share)}</p>)}
       </div>
     </div>
   );
@@ -94,7 +107,7 @@ function MapArea() {
   useEffect(() => {
     if (!target.current) return;
     const map = makeMap(target.current);
-    Object.assign(window, { planner: { map, times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
+    Object.assign(window, { planner: { map, atRest, times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
     return () => map.setTarget(undefined);
   }, []);
   return (

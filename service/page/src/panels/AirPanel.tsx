@@ -35,7 +35,7 @@ export function AirPanel() {
       </Group>
       {now && (
         <Arriving id="air-answer" of={now}>
-          {!isAirCurrent() && <p class="stale-note">{words.airStale}</p>}
+          <p class="stale-note reserved">{isAirCurrent() ? "" : words.airStale}</p>
           <Facts rows={now.answer.states.filter(({ posts }) => posts > 0).map(({ state, share }) => [nameOf(state), percent(share)])} />
           {now.answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={now.answer.warnings} />}
           <p class="hint">{ui.trust(now.answer.mode, now.answer.error_statement, now.answer.curvature)}</p>

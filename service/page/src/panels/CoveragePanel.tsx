@@ -69,33 +69,40 @@ export function CoveragePanel() {
       </Group>
       <Worth />
       <FindMore />
+      <Trust />
     </>
   );
 }
 
 function Worth() {
   const now = dilution.value;
-  const [first] = surfaces.value.values();
-  if (!now && !first) return <p class="hint">{words.placeAnchors}</p>;
-  const trust = now?.answer ?? first?.answer;
   const limit = mission.value.positioning.dop_limit;
   return (
     <Group title={ui.measures[mission.value.positioning.measure]}>
-      {now && (
-        <div class={isDilutionCurrent() ? "" : "stale"} id="dilution-facts">
-          <Facts
-            rows={[
-              [`${ui.within} (${figure(limit, 1)})`, percent(shareBelow(now.dop, limit))],
-              ["median", figure(now.answer.dop_quantiles["p50"] ?? Infinity)],
-              ["p95", figure(now.answer.dop_quantiles["p95"] ?? Infinity)],
-              [words.unknown, percent(now.answer.share_unknown)],
-            ]}
-          />
-        </div>
-      )}
-      {trust && trust.warnings.length > 0 && <Sentences title={ui.warnings} sentences={trust.warnings} />}
-      {trust && <p class="hint">{ui.trust(trust.mode, trust.error_statement, trust.curvature)}</p>}
+      <div class={!now || isDilutionCurrent() ? "" : "stale"} id="dilution-facts">
+        <Facts
+          rows={[
+            [`${ui.within} (${figure(limit, 1)})`, now ? percent(shareBelow(now.dop, limit)) : "–"],
+            ["median", now ? figure(now.answer.dop_quantiles["p50"] ?? Infinity) : "–"],
+            ["p95", now ? figure(now.answer.dop_quantiles["p95"] ?? Infinity) : "–"],
+            [words.unknown, now ? percent(now.answer.share_unknown) : "–"],
+          ]}
+        />
+      </div>
     </Group>
+  );
+}
+
+/** What to know before trusting the numbers: last, as its length depends on the answer. */
+function Trust() {
+  const [first] = surfaces.value.values();
+  const trust = dilution.value?.answer ?? first?.answer;
+  if (!trust) return <p class="hint">{words.placeAnchors}</p>;
+  return (
+    <section>
+      {trust.warnings.length > 0 && <Sentences title={ui.warnings} sentences={trust.warnings} />}
+      <p class="hint">{ui.trust(trust.mode, trust.error_statement, trust.curvature)}</p>
+    </section>
   );
 }
 

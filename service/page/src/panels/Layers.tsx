@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { contourM, type Legend, legendOf, opacity, painted } from "../map/looks";
+import type { Painting } from "../map/painters";
 import { css } from "../map/palettes";
 import { ground, mode, overlay, OVERLAYS } from "../state";
 import { percent } from "../units";
@@ -9,8 +10,13 @@ import { words } from "../words";
 import { Check, Slider } from "./fields";
 
 const { ui } = words;
-const legend = signal<Legend | null>(null);
+const legend = signal<{ readonly of: Painting | null; readonly told: Legend | null }>({ of: null, told: null });
 const SETTLE_MS = 120;
+
+/** Whether the legend's shares are still those of what the map showed before. */
+export function awaitsLegend(): boolean {
+  return painted.peek() !== legend.peek().of;
+}
 
 /** A round height between contour lines that gives about a dozen of them. */
 function roundContourM(): number {
@@ -23,7 +29,10 @@ function roundContourM(): number {
 export function Layers() {
   const now = painted.value;
   useEffect(() => {
-    const later = setTimeout(() => (legend.value = legendOf()), legend.peek() === null ? 0 : SETTLE_MS);
+    const tell = (): void => {
+      legend.value = { of: painted.peek(), told: legendOf() };
+    };
+    const later = setTimeout(tell, legend.peek().told === null ? 0 : SETTLE_MS);
     return () => clearTimeout(later);
   }, [now]);
   const shown = OVERLAYS.filter((name) => name !== "air" || mode.value === "air" || overlay.value === "air");
@@ -39,7 +48,7 @@ export function Layers() {
       </div>
       <Check label={ui.contours} value={contourM.value > 0} onValue={(on) => (contourM.value = on ? roundContourM() : 0)} />
       <Slider label={ui.opacity} told={percent(opacity.value)} value={opacity.value} min={0} max={1} step={0.05} onMove={(value) => (opacity.value = value)} />
-      {now && legend.value && <LegendTable now={legend.value} />}
+      {now && legend.value.told && <LegendTable now={legend.value.told} />}
     </section>
   );
 }

@@ -26,7 +26,7 @@ export function PathPanel() {
             </button>
           ))}
         </div>
-        <p class="hint" role="status">
+        <p class="hint reserved" role="status">
           {hintOf(tool.value)}
         </p>
         <Drawn />
@@ -90,7 +90,7 @@ function Answer({ path }: { path: PlannedPath }) {
   return (
     <Arriving id="path-answer" of={answer}>
       <h3>{answer.status === "found" ? words.pathFound : words.noPath}</h3>
-      {!isPathCurrent() && <p class="stale-note">{ui.stale}</p>}
+      <p class="stale-note reserved">{isPathCurrent() ? "" : ui.stale}</p>
       <p>{answer.sentence}</p>
       {totals && (
         <>

@@ -55,6 +55,12 @@ export function isDilutionCurrent(): boolean {
   return now !== null && dilution.value?.key === now.key;
 }
 
+/** Whether dilution was asked for and is still to come. */
+export function awaitsDilution(): boolean {
+  const now = wanted();
+  return now !== null && dilution.peek()?.key !== now.key && now.key !== refusedKey;
+}
+
 export function watchDilution(): void {
   effect(() => {
     const now = wanted();

@@ -34,6 +34,12 @@ export function isCurrent(on: Dem, anchor: Anchor): boolean {
   return surfaces.value.get(anchor.id)?.key === keyOf(on, anchor);
 }
 
+/** Whether an anchor's surface is still to come. */
+export function awaitsSurfaces(): boolean {
+  const here = dem.peek();
+  return here !== null && mission.peek().anchors.some((one) => !isCurrent(here, one) && !refused.has(keyOf(here, one)));
+}
+
 export function watchSurfaces(): void {
   effect(() => {
     const { anchors, rover } = mission.value;
