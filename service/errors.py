@@ -2,9 +2,15 @@
 
 ServiceError
 ├── StartError                 the service cannot start as it was told to
+│   ├── KeysError              keys or tokens cannot be checked as the settings say, or there are none
 │   ├── DataFolderError        the data folder cannot be used, at the start or later
 │   │   └── DataFolderInUseError   another process works on it
 │   └── AddressError           it cannot listen at that address
+├── AccessError                who asks may not
+│   ├── HostError              the request is for another host
+│   ├── OriginError            a web page of somewhere else asks
+│   ├── UnauthenticatedError   no key, or one that does not hold
+│   └── ForbiddenError         the key does not have that scope
 ├── StoreLockedError           another program holds the job store's database
 ├── NotFoundError              no such resource; carries its kind and id
 ├── GoneError                  it was there, and is over
@@ -33,17 +39,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 __all__ = [
+    "AccessError",
     "AddressError",
     "BodyTooLargeError",
     "BusyError",
     "DataFolderError",
     "DataFolderInUseError",
+    "ForbiddenError",
     "GoneError",
+    "HostError",
     "InUseError",
     "InternalError",
     "JobCancelledError",
     "JobError",
     "JobInterruptedError",
+    "KeysError",
     "LimitError",
     "MediaTypeError",
     "MemoryLimitError",
@@ -51,6 +61,7 @@ __all__ = [
     "NotJsonError",
     "NotReadyError",
     "NotValidError",
+    "OriginError",
     "RangeError",
     "RequestError",
     "ServiceError",
@@ -59,6 +70,7 @@ __all__ = [
     "StoreLockedError",
     "TimeLimitError",
     "TooManyError",
+    "UnauthenticatedError",
 ]
 
 
@@ -80,6 +92,30 @@ class DataFolderInUseError(DataFolderError):
 
 class AddressError(StartError):
     """The service cannot listen at the address it was given."""
+
+
+class KeysError(StartError):
+    """Keys or tokens cannot be checked as the settings say, or there are none where there must be."""
+
+
+class AccessError(ServiceError):
+    """Whoever asks may not."""
+
+
+class HostError(AccessError):
+    """The request is for a host that this service does not answer for."""
+
+
+class OriginError(AccessError):
+    """The request comes from a web page of somewhere else."""
+
+
+class UnauthenticatedError(AccessError):
+    """The request has no key, or one that does not hold."""
+
+
+class ForbiddenError(AccessError):
+    """The key does not have the scope that the request needs."""
 
 
 class StoreLockedError(ServiceError):

@@ -93,6 +93,17 @@ class Settings(BaseSettings):
         default=Path("sightline-data"), description="Folder of uploaded DEMs, job state and results."
     )
 
+    allowed_hosts: tuple[str, ...] = Field(
+        default=(),
+        description="Names that the service answers to beside localhost, host and bare IP addresses, a JSON list; "
+        "*.example.org means every name under it, * any name.",
+    )
+    allowed_origins: tuple[str, ...] = Field(
+        default=(),
+        description="Web pages of other origins that may use the service, a JSON list such as "
+        '["https://maps.example.org"].',
+    )
+
     workers: int = Field(default_factory=_cores, ge=1, le=256, description="Calculations that run at the same time.")
     file_workers: int = Field(
         default=2,

@@ -13,6 +13,7 @@ from contextlib import asynccontextmanager
 import uvicorn
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
+from starlette.middleware.cors import CORSMiddleware
 
 from service.errors import AddressError
 from service.jobs.folder import DataFolder
@@ -21,13 +22,14 @@ from service.live.replay import rehearse
 from service.products.registry import all_products
 from service.settings import Settings
 
-from .body_limit import BodyLimit, body_limits
 from .context import Service
 from .dems import ground
 from .dems import router as dems
 from .detector_streams import router as detector_streams
 from .detectors import detections
 from .detectors import router as detectors
+from .guard.body_limit import BodyLimit, body_limits
+from .guard.browsers import Browsers
 from .meta import describe, health_routes, problem_routes, tags_of
 from .probes import router as probes
 from .problems import answer_with_problems
@@ -113,6 +115,15 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]
     app.add_middleware(BodyLimit, limits=body_limits(chosen, long))
+    if chosen.allowed_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=chosen.allowed_origins,
+            allow_methods=["GET", "HEAD", "POST", "DELETE"],
+            allow_headers=["Authorization", "Content-Type", "If-None-Match", "Prefer", "Range"],
+            expose_headers=["Content-Range", "ETag", "Location", "Preference-Applied", "Retry-After"],
+        )
+    app.add_middleware(Browsers, settings=chosen)
     describe(app, [product.asked for product in products.values()])
     return app
 

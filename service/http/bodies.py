@@ -24,8 +24,8 @@ from service.errors import BusyError, MediaTypeError, NotJsonError, RequestError
 from service.jobs.channel import BodyArguments
 from service.jobs.folder import DataFolder
 
-from .body_limit import too_large
 from .context import Service, ServiceDep
+from .guard.body_limit import too_large
 
 __all__ = ["Upload", "WaitDep", "clean_name", "is_json", "json_body", "long_body", "receive"]
 

@@ -32,6 +32,7 @@ from terrain import errors as of_terrain
 from visibility import errors as of_visibility
 
 from .bodies import is_json
+from .web_page import SAID_OF_EVERY_ANSWER
 
 __all__ = [
     "FRAMEWORK_KINDS",
@@ -41,6 +42,7 @@ __all__ = [
     "FailedJob",
     "ProblemFields",
     "ProblemKind",
+    "answer_to",
     "answer_with_problems",
     "problem_of",
 ]
@@ -114,6 +116,12 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
     ours.DataFolderInUseError: ProblemKind("data-folder-in-use", 503, "The data folder is in use"),
     ours.AddressError: ProblemKind("address", 503, "The address cannot be used"),
+    ours.KeysError: ProblemKind("keys", 503, "Keys cannot be checked"),
+    ours.AccessError: ProblemKind("access", 403, "Access is refused"),
+    ours.HostError: ProblemKind("host", 421, "The request is for another host"),
+    ours.OriginError: ProblemKind("origin", 403, "The request comes from another web page"),
+    ours.UnauthenticatedError: ProblemKind("unauthenticated", 401, "A key is needed"),
+    ours.ForbiddenError: ProblemKind("forbidden", 403, "The key does not have that scope"),
     ours.StoreLockedError: ProblemKind("store-locked", 503, "The job store is locked"),
     ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
     ours.GoneError: ProblemKind("gone", 410, "The resource is over"),
@@ -166,6 +174,11 @@ def problem_of(failure: Failure, instance: str | None) -> ProblemFields:
         logger.error("no row for %s: %s", failure.error, failure.detail)
         return _body(INTERNAL, "An internal error occurred.", instance)
     return _body(kind, failure.detail, instance, failure.data)
+
+
+def answer_to(error: ours.ServiceError, path: str) -> Response:
+    """The answer to a request for that path that ends with the error, for what stands before the routes."""
+    return _respond(problem_of(Failure.of(error), path))
 
 
 def answer_with_problems(app: FastAPI) -> None:
@@ -275,7 +288,10 @@ def _body(
 
 
 def _respond(problem: ProblemFields, headers: Mapping[str, str] | None = None) -> Response:
-    headers = dict(headers or {})
-    if problem["status"] == 503:
+    # also of faults, which are answered outside of everything else
+    headers = {**SAID_OF_EVERY_ANSWER, **(headers or {})}
+    if problem["status"] in (429, 503):
         headers["Retry-After"] = str(ours.BusyError.retry_after_s)
+    if problem["status"] == 401:
+        headers["WWW-Authenticate"] = 'Bearer realm="Sightline"'
     return Response(json.dumps(problem), problem["status"], headers, MEDIA_TYPE)
