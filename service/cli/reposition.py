@@ -66,7 +66,7 @@ class OcclusionOptions:
 class AheadOptions:
     """The ``path`` ahead of the rover, or the ``rover`` of a request."""
 
-    path: Annotated[Path | None, option("GeoJSON LineString: the path ahead.", "FILE")] = None
+    path: Annotated[Path | None, option("GeoJSON LineString, or path.csv of a plan: the path ahead.", "FILE")] = None
     rover: Annotated[str | None, option("Where the rover is, in place of --path.", "EAST,NORTH")] = None
     heading_deg: Annotated[
         float | None, option("Its heading, clockwise from grid north, degrees.", "DEG", "--heading")

@@ -53,8 +53,13 @@ def weight_fields(path: Path) -> list[Fields]:
 
 
 def path_fields(path: Path) -> list[Fields]:
-    """The places of a file's line. Raises RequestError."""
-    return line_of(_document(path), _called(path))
+    """The places of a file's line, or of the path that a plan wrote. Raises RequestError."""
+    if path.suffix.lower() != ".csv":
+        return line_of(_document(path), _called(path))
+    table = read_csv_table(path, PATH, comments_within=False)
+    if not set(table.columns) >= PLANNED:
+        raise RequestError(f"The file {path.name} is not path.csv of sightline plan; other paths are GeoJSON lines.")
+    return [{"east_m": one["east_m"], "north_m": one["north_m"]} for one in _planned_rows(table)]
 
 
 def place_fields(path: Path) -> list[Fields]:
@@ -157,6 +162,18 @@ def trajectory_from_file(path: Path, height: str | None, usual: Mapping[str, flo
 
 def _planned(table: CsvTable, metres: Mapping[str, float] | Mapping[str, float | str] | None) -> Trajectory:
     """Altitudes of such a table are the ground's: where the antenna is above it, the table does not say."""
+    told = _planned_rows(table)
+    if metres is None:
+        raise RequestError(
+            f"{table.name} is a planned path, whose altitudes are the ground's: say with --height how high "
+            "the antenna is, such as 1.5agl."
+        )
+    times_s = [row.pop("time_s") for row in told]
+    return Trajectory([_point(table.name, {**place, **metres}) for place in told], times_s, planned=True)
+
+
+def _planned_rows(table: CsvTable) -> list[dict[str, float]]:
+    """east_m, north_m and time_s of each vertex. Raises RequestError."""
     numbers = Numbers(table.delimiter)
     try:
         told = [
@@ -167,13 +184,7 @@ def _planned(table: CsvTable, metres: Mapping[str, float] | Mapping[str, float |
         raise RequestError(f"The path file {table.name} is not as sightline plan writes it: {error}") from error
     if not told:
         raise RequestError(f"The path file {table.name} holds no points.")
-    if metres is None:
-        raise RequestError(
-            f"{table.name} is a planned path, whose altitudes are the ground's: say with --height how high "
-            "the antenna is, such as 1.5agl."
-        )
-    times_s = [row.pop("time_s") for row in told]
-    return Trajectory([_point(table.name, {**place, **metres}) for place in told], times_s, planned=True)
+    return told
 
 
 def _points_and_columns(table: CsvTable, more: tuple[str, ...] = ()) -> tuple[list[PointIn], dict[str, list[float]]]:

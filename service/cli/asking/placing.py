@@ -128,7 +128,7 @@ class TargetOptions:
     """The ``targets`` of a request: where the rover has to see anchors."""
 
     area: Annotated[Path | None, option("GeoJSON polygon to serve; default the DEM.", "FILE")] = None
-    path: Annotated[Path | None, option("GeoJSON LineString to serve instead.", "FILE")] = None
+    path: Annotated[Path | None, option("GeoJSON LineString, or path.csv of a plan, to serve instead.", "FILE")] = None
     corridor_width_m: Annotated[
         float | None, option("Serve the ground within half this width of --path.", "M", "--corridor")
     ] = None

@@ -115,3 +115,27 @@ def test_it_is_told_to_which_heights_drones_could_move(sightline, dem_file):
     assert {round(move["to"]["above_ground_m"], 6) for move in told["moves"]} <= {60.0, 90.0}
     usual = sightline("reposition", dem_file, *QUESTION[:-2], "--occluded", "D1")
     assert "60 and 120 m above ground, and each drone's own altitude" in " ".join(usual.stdout.split())
+
+
+@pytest.mark.parametrize("command", ["place", "reposition"])
+def test_the_table_of_a_plan_is_a_path_as_its_line_is(sightline, dem_file, tmp_path, command):
+    ends = ("--start", f"{WEST_M + 120},{NORTH_M - 420}", "--goal", f"{WEST_M + 300},{NORTH_M - 420}")
+    planned = sightline("plan", dem_file, *ends, "--max-slope", "60", "--no-sampling", "--out", tmp_path)
+    assert planned.code == 0, planned.stderr
+    words = {
+        "place": ("--count", 1, "--spacing", 200, "--height", "60agl", "--min-anchors", 1),
+        "reposition": (*CREW, "--min-anchors", 2, "--height", 60, "--stretch", 250),
+    }[command]
+
+    def told(path):
+        answer = sightline(command, dem_file, *words, "--path", path, "--json").told()
+        return {key: value for key, value in answer.items() if key not in ("files", "parameters", "timing")}
+
+    rows = csv.DictReader((tmp_path / "path.csv").read_text().splitlines())
+    line = {"type": "LineString", "coordinates": [[float(row["east_m"]), float(row["north_m"])] for row in rows]}
+    (tmp_path / "metres.geojson").write_text(json.dumps({**line, "coordinates_are": "metres"}))
+    assert told(tmp_path / "path.csv") == told(tmp_path / "metres.geojson")
+    (tmp_path / "other.csv").write_text("east_m,north_m\n1,2\n3,4\n")
+    refused = sightline(command, dem_file, *words, "--path", tmp_path / "other.csv")
+    assert refused.code == 2
+    assert "other.csv is not path.csv of sightline plan" in refused.stderr
