@@ -90,7 +90,7 @@ def fly(
     """Plan a flight for a drone above the Digital Morphing Map and a safety bubble away from the ground.
 
     Writes flight.json, flight.geojson, map.png and, of a flight, flight.csv,
-    flight.plan and profile.png into --out.
+    flight.plan, flight.kml and profile.png into --out.
     """
     from service.products.flights import FLIGHT
     from service.products.flights.request import FlightParameters

@@ -66,8 +66,8 @@ def place(
     """Find where anchors should be put, so that as much as possible of the ground or of a path sees enough of them.
 
     --anchor and --anchors are those already there. Writes place.json,
-    anchors.geojson, anchors.csv, plans.zip with a .plan for each drone,
-    beacons.parm, count.tif, dop.tif and pictures before and after into --out.
+    anchors.geojson, anchors.csv, anchors.kml, plans.zip with a .plan for each
+    drone, beacons.parm, count.tif, dop.tif and pictures before and after into --out.
     """
     from service.products.placements.request import PlacementParameters
 

@@ -178,7 +178,7 @@ def plan(
     """Plan a path on which the anchors stay in sight, or tell what blocks every path and the least that would open one.
 
     Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
-    path.plan and profile.png into --out.
+    path.plan, path.kml and profile.png into --out.
     """
     from service.products.paths import PATH
     from service.products.paths.request import PathQuestion

@@ -143,8 +143,8 @@ def reposition(
 ) -> None:
     """Find which drone should move where, at the least flight, so that what is asked for holds along the way ahead.
 
-    Writes reposition.json, moves.geojson, schedule.csv, anchors.csv, plans.zip
-    with a .plan for each drone that moves, and map.png into --out.
+    Writes reposition.json, moves.geojson, moves.kml, schedule.csv, anchors.csv,
+    plans.zip with a .plan for each drone that moves, and map.png into --out.
     """
     from service.products.repositionings.request import RepositioningParameters
 

@@ -69,8 +69,9 @@ def visibility(
 ) -> None:
     """Calculate which anchors are in sight over a whole DEM, or over an area of it.
 
-    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif and map.png into --out; by windows, which
-    a DEM of more posts than are read whole is by itself, only the first and the count and lowest altitude of all.
+    Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif,
+    map.png and map.kml into --out; by windows, which a DEM of more posts than are
+    read whole is by itself, only the first and the count and lowest altitude.
     """
     from service.products.visibility.request import VisibilityMapParameters
     from terrain import DemTooLargeError

@@ -1,8 +1,8 @@
 """Files that a map can be downloaded as, missions for programs that fly and drive on Earth among them.
 
-MAVLink, QGroundControl, ArduPilot and GPX count altitudes from the Earth's mean sea level. Those of a DEM whose heights
-count from an ellipsoid are brought there; where nobody knows what they count from, a file leaves altitudes out, counts
-from the ground instead, or is not written.
+MAVLink, QGroundControl, ArduPilot, GPX and KML count altitudes from the Earth's mean sea level. Those of a DEM whose
+heights count from an ellipsoid are brought there; where nobody knows what they count from, a file leaves altitudes out,
+counts from the ground instead, or is not written.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ __all__ = [
     "COPTER",
     "GEOJSON",
     "JSON",
+    "KML",
     "LOITER",
     "MISSIONS",
     "PNG",
@@ -74,6 +75,7 @@ COG = "image/tiff; application=geotiff; profile=cloud-optimized"
 PNG = "image/png"
 GEOJSON = "application/geo+json"
 JSON = "application/json"
+KML = "application/vnd.google-earth.kml+xml"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +94,19 @@ class Mission:
 
 MISSIONS: Mapping[str, tuple[Mission, ...]] = MappingProxyType(
     {
-        "path": (Mission("path.gpx", "has no altitudes"), Mission("path.plan", FROM_GROUND)),
-        "flight": (Mission("flight.plan"),),
-        "placement": (Mission("plans.zip", FROM_GROUND), Mission("beacons.parm")),
-        "repositioning": (Mission("plans.zip"),),
+        "path": (
+            Mission("path.gpx", "has no altitudes"),
+            Mission("path.plan", FROM_GROUND),
+            Mission("path.kml", "has anchors above the ground"),
+        ),
+        "flight": (Mission("flight.plan"), Mission("flight.kml")),
+        "placement": (
+            Mission("plans.zip", FROM_GROUND),
+            Mission("beacons.parm"),
+            Mission("anchors.kml", "gives heights above the ground"),
+        ),
+        "repositioning": (Mission("plans.zip"), Mission("moves.kml")),
+        "visibility-map": (Mission("map.kml", "gives heights above the ground"),),
     }
 )
 
@@ -125,7 +136,8 @@ def mission_warnings(product: str, grid: ElevationGrid) -> tuple[str, ...]:
     if grid.crs is None:
         return ()
     missions = MISSIONS[product]
-    names = " and ".join(mission.name for mission in missions)
+    *most, last = [mission.name for mission in missions]
+    names = f"{', '.join(most)} and {last}" if most else last
     body = body_name(grid)
     if body != "Earth":
         verb = "is" if len(missions) == 1 else "are"

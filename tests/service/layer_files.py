@@ -14,6 +14,8 @@ import numpy as np
 import rasterio
 import trimesh
 import xarray
+from fastkml.kml import KML
+from fastkml.validator import validate
 from PIL import Image
 
 from service.files.layer import COG, Layer
@@ -86,6 +88,13 @@ def _track(name: str, content: bytes) -> None:
     assert len(gpxpy.parse(content.decode()).tracks[0].segments[0].points) > 1, name
 
 
+def _placemarks(name: str, content: bytes) -> None:
+    document = KML.from_string(content)
+    assert validate(element=document.etree_element()), name  # against the OGC's schema
+    (told,) = document.features
+    assert [mark for folder in told.features for mark in folder.features], name
+
+
 def _volume(name: str, content: bytes) -> None:
     with tempfile.NamedTemporaryFile(suffix=".nc") as file:
         file.write(content)
@@ -105,5 +114,5 @@ def _parameters(name: str, content: bytes) -> None:
 OPENED = {
     **{".png": _picture, ".gif": _picture, ".tif": _raster, ".json": _json, ".geojson": _geojson, ".csv": _table},
     **{".npz": _arrays, ".zip": _archive, ".plan": _mission, ".gpx": _track, ".nc": _volume, ".parm": _parameters},
-    **{".glb": _mesh, ".stl": _mesh},
+    **{".glb": _mesh, ".stl": _mesh, ".kml": _placemarks},
 }

@@ -32,7 +32,8 @@ __all__ = [
 
 PATH = "path file"
 # cells are numbers
-COLUMNS = tuple(field for field in PointIn.model_fields if field not in ("body", "altitude_datum"))
+DATUM = "altitude_datum"
+COLUMNS = tuple(field for field in PointIn.model_fields if field not in ("body", DATUM))
 PLANNED = {f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name for name in VERTEX_COLUMNS}
 COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
 
@@ -189,17 +190,18 @@ def _planned_rows(table: CsvTable) -> list[dict[str, float]]:
 
 def _points_and_columns(table: CsvTable, more: tuple[str, ...] = ()) -> tuple[list[PointIn], dict[str, list[float]]]:
     """The points of a table, and those of the columns ``more`` that it has. Raises RequestError."""
-    check_columns(table, PATH, (*COLUMNS, *more))
+    check_columns(table, PATH, (*COLUMNS, DATUM, *more))
     numbers = Numbers(table.delimiter)
     told: dict[str, list[float]] = {column: [] for column in more if column in table.columns}
     points = []
     for where, cells in table.lines:
+        datum = cells.pop(DATUM, "")
         row = numbers.row(where, cells)
         for column, values in told.items():
             if column not in row:
                 raise RequestError(f"{where}: {column} is empty.")
             values.append(row.pop(column))
-        points.append(_point(where, row))
+        points.append(_point(where, {**row, DATUM: datum} if datum else row))
     if not points:
         raise RequestError(f"The path file {table.name} holds no points.")
     return points, told

@@ -11,6 +11,7 @@ import numpy as np
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
+from service.parts.map_facts import altitude_datum_of
 from service.products.in_common import BYTES, Raster, common_tags, write_cog
 from visibility import UNKNOWN
 from visibility.dilution import DopReason
@@ -44,14 +45,15 @@ def write_path(finished: FinishedDopMap, path: Path) -> None:
         (PATH_COLUMNS.index("anchors_in_sight"), PATH_COLUMNS.index("unknown")),
     )
     with path.open("w", encoding="utf-8", newline="") as file:
-        table = TableWriter(file, end="\r\n")
-        table.row([*PATH_COLUMNS, "ids_in_sight"])
+        table, datum = TableWriter(file, end="\r\n"), altitude_datum_of(finished.grid)
+        table.row([*PATH_COLUMNS, "ids_in_sight", *datum])
         for numbers, seen in zip(finished.path_numbers.tolist(), bits, strict=True):
             cells: list[str] = [f"{number:.10g}" for number in numbers]
             cells[reason] = DopReason(int(numbers[reason])).name.lower()
             for column in whole:
                 cells[column] = str(int(numbers[column]))
-            table.row([*cells, " ".join(ids[number] for number in np.flatnonzero(seen))])
+            in_sight = " ".join(ids[number] for number in np.flatnonzero(seen))
+            table.row([*cells, in_sight, *datum.values()])
 
 
 def _tags(finished: FinishedDopMap) -> dict[str, str]:

@@ -6,11 +6,14 @@ import math
 from functools import partial
 from pathlib import Path
 
+import shapely
+
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import (
     COPTER,
     GEOJSON,
+    KML,
     MISSIONS,
     PNG,
     TAKE_OFF,
@@ -20,6 +23,7 @@ from service.files.layer import (
     plan_text,
     sea_level_m,
 )
+from service.parts.map_facts import altitude_datum_of, dem_name
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
 from service.products.in_common import Feature, feature, place_in_file
 
@@ -27,7 +31,7 @@ __all__ = ["LAYERS"]
 
 DECIMALS_M = 3
 FOUND = "found"
-(PLAN,) = MISSIONS["flight"]
+PLAN, KML_OF_FLIGHT = MISSIONS["flight"]
 
 
 def _write_geojson(finished: FinishedFlight, path: Path) -> None:
@@ -57,12 +61,13 @@ def _write_geojson(finished: FinishedFlight, path: Path) -> None:
 
 
 def _write_csv(finished: FinishedFlight, path: Path) -> None:
-    """A row per step; an empty cell is no number: no morphing map, no ceiling."""
+    """A row per step; an empty cell is no number: no morphing map, no ceiling. Altitudes name their datum."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        table = TableWriter(file)
-        table.row(AIR_COLUMNS)
+        table, datum = TableWriter(file), altitude_datum_of(finished.grid)
+        table.row([*AIR_COLUMNS, *datum])
         for row in finished.air.tolist():
-            table.row([round(value, DECIMALS_M) if math.isfinite(value) else "" for value in row])
+            numbers = [round(value, DECIMALS_M) if math.isfinite(value) else "" for value in row]
+            table.row([*numbers, *datum.values()])
 
 
 def _write_plan(finished: FinishedFlight, path: Path) -> None:
@@ -77,6 +82,21 @@ def _write_plan(finished: FinishedFlight, path: Path) -> None:
     speed_m_per_s = finished.parameters.speed_m_per_s
     text = plan_text(items, items[0], vehicle=COPTER, cruise_m_per_s=speed_m_per_s, hover_m_per_s=speed_m_per_s)
     path.write_text(text, encoding="utf-8")
+
+
+def _write_kml(finished: FinishedFlight, path: Path) -> None:
+    """The flight and its corners, above mean sea level. Raises FrameError for a DEM without CRS."""
+    from service.files.kml import Mark, write_kml  # its library takes a while to load
+
+    grid, answer = finished.grid, finished.answer
+    totals = {} if answer.totals is None else answer.totals.model_dump()
+    told = {"status": answer.status.value, "sentence": answer.sentence, **totals}
+    corners = [
+        Mark(f"C{number}", shapely.Point(at_m), "altitude", {"time_s": round(corner.time_s, 1)})
+        for number, (at_m, corner) in enumerate(zip(finished.corners_m, answer.corners, strict=True))
+    ]
+    flight = Mark("flight", shapely.LineString(finished.corners_m), "altitude", told)
+    write_kml(grid, f"Flight over {dem_name(grid)}", {"Flight": [flight], "Corners": corners}, path)
 
 
 def _coordinates(finished: FinishedFlight, at: AirPlaceOut) -> list[float]:
@@ -118,6 +138,14 @@ LAYERS = (
         _write_plan,
         status=FOUND,
         mission=PLAN,
+    ),
+    Layer(
+        "flight.kml",
+        KML,
+        "The flight and its corners as KML, above mean sea level; on Earth.",
+        _write_kml,
+        status=FOUND,
+        mission=KML_OF_FLIGHT,
     ),
     Layer("map.png", PNG, "The flight over shaded relief.", partial(_write_picture, what="map")),
     Layer(

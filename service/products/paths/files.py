@@ -9,11 +9,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import (
     GEOJSON,
+    KML,
     MISSIONS,
     PNG,
     ROVER,
@@ -24,7 +26,7 @@ from service.files.layer import (
     plan_text,
     sea_level_m,
 )
-from service.parts.map_facts import dem_name
+from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.plan_answers import PathPlaceOut
 from service.products.in_common import Feature, feature, place_in_file
 from service.products.paths.answer import VERTEX_COLUMNS, FinishedPath, PathAreaOut
@@ -38,7 +40,8 @@ PLACE = ("east_m", "north_m")
 # GPX knows moments and no durations: a track without a date of its own begins here
 BEGIN = datetime(1970, 1, 1, tzinfo=UTC)
 FOUND = "found"
-GPX, PLAN = MISSIONS["path"]
+NO_GO_COLOUR, KEEP_IN_COLOUR = "#c01818", "#2e9e4f"
+GPX, PLAN, KML_OF_PATH = MISSIONS["path"]
 
 
 def _write_geojson(finished: FinishedPath, path: Path) -> None:
@@ -51,7 +54,7 @@ def _write_geojson(finished: FinishedPath, path: Path) -> None:
 
 
 def _write_csv(finished: FinishedPath, path: Path) -> None:
-    """A row per vertex; an empty cell is no number: no anchors, no fix, no bubble asked for."""
+    """A row per vertex, with the datum of its altitude; an empty cell is no number: no anchors, no fix, no bubble."""
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = [
             {"east_m": round(east_m, DECIMALS_M), "north_m": round(north_m, DECIMALS_M), **row}
@@ -64,6 +67,7 @@ def _write_csv(finished: FinishedPath, path: Path) -> None:
         ]
         for row in rows:
             row["visible_anchors"] = " ".join(row["visible_anchors"])
+            row |= altitude_datum_of(finished.grid)
         TableWriter(file).rows(list(rows[0]), rows)
 
 
@@ -178,6 +182,34 @@ def _write_plan(finished: FinishedPath, path: Path) -> None:
     path.write_text(text, encoding="utf-8")
 
 
+def _write_kml(finished: FinishedPath, path: Path) -> None:
+    """The path on the ground, its corners, and the anchors above mean sea level. Raises FrameError."""
+    from service.files.kml import ANCHORS, Mark, anchor_mark, area_marks, write_kml  # its library takes a while
+
+    grid, answer, asked = finished.grid, finished.answer, finished.parameters
+    places = np.column_stack([finished.column("east_m"), finished.column("north_m")])
+    totals = {} if answer.totals is None else answer.totals.model_dump()
+    told = {"status": answer.status.value, "sentence": answer.sentence, **totals}
+    corners = [
+        Mark(f"C{number}", shapely.Point(places[corner]), told={"time_s": round(float(time_s), 1)})
+        for number, (corner, time_s) in enumerate(
+            zip(finished.corners.tolist(), finished.column("time_s")[finished.corners], strict=True)
+        )
+    ]
+    anchors = [
+        anchor_mark(grid, one.id, (one.east_m, one.north_m, one.altitude_m), one.above_ground_m, {})
+        for one in answer.anchors
+    ]
+    folders = {
+        "Path": [Mark("path", shapely.LineString(places), told=told)],
+        "Corners": corners,
+        ANCHORS: anchors,
+        "Areas": area_marks(grid, {"no_go": asked.no_go}, NO_GO_COLOUR)
+        + area_marks(grid, {"keep_in": asked.keep_in}, KEEP_IN_COLOUR),
+    }
+    write_kml(grid, f"Path over {dem_name(grid)}", folders, path)
+
+
 def _vertices(finished: FinishedPath) -> list[tuple[float, float, float, float]]:
     """(lon_deg, lat_deg, metres above sea level where known, time_s) of each vertex, degrees to a millimetre."""
     grid, places = finished.grid, (finished.column("east_m"), finished.column("north_m"))
@@ -236,6 +268,14 @@ LAYERS = (
         _write_plan,
         status=FOUND,
         mission=PLAN,
+    ),
+    Layer(
+        "path.kml",
+        KML,
+        "The path on the ground and its corners as KML, areas, and the anchors above mean sea level; on Earth.",
+        _write_kml,
+        status=FOUND,
+        mission=KML_OF_PATH,
     ),
     Layer(
         "map.png",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -15,6 +16,7 @@ from service.files.geojson import write_collection
 from service.files.layer import (
     COG,
     GEOJSON,
+    KML,
     LOITER,
     MISSIONS,
     PNG,
@@ -27,7 +29,8 @@ from service.files.layer import (
     sea_level_m,
     zip_plans,
 )
-from service.parts.map_facts import altitude_datum_of
+from service.parts.map_facts import altitude_datum_of, dem_name
+from service.parts.positioning_answers import PlacedAnchor
 from service.products.in_common import Raster, common_tags, feature
 from terrain import height_at, to_lon_lat, true_offsets
 
@@ -38,8 +41,9 @@ __all__ = ["LAYERS"]
 
 CLEAR_OF_GROUND_M = 10.0
 NO_GROUND = 255
+NO_FLY_COLOUR = "#c01818"
 BANDS = ["before", "after"]
-PLANS, BEACONS = MISSIONS["placement"]
+PLANS, BEACONS, KML_OF_PLACEMENT = MISSIONS["placement"]
 
 
 def _write_geojson(finished: FinishedPlacement, path: Path) -> None:
@@ -104,6 +108,22 @@ def _write_beacons(finished: FinishedPlacement, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+def _write_kml(finished: FinishedPlacement, path: Path) -> None:
+    """Placed anchors, those there before, and areas of the rules. Raises FrameError for a DEM without CRS."""
+    from service.files.kml import ANCHORS, Mark, anchor_mark, area_marks, write_kml  # its library takes a while to load
+
+    grid, answer, measured_with = finished.grid, finished.answer, _measured_with(finished)
+
+    def mark(one: PlacedOut | PlacedAnchor, told: Mapping[str, object]) -> Mark:
+        return anchor_mark(grid, one.id, (one.east_m, one.north_m, one.altitude_m), one.above_ground_m, told)
+
+    placed = [mark(one, {"what": one.what, **measured_with}) for one in answer.placed]
+    fixed = [mark(one, {}) for one in answer.fixed]
+    no_fly = area_marks(grid, {"no_fly": finished.parameters.rules.no_fly}, NO_FLY_COLOUR)
+    folders = {ANCHORS: placed, "Anchors there before": fixed, "No fly": no_fly}
+    write_kml(grid, f"Anchors over {dem_name(grid)}", folders, path)
+
+
 def _measured_with(finished: FinishedPlacement) -> dict[str, float]:
     """ranging_sigma_m of every placed anchor, and max_range_m where ranges have a limit."""
     goal, rules = finished.parameters.goal, finished.parameters.rules
@@ -166,6 +186,13 @@ LAYERS = (
         "text/csv; charset=utf-8",
         "The placed anchors as a table that --anchors reads: metres in the DEM's CRS.",
         _write_csv,
+    ),
+    Layer(
+        "anchors.kml",
+        KML,
+        "The placed anchors as KML, above mean sea level or else above the ground; on Earth.",
+        _write_kml,
+        mission=KML_OF_PLACEMENT,
     ),
     Layer(
         "plans.zip",

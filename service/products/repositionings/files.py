@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import shapely
+
 from planning.placement import flight_level_m
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import (
     GEOJSON,
+    KML,
     LOITER,
     MISSIONS,
     PNG,
@@ -19,7 +22,7 @@ from service.files.layer import (
     sea_level_m,
     zip_plans,
 )
-from service.parts.map_facts import altitude_datum_of
+from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
 from service.products.in_common import feature
 from terrain import ElevationGrid, to_lon_lat
@@ -28,11 +31,12 @@ from .calculate import FinishedRepositioning, MoveOut
 
 __all__ = ["LAYERS"]
 
+AHEAD_COLOUR = "#2c5f9e"
 COLUMNS = (
     *("anchor_id", "start_s", "end_s", "flight_m", "flight_s", "stretch"),
     *("from_east_m", "from_north_m", "from_altitude_m", "to_east_m", "to_north_m", "to_altitude_m"),
 )
-(PLANS,) = MISSIONS["repositioning"]
+PLANS, KML_OF_MOVES = MISSIONS["repositioning"]
 
 
 def _write_moves(finished: FinishedRepositioning, path: Path) -> None:
@@ -52,7 +56,9 @@ def _write_schedule(finished: FinishedRepositioning, path: Path) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         moves = sorted(finished.answer.moves, key=lambda move: (move.start_s, move.anchor_id))
         ends = [_placed("from", move.from_) | _placed("to", move.to) for move in moves]
-        TableWriter(file).rows(COLUMNS, (move.model_dump() | at for move, at in zip(moves, ends, strict=True)))
+        datum = altitude_datum_of(finished.grid)
+        rows = (move.model_dump() | at | datum for move, at in zip(moves, ends, strict=True))
+        TableWriter(file).rows((*COLUMNS, *datum), rows)
 
 
 def _placed(which: str, at: PlacedAnchor) -> dict[str, float]:
@@ -82,16 +88,39 @@ def _write_plans(finished: FinishedRepositioning, path: Path) -> None:
     zip_plans(_plan_texts(finished), path)
 
 
+def _corners(move: MoveOut) -> list[tuple[PlacedAnchor, float]]:
+    """Up to the level that clears the ground, across and down: over which end, how high in the DEM's datum."""
+    start, end = move.from_, move.to
+    level_m = flight_level_m(_place_m(start), _place_m(end), move.flight_m)
+    return [(start, start.altitude_m), (start, level_m), (end, level_m), (end, end.altitude_m)]
+
+
+def _write_kml(finished: FinishedRepositioning, path: Path) -> None:
+    """The moves through the air, the anchors after them, and the path ahead. Raises FrameError."""
+    from service.files.kml import ANCHORS, Mark, anchor_mark, write_kml  # its library takes a while to load
+
+    grid, answer = finished.grid, finished.answer
+    moves = []
+    for move in answer.moves:
+        way = shapely.LineString([(at.east_m, at.north_m, altitude_m) for at, altitude_m in _corners(move)])
+        moves.append(Mark(move.anchor_id, way, "altitude", move.model_dump(exclude={"from_", "to"})))
+    after = [
+        anchor_mark(grid, one.id, (one.east_m, one.north_m, one.altitude_m), one.above_ground_m, {})
+        for one in answer.anchors
+    ]
+    ahead = Mark("path ahead", shapely.LineString(finished.point_m[:, :2]), colour=AHEAD_COLOUR)
+    folders = {"Moves": moves, ANCHORS: after, "Path ahead": [ahead]}
+    write_kml(grid, f"Moves over {dem_name(grid)}", folders, path)
+
+
 def _plan(grid: ElevationGrid, moves: list[MoveOut]) -> str:
     """Hold until it is time, climb to the level that clears the ground, fly across, descend; at the end, stay."""
     steps: list[tuple[PlacedAnchor, float, float]] = []  # where, how high in the DEM's datum, how long
     arrived_s = 0.0
     for move in moves:
-        start, end = move.from_, move.to
-        level_m = flight_level_m(_place_m(start), _place_m(end), move.flight_m)
         hold_s = max(0.0, round(move.start_s - arrived_s, 1))
-        steps += [(start, start.altitude_m, hold_s), (start, level_m, 0.0), (end, level_m, 0.0)]
-        steps.append((end, end.altitude_m, 0.0))
+        waits_s = (hold_s, 0.0, 0.0, 0.0)
+        steps += [(*corner, wait_s) for corner, wait_s in zip(_corners(move), waits_s, strict=True)]
         arrived_s = move.end_s
     places = ([at.east_m for at, _, _ in steps], [at.north_m for at, _, _ in steps])
     lon_deg, lat_deg = to_lon_lat(grid, *places)
@@ -138,6 +167,13 @@ LAYERS = (
         "A QGroundControl .plan file for each drone that moves: up, across, down, hold. On Earth, above sea level.",
         _write_plans,
         mission=PLANS,
+    ),
+    Layer(
+        "moves.kml",
+        KML,
+        "The moves through the air as KML, above mean sea level, the anchors after them and the path; on Earth.",
+        _write_kml,
+        mission=KML_OF_MOVES,
     ),
     Layer("map.png", PNG, "The path with what is restored of it, and the moves, over shaded relief.", _write_picture),
 )

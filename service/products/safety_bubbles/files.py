@@ -11,6 +11,7 @@ import numpy as np
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, JSON, PNG, Layer
+from service.parts.map_facts import altitude_datum_of
 from service.products.in_common import feature
 from service.products.safety_bubbles.calculate import FinishedBubbles
 from terrain import to_lon_lat
@@ -25,12 +26,12 @@ def _write_json(finished: FinishedBubbles, path: Path) -> None:
 def _write_csv(finished: FinishedBubbles, path: Path) -> None:
     names = list(finished.numbers())
     with path.open("w", newline="", encoding="utf-8") as file:
-        table = TableWriter(file, end="\r\n")
-        table.row([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight"])
+        table, datum = TableWriter(file, end="\r\n"), altitude_datum_of(finished.grid)
+        table.row([*names, "nearest", "verdict", "push_east", "push_north", "push_up", "push_m", "in_sight", *datum])
         columns = finished.columns
         told = (columns[name] for name in (*names, "nearest", "verdict"))
         for *cells, push, push_m, ids in zip(*told, *(columns[n] for n in ("push", "push_m", "in_sight")), strict=True):
-            table.row([*cells, *push, push_m, " ".join(ids or ())])
+            table.row([*cells, *push, push_m, " ".join(ids or ()), *datum.values()])
 
 
 def _write_geojson(finished: FinishedBubbles, path: Path) -> None:

@@ -9,17 +9,22 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from service.files.geojson import write_collection
-from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
-from service.parts.map_facts import altitude_datum_of
+from service.files.layer import COG, GEOJSON, JSON, KML, MISSIONS, PNG, Layer
+from service.parts.map_facts import altitude_datum_of, dem_name
 from service.products.in_common import BYTES, Raster, add_array, common_tags, feature, write_cog
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
-from visibility import UNKNOWN
+from visibility import UNKNOWN, VISIBLE
+from visibility.dilution import zones
 
 __all__ = ["LAYERS", "write_anchors", "write_arrays", "write_count"]
 
+# of what sees one anchor each, told apart in daylight
+OUTLINES = ("#2c5f9e", "#d9480f", "#2e9e4f", "#8a2f8f", "#b98a00", "#00808a")
+(KML_OF_MAP,) = MISSIONS["visibility-map"]
 # told by the geometry and by the altitude that came of it
 TWICE = {"above_ground_m"}  # an anchor has one height; with two a file would be refused when it is read
 POSITION = {"east_m", "north_m", "lon_deg", "lat_deg", "body", "above_ground_m", "altitude_m", "altitude_datum"}
@@ -90,6 +95,26 @@ def _tags(finished: VisibilityMap) -> dict[str, str]:
     return {**common_tags(finished.grid, finished.answer, "sightline visibility map"), "receiver": receiver}
 
 
+def _write_kml(finished: VisibilityMap, path: Path) -> None:
+    """The anchors, and in a folder each what sees them. Raises FrameError for a DEM without CRS."""
+    from service.files.kml import ANCHORS, Mark, anchor_mark, write_kml  # its library takes a while to load
+
+    grid = finished.grid
+    anchors: list[Mark] = []
+    seen: list[Mark] = []
+    for number, (anchor, told) in enumerate(zip(finished.anchors, finished.answer.anchors, strict=True)):
+        share = {"visible_share": told.visible_share}
+        at_m = (anchor.east_m, anchor.north_m, anchor.altitude_m)
+        anchors.append(anchor_mark(grid, anchor.id, at_m, told.above_ground_m, share))
+        in_sight = zones(grid, finished.visible[number] == VISIBLE)
+        outlines = [shapely.Polygon(zone.exterior, zone.holes) for zone in in_sight]
+        if outlines:
+            colour = OUTLINES[number % len(OUTLINES)]
+            where = shapely.MultiPolygon(outlines)
+            seen.append(Mark(f"in sight of {anchor.id}", where, told=share, colour=colour, shown=not seen))
+    write_kml(grid, f"Visibility: {dem_name(grid)}", {ANCHORS: anchors, "Ground in sight": seen}, path)
+
+
 def _write_picture(finished: VisibilityMap, path: Path, what: str) -> None:
     # matplotlib takes a second to load, and only a process that draws needs it
     from . import picture
@@ -150,4 +175,11 @@ LAYERS = (
         write_arrays,
     ),
     Layer("anchors.geojson", GEOJSON, "The anchors as points, with what part of the map sees each.", write_anchors),
+    Layer(
+        "map.kml",
+        KML,
+        "The anchors above mean sea level, and the outline of the ground that each sees; on Earth.",
+        _write_kml,
+        mission=KML_OF_MAP,
+    ),
 )

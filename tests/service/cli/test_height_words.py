@@ -1,5 +1,6 @@
 """Altitudes come in as what they say they count from: 612msl, 650hae, altitude_datum."""
 
+import csv
 import json
 
 import pytest
@@ -100,6 +101,22 @@ def test_files_of_anchors_say_what_altitudes_count_from(sightline, dem, tmp_path
         assert again.code == 0, again.stderr
         for placed, read in zip(told["placed"], json.loads(again.stdout)["anchors"], strict=True):
             assert read["altitude_m"] == pytest.approx(placed["altitude_m"] - geoid_m(placed), abs=0.01)
+
+
+def test_tables_of_paths_say_what_altitudes_count_from(sightline, dem, tmp_path):
+    """A path above the ellipsoid over a DEM above a geoid: its points lie as much lower as the ellipsoid does."""
+    places = [(WEST_M + 100.0 + 50.0 * n, NORTH_M - 300.0) for n in range(3)]
+    rows = "".join(f"{east},{north},300,hae\n" for east, north in places)
+    (tmp_path / "way.csv").write_text(f"east_m,north_m,altitude_m,altitude_datum\n{rows}")
+    command = ("--path", tmp_path / "way.csv", *THREE, "--out", tmp_path / "out", "--json")
+    done = sightline("bubble", dem("EGM96 geoid"), *command)
+    assert done.code == 0, done.stderr
+    with (tmp_path / "out" / "points.csv").open(newline="") as file:
+        points = list(csv.DictReader(file))
+    for point, (east_m, north_m) in zip(points, places, strict=True):
+        told_m = 300.0 - geoid_m({"east_m": east_m, "north_m": north_m})
+        assert float(point["altitude_m"]) == pytest.approx(told_m, abs=1e-5)
+        assert point["altitude_datum"] == "EGM96 geoid"
 
 
 def test_two_datums_in_one_list_of_heights_are_refused(sightline, dem):

@@ -57,7 +57,7 @@ def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_p
     with rasterio.open(tmp_path / "out" / "count.tif") as dataset:
         after = dataset.read(2)
     assert np.mean(after[after != 255] >= 2) == pytest.approx(expected.value)
-    files = "place.json anchors.geojson anchors.csv plans.zip count.tif dop.tif map.png before.png dop.png"
+    files = "place.json anchors.geojson anchors.csv anchors.kml plans.zip count.tif dop.tif map.png before.png dop.png"
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*files.split(), "dop_before.png"}
     assert set(told["files"]) == {str(tmp_path / "out" / path.name) for path in (tmp_path / "out").iterdir()}
 

@@ -32,7 +32,15 @@ def test_a_drone_is_sent_where_it_restores_what_is_asked(sightline, dem_file, tm
     assert told["restored"]
     assert told["sentence"] in done.stdout
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"reposition.json", "moves.geojson", "schedule.csv", "anchors.csv", "plans.zip", "map.png"}
+    assert names == {
+        "reposition.json",
+        "moves.geojson",
+        "schedule.csv",
+        "anchors.csv",
+        "plans.zip",
+        "moves.kml",
+        "map.png",
+    }
     # where they stand then is the next command's input, and nobody has to move any more
     again = sightline("reposition", dem_file, "--anchors", tmp_path / "out" / "anchors.csv", *QUESTION[6:], "--json")
     assert json.loads(again.stdout)["moves"] == []

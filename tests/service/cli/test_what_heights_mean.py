@@ -48,7 +48,8 @@ def test_heights_from_the_ellipsoid_leave_as_above_the_sea(sightline, dem, tmp_p
     assert float(settings["BCN_ALT"]) == pytest.approx(ground_m - geoid_m(first), abs=0.006)
     (said,) = (warning for warning in told["warnings"] if "plans.zip" in warning)
     assert said == (
-        "plans.zip and beacons.parm give altitudes above mean sea level: the DEM's, from the ellipsoid, less EGM96."
+        "plans.zip, beacons.parm and anchors.kml give altitudes above mean sea level: the DEM's, from the ellipsoid, "
+        "less EGM96."
     )
 
 

@@ -30,7 +30,7 @@ def test_a_flight_above_a_finished_morphing_map_comes_with_all_its_files(
     assert result["totals"]["margin_m"] >= -2e-3
     assert flight["request"]["morphing_map"]["dop_limit"] == 30.0
     names = [layer["name"] for layer in flight["layers"]]
-    assert names == ["flight.geojson", "flight.csv", "flight.plan", "map.png", "profile.png"]
+    assert names == ["flight.geojson", "flight.csv", "flight.plan", "flight.kml", "map.png", "profile.png"]
     files = {layer["name"]: server.client.get(layer["href"]) for layer in flight["layers"]}
     assert {answer.status_code for answer in files.values()} == {200}
     assert len(files["flight.plan"].json()["mission"]["items"]) == len(result["corners"])
