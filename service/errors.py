@@ -16,6 +16,8 @@ ServiceError
 ├── GoneError                  it was there, and is over
 ├── NotReadyError              the job has no result (yet)
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
+├── EditConflictError          somebody else saved since; carries version, saved_by and saved_at
+├── NoPreconditionError        a change that does not say what it builds on
 ├── RequestError               a request that makes no sense
 │   ├── NotJsonError           a body that is not JSON
 │   ├── NotValidError          a body whose fields are not as they should be
@@ -45,6 +47,7 @@ __all__ = [
     "BusyError",
     "DataFolderError",
     "DataFolderInUseError",
+    "EditConflictError",
     "ForbiddenError",
     "GoneError",
     "HostError",
@@ -57,6 +60,7 @@ __all__ = [
     "LimitError",
     "MediaTypeError",
     "MemoryLimitError",
+    "NoPreconditionError",
     "NotFoundError",
     "NotJsonError",
     "NotReadyError",
@@ -141,6 +145,20 @@ class NotReadyError(ServiceError):
 
 class InUseError(ServiceError):
     """The resource is needed by jobs that are not finished."""
+
+
+class EditConflictError(ServiceError):
+    """Somebody else saved since; carries ``version`` (the newest), ``saved_by`` and ``saved_at`` (ISO 8601, UTC)."""
+
+    def __init__(self, message: str, *, version: int, saved_by: str, saved_at: str) -> None:
+        super().__init__(message)
+        self.version = version
+        self.saved_by = saved_by
+        self.saved_at = saved_at
+
+
+class NoPreconditionError(ServiceError):
+    """A change has to say which version it builds on, so that nobody's work is lost."""
 
 
 class RequestError(ServiceError):

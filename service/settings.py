@@ -144,6 +144,13 @@ class Settings(BaseSettings):
     max_pairs_bytes: int = Field(
         default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight or safety-bubbles request, bytes."
     )
+    max_missions: int = Field(default=1000, ge=0, description="Missions that are kept.")
+    max_mission_bytes: int = Field(
+        default=MIB, ge=1024, le=32 * MIB, description="Size of a mission's document, bytes."
+    )
+    max_mission_versions: int = Field(
+        default=100, ge=2, le=10_000, description="Versions that are kept of a mission without names, and with names."
+    )
     max_dem_cells: int = Field(default=100_000_000, ge=1, description="Cells (rows times columns) of a DEM.")
     max_anchors: int = Field(default=64, ge=1, description="Anchors in one request.")
     max_anchor_cells: int = Field(default=600_000_000, ge=1, description="Cells times anchors of one visibility map.")

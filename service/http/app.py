@@ -31,6 +31,8 @@ from .detectors import router as detectors
 from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
 from .meta import describe, health_routes, problem_routes, tags_of
+from .missions.files import router as mission_files
+from .missions.routes import router as missions
 from .probes import router as probes
 from .problems import answer_with_problems
 from .resources import product_router
@@ -103,7 +105,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         redoc_url=None,
     )
     routers = [
-        *(dems, ground, probes),
+        *(dems, ground, missions, mission_files, probes),
         *(product_router(product) for product in products.values()),
         *(detections, detectors, health_routes, problem_routes),
     ]

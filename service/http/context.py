@@ -19,6 +19,7 @@ from service.jobs.short_tasks import Checks, Drawings
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors
+from service.missions.shelf import MissionShelf
 from service.products import Product
 from service.products.registry import all_products
 from service.settings import Settings
@@ -37,6 +38,7 @@ class Service:
     settings: Settings
     folder: DataFolder
     store: Store
+    missions: MissionShelf
     pool: WorkerPool
     supervisor: Supervisor
     drawings: Drawings
@@ -53,13 +55,14 @@ class Service:
         """Put the parts together; nothing runs yet. Raises DataFolderError."""
         settings = settings.model_copy(update={"data_folder": folder.root})
         store = Store(folder.database)
+        missions = MissionShelf(store.transaction, settings.max_missions, settings.max_mission_versions)
         pool = WorkerPool(settings, folder)
         supervisor = Supervisor(settings, folder, store, pool)
         uploads = asyncio.Semaphore(settings.max_uploads)
         drawings, checks = Drawings(folder, supervisor), Checks(settings, supervisor)
         detectors = Detectors(settings)
         products = all_products(settings.more_products)
-        parts = (settings, folder, store, pool, supervisor, drawings, checks, detectors, products, uploads)
+        parts = (settings, folder, store, missions, pool, supervisor, drawings, checks, detectors, products, uploads)
         return cls(*parts, time.monotonic())
 
     async def watch_store(self) -> None:

@@ -33,7 +33,7 @@ from .dem_answers import DemList, DemOut
 from .jobs import file_answer
 from .meta import LOCATION, problem_responses
 
-__all__ = ["ground", "router"]
+__all__ = ["dem_id_of", "ground", "keep_dem", "router"]
 
 router = APIRouter(prefix="/dems", tags=["DEMs"])
 DATUM = (
@@ -123,9 +123,9 @@ async def upload_dem(
         if await anext(request.stream(), b""):
             raise RequestError("Send a file or name a bundled DEM with sample, not both.")
         bundled = sample_manifest(sample)
-        dem_id = _id_of("sample", str(bundled["sha256"]))
+        dem_id = dem_id_of("sample", str(bundled["sha256"]))
         arguments = ReadDemArguments(sample=sample, options={})
-        dem, is_new = await _kept(service, dem_id, str(bundled["file"]), "read-dem", arguments, None)
+        dem, is_new = await keep_dem(service, dem_id, str(bundled["file"]), "read-dem", arguments, None)
     elif is_json(request):
         if options or filename is not None:
             raise RequestError("Ground from the library is asked for in the body alone; leave out the query.")
@@ -247,19 +247,19 @@ async def _uploaded(
         # the name decides how a file is read: its suffix the format, and for .hgt the name itself the place
         suffix = PurePath(upload.name).suffix.lower()
         named = upload.name.lower() if suffix == ".hgt" else suffix
-        dem_id = _id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
+        dem_id = dem_id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
         arguments = ReadDemArguments(path=str(upload.path), options=options)
-        return await _kept(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)
+        return await keep_dem(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)
 
 
 async def _from_library(request: Request, service: Service) -> tuple[DemRecord, bool]:
     limit = service.settings.max_json_bytes
     async with receive(request, service.folder, limit, "max_json_bytes", "body.json") as body:
         planned = await service.checks.ask("plan-ground", BodyArguments(path=str(body.path)))
-    return await _kept(service, str(planned["dem_id"]), "ground", "read-ground", planned, None)
+    return await keep_dem(service, str(planned["dem_id"]), "ground", "read-ground", planned, None)
 
 
-async def _kept(
+async def keep_dem(
     service: Service, dem_id: str, name: str, task: str, arguments: Mapping[str, object], file_bytes: int | None
 ) -> tuple[DemRecord, bool]:
     """The DEM of that id, read now unless it is there already, and whether it is new."""
@@ -281,5 +281,6 @@ async def _kept(
     return await service.supervisor.in_store(keep), True
 
 
-def _id_of(*parts: str) -> str:
+def dem_id_of(*parts: str) -> str:
+    """The id of a DEM that these words name: what kind, which bytes, how they are read."""
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:32]

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from service.errors import BusyError, NotFoundError
 from service.ground.request import GroundIn
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
+from service.missions.document import MissionIn
 from service.probes.request import ProbeIn, ProfilesIn
 from service.products import Product
 
@@ -40,6 +41,10 @@ LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"typ
 Responses = dict[int | str, dict[str, Any]]  # JSON of OpenAPI and classes: the type is FastAPI's own
 GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
 OTHERS = [
+    {
+        "name": "Missions",
+        "description": "What a planner decides, kept with its versions, shared as a link or as a file.",
+    },
     {"name": "Probes", "description": "Places and profiles on a DEM, answered at once and kept nowhere."},
     {
         "name": "Detectors",
@@ -51,7 +56,7 @@ OTHERS = [
     {"name": "Problems", "description": "What the errors mean."},
 ]
 # bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (GroundIn, ProbeIn, ProfilesIn, DetectionIn, DetectorIn, EpochsIn)
+OTHER_BODIES = (GroundIn, ProbeIn, ProfilesIn, MissionIn, DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 TEMPLATE = "#/components/schemas/{model}"

@@ -127,6 +127,8 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.GoneError: ProblemKind("gone", 410, "The resource is over"),
     ours.NotReadyError: ProblemKind("not-ready", 409, "The job is not ready for that"),
     ours.InUseError: ProblemKind("in-use", 409, "The resource is in use"),
+    ours.EditConflictError: ProblemKind("edit-conflict", 412, "Somebody else saved since"),
+    ours.NoPreconditionError: ProblemKind("no-precondition", 428, "The request does not say what it builds on"),
     ours.RequestError: ProblemKind("request", 422, "The request makes no sense"),
     ours.NotJsonError: ProblemKind("not-json", 400, "The body is not JSON"),
     ours.NotValidError: ProblemKind("validation", 422, "The request does not validate"),

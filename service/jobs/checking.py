@@ -60,7 +60,7 @@ def check(root: Path, progress: Callable[[float], None]) -> Check:
     """Look at everything and change nothing. Raises DataFolderError where the folder is not one of Sightline's."""
     root = root.absolute()
     kind = folder_of_ours(root)
-    problem, counts = None, {"dems": 0, "jobs": 0, "results": 0}
+    problem, counts = None, {"dems": 0, "jobs": 0, "results": 0, "missions": 0}
     missing: set[tuple[str, str]] = set()
     damaged: set[tuple[str, str]] = set()
     unknown = _there(root)

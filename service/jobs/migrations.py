@@ -41,6 +41,18 @@ STEPS = (
     CREATE INDEX jobs_over ON jobs (finished_at_s) WHERE finished_at_s IS NOT NULL;
     CREATE TABLE results (digest TEXT PRIMARY KEY, bytes INTEGER NOT NULL) STRICT;
     """,
+    # missions, and each as it was
+    """
+    CREATE TABLE missions (
+        id TEXT PRIMARY KEY, name TEXT NOT NULL, dem_sha256 TEXT, ground TEXT, anchors INTEGER NOT NULL,
+        created_at_s REAL NOT NULL, saved_at_s REAL NOT NULL, version INTEGER NOT NULL, saved_by TEXT
+    ) STRICT;
+    CREATE INDEX missions_newest ON missions (saved_at_s DESC, id);
+    CREATE TABLE mission_versions (
+        mission_id TEXT NOT NULL, version INTEGER NOT NULL, name TEXT, saved_at_s REAL NOT NULL, saved_by TEXT,
+        document TEXT NOT NULL, PRIMARY KEY (mission_id, version)
+    ) STRICT, WITHOUT ROWID;
+    """,
 )
 SCHEMA_VERSION = len(STEPS)
 

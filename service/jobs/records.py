@@ -57,6 +57,7 @@ class Known:
     jobs_over: frozenset[str]
     digests: frozenset[str]
     inputs: frozenset[str]  # ids of jobs that wait or run and have files to work on
+    missions: int = 0  # they have no files
 
     def parts(self) -> tuple[tuple[str, frozenset[str]], ...]:
         """The data folder's folders, each with what the store wants to find there."""
@@ -68,7 +69,12 @@ class Known:
 
     def counts(self) -> dict[str, int]:
         """Ready for JSON."""
-        return {"dems": len(self.dems), "jobs": len(self.jobs), "results": len(self.digests)}
+        return {
+            "dems": len(self.dems),
+            "jobs": len(self.jobs),
+            "results": len(self.digests),
+            "missions": self.missions,
+        }
 
 
 @dataclass(frozen=True, slots=True)

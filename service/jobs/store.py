@@ -229,7 +229,8 @@ class Store:
         return self._transaction("BEGIN")
 
     @contextmanager
-    def _transaction(self, begin: str = "BEGIN IMMEDIATE") -> Iterator[sqlite3.Connection]:
+    def transaction(self, begin: str = "BEGIN IMMEDIATE") -> Iterator[sqlite3.Connection]:
+        """All or nothing, also for what others keep in the same file. "BEGIN" only reads."""
         with self._lock:
             self._check_in_place()
             self._connection.execute(begin)
@@ -240,6 +241,8 @@ class Store:
                 # SQLite has rolled back by itself when the disk was full
                 if self._connection.in_transaction:
                     self._connection.execute("ROLLBACK")
+
+    _transaction = transaction
 
     def _check_in_place(self) -> None:
         # of a file that was deleted SQLite reads and writes what is left, and all seems well but incomplete

@@ -40,6 +40,8 @@ HAS_INPUTS = (
     f"({', '.join(repr(kind) for kind in sorted(OLDER_WITH_INPUTS))}))"
 )
 
+HAS_MISSIONS = "SELECT name FROM sqlite_schema WHERE name = 'missions'"  # stores before version 3 have none
+
 LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
 UNUSABLE = frozenset(
     {
@@ -73,6 +75,7 @@ def read_known(connection: sqlite3.Connection) -> Known:
             jobs_over=column(f"SELECT id FROM jobs WHERE NOT {IS_ACTIVE}"),
             digests=column("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL"),
             inputs=column(f"SELECT id FROM jobs WHERE {IS_ACTIVE} AND {HAS_INPUTS}"),
+            missions=len(column("SELECT id FROM missions")) if column(HAS_MISSIONS) else 0,
         )
     finally:
         connection.execute("COMMIT")

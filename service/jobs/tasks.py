@@ -41,6 +41,7 @@ from .dem_tasks import (
     tell_coverage,
     write_dem_level,
 )
+from .mission_tasks import open_mission, read_mission, write_mission_file
 
 __all__ = [
     "answer_probe",
@@ -159,6 +160,9 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
         "plan-ground": plan_ground,
         "read-ground": read_ground,
         "tell-coverage": tell_coverage,
+        "read-mission": read_mission,
+        "open-mission": open_mission,
+        "write-mission-file": write_mission_file,
         "probe": answer_probe,
         "profiles": answer_profiles,
         "check-request": check_request,

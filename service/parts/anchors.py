@@ -16,8 +16,10 @@ from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
 
 __all__ = [
+    "AnchorId",
     "AnchorIn",
     "AntennaIn",
+    "Azimuth",
     "CurvatureChoice",
     "CurvatureIn",
     "FramesIn",

@@ -19,7 +19,7 @@ from tests.house.repository import ROOT
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "CONTRIBUTING.md"]
 # what needs a machine, an engine or a terminal of its own; the verbs are tested by being run
 NOT_RUN_HERE = ("make ", "git clone ", "docker ", "cd ", "sightline serve", "sightline demo", "sightline store")
-RUN_HERE = ("sightline ", "curl ", "python ", "ls ", "cat ", "dem=", "map=", "path=", "flight=", "visible=")
+RUN_HERE = ("sightline ", "curl ", "python ", "ls ", "cat ", "dem=", "map=", "path=", "flight=", "mission=", "visible=")
 SERVICE = "http://127.0.0.1:8000"
 
 

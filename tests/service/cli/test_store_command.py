@@ -46,7 +46,11 @@ def test_a_sound_folder_is_told_as_that(sightline, data):
     ended = sightline("store", "check", "--data", data, "--json")
     assert ended.code == 0
     found = told(ended)
-    assert (found["sound"], found["in_use"], found["counts"]) == (True, False, {"dems": 1, "jobs": 6, "results": 6})
+    assert (found["sound"], found["in_use"], found["counts"]) == (
+        True,
+        False,
+        {"dems": 1, "jobs": 6, "results": 6, "missions": 0},
+    )
     assert (found["missing"], found["damaged"], found["unknown"], found["quarantine"]) == ([], [], [], [])
     assert "sound" in sightline("store", "check", "--data", data).stdout
 

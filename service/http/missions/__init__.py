@@ -1,0 +1,1 @@
+"""Missions over HTTP: kept with their versions, and as files."""

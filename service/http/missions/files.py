@@ -1,0 +1,77 @@
+"""Missions as files: opened with the DEM that came along, and downloaded."""
+
+from __future__ import annotations
+
+import uuid
+from pathlib import Path
+from typing import Annotated, cast
+
+import orjson
+from fastapi import APIRouter, Query, Response
+from fastapi.responses import FileResponse
+from starlette.background import BackgroundTask
+
+from service.errors import NotFoundError
+from service.jobs.channel import BodyArguments, ReadDemArguments
+from service.jobs.mission_tasks import MissionFileArguments, OpenedMission, sheet_in
+from service.missions.files import MISSION_FILES
+from service.missions.shelf import Sheet
+
+from ..bodies import Upload
+from ..context import Service, ServiceDep
+from ..dems import dem_id_of, keep_dem
+from ..meta import problem_responses
+
+__all__ = ["opened_mission", "router"]
+
+router = APIRouter(prefix="/missions", tags=["Missions"])
+Version = Annotated[int, Query(ge=1, le=2**53, description="Number of a version.")]
+
+
+@router.get(
+    "/{mission_id}/files/{name}",
+    summary="Download a mission",
+    response_class=FileResponse,
+    responses={200: {"description": "The file."}, **problem_responses(404, 409, 422, 503, 507)},
+)
+async def get_file(mission_id: str, name: str, service: ServiceDep, version: Version | None = None) -> Response:
+    """One of the files that its links name, of the newest version or of another."""
+    file = MISSION_FILES.get(name)
+    if file is None:
+        raise NotFoundError("file", name, f"a mission has {', '.join(MISSION_FILES)}")
+    mission, _, document = await service.supervisor.in_store(service.missions.document, mission_id, version)
+    token = uuid.uuid4().hex
+    arguments = MissionFileArguments(file=name, document=document, dem_id=mission.dem_id)
+    await service.supervisor.ask("write-mission-file", arguments, token)
+    folder = service.folder.work(token)
+    gone = BackgroundTask(service.supervisor.in_store, service.folder.remove, folder)
+    return FileResponse(folder / file.name, media_type=file.media_type, filename=file.name, background=gone)
+
+
+async def opened_mission(service: Service, upload: Upload) -> tuple[Sheet, list[str]]:
+    """The mission in a file; its DEM is kept, when it came along and is not here."""
+    token = uuid.uuid4().hex
+    try:
+        arguments = BodyArguments(path=str(upload.path))
+        opened = cast(OpenedMission, await service.checks.ask("open-mission", arguments, token, big=True))
+        sheet = sheet_in(opened)
+        if opened["dem_path"] is None or sheet.dem_sha256 is None:
+            return sheet, []
+        here = await service.supervisor.in_store(service.missions.dem_with_digest, sheet.dem_sha256)
+        if here is not None:
+            return sheet, [f"The ground was here already, as DEM {here}."]
+        path = Path(opened["dem_path"])
+        dem_id = dem_id_of("mission", upload.sha256)
+        dem, _ = await keep_dem(
+            service, dem_id, sheet.ground or path.name, "read-dem", ReadDemArguments(path=str(path), options={}), None
+        )
+        if dem.summary["sha256"] == sheet.dem_sha256:
+            return sheet, [f"The ground came along, and is here now as DEM {dem.id}."]
+        digest = str(dem.summary["sha256"])
+        document = orjson.loads(sheet.document)
+        document["ground"]["sha256"] = digest
+        asked = BodyArguments(body=orjson.dumps(document).decode())
+        told = f"The DEM that came along has the digest {digest}, which is not the one that the mission was made on."
+        return sheet_in(await service.checks.ask("read-mission", asked)), [told]
+    finally:
+        await service.supervisor.in_store(service.folder.remove, service.folder.work(token))

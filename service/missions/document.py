@@ -1,0 +1,163 @@
+"""The mission as a document, field by field what the planner's page has in service/page/src/mission/mission.ts.
+
+A mission holds all that a planner decides, and nothing that is calculated from it. Places are metres in the CRS of its
+ground.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Annotated, Literal, Self
+
+from pydantic import ConfigDict, Field, model_validator
+
+from service.parts.anchors import AnchorId, Azimuth
+from service.parts.points import Metres, NotNegative, NotNegativeMetres, Positive, StrictModel
+
+__all__ = [
+    "FORMAT",
+    "GroundRef",
+    "MissionAnchor",
+    "MissionIn",
+    "MissionPlace",
+    "MissionPlacing",
+    "MissionPositioning",
+    "MissionRoute",
+    "MissionRover",
+]
+
+FORMAT = "sightline-mission"
+MOST_ANCHORS = 1000
+MOST_PLACES = 10_000
+MOST_RINGS = 1000
+Slope = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0, le=90.0)]
+Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
+
+
+class MissionPlace(StrictModel):
+    """A place on the mission's ground."""
+
+    east_m: Metres = Field(description="East in the CRS of the ground, metres.")
+    north_m: Metres = Field(description="North in the CRS of the ground, metres.")
+
+
+Ring = Annotated[list[MissionPlace], Field(min_length=3, max_length=MOST_PLACES)]
+Rings = Annotated[list[Ring], Field(max_length=MOST_RINGS)]
+
+
+class GroundRef(StrictModel):
+    """Which DEM the mission stands on: by its digest anywhere, by its id on one service."""
+
+    dem_id: str = Field(max_length=80, description="Id of the DEM on the service that the mission was saved on.")
+    name: str = Field(max_length=255, description="Name of its file, for people.")
+    sha256: str = Field(max_length=80, description="Digest of its heights, geometry and CRS, as DEMs tell it.")
+
+
+class MissionAnchor(MissionPlace):
+    """An anchor of the mission."""
+
+    id: AnchorId = Field(description="Name of the anchor, unique in the mission, 1 to 64 characters.")
+    kind: Literal["drone", "mast", "beacon"] = Field(description="What carries it.")
+    height_m: Metres = Field(description="Its height above what height_from says, metres.")
+    height_from: Literal["above_ground_m", "altitude_m"] = Field(
+        description="Whether height_m counts from the ground below, or from the vertical datum of the DEM."
+    )
+    max_range_m: Positive | None = Field(None, description="Longest slant range it measures, metres; null = unlimited.")
+    azimuth_from_deg: Azimuth | None = Field(
+        None, description="Start of its sector, degrees clockwise from grid north; goes with azimuth_to_deg."
+    )
+    azimuth_to_deg: Azimuth | None = Field(
+        None, description="End of its sector, degrees clockwise from grid north; goes with azimuth_from_deg."
+    )
+    ranging_sigma_m: NotNegativeMetres = Field(0.1, description="One-sigma error of its ranges, metres.")
+
+
+class MissionRover(StrictModel):
+    """What drives."""
+
+    receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of its antenna, metres.")
+    max_slope_deg: Slope = Field(25.0, description="Steepest ground it stands on, degrees.")
+    footprint_radius_m: NotNegativeMetres = Field(0.8, description="Radius of what it covers, metres.")
+    speed_m_per_s: Positive = Field(0.5, description="How fast it drives, metres per second.")
+
+
+class MissionPositioning(StrictModel):
+    """How it knows where it is."""
+
+    kind: Literal["ranging", "pseudorange", "tdoa"] = Field("ranging", description="What is measured.")
+    measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("hdop", description="Which dilution of precision.")
+    dop_limit: Positive = Field(5.0, description="Good is a dilution below this, no unit.")
+    on_surface: bool = Field(False, description="Whether the rover moves along the ground only.")
+
+
+class MissionRoute(StrictModel):
+    """Where it goes, and what has to hold on the way."""
+
+    start: MissionPlace | None = Field(None, description="Where it starts.")
+    goal: MissionPlace | None = Field(None, description="Where it shall go.")
+    way_points: list[MissionPlace] = Field([], max_length=MOST_PLACES, description="Where it passes, in order.")
+    no_go: Rings = Field([], description="Areas that it keeps out of.")
+    keep_in: Rings = Field([], description="Areas that it keeps within.")
+    min_anchors: Count = Field(0, description="Number of anchors in sight all along; 0 = no limit.")
+    keep_dop: bool = Field(False, description="Whether the dilution stays below its limit all along.")
+    bubble_epsilon: NotNegative = Field(0.0, description="Sigmas of the safety bubble kept clear, no unit.")
+
+
+class MissionPlacing(StrictModel):
+    """What is asked for where more anchors are sought."""
+
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(2, description="Number of anchors to find.")
+    above_ground_m: NotNegativeMetres = Field(100.0, description="Height of theirs above the ground, metres.")
+    objective: Literal["coverage", "dop"] = Field("coverage", description="What they are for.")
+    min_anchors: Count = Field(3, description="Number of anchors that are enough.")
+    spacing_m: Positive | None = Field(None, description="Distance of places that are tried, metres; null = chosen.")
+    where: Literal["area", "path"] = Field("area", description="Whether over the area or along the path.")
+
+
+class MissionIn(StrictModel):
+    """A whole mission."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "format": FORMAT,
+                    "version": 1,
+                    "name": "Valley crossing",
+                    "ground": {"dem_id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11", "name": "valley.npz", "sha256": "0f3c2d"},
+                    "anchors": [
+                        {
+                            "id": "D1",
+                            "east_m": 646000.0,
+                            "north_m": 5136500.0,
+                            "kind": "drone",
+                            "height_m": 120.0,
+                            "height_from": "above_ground_m",
+                        }
+                    ],
+                }
+            ]
+        }
+    )
+
+    format: Literal["sightline-mission"] = Field("sightline-mission", description="What the document is.")
+    version: Literal[1] = Field(1, description="Number of the format that it is written in.")
+    name: str = Field("Mission", max_length=120, description="Name of the mission, for people.")
+    ground: GroundRef | None = Field(None, description="What it stands on; null before one was chosen.")
+    area: Ring | None = Field(None, description="Where it takes place; null = the whole DEM.")
+    anchors: list[MissionAnchor] = Field([], max_length=MOST_ANCHORS, description="Its anchors, with unique ids.")
+    rover: MissionRover = Field(default_factory=lambda: MissionRover.model_validate({}))
+    positioning: MissionPositioning = Field(default_factory=lambda: MissionPositioning.model_validate({}))
+    route: MissionRoute = Field(default_factory=lambda: MissionRoute.model_validate({}))
+    placing: MissionPlacing = Field(default_factory=lambda: MissionPlacing.model_validate({}))
+    ceiling_above_ground_m: NotNegativeMetres = Field(300.0, description="Top of the air looked at, metres.")
+
+    @model_validator(mode="after")
+    def _places_need_ground_and_ids_are_unique(self) -> Self:
+        twice = sorted(id for id, times in Counter(anchor.id for anchor in self.anchors).items() if times > 1)
+        if twice:
+            raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
+        placed = self.anchors or self.area or self.route.start or self.route.goal or self.route.way_points
+        if self.ground is None and (placed or self.route.no_go or self.route.keep_in):
+            raise ValueError("A mission with places needs its ground, for they are metres in the CRS of it.")
+        return self
