@@ -14,8 +14,8 @@ from service.missions.shelf import MissionRecord, Sheet, VersionRecord
 
 from ..answers import Limit, Offset
 from ..bodies import is_json, json_body, receive
-from ..body_limit import too_large
 from ..context import Service, ServiceDep
+from ..guard.body_limit import too_large
 from ..meta import LOCATION, body_of, problem_responses
 from .answers import MissionList, MissionOut, MissionSummary, VersionList, VersionNameIn, VersionOut
 from .files import opened_mission
