@@ -37,6 +37,7 @@ from . import (
     planning,
     plans_over_http,
     report,
+    sites,
     situations,
     speed,
     unreachables,
@@ -48,6 +49,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "accuracy": (accuracy.accuracy, situations.fast_mode_by_situation),
     "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
     "dilution": (dilution.dilution_speed, dilution.one_per_set),
+    "sites": (sites.all_places,),
     "volumes": (
         volumes.paper_case_speed,
         volumes.morphing_speed,
@@ -111,6 +113,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(dilution.dilution_speed, posts=128, points=2000),
         partial(dilution.one_per_set, posts=64, across=8),
     ),
+    "sites": (partial(sites.all_places, posts=128, sampled=20),),
     "volumes": (
         volumes.paper_case_speed,
         partial(volumes.morphing_speed, posts=96),

@@ -14,6 +14,7 @@ import numpy as np
 import detection
 import navigation
 import visibility
+import visibility.sites
 from dem_samples import load_sample
 from planning import PathError, paths, placement
 from service.settings import Rehearsal
@@ -84,6 +85,10 @@ def _lines(grid: ElevationGrid) -> None:
     visibility.profile(grid, starts_m[0], ends_m[0])
     visibility.dop([[0.0, 0.0, 90.0], [90.0, 0.0, 80.0], [0.0, -90.0, 70.0]], starts_m)
     visibility.dilution.position_error([[0.0, 0.0, 90.0], [90.0, 0.0, 80.0], [0.0, -90.0, 70.0]], starts_m, 0.1)
+
+
+def _sites(grid: ElevationGrid) -> None:
+    visibility.sites.site_map(grid, 10.0, 1.5, directions=16)
 
 
 def _columns_of_air(grid: ElevationGrid) -> None:
@@ -204,5 +209,6 @@ PARTS = (
     _navigation,
     _lines,
     _placements,
+    _sites,
 )
 WITHOUT_MAPS = (_exact_maps, _detections)  # about as long together as maps take

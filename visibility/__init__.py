@@ -1,7 +1,7 @@
 """Who sees whom: anchors, lines of sight, minimum visible altitudes, and what follows from them.
 
 The names that most scripts need are here. They and the others are in the rooms: ``sight``, ``dilution``, ``air``,
-``cover`` and ``satellites``.
+``cover``, ``satellites`` and ``sites``.
 """
 
 from visibility.air import altitude_layers, control_volume, morphing_map
