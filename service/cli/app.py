@@ -32,6 +32,7 @@ COMMANDS: Mapping[str, str] = {
     "morph": "service.cli.morph:morph",
     "bubble": "service.cli.bubble:bubble",
     "detect": "service.cli.detect:detect",
+    "log": "service.cli.field.log:log",
     "place": "service.cli.place:place",
     "plan": "service.cli.plan:plan",
     "fly": "service.cli.fly:fly",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,14 +29,15 @@ from .output import (
 )
 
 if TYPE_CHECKING:
-    from detection import Suspicion
+    from detection import RangeEpoch, Suspicion
+    from service.files.logs.form import LogForm
     from service.live.replay import Replay, ReplaySummary
 
 __all__ = ["detect"]
 
 LOG = (
-    "CSV with a range a row (time_s,anchor_id,range_m …) or a moment a row (time_s,range_m.D1 …), "
-    "or JSON Lines (.jsonl) of the epochs that a stream takes."
+    "A table of ranges (CSV; several, or a folder of them: one for each anchor), JSON Lines (.jsonl) of the epochs of "
+    "a stream, a ROS bag, MCAP, PX4 ULog, DataFlash or MAVLink telemetry; sightline log LOG shows how it is taken."
 )
 # More episodes than these are for the file, not for the eye.
 SHOWN_EPISODES = 15
@@ -46,7 +48,7 @@ PLAIN = "m"
 def detect(
     log: Annotated[Path, Parameter(allow_leading_hyphen=False, help=LOG)],
     /,
-    *,
+    *logs: Annotated[Path, Parameter(allow_leading_hyphen=False, help="More tables of the same drive.")],
     anchor: Annotated[
         tuple[str, ...],
         option("An anchor, metres; HEIGHT as 612msl, left out in two dimensions. Repeatable.", "ID,EAST,NORTH,HEIGHT"),
@@ -63,7 +65,6 @@ def detect(
     --out; with --dem also map_doubts.geojson, where ranges contradict the map.
     """
     from detection import Detector
-    from service.files.range_log import LogForm
     from service.live.epoch_logs import read_epochs
     from service.live.replay import replay
     from service.live.replay_files import DOUBTS, FILES, write_replay
@@ -77,8 +78,8 @@ def detect(
     mapped = ground.detector(placed, frame, asked.settings())
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
-    columns = form.names()
-    read = read_epochs(log, form.epoch, LogForm(columns, form.time_unit, form.range_unit))
+    known = [one.id for one in placed]
+    read = read_epochs([log, *logs], form.epoch, form.form(), known)
     if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
     files = FILES if mapped is None else (*FILES, DOUBTS)
@@ -87,7 +88,8 @@ def detect(
         replayed = replay(placed, read.epochs, asked.settings(), progress, mapped)
     summary = replayed.summary()
     over_map = [] if mapped is None else [*mapped.warnings, *_doubted(replayed)]
-    warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, form)]
+    warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, read.form)]
+    warnings += [] if form.epoch else _one_by_one(read.epochs)
     warnings += summary.health.warnings
     document = {"log": log.name, "frame": frame, **summary.document(), "warnings": warnings}
     written: list[Path] = []
@@ -113,7 +115,19 @@ def _doubted(replayed: Replay) -> list[str]:
     return [f"Ranges contradict the map in {len(replayed.doubts)} stretches, of {by_anchor}: map_doubts.geojson."]
 
 
-def _suspected(replayed: Replay, form: LogOptions) -> list[str]:
+def _one_by_one(epochs: Sequence[RangeEpoch]) -> list[str]:
+    """What to type where no two ranges have the same time, so that none can check another."""
+    alone = [epoch for epoch in epochs if len(epoch.ranges) == 1]
+    anchors = {epoch.ranges[0].anchor_id for epoch in alone}
+    if len(anchors) < 3 or len(alone) < 0.9 * len(epochs):
+        return []
+    steps = sorted(later.time_s - one.time_s for one, later in pairwise(epochs) if later.time_s > one.time_s)
+    round_s = steps[len(steps) // 2] * len(anchors) if steps else 0.0
+    said = f"{round_s:.2g}" if round_s > 0.0 else "S"
+    return [f"Ranges come one by one; --epoch {said} gathers those of a round, so that they can check one another."]
+
+
+def _suspected(replayed: Replay, form: LogForm) -> list[str]:
     """What the log as a whole suffers from, and what to type against it; form: what was typed about it."""
     from detection import diagnose
 
@@ -122,16 +136,16 @@ def _suspected(replayed: Replay, form: LogOptions) -> list[str]:
     ]
 
 
-def _cured(suspicion: Suspicion, form: LogOptions) -> str:
+def _cured(suspicion: Suspicion, form: LogForm) -> str:
     from detection import Cause
-    from service.files.range_log import LENGTHS_M, TIMES_S
+    from service.files.logs.form import LENGTHS_M, TIMES_S
 
     told, factor = suspicion.sentence, suspicion.value
     if suspicion.cause is Cause.TIME_UNIT:
-        seconds = factor * TIMES_S[form.time_unit]
+        seconds = factor * TIMES_S[form.time_unit or "s"]
         return f"{told} Then say --time-unit {min(TIMES_S, key=lambda unit: abs(TIMES_S[unit] - seconds))}."
     if suspicion.cause in (Cause.RANGE_UNIT, Cause.SCALE):
-        given = form.range_unit
+        given = form.range_unit or PLAIN
         fits = _unit_of(LENGTHS_M[given] / factor, LENGTHS_M)
         if given == PLAIN:
             return told if fits is None else f"{told} If the ranges are: --range-unit {fits}."

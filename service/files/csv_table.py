@@ -7,7 +7,6 @@ line, cells that say NULL.
 from __future__ import annotations
 
 import csv
-import datetime
 import io
 import itertools
 import re
@@ -96,7 +95,6 @@ class Numbers:
 
     delimiter: str
     marks: dict[str, tuple[str, str, str]] = field(default_factory=dict)
-    dates: set[bool] = field(default_factory=set)
 
     def number(self, where: str, column: str, cell: str) -> float:
         """The number in a cell. Raises RequestError."""
@@ -134,19 +132,6 @@ class Numbers:
                 raise
         return found
 
-    def time_s(self, where: str, column: str, cell: str, unit_s: float) -> float:
-        """Seconds of a number in some unit, or since 1970 of a date (ISO 8601; UTC, unless it says its zone)."""
-        try:
-            date = datetime.datetime.fromisoformat(cell) if len(cell) >= 10 and cell[4:5] in "-W" else None
-        except ValueError:
-            date = None
-        self.dates.add(date is not None)
-        if len(self.dates) > 1:
-            raise RequestError(f"{where}: {column} is {cell[:40]!r}; times are all numbers or all dates.")
-        if date is None:
-            return unit_s * self.number(where, column, cell)
-        return (date if date.tzinfo else date.replace(tzinfo=datetime.UTC)).timestamp()
-
 
 def text_of(path: Path, what: str) -> str:
     """The text of a file in UTF-8 or, with a byte-order mark, UTF-16; line ends as they are. Raises RequestError.
@@ -170,10 +155,11 @@ def holds_nothing(cell: str) -> bool:
     return not cell or cell.casefold() in NOTHING
 
 
-def read_csv_table(path: Path, what: str, *, comments_within: bool = True) -> CsvTable:
+def read_csv_table(path: Path, what: str, *, comments_within: bool = True, nameless: bool = False) -> CsvTable:
     """A table whose first line, after comments, names its columns. Raises RequestError, also while lines are taken.
 
-    comments_within: lines that begin with # are comments below that line too, and no cells.
+    comments_within: lines that begin with # are comments below that line too, and no cells. nameless: where that line
+    holds numbers, columns are called 1, 2, 3 …
     """
     name = path.name
     numbered = _without_comments(text_of(path, what), comments_within)
@@ -190,6 +176,9 @@ def read_csv_table(path: Path, what: str, *, comments_within: bool = True) -> Cs
         if header and _is_number(header[0]) and len(_header(comment, delimiter)) == len(header):
             # as numpy writes it, the names are in a comment and the first line holds numbers
             header, lines = _header(comment, delimiter), itertools.chain([("", number, first)], numbered)
+        elif nameless and sum(map(_is_number, header)) > len(header) / 2:
+            columns = [str(place) for place in range(1, len(header) + 1)]
+            header, lines = columns, itertools.chain([("", number, first)], numbered)
     except csv.Error as error:
         raise RequestError(f"The {what} {name} is not CSV: {error}.") from error
     return CsvTable(name, tuple(header), delimiter, _lines(name, what, header, delimiter, lines))

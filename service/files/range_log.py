@@ -1,35 +1,24 @@
-"""Range logs: CSV of what a rover measured, a range in each row, or all ranges of a moment in one."""
+"""Range logs: tables of what a rover measured, a range in each row, or all ranges of a moment in one."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from detection import OdometryIncrement, RangeMeasurement
 from service.errors import RequestError
 from service.files.csv_table import CsvTable, Numbers, holds_nothing, read_csv_table
+from service.files.logs.columns import Found, find_columns
+from service.files.logs.form import COLUMNS, LENGTHS_M, ODOMETRY, PLAIN, RANGE, TIME_PARTS, WIDE, LogForm
+from service.files.logs.times import TimeReader, date_order_of
 
-__all__ = ["COLUMNS", "LENGTHS_M", "PLAIN", "TIMES_S", "LogForm", "RangeLog", "Row", "read_range_log"]
+__all__ = ["COLUMNS", "RangeLog", "Row", "read_range_log"]
 
-RANGE = ("anchor_id", "range_m", "sigma_m", "p_sight")
-WHEELS = ("wheel_x_m", "wheel_y_m")
-ACCELEROMETER = ("accel_x_m", "accel_y_m", "accel_z_m")
-ODOMETRY = ("duration_s", *WHEELS, *ACCELEROMETER, "heading_deg")
-COLUMNS = ("time_s", *RANGE, *ODOMETRY)
-# with all ranges of a moment in one row: range_m.D1, sigma_m.D1, p_sight.D1
-WIDE = ("range_m.", "sigma_m.", "p_sight.")
+WHEELS, ACCELEROMETER = ODOMETRY[1:3], ODOMETRY[3:6]
 NEEDED = ("time_s", "anchor_id", "range_m")
-LENGTHS_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048}
-TIMES_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-# Parts of names by which other programs' columns are offered where one of ours is missing, likeliest first.
-HINTS = {
-    "time_s": ("time", "stamp", "secs"),
-    "anchor_id": ("anchor", "beacon", "dest", "id"),
-    "range_m": ("range", "dist"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,59 +31,57 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class LogForm:
-    """What of a log is otherwise than documented. columns: our name of a column to that in the file.
-
-    time_unit, range_unit: of time_s, and of range_m and sigma_m, out of TIMES_S and LENGTHS_M.
-    """
-
-    columns: Mapping[str, str] = field(default_factory=dict)
-    time_unit: str = "s"
-    range_unit: str = "m"
-
-    def __post_init__(self) -> None:
-        for what, unit, units in (("time", self.time_unit, TIMES_S), ("range", self.range_unit, LENGTHS_M)):
-            if unit not in units:
-                raise RequestError(f"A {what} unit is one of {', '.join(units)}, not {unit!r}.")
-        for name, column in self.columns.items():
-            if name not in COLUMNS and not (name.startswith(WIDE) and name.partition(".")[2]):
-                raise RequestError(f"{name!r} is no column of a log: take {', '.join(COLUMNS)}, or range_m.ID.")
-            if not column:
-                raise RequestError(f"Column {name} needs the name of a column in the file.")
-
-
-@dataclass(frozen=True, slots=True)
 class RangeLog:
-    """The rows of a log in the file's order, and what was passed over in it, in sentences."""
+    """The rows of a log in the file's order, what was decided and passed over, in sentences, and the form used."""
 
     rows: list[Row]
     warnings: list[str]
+    form: LogForm = PLAIN
 
 
-PLAIN = LogForm()
-
-
-def read_range_log(path: Path, form: LogForm = PLAIN) -> RangeLog:
+def read_range_log(
+    path: Path, form: LogForm = PLAIN, anchor_ids: Collection[str] = (), lone_id: str | None = None
+) -> RangeLog:
     """The rows of a log, in the file's order; numbers that no sensor should deliver stay as they are.
 
     A row with anchor_id is a range; one without is the motion in the duration_s before its time_s. A log with columns
-    range_m.ID has in each row the ranges of one moment and the motion before it. Columns that no log has are passed
-    over, and told. Raises RequestError.
+    range_m.ID has in each row the ranges of one moment and the motion before it. Columns of other names are recognised
+    where no other would do as well, and told; columns that no log has are passed over, and told.
+    anchor_ids: of the anchors that are known. lone_id: of the anchor that all ranges go to where no column says it.
+    Raises RequestError.
     """
-    table = read_csv_table(path, "log")
-    names = _our_names(table, form)
+    table = read_csv_table(path, "log", nameless=True)
+    form = replace(form, anchor_id=form.anchor_id or lone_id)
+    own = _our_names(table, form)
+    left = [column for column, name in own.items() if name not in COLUMNS and not name.startswith(WIDE)]
+    found = find_columns(table.name, left, set(own.values()), anchor_ids, form.anchor_id is not None)
+    names = {**own, **{column: name for name, column in found.names.items()}}
     wide = any(name.startswith(WIDE) for name in names.values())
     known = ("time_s", *ODOMETRY) if wide else COLUMNS
     used = {column: name for column, name in names.items() if name in known or (wide and name.startswith(WIDE))}
-    _check_columns(table, names, used, wide)
+    told = (*form.columns.values(), *found.names.values())
+    used |= {column: names[column] for column in told if names[column] in TIME_PARTS}
+    lone = form.anchor_id if not wide and "anchor_id" not in used.values() else None
+    _check_columns(table, names, used, wide, lone)
     passed = [column for column in table.columns if column not in used]
-    warnings = [f"Columns that no log has were passed over: {', '.join(passed[:8])}."] if passed else []
-    numbers = _LogNumbers(Numbers(table.delimiter), form)
+    warnings = [*_recognised(found), *found.told]
+    warnings += [f"Columns that no log has were passed over: {', '.join(passed[:8])}."] if passed else []
+    form = replace(
+        form,
+        columns={name: column for column, name in used.items()},
+        time_unit=form.time_unit or found.time_unit,
+        range_unit=form.range_unit or found.range_unit or "m",
+        anchor_id=lone,
+    )
+    lines = [(where, {name: raw[column] for column, name in used.items()}) for where, raw in table.lines]
+    dates = (f"{cells.get('date', '')} {cells['time_s']}".strip() for _, cells in lines)
+    form = replace(form, date_order=date_order_of(table.name, dates, form.date_order))
+    numbers = Numbers(table.delimiter)
+    reader = _LogNumbers(numbers, TimeReader(numbers, form.time_unit, form.date_order), form)
     rows: list[Row] = []
-    for where, raw in table.lines:
-        cells = {name: raw[column] for column, name in used.items()}
-        rows += _wide_rows(where, cells, numbers) if wide else [_row(where, cells, numbers)]
-    return RangeLog(rows, warnings)
+    for where, cells in lines:
+        rows += _wide_rows(where, cells, reader) if wide else [_row(where, cells, reader)]
+    return RangeLog(rows, warnings, replace(form, time_unit=reader.times.unit))
 
 
 def _our_names(table: CsvTable, form: LogForm) -> dict[str, str]:
@@ -109,10 +96,21 @@ def _our_names(table: CsvTable, form: LogForm) -> dict[str, str]:
     return {**own, **renamed}
 
 
-def _check_columns(table: CsvTable, names: Mapping[str, str], used: Mapping[str, str], wide: bool) -> None:
+def _recognised(found: Found) -> list[str]:
+    units = {"time_s": found.time_unit, "range_m": found.range_unit}
+    pairs = [
+        f"{column!r}{'' if units.get(name) is None else f' in {units[name]}'} for {name}"
+        for name, column in found.names.items()
+    ]
+    return [f"Taken are {', '.join(pairs[:8])}{' …' if len(pairs) > 8 else ''}."] if pairs else []
+
+
+def _check_columns(
+    table: CsvTable, names: Mapping[str, str], used: Mapping[str, str], wide: bool, lone: str | None
+) -> None:
     there = set(used.values())
     mixed = [column for column, name in names.items() if wide and name in RANGE]
-    needed = ["time_s"] if wide else list(NEEDED)
+    needed = ["time_s"] if wide else [name for name in NEEDED if lone is None or name != "anchor_id"]
     needed += [f"range_m.{name.partition('.')[2]}" for name in there if wide and name.startswith(WIDE)]
     missing = [name for name in needed if name not in there]
     twice = [column for column, count in Counter(table.columns).items() if count > 1 and column in used]
@@ -122,18 +120,16 @@ def _check_columns(table: CsvTable, names: Mapping[str, str], used: Mapping[str,
     wrong = wrong or f"the column {twice[0]!r} twice"
     ours = f"{', '.join(COLUMNS)}, or range_m.ID, sigma_m.ID, p_sight.ID for each anchor"
     raise RequestError(
-        f"The log {table.name} has {wrong}; its first line names columns out of {ours}.{_cure(table, missing)}"
+        f"The log {table.name} has {wrong}; its first line names columns out of {ours}.{_cure(table, used, missing)}"
     )
 
 
-def _cure(table: CsvTable, missing: Sequence[str]) -> str:
-    """What to type where columns have other names; names that look like it are offered."""
+def _cure(table: CsvTable, used: Mapping[str, str], missing: Sequence[str]) -> str:
+    """What to type where columns have other names; those that were recognised are named."""
     if not (missing and len(table.columns) > 1):
         return ""
-    pairs = []
-    for name in NEEDED:
-        likely = [column for hint in HINTS[name] for column in table.columns if hint in column.casefold()]
-        pairs.append(f"{name}={name if name in table.columns else likely[0] if likely else '…'}")
+    found = {name: column for column, name in used.items()}
+    pairs = [f"{name}={found.get(name, '…')}" for name in NEEDED]
     return f" This one has {', '.join(table.columns[:12])}: say which is which, as in --columns {','.join(pairs)}."
 
 
@@ -142,42 +138,50 @@ class _LogNumbers:
     """Numbers of a log in the units of its form, as seconds and metres."""
 
     numbers: Numbers
+    times: TimeReader
     form: LogForm
+
+    def time_s(self, where: str, cells: Mapping[str, str]) -> float:
+        """When the row was measured. Raises RequestError."""
+        if holds_nothing(cells["time_s"]):
+            raise RequestError(f"{where}: time_s is missing.")
+        return self.times.seconds(where, "time_s", cells["time_s"], cells.get("nanoseconds", ""), cells.get("date", ""))
 
     def number(self, where: str, column: str, cell: str) -> float | None:
         """None for a cell that holds nothing."""
         if holds_nothing(cell):
             return None
-        if column == "time_s":
-            return self.numbers.time_s(where, column, cell, TIMES_S[self.form.time_unit])
         number = self.numbers.number(where, column, cell)
-        return number * LENGTHS_M[self.form.range_unit] if column.startswith(("range_m", "sigma_m")) else number
+        return number * LENGTHS_M[self.form.range_unit or "m"] if column.startswith(("range_m", "sigma_m")) else number
+
+    def anchor_id(self, written: str) -> str:
+        """The anchor that the log calls so."""
+        return self.form.ids.get(written, written)
 
 
 def _wide_rows(where: str, cells: Mapping[str, str], reader: _LogNumbers) -> Iterator[Row]:
     """The motion, if the row has one, then a range for every anchor whose cell is not empty."""
-    numbers = {column: reader.number(where, column, cell) for column, cell in cells.items()}
-    time_s = numbers["time_s"]
-    if time_s is None:
-        raise RequestError(f"{where}: time_s is missing.")
+    time_s = reader.time_s(where, cells)
+    numbers = {
+        column: reader.number(where, column, cell)
+        for column, cell in cells.items()
+        if column not in ("time_s", *TIME_PARTS)
+    }
     if any(numbers.get(column) is not None for column in ODOMETRY):
         yield Row(time_s, None, _motion(where, {column: numbers.get(column) for column in ODOMETRY}))
     for column, range_m in numbers.items():
         if column.startswith("range_m.") and range_m is not None:
-            anchor_id = column.removeprefix("range_m.")
-            sigma_m, p_sight = numbers.get(f"sigma_m.{anchor_id}"), numbers.get(f"p_sight.{anchor_id}")
-            yield Row(time_s, RangeMeasurement(anchor_id, range_m, sigma_m, p_sight, time_s), None)
+            written = column.removeprefix("range_m.")
+            sigma_m, p_sight = numbers.get(f"sigma_m.{written}"), numbers.get(f"p_sight.{written}")
+            yield Row(time_s, RangeMeasurement(reader.anchor_id(written), range_m, sigma_m, p_sight, time_s), None)
 
 
 def _row(where: str, cells: Mapping[str, str], reader: _LogNumbers) -> Row:
     # an anchor may be called NA; only what databases write is no name
-    anchor_id = "" if cells["anchor_id"] in (r"\N", "NULL", "null") else cells["anchor_id"]
-    numbers = {
-        column: reader.number(where, column, cells.get(column, "")) for column in COLUMNS if column != "anchor_id"
-    }
-    time_s = numbers["time_s"]
-    if time_s is None:
-        raise RequestError(f"{where}: time_s is missing.")
+    written = "" if cells.get("anchor_id") in (r"\N", "NULL", "null") else cells.get("anchor_id", "")
+    anchor_id = reader.anchor_id(written) if written or "anchor_id" in cells else reader.form.anchor_id or ""
+    time_s = reader.time_s(where, cells)
+    numbers = {column: reader.number(where, column, cells.get(column, "")) for column in (*RANGE[1:], *ODOMETRY)}
     moved = [column for column in ODOMETRY if numbers[column] is not None]
     if anchor_id:
         if moved:

@@ -1,17 +1,23 @@
-"""Range logs as epochs: rows gathered as a detector takes them, or messages, JSON Lines with an epoch in each."""
+"""Range logs as epochs: rows of tables and of messages gathered as a detector takes them, or an epoch a line."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from detection import OdometryIncrement, RangeEpoch
 from service.errors import RequestError
-from service.files.range_log import PLAIN, LogForm, Row, read_range_log
+from service.files.logs.form import PLAIN, LogForm
+from service.files.logs.known import choose_streams
+from service.files.logs.message_rows import Rows
+from service.files.logs.opening import kind_of, open_messages
+from service.files.range_log import Row, read_range_log
 from service.live.request import EpochIn
 from service.parts.sentences import sentence_of
 
@@ -96,21 +102,95 @@ def _heading_rad(motions: Sequence[OdometryIncrement]) -> float | None:
 
 @dataclass(frozen=True, slots=True)
 class EpochLog:
-    """The epochs of a log, and what was passed over in it, in sentences."""
+    """The epochs of a log, what was passed over in it, in sentences, and how it was taken."""
 
     epochs: list[RangeEpoch]
     warnings: list[str]
+    form: LogForm = PLAIN
 
 
-def read_epochs(path: Path, epoch_s: float = 0.0, form: LogForm = PLAIN) -> EpochLog:
-    """The epochs of a log of either kind: messages by the ending of its name, else CSV.
+def read_epochs(
+    path: Path | Sequence[Path], epoch_s: float = 0.0, form: LogForm = PLAIN, anchor_ids: Collection[str] = ()
+) -> EpochLog:
+    """The epochs of a log: a table, lines of JSON, or a log of messages, by what it holds; several tables are one log.
 
-    epoch_s: how rows of CSV belong together, see ``epochs_of``. form: what of them is otherwise than documented.
-    Raises RequestError.
+    epoch_s: how rows belong together, see ``epochs_of``. form: what of them is otherwise than documented. anchor_ids:
+    of the anchors that are known, by which columns and files may be named. Raises RequestError.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        log = read_range_log(path, form)
-        return EpochLog(epochs_of(log.rows, epoch_s), log.warnings)
+    paths = _files([path] if isinstance(path, Path) else list(path))
+    if len(paths) > 1:
+        return _several(paths, epoch_s, form, anchor_ids)
+    (only,) = paths
+    if only.suffix.lower() in SUFFIXES:
+        return _messages(only, epoch_s, form)
+    if kind_of(only) is not None:
+        return _streams(only, epoch_s, form)
+    log = read_range_log(only, form, anchor_ids)
+    return EpochLog(epochs_of(log.rows, epoch_s), log.warnings, log.form)
+
+
+def _files(paths: Sequence[Path]) -> list[Path]:
+    """A folder that is no bag stands for the tables in it."""
+    found = []
+    for path in paths:
+        tables = sorted(path.glob("*.csv")) if path.is_dir() and kind_of(path) is None else []
+        found += tables or [path]
+    return found
+
+
+def _several(paths: Sequence[Path], epoch_s: float, form: LogForm, anchor_ids: Collection[str]) -> EpochLog:
+    rows: list[Row] = []
+    warnings: list[str] = []
+    logs = []
+    for path, anchor_id in zip(paths, _named(paths, anchor_ids), strict=True):
+        if path.suffix.lower() in SUFFIXES or kind_of(path) is not None:
+            raise RequestError(f"Several files are one log only where all are tables; {path.name} is none.")
+        logs.append(read_range_log(path, form, anchor_ids, anchor_id))
+        rows += logs[-1].rows
+        warnings += [said if said in warnings else f"{path.name}: {said}" for said in logs[-1].warnings]
+        if logs[-1].form.anchor_id is not None:
+            warnings.append(f"{path.name}: its ranges are taken as those of anchor {anchor_id}.")
+    rows.sort(key=lambda row: row.time_s)
+    return EpochLog(epochs_of(rows, epoch_s), warnings, form)
+
+
+def _named(paths: Sequence[Path], anchor_ids: Collection[str]) -> list[str]:
+    """Of each file what its name has and those of the others have not, or the anchor whose id is part of it."""
+    stems = [path.stem for path in paths]
+    begin = _alike(stems)
+    end = _alike([stem[begin:][::-1] for stem in stems])
+    named = []
+    for stem in stems:
+        parts = {part for part in re.split(r"[\W_]+", stem) if part in anchor_ids}
+        named.append(parts.pop() if len(parts) == 1 else stem[begin : len(stem) - end] or stem)
+    return named
+
+
+def _alike(texts: Sequence[str]) -> int:
+    """How many characters all begin with."""
+    return sum(1 for _ in takewhile(lambda characters: len(set(characters)) == 1, zip(*texts, strict=False)))
+
+
+def _streams(path: Path, epoch_s: float, form: LogForm) -> EpochLog:
+    log = open_messages(path)
+    chosen = choose_streams(log)
+    maps, told = (form.streams, ()) if form.streams else (chosen.maps, chosen.told)
+    there = {stream.name for stream in log.streams}
+    strange = next((one.stream for one in maps if one.stream not in there), None)
+    if strange is not None:
+        raise RequestError(f"The log {path.name} has no stream {strange!r}; it has {', '.join(sorted(there)[:12])}.")
+    if not any(one.role == "ranges" for one in maps):
+        raise RequestError(
+            f"In the log {path.name} ({log.format}) no messages are known to be ranges; it has "
+            f"{', '.join(sorted(there)[:12])}: see sightline log {path.name}, and say which by --map FILE."
+        )
+    made = Rows.of(maps, form.ids)
+    rows = [row for message in log.read({one.stream for one in maps}) for row in made.take(message)]
+    rows.sort(key=lambda row: row.time_s)
+    return EpochLog(epochs_of(rows, epoch_s), [*log.told, *told], replace(form, streams=tuple(maps)))
+
+
+def _messages(path: Path, epoch_s: float, form: LogForm) -> EpochLog:
     if epoch_s:
         raise RequestError(f"--epoch is for CSV; in {path.name} each line is an epoch.")
     if form != PLAIN:

@@ -89,8 +89,11 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "pydantic-settings": "pydantic_settings",
         "scikit-image": "skimage",
         "pillow": "PIL",
+        "pyserial": "serial",
     }
-    requirements = [requirement.split(";")[0] for requirement in pyproject()["project"]["dependencies"]]
+    project = pyproject()["project"]
+    asked = [*project["dependencies"], *project["optional-dependencies"]["logs"]]
+    requirements = [requirement.split(";")[0] for requirement in asked]
     names = ["".join(c if c.isalnum() or c in "-_" else " " for c in text).split()[0] for text in requirements]
     declared = {renamed.get(name, name) for name in names}
     brought = {
@@ -101,8 +104,8 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "pygeoif": "fastkml",
     }
     assert third_party <= declared | {name for name, by in brought.items() if by in declared}
-    unseen = {"websockets", "netCDF4"}
-    assert declared <= third_party | unseen, "uvicorn speaks WebSocket and xarray writes NetCDF with them"
+    unseen = {"websockets", "netCDF4", "serial"}
+    assert declared <= third_party | unseen, "uvicorn speaks WebSocket, xarray NetCDF, pymavlink to lines with them"
 
 
 # what is still imported late, and has to be looked at

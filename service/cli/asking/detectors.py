@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +15,7 @@ from .options import GROUP, WHOLE, option, told
 if TYPE_CHECKING:
     from detection import DetectorSettings, RangingAnchor
     from planning.watching import MapDetector
+    from service.files.logs.form import LogForm
     from service.live.settings import DetectorSettingsIn
 
 __all__ = ["DetectorOptions", "LogOptions", "MapOptions"]
@@ -70,13 +71,27 @@ class LogOptions:
 
     epoch: Annotated[float, option("Ranges within so many seconds belong together; 0: of equal time.", "S")] = 0.0
     columns: Annotated[
-        str | None, option("Columns that the CSV names otherwise: time_s=%time,range_m=dist.", "NAME=COLUMN,…")
+        str | None, option("Columns that a table names otherwise: time_s=%time,range_m=dist.", "NAME=COLUMN,…")
     ] = None
-    time_unit: Annotated[str, option("Of time_s in CSV: s, ms, us, ns.", "UNIT")] = "s"
-    range_unit: Annotated[str, option("Of range_m and sigma_m in CSV: m, mm, cm, km, ft.", "UNIT")] = "m"
+    time_unit: Annotated[str | None, option("Of time_s in a table: s, ms, us, ns.", "UNIT")] = None
+    range_unit: Annotated[str | None, option("Of range_m and sigma_m in a table: m, mm, cm, km, ft.", "UNIT")] = None
+    date_order: Annotated[str | None, option("Of dates like 03/04/2024: dmy, mdy.", "ORDER")] = None
+    map: Annotated[Path | None, option("What holds what, as sightline log LOG --mapping prints it.", "FILE")] = None
 
-    def names(self) -> dict[str, str]:
-        """``columns`` as a mapping. Raises RequestError."""
+    def form(self) -> LogForm:
+        """What was told of how the log is written; single options before the file. Raises RequestError."""
+        from service.files.logs.form import PLAIN, read_map
+
+        filed = PLAIN if self.map is None else read_map(self.map)
+        return replace(
+            filed,
+            columns={**filed.columns, **self._names()},
+            time_unit=self.time_unit or filed.time_unit,
+            range_unit=self.range_unit or filed.range_unit,
+            date_order=self.date_order or filed.date_order,
+        )
+
+    def _names(self) -> dict[str, str]:
         text, columns = self.columns or "", {}
         for part in text.split(",") if text else ():
             name, equals, column = part.partition("=")

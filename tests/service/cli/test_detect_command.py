@@ -158,7 +158,11 @@ HEAD = "time_s,anchor_id,range_m"
 BAD_LOGS = {
     "nothing": ("", "no column 'time_s'"),
     "only a header": (f"{HEAD}\n", "holds no ranges"),
-    "another name": ("time_s,anchor_id,dist\n1,D1,5\n", "--columns time_s=time_s,anchor_id=anchor_id,range_m=dist"),
+    "another name": ("time_s,anchor_id,metres\n1,D1,5\n", "--columns time_s=time_s,anchor_id=anchor_id,range_m=…"),
+    "two ranges": ("time_s,anchor_id,range,range_calib\n1,D1,5,6\n", "range_m may be 'range' or 'range_calib'"),
+    "two anchors": ("time_s,anchor,beacon,range\n1,D1,D2,6\n", "anchor_id may be 'anchor' or 'beacon'"),
+    "day or month": ("time,id,range\n03/04/2024 10:00:00,D1,5\n", "say --date-order dmy or mdy"),
+    "no header": ("0,D1,5.5\n1,D1,6.5\n", "--columns time_s=…,anchor_id=…,range_m=…"),
     "points and commas": ("time_s;anchor_id;range_m\n1;D1;5,5\n1;D2;5.5\n", "line 3: range_m is '5.5'; other numbers"),
     "a comma too many": (f"{HEAD}\n1,D1,5,5\n", "line 2: more cells than columns"),
     "numbers and dates": (f"{HEAD}\n1,D1,5\n2024-05-01T10:00:00Z,D2,5\n", "line 3: time_s is '2024-05-01T10:00:00Z'"),

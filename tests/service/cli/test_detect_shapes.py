@@ -76,20 +76,20 @@ def test_cells_that_say_null_hold_nothing(sightline, tmp_path):
     assert summary_of(sightline, long, *TEXTS)["rejections"] == {"not finite": 1, "unknown anchor": 1}
 
 
-def test_a_log_of_ros_is_read_once_its_columns_and_its_unit_are_named(sightline, tmp_path):
+def test_a_log_of_ros_needs_no_more_than_the_unit_of_its_ranges(sightline, tmp_path):
     rows = [f"{round(1.7e18 + 1e9 * t)},7,{name},{1000.0 * range_m:.1f}" for t, name, range_m in drive()]
     log = tmp_path / "ros.csv"
     log.write_text("\n".join(["%time,field.header.seq,field.id,field.distanceFromTag", *rows]))
-    refused = sightline("detect", log, *TEXTS)
-    cure = "time_s=%time,anchor_id=field.id,range_m=field.distanceFromTag"
-    assert refused.code == 2
-    assert f"--columns {cure}." in refused.stderr
-    asked = summary_of(sightline, log, *TEXTS, "--columns", cure)["warnings"]
-    assert any("is time_s in nanoseconds? Then say --time-unit ns." in warning for warning in asked)
+    asked = summary_of(sightline, log, *TEXTS)["warnings"]
+    taken = "Taken are '%time' for time_s, 'field.id' for anchor_id, 'field.distanceFromTag' for range_m."
+    assert taken in asked
     assert any("millimetres" in warning and "--range-unit mm" in warning for warning in asked)
-    told = summary_of(sightline, log, *TEXTS, "--columns", cure, "--time-unit", "ns", "--range-unit", "mm")
-    assert told["warnings"] == ["Columns that no log has were passed over: field.header.seq."]
+    told = summary_of(sightline, log, *TEXTS, "--range-unit", "mm")
+    assert told["warnings"] == [taken, "Columns that no log has were passed over: field.header.seq."]
     assert told["planning"] == {"checked": 20, "degraded": 10}
+    named = "time_s=%time,anchor_id=field.id,range_m=field.distanceFromTag"
+    same_again = summary_of(sightline, log, *TEXTS, "--columns", named, "--time-unit", "ns", "--range-unit", "mm")
+    assert same(same_again) == same(told)
 
 
 @pytest.mark.parametrize(("given", "factor"), [("ft", "0.305"), ("mm", "0.001"), ("km", "1,000"), ("cm", "0.01")])
