@@ -9,7 +9,7 @@ from scipy.stats import spearmanr
 
 from dem_samples import load_sample
 from terrain import ElevationGrid
-from visibility import VISIBLE, Anchor, min_visible_altitude
+from visibility import VISIBLE, Anchor, anchor_above_ground, min_visible_altitude
 from visibility.sites import site_map
 
 from .report import Row, Table, duration
@@ -21,21 +21,22 @@ __all__ = ["all_places"]
 SITE_M, RECEIVER_M = 20.0, 1.5
 WHOLE_S, LEAST_RANK = 60.0, 0.98
 NOTE = f"""\
-Sites {SITE_M:g} m above ground, receivers {RECEIVER_M:g} m, no limit of range, every post a site and a target. One \
-sweep each: what fast mode would take for as many single sites. Rank: Spearman's correlation of what the map tells with the \
-posts that exact mode counts, over sites drawn at random; map over exact: median and the middle nine tenths of their \
-ratio."""
+Sites {SITE_M:g} m above ground, receivers {RECEIVER_M:g} m, no limit of range, every post a site and a target. One
+sweep each: what fast mode would take for as many single sites. Rank: Spearman's correlation of what the map tells
+with the posts that exact mode counts, over sites drawn at random; map over exact: median and the middle nine tenths
+of their ratio."""
 
 
 def all_places(posts: int = 1024, sampled: int = 500) -> Table:
     """Maps of sites over a rough and over real ground."""
-    grids = [(f"rough fractal, {posts}²", fractal_grid(posts), (180, 360))]
+    grids: list[tuple[str, ElevationGrid, tuple[int, ...]]] = [
+        (f"rough fractal, {posts}²", fractal_grid(posts), (180, 360))
+    ]
     real = real_grid("bigtujunga.tif")
     grids.append(("Jacksboro", load_sample("jacksboro"), (180, 360)) if real is None else ("bigtujunga", real, (180,)))
     rows = []
     for name, grid, choices in grids:
-        middle = _sites(grid, np.array([grid.rows // 2]), np.array([grid.cols // 2]))
-        sweep_s = best_of_each_s({"sweep": lambda g=grid, m=middle: min_visible_altitude(g, m)}, rounds=3)["sweep"]
+        sweep_s = _sweep_s(grid)
         generator = np.random.default_rng(23)
         at = np.column_stack([generator.integers(0, size, sampled) for size in grid.shape])
         at = at[~np.isnan(grid.heights_m[at[:, 0], at[:, 1]])]
@@ -57,14 +58,18 @@ def all_places(posts: int = 1024, sampled: int = 500) -> Table:
     return Table("All places at once", columns, rows, NOTE)
 
 
-def _sites(grid: ElevationGrid, rows: np.ndarray, cols: np.ndarray) -> list[Anchor]:
-    return [
-        Anchor("S", *map(float, grid.position_of(row, col)), float(grid.heights_m[row, col]) + SITE_M)
-        for row, col in zip(rows, cols, strict=True)
-    ]
+def _sweep_s(grid: ElevationGrid) -> float:
+    """Seconds of one fast sweep from the middle."""
+    middle = [_site(grid, grid.rows // 2, grid.cols // 2)]
+    return best_of_each_s({"sweep": lambda: min_visible_altitude(grid, middle)}, rounds=3)["sweep"]
+
+
+def _site(grid: ElevationGrid, row: int, col: int) -> Anchor:
+    east_m, north_m = grid.position_of(row, col)
+    return anchor_above_ground(grid, "S", float(east_m), float(north_m), above_ground_m=SITE_M)
 
 
 def _counted(grid: ElevationGrid, row: int, col: int) -> int:
     """Posts in sight of one site, by exact mode."""
-    found = min_visible_altitude(grid, _sites(grid, np.array([row]), np.array([col])), "exact")
+    found = min_visible_altitude(grid, [_site(grid, row, col)], "exact")
     return int(np.count_nonzero(found.visible(above_ground_m=RECEIVER_M) == VISIBLE))
