@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import string
 from pathlib import Path
 from typing import Literal, Self
@@ -10,6 +9,9 @@ from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from service.machine.limits import this_machine
+from service.machine.shares import LEAST_BYTES, Processes, processes_for
 
 __all__ = ["GroundSource", "Rehearsal", "Settings"]
 
@@ -30,14 +32,12 @@ SCHEMES = {
 PLACES = {"base", "NS", "EW", "lat", "lon"}
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-
-
-def _memory_per_worker_bytes() -> int:
-    """An equal share of the machine's memory for each core's worker and the rest of the system, 16 GiB at most."""
-    physical_bytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return max(GIB, min(16 * GIB, physical_bytes // (_cores() + 1)))
+def _calculation_bytes(told: dict[str, int]) -> int:
+    """What a calculation may take so that all processes of these numbers fit into the machine or the control group."""
+    names = ("workers", "file_workers", "spare_workers")
+    # one that is not valid is told as such, not for want of memory
+    known = (told.get(name, 1) for name in names)
+    return Processes(*known).calculation_bytes(this_machine())
 
 
 class GroundSource(BaseModel):
@@ -104,15 +104,20 @@ class Settings(BaseSettings):
         '["https://maps.example.org"].',
     )
 
-    workers: int = Field(default_factory=_cores, ge=1, le=256, description="Calculations that run at the same time.")
+    workers: int = Field(
+        default_factory=lambda: processes_for(this_machine()).workers,
+        ge=1,
+        le=256,
+        description="Calculations that run at the same time.",
+    )
     file_workers: int = Field(
-        default=2,
+        default_factory=lambda: processes_for(this_machine()).file_workers,
         ge=1,
         le=64,
         description="Short tasks that run beside them: reading DEMs, checking requests, drawing layers.",
     )
     spare_workers: int = Field(
-        default=1,
+        default_factory=lambda: processes_for(this_machine()).spare_workers,
         ge=0,
         le=16,
         description="Warm processes that answer probes, and take over when one is cancelled or dies.",
@@ -172,9 +177,10 @@ class Settings(BaseSettings):
     )
     max_wait_s: float = Field(default=60.0, ge=0.0, description="Longest wait that `Prefer: wait=SECONDS` is granted.")
     max_worker_memory_bytes: int = Field(
-        default_factory=_memory_per_worker_bytes,
-        ge=64 * MIB,
-        description="Memory that one calculation may take on top of a warm worker, bytes.",
+        default_factory=_calculation_bytes,
+        ge=LEAST_BYTES,
+        description="Memory that one calculation may take on top of a warm worker, bytes; reading, checking and "
+        "drawing half of it, a probe a quarter.",
     )
     max_attempts: int = Field(
         default=2, ge=1, le=10, description="Times that a job is started when its worker keeps dying."

@@ -19,6 +19,7 @@ from service.errors import AddressError
 from service.jobs.folder import DataFolder
 from service.jobs.store import Store
 from service.live.replay import rehearse
+from service.machine.limits import this_machine
 from service.products.registry import all_products
 from service.settings import Settings
 
@@ -30,7 +31,9 @@ from .detectors import detections
 from .detectors import router as detectors
 from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
-from .meta import describe, health_routes, problem_routes, tags_of
+from .health import router as health
+from .health import sentence_of_memory
+from .meta import describe, problem_routes, tags_of
 from .missions.files import router as mission_files
 from .missions.routes import router as missions
 from .probes import router as probes
@@ -41,6 +44,8 @@ from .web_page import install as install_web_page
 __all__ = ["allow_head", "create_app", "serve"]
 
 GRACE_S = 3
+
+logger = logging.getLogger("sightline.http")
 
 
 def allow_head(router: APIRouter) -> None:
@@ -107,7 +112,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     routers = [
         *(dems, ground, missions, mission_files, probes),
         *(product_router(product) for product in products.values()),
-        *(detections, detectors, health_routes, problem_routes),
+        *(detections, detectors, health, problem_routes),
     ]
     for router in routers:
         allow_head(router)
@@ -133,6 +138,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
 def serve(settings: Settings) -> None:
     """Serve HTTP until SIGINT or SIGTERM. Raises AddressError, DataFolderError, DataFolderInUseError."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s", stream=sys.stderr)
+    fits, told = sentence_of_memory(settings, this_machine())
+    logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
     with _listening(settings.host, settings.port) as listener:
         folder = DataFolder.open(settings.data_folder)
         try:

@@ -84,10 +84,11 @@ class Start(TypedDict):
 
 @final
 class Order(TypedDict):
-    """A task by its name; token: names its work folder."""
+    """A task by its name, its work folder by the token, and what it may take on top of the warm process."""
 
     task: str
     token: str
+    memory_bytes: int
     arguments: Mapping[str, object]
 
 
@@ -279,15 +280,12 @@ def read_body(model: type[Body], data: bytes | str, settings: Settings) -> Body:
 
     def refuse_long(fields: Any) -> None:
         for place, (limit_name, what) in LIMITED.items():
-            _refuse_long(_at(fields, place), what, limit_name, getattr(settings, limit_name))
+            found = fields
+            for name in place:
+                found = found.get(name) if isinstance(found, dict) else None
+            _refuse_long(found, what, limit_name, getattr(settings, limit_name))
 
     return model_of(model, data, refuse_long)
-
-
-def _at(fields: Any, place: tuple[str, ...]) -> Any:
-    for name in place:
-        fields = fields.get(name) if isinstance(fields, dict) else None
-    return fields
 
 
 def _refuse_long(given: Any, what: str, limit_name: str, limit: int) -> None:

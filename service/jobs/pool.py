@@ -9,8 +9,10 @@ from collections.abc import Awaitable, Callable, Mapping
 from enum import Enum
 
 from service.errors import JobInterruptedError, TimeLimitError
+from service.machine.shares import share_of
 from service.settings import Settings
 
+from .channel import Order
 from .folder import DataFolder
 from .process import TaskFailed, WorkerDied, WorkerProcess
 
@@ -144,13 +146,15 @@ class WorkerPool:
         on_start: Callable[[], Awaitable[None]] | None,
         on_progress: Callable[[float], None] | None,
     ) -> Mapping[str, object]:
+        memory_bytes = share_of(lane.value, self._settings.max_worker_memory_bytes)
+        order = Order(task=task, token=token, memory_bytes=memory_bytes, arguments=dict(arguments))
         worker = await self._take_idle()
         try:
             if on_start is not None:
                 await on_start()
             self._at_work[token] = worker
             async with asyncio.timeout(self._limits_s[lane]):
-                result = await worker.do(task, token, arguments, on_progress)
+                result = await worker.do(order, on_progress)
         except TaskFailed:
             await self._give_back(worker)
             raise

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Self
 
+from service.machine.limits import this_machine
 from service.settings import Settings
 
 from .channel import MAX_LINE_BYTES, FromWorker, Order, Start, Stop, ToWorker, decode, encode
@@ -59,7 +60,7 @@ class WorkerProcess:
             limit=MAX_LINE_BYTES,
             # Ctrl-C in a terminal is for the service, which decides when its workers end
             start_new_session=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(_import_path())},
+            env={**_threads(), **os.environ, "PYTHONPATH": os.pathsep.join(_import_path())},
         )
         worker = cls(process)
         try:
@@ -79,11 +80,9 @@ class WorkerProcess:
         """Wait until the process is no more."""
         await self._process.wait()
 
-    async def do(
-        self, task: str, token: str, arguments: Mapping[str, object], on_progress: Callable[[float], None] | None = None
-    ) -> Mapping[str, object]:
+    async def do(self, order: Order, on_progress: Callable[[float], None] | None = None) -> Mapping[str, object]:
         """Do one task; raises TaskFailed and WorkerDied. When cancelled, the process is of no more use: kill it."""
-        await self._say(Order(task=task, token=token, arguments=dict(arguments)))
+        await self._say(order)
         while True:
             message = await self._hear()
             if "progress" in message:
@@ -122,6 +121,17 @@ class WorkerProcess:
             raise WorkerDied(await self._process.wait())
         message: FromWorker = decode(line)
         return message
+
+
+def _threads() -> dict[str, str]:
+    """Under a quota, no more threads than it can keep busy; libraries count the processors of the machine."""
+    cores = this_machine().cores
+    whole = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else cores
+    return (
+        {}
+        if cores == whole
+        else dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), str(cores))
+    )
 
 
 def _import_path() -> list[str]:

@@ -7,9 +7,11 @@ way. Speaks ``channel`` over stdin and stdout; whatever libraries print goes to 
 from __future__ import annotations
 
 import ctypes
+import errno
 import logging
 import os
 import queue
+import re
 import resource
 import shutil
 import signal
@@ -48,6 +50,14 @@ PR_SET_PDEATHSIG = 1
 PROGRESS_EVERY_S = 0.1
 # Calculations give way to the process that answers HTTP.
 NICENESS = 5
+# Out of memory the kernel ends the process of the highest score (proc(5)): a thousandth of the memory each, plus this.
+OOM_SCORE = 500
+# libraries that a task is the first to need: address space that files stand behind
+LIBRARIES_BYTES = 64 * 1024 * 1024
+# of matplotlib, of C++ and GDAL, of Python's threads, of numba
+OUT_OF_MEMORY = re.compile(
+    r"could not be made C-contiguous|bad_alloc|out of memory|can't start new thread|allocation failed", re.IGNORECASE
+)
 
 
 def main() -> None:
@@ -55,6 +65,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
     _die_with(int(sys.argv[1]))
     os.nice(NICENESS)
+    _be_killed_first()
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
     started: queue.Queue[Start] = queue.Queue(1)
@@ -69,7 +80,6 @@ def main() -> None:
     except OSError as error:
         # without a place for temporary files the first task is slower, nothing else
         logger.warning("could not rehearse: %s", error)
-    _limit_memory(settings.max_worker_memory_bytes)
     _tell(answers, Ready(ready=True))
     folder, products = DataFolder(settings.data_folder), all_products(settings.more_products)
     tasks = tasks_for(products)
@@ -78,6 +88,7 @@ def main() -> None:
         token, progress = order["token"], _Progress(answers)
         work = folder.work(token)
         context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token))
+        _limit_memory(order["memory_bytes"])
         _tell(answers, _done(tasks[order["task"]], order, context))
         stopped.discard(token)
 
@@ -102,25 +113,40 @@ def rehearse(what: Rehearsal, *, first: bool) -> None:
 
 def _done(task: Task, order: Order, context: TaskContext) -> Done | Failed:
     """What comes of one task, ready to be told."""
-    settings, folder, work = context.settings, context.folder, context.work
+    folder, work = context.folder, context.work
     expected: tuple[type[Exception], ...] = (*domain_errors().values(), ServiceError)
     try:
         return Done(result=dict(task(context, order["arguments"])))
     except expected as error:
         failure = Failure.of(error)
-    except MemoryError:
-        failure = Failure.of(
-            MemoryLimitError(
-                f"The calculation needs more than the {settings.max_worker_memory_bytes / GIB:.3g} GiB that one may "
-                "take; ask for fewer anchors or a smaller DEM, or raise SIGHTLINE_MAX_WORKER_MEMORY_BYTES."
-            )
-        )
-    except OSError as error:
-        failure = _of_storage(error) if is_full(error) else _of_folder(folder, order)
-    except Exception:  # noqa: BLE001 - the process that answers must hear of every fault, and the log keeps it
-        failure = _of_fault(order)
+    except Exception as error:  # noqa: BLE001 - the process that answers must hear of every fault, and the log keeps it
+        if _is_of_memory(error):
+            failure = _of_memory(order)
+        elif isinstance(error, OSError):
+            failure = _of_storage(error) if is_full(error) else _of_folder(folder, order)
+        else:
+            failure = _of_fault(order)
     shutil.rmtree(work, ignore_errors=True)
     return Failed(failure={"error": failure.error, "detail": failure.detail, "data": dict(failure.data)})
+
+
+def _is_of_memory(error: BaseException | None) -> bool:
+    """Whether memory that was refused is behind an error; libraries say it in words of their own."""
+    while error is not None:
+        refused = isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM)
+        if refused or OUT_OF_MEMORY.search(str(error)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _of_memory(order: Order) -> Failure:
+    return Failure.of(
+        MemoryLimitError(
+            f"This needs more than the {order['memory_bytes'] / GIB:.3g} GiB of memory that it may take; ask for fewer "
+            "anchors or a smaller DEM, or raise SIGHTLINE_MAX_WORKER_MEMORY_BYTES."
+        )
+    )
 
 
 def _of_storage(error: OSError) -> Failure:
@@ -194,12 +220,21 @@ def _die_with(parent: int) -> None:
         os._exit(0)
 
 
+def _be_killed_first() -> None:
+    """Have the kernel end workers before the process that answers HTTP, when memory runs out."""
+    if sys.platform == "linux":
+        try:
+            Path("/proc/self/oom_score_adj").write_text(str(OOM_SCORE), encoding="ascii")
+        except OSError as error:
+            logger.warning("out of memory, the service may be ended before its workers: %s", error)
+
+
 def _limit_memory(bytes_on_top: int) -> None:
-    """Refuse memory beyond what the warm process has plus its allowance; Python then raises MemoryError."""
+    """Refuse memory beyond what the process has plus what a task may take; Python then raises MemoryError."""
     if sys.platform == "linux":
         with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - not a file on disk
             used_bytes = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used_bytes + bytes_on_top, resource.RLIM_INFINITY))
+        resource.setrlimit(resource.RLIMIT_AS, (used_bytes + LIBRARIES_BYTES + bytes_on_top, resource.RLIM_INFINITY))
 
 
 if __name__ == "__main__":

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
+import sys
+import threading
 import tomllib
+from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
 
@@ -62,7 +66,33 @@ def test_the_image_listens_outside_the_container_only_by_its_own_setting() -> No
     assert arguments(runtime, "EXPOSE") == ["8000"]
     assert "SIGHTLINE_PORT=8000" in environment
     assert arguments(runtime, "VOLUME") == ["/data"]
-    assert "/health" in arguments(runtime, "HEALTHCHECK")[0]
+
+
+def test_the_image_is_healthy_when_its_service_is_ready_at_the_port_that_was_set() -> None:
+    (check,) = arguments(dockerfile_stages()[-1], "HEALTHCHECK")
+    command = json.loads(check.partition("CMD ")[2])
+    asked: list[str] = []
+
+    class Answering(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            asked.append(self.path)
+            self.send_response(200 if len(asked) == 1 else 503)
+            self.end_headers()
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Answering) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        environment = {**os.environ, "SIGHTLINE_PORT": str(server.server_port)}
+        ended = [
+            subprocess.run([sys.executable, *command[1:]], env=environment, capture_output=True).returncode
+            for _ in range(2)
+        ]
+        server.shutdown()
+        thread.join()
+    assert (ended, asked) == ([0, 1], ["/ready", "/ready"])
 
 
 def test_every_setting_that_the_image_makes_exists() -> None:

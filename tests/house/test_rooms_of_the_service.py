@@ -13,7 +13,8 @@ from tests.house.repository import ROOT, imported_modules, modules
 MAY_KNOW = {
     "errors": set(),
     "error_roots": set(),
-    "settings": set(),
+    "machine": set(),
+    "settings": {"machine"},
     "estimates": {"errors", "settings"},
     "warm_up": {"settings"},
     "parts": {"errors"},
@@ -27,6 +28,7 @@ MAY_KNOW = {
     "jobs": {
         "errors",
         "error_roots",
+        "machine",
         "settings",
         "warm_up",
         "parts",
@@ -41,6 +43,7 @@ MAY_KNOW = {
     "http": {
         "errors",
         "error_roots",
+        "machine",
         "settings",
         "parts",
         "files",

@@ -8,7 +8,7 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,10 +72,15 @@ class Server:
 
 
 def environment(folder: Path, **settings: Any) -> dict[str, str]:
+    """settings: None leaves one to the service."""
     given = {"data_folder": folder, "port": 0, "workers": 2, "file_workers": 1, "spare_workers": 1, **settings}
     # one thread per worker: long jobs take long on every machine, and tests leave some of it to others
     threads = {"NUMBA_NUM_THREADS": "1"}
-    return {**os.environ, **threads, **{f"SIGHTLINE_{name.upper()}": str(value) for name, value in given.items()}}
+    return {
+        **os.environ,
+        **threads,
+        **{f"SIGHTLINE_{name.upper()}": str(value) for name, value in given.items() if value is not None},
+    }
 
 
 def command() -> list[str]:
@@ -83,10 +88,17 @@ def command() -> list[str]:
 
 
 @contextmanager
-def running(folder: Path, *, max_file_bytes: int | None = None, **settings: Any) -> Iterator[Server]:
-    """A service on that data folder, ready for work; max_file_bytes: as if the disk were full beyond that."""
+def running(
+    folder: Path, *, max_file_bytes: int | None = None, groups: Sequence[Path] = (), **settings: Any
+) -> Iterator[Server]:
+    """A service on that data folder, ready for work.
+
+    max_file_bytes: as if the disk were full beyond that. groups: folders of control groups that it is put into.
+    """
 
     def limit() -> None:
+        for group in groups:
+            (group / "cgroup.procs").write_text(str(os.getpid()))
         if max_file_bytes is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (max_file_bytes, max_file_bytes))
 

@@ -1,0 +1,1 @@
+"""What the service may take of its machine, and how its processes share it."""
