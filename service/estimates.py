@@ -16,6 +16,7 @@ __all__ = [
     "refuse_frames",
     "refuse_map",
     "refuse_placement",
+    "refuse_site_map",
     "refuse_volume",
 ]
 
@@ -26,6 +27,8 @@ BYTES_PER_CELL = 24
 BYTES_PER_TARGET = 320
 # of a frame over time: altitude and state of a column, and working it out
 BYTES_PER_FRAME, SECONDS_PER_COLUMN = 5, 2e-6
+# of a map of sites: what is seen of each post and from it, with and without unknown ground, turned four ways
+BYTES_PER_SITE, SECONDS_PER_STEP = 80, 1e-9
 # altitude, hidden-below and visible: float32, float32, uint8
 BYTES_PER_CELL_AND_ANCHOR = 9
 
@@ -95,6 +98,13 @@ def refuse_placement(cells: int, candidates: int, mode: Literal["fast", "exact"]
     memory_bytes = cells * (BYTES_PER_TARGET + candidates // 4)
     seconds = cells * candidates * SECONDS_PER_CELL_AND_ANCHOR[mode]
     _refuse_beyond(f"{candidates:,} candidates over {cells:,} cells", "candidates", memory_bytes, seconds, settings)
+
+
+def refuse_site_map(cells: int, directions: int, steps: int, settings: Settings) -> None:
+    """Raises LimitError for a map of sites that would take too much; steps: of the longest ray."""
+    seconds = cells * directions * steps * SECONDS_PER_STEP
+    what = f"{directions} directions of {steps:,} steps over {cells:,} cells"
+    _refuse_beyond(what, "directions, a shorter range", cells * BYTES_PER_SITE, seconds, settings)
 
 
 def refuse_frames(cells: int, frames: int, moving: int, mode: Literal["fast", "exact"], settings: Settings) -> None:

@@ -33,6 +33,7 @@ COMMANDS: Mapping[str, str] = {
     "bubble": "service.cli.bubble:bubble",
     "detect": "service.cli.detect:detect",
     "log": "service.cli.field.log:log",
+    "sites": "service.cli.sites:sites",
     "place": "service.cli.place:place",
     "plan": "service.cli.plan:plan",
     "fly": "service.cli.fly:fly",

@@ -137,13 +137,20 @@ def class_legend(
     classes: Sequence[MapClass],
     title: str,
     more: Sequence[tuple[str, Artist]] = (),
+    marked: str = "anchor",
 ) -> None:
-    """Classes in their order with their share of the known posts, what else is drawn, and the anchors."""
-    share_legend(axes, class_shares(grid, numbers, classes), title, more)
+    """Classes in their order with their share of the known posts, what else is drawn, and what the marks are."""
+    share_legend(axes, class_shares(grid, numbers, classes), title, more, marked)
 
 
-def share_legend(axes: Axes, shares: Sequence[ClassShare], title: str, more: Sequence[tuple[str, Artist]] = ()) -> None:
-    """Rows with their share of the known posts, what else is drawn, and the anchors."""
+def share_legend(
+    axes: Axes,
+    shares: Sequence[ClassShare],
+    title: str,
+    more: Sequence[tuple[str, Artist]] = (),
+    marked: str = "anchor",
+) -> None:
+    """Rows with their share of the known posts, what else is drawn, and what the marks are."""
     known_posts = max(sum(share.posts or 0 for share in shares), 1)
     widest = max(len(share.label) for share in shares if share.posts is not None)
     labels = [
@@ -154,7 +161,7 @@ def share_legend(axes: Axes, shares: Sequence[ClassShare], title: str, more: Seq
     margin_legend(
         axes,
         [*handles, *(handle for _, handle in more), anchor_handle()],
-        [*labels, *(label for label, _ in more), "anchor"],
+        [*labels, *(label for label, _ in more), marked],
         f"{title},\nshare of known posts",
     )
 

@@ -62,6 +62,13 @@ class MapArea:
         known: npt.NDArray[np.bool_] = ~np.isnan(self.box.heights_m)
         return known if self.inside is None else known & self.inside
 
+    def over_all(self) -> npt.NDArray[np.bool_]:
+        """(rows, cols) over the whole DEM: the posts in the area."""
+        first_row, last_row, first_col, last_col = self.window
+        found = np.zeros(self.grid.shape, np.bool_)
+        found[first_row : last_row + 1, first_col : last_col + 1] = True if self.inside is None else self.inside
+        return found
+
     def count(self, posts: npt.NDArray[np.bool_]) -> int:
         """How many of some posts (rows, cols) over the box lie in the area."""
         return int(np.count_nonzero(posts if self.inside is None else posts & self.inside))

@@ -73,7 +73,7 @@ class MapSummary(BaseModel):
     model_config = ConfigDict(extra="allow")
 
     version: str = Field(description="Version of Sightline that calculated it.")
-    mode: str = Field(description="fast or exact.")
+    mode: str = Field(description="fast or exact; rays for maps of sites.")
     error_statement: str = Field(description="Measured error of that mode.")
     curvature: str = Field(description="Curvature and refraction that were used.")
     unknown: str = Field(description="What a sight line over unknown ground was taken as.")

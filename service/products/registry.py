@@ -16,6 +16,7 @@ from service.products.paths import PATH
 from service.products.placements import PLACEMENT
 from service.products.repositionings import REPOSITIONING
 from service.products.safety_bubbles import SAFETY_BUBBLES
+from service.products.sites import SITE_MAP
 from service.products.visibility import VISIBILITY_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
@@ -30,7 +31,18 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
 
 
 PRODUCTS: Mapping[str, Product] = _by_name(
-    [VISIBILITY_MAP, DOP_MAP, MORPHING_MAP, PATH, FLIGHT, PLACEMENT, REPOSITIONING, LINES_OF_SIGHT, SAFETY_BUBBLES]
+    [
+        VISIBILITY_MAP,
+        DOP_MAP,
+        MORPHING_MAP,
+        PATH,
+        FLIGHT,
+        SITE_MAP,
+        PLACEMENT,
+        REPOSITIONING,
+        LINES_OF_SIGHT,
+        SAFETY_BUBBLES,
+    ]
 )
 
 

@@ -34,6 +34,7 @@ ASKED: dict[str, dict[str, Any]] = {
     },
     "path": path_request(limits={"min_anchors": 1}),
     "flight": flight_request(),
+    "site-map": {"site_above_ground_m": 30.0, "sites": 3, "min_separation_m": 150.0, "directions": 32},
     "placement": {
         "count": 3,
         "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}],

@@ -16,7 +16,7 @@ from visibility.sight.curvature import Curvature
 
 from .kernels.rays import WALL_M, Ray, look_along
 
-__all__ = ["DIRECTIONS", "SiteMap", "site_map"]
+__all__ = ["DIRECTIONS", "LEAST_DIRECTIONS", "MOST_DIRECTIONS", "SiteMap", "site_map"]
 
 Floats = npt.NDArray[np.float32]
 
@@ -46,7 +46,7 @@ class SiteMap:
     @property
     def seen_share(self) -> Floats:
         """(rows, cols) float32: part of the target ground surely in sight, 0..1; NaN over unknown ground."""
-        share: Floats = np.minimum(self.seen_m2 / np.float32(self.target_m2), np.float32(1.0))
+        share: Floats = self.seen_m2 / np.float32(self.target_m2)
         return share
 
 
@@ -97,13 +97,16 @@ def site_map(
     part = 0.5 if open_too else 1.0
     surely = rays.seen(hides, directions, lambda share: tell(part * share))
     possibly = rays.seen(grid.heights_m, directions, lambda share: tell(0.5 + 0.5 * share)) if open_too else surely
+    # rays stand for posts between them, so of a small target they may tell a little more than there is
+    most = np.float32(np.count_nonzero(wanted))
+    surely, possibly = np.minimum(surely, most), np.minimum(possibly, most)
     cell_m2 = np.float32(grid.cell_east_m * grid.cell_north_m)
     nothing = np.where(known, np.float32(1.0), np.float32(np.nan))
     return SiteMap(
         grid,
         surely * cell_m2 * nothing,
         np.maximum(possibly - surely, np.float32(0.0)) * cell_m2 * nothing,
-        float(np.count_nonzero(wanted)) * float(cell_m2),
+        float(most) * float(cell_m2),
         site_above_ground_m,
         target_above_ground_m,
         max_range_m,

@@ -23,6 +23,7 @@ COMMANDS = {
     "morphing-map": "morph",
     "path": "plan",
     "flight": "fly",
+    "site-map": "sites",
     "placement": "place",
     "repositioning": "reposition",
     "lines-of-sight": "los",
