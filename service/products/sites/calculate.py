@@ -28,7 +28,7 @@ Floats = npt.NDArray[np.float32]
 
 ERRORS = (
     "rays in {directions} directions, which see the ground only where they cross columns of posts: on real mountains a "
-    "site is told 0.99 to 1.04 of what exact mode counts, on ground that is rough from post to post up to a half more"
+    "site is told 0.99 to 1.04 of what exact mode counts, on ground that is rough from post to post 0.99 to 1.18"
 )
 
 
