@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import io
-import json
 import tempfile
 import time
 from pathlib import Path
@@ -122,7 +121,7 @@ def _uploaded(client: httpx.Client, posts: int) -> dict[str, Any]:
 
 
 def _open_mission(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> None:
-    """Open the page on a ground with anchors, as if the browser had kept that mission."""
+    """Open the page on a ground with anchors, a mission that the service keeps."""
     bounds = dem["bounds_of_posts_m"]
     side_m = bounds["east"] - bounds["west"]
     base = {"kind": "drone", "height_m": 120.0, "height_from": "above_ground_m", "ranging_sigma_m": 0.1}
@@ -139,8 +138,8 @@ def _open_mission(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> N
     ]
     ground = {"dem_id": dem["id"], "name": dem["name"], "sha256": dem["sha256"]}
     mission = {"format": "sightline-mission", "version": 1, "name": "bench", "ground": ground, "anchors": anchors}
-    page.value(f"localStorage.setItem('sightline.mission', {json.dumps(json.dumps(mission))})")
-    page.open(str(client.base_url))
+    told = client.post("/missions", json=mission).json()
+    page.open(f"{str(client.base_url).rstrip('/')}{told['links']['page']}")
     page.until("!!document.getElementById('mode-anchors')")
     page.click("#mode-anchors")
     page.until(f"planner.times.surfaceTimesMs.length >= {ANCHORS}")
@@ -150,7 +149,7 @@ def _open_mission(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> N
 def _pixel(page: Browser, number: int) -> tuple[float, float]:
     """Where an anchor is on the page."""
     x, y = page.value(
-        "(() => { const m = JSON.parse(localStorage.getItem('sightline.mission')).anchors["
+        "(() => { const m = planner.mission().anchors["
         f"{number}]; const p = planner.map.getPixelFromCoordinate([m.east_m, m.north_m]); "
         "const b = document.getElementById('map').getBoundingClientRect(); return [p[0] + b.left, p[1] + b.top]; })()"
     )

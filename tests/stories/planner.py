@@ -74,8 +74,8 @@ def shares(page: Browser) -> list[float]:
 
 
 def mission(page: Browser) -> dict[str, Any]:
-    """The mission as the browser keeps it."""
-    return dict(page.value("JSON.parse(localStorage.getItem('sightline.mission'))"))
+    """The mission as it stands on the page."""
+    return dict(page.value("planner.mission()"))
 
 
 def requests(page: Browser) -> int:

@@ -5,9 +5,10 @@ import "./planner.css";
 import { frameTimesMs, makeMap } from "./map/map";
 import { AirPanel } from "./panels/AirPanel";
 import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
-import { BriefPanel, openMission } from "./panels/BriefPanel";
+import { BriefPanel } from "./panels/BriefPanel";
 import { CoveragePanel } from "./panels/CoveragePanel";
 import { GroundPanel, takeFile } from "./panels/GroundPanel";
+import { Conflict, Keeping } from "./panels/Keeping";
 import { awaitsLegend, Layers } from "./panels/Layers";
 import { PathPanel } from "./panels/PathPanel";
 import { ProfileDrawer } from "./panels/ProfileDrawer";
@@ -19,6 +20,7 @@ import {
 import { awaitsDilution, dilutionTimesMs } from "./products/dilution";
 import { probeTimesMs } from "./products/probe";
 import { awaitsSurfaces, surfaceTimesMs } from "./products/surfaces";
+import { awaitsKeeping, openFile } from "./mission/keeping";
 import { theme } from "./theme";
 import { unit } from "./units";
 import { words } from "./words";
@@ -28,7 +30,7 @@ const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoverageP
 const MOVES: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** Whether everything on the page is of the mission as it stands: what a test waits for, and a script. */
-const atRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsLegend();
+const atRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsLegend() && !awaitsKeeping();
 
 function enter(next: Mode): void {
   mode.value = next;
@@ -53,6 +55,7 @@ export function App() {
           ))}
         </nav>
         <Working />
+        <Keeping />
         <span class="row tools">
           <button type="button" id="undo" disabled={!canUndo.value} onClick={undo}>{ui.undo}</button>
           <button type="button" id="redo" disabled={!canRedo.value} onClick={redo}>{ui.redo}</button>
@@ -94,7 +97,7 @@ function Told() {
   const refusal = refusals.value[where];
   return (
     <div class="told">
-      <div role="alert">{refusal !== undefined && <p class="refusal" id="refusal">{refusal} <button type="button" class="small" onClick={() => accept(where)}>{ui.close}</button></p>}</div>
+      <div role="alert"><Conflict />{refusal !== undefined && <p class="refusal" id="refusal">{refusal} <button type="button" class="small" onClick={() => accept(where)}>{ui.close}</button></p>}</div>
       <div role="status">
         {notice.value !== "" && <p class="notice" id="notice">{notice.value} <button type="button" class="small" onClick={() => (notice.value = "")}>{ui.close}</button></p>}
       </div>
@@ -107,7 +110,7 @@ function MapArea() {
   useEffect(() => {
     if (!target.current) return;
     const map = makeMap(target.current);
-    Object.assign(window, { planner: { map, atRest, times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
+    Object.assign(window, { planner: { map, atRest, mission: () => mission.peek(), times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
     return () => map.setTarget(undefined);
   }, []);
   return (
@@ -159,7 +162,7 @@ function useDrop(): void {
     const drop = (event: DragEvent): void => {
       event.preventDefault();
       for (const file of event.dataTransfer?.files ?? []) {
-        if (file.name.endsWith(".json")) void attempt("brief", () => openMission(file));
+        if (/\.(json|zip)$/i.test(file.name)) void attempt("brief", () => openFile(file));
         else {
           mode.value = "ground";
           takeFile(file);

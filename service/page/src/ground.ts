@@ -4,7 +4,7 @@ import { getDem, heightsOf } from "./api/dems";
 import type { Dem, Place } from "./api/types";
 import { frameOf } from "./geo/frames";
 import { contains, extentOf, makeGround } from "./geo/grid";
-import { type Mission, moved } from "./mission/mission";
+import { type GroundRef, type Mission, moved } from "./mission/mission";
 import { air } from "./products/air";
 import { forgetPath } from "./products/path";
 import { dismissGhosts } from "./products/placement";
@@ -12,13 +12,26 @@ import { attempt, busy, change, cursor, ground, mission, notice, open, overlay, 
 import { words } from "./words";
 
 let turn = 0;
+let awaited: { readonly sha256: string; readonly then: () => Promise<void> } | null = null;
 
-export async function takeGround(request: Promise<Dem>, opened?: Mission): Promise<void> {
+/** A mission waits for a ground that the service does not have; once it is taken, the mission opens on it. */
+export function waitFor(ground: GroundRef, then: () => Promise<void>): void {
+  awaited = { sha256: ground.sha256, then };
+}
+
+/** opened: a mission to open on it; opening: told the mission as it will be, just before. */
+export async function takeGround(request: Promise<Dem>, opened?: Mission, opening?: (document: Mission) => void): Promise<void> {
   turn += 1;
   const mine = turn;
   setBusy("ground", null);
   try {
     const dem = await request;
+    if (awaited?.sha256 === dem.sha256) {
+      const { then } = awaited;
+      awaited = null;
+      await then();
+      return;
+    }
     const heights = await heightsOf(dem);
     if (mine !== turn) return;
     const before = ground.peek()?.dem ?? null;
@@ -32,8 +45,11 @@ export async function takeGround(request: Promise<Dem>, opened?: Mission): Promi
     const here = makeGround(dem, heights);
     batch(() => {
       ground.value = here;
-      if (opened) open({ ...kept, ground: reference });
-      else change({ ...kept, ground: reference });
+      const document = { ...kept, ground: reference };
+      if (opened) {
+        opening?.(document);
+        open(document);
+      } else change(document);
     });
     tool.value = "look";
     if (overlay.peek() === "air") overlay.value = "none";

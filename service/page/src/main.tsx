@@ -1,31 +1,27 @@
 import { render } from "preact";
 import { App } from "./App";
-import { getDem } from "./api/dems";
-import { followGround, takeGround } from "./ground";
-import { keepSaving, savedMission } from "./mission/files";
+import { followGround } from "./ground";
+import { beginKeeping } from "./mission/keeping";
 import { refreshDems } from "./panels/GroundPanel";
 import { refreshLibrary } from "./panels/Library";
 import { watchDilution } from "./products/dilution";
 import { watchPath } from "./products/path";
 import { watchProbes } from "./products/probe";
 import { watchSurfaces } from "./products/surfaces";
-import { attempt, open } from "./state";
+import { attempt } from "./state";
 import { words } from "./words";
 
 const app = document.getElementById("app");
 if (!app) throw new Error("The page has no place for the planner.");
 document.title = words.title;
-const saved = savedMission();
-if (saved) open(saved);
 render(<App />, app);
-keepSaving();
 followGround();
 watchSurfaces();
 watchDilution();
 watchPath();
 watchProbes();
+void attempt("ground", beginKeeping);
 void attempt("ground", async () => {
-  if (saved?.ground) await takeGround(getDem(saved.ground.dem_id), saved);
   await refreshDems();
   await refreshLibrary();
 });

@@ -49,6 +49,11 @@ export function follow(next: Partial<Mission>): void {
   history.value = { ...history.value, present: { ...history.value.present, ...next } };
 }
 
+/** Whether something is being dragged, and is not let go yet. */
+export function isFollowing(): boolean {
+  return beforeDrag !== null;
+}
+
 export function open(next: Mission): void {
   beforeDrag = null;
   history.value = begin(next);

@@ -1,4 +1,5 @@
-// The mission as a document: all that a planner decides, and nothing that is calculated from it.
+// The mission as a document: all that a planner decides, and nothing that is calculated from it. The service keeps it
+// with the same fields (service/missions/document.py), and a test holds the two against each other.
 import type { Place } from "../api/types";
 
 export type Ring = readonly Place[];
@@ -97,6 +98,19 @@ export const NEW_MISSION: Mission = {
 };
 
 export const FIRST_HEIGHT_M = 120;
+
+/** A mission out of its document; fields that an older one lacks have their first values. */
+export function missionOf(document: Partial<Mission> & { readonly format?: string }): Mission {
+  const { format: _, ...given } = document;
+  return {
+    ...NEW_MISSION,
+    ...given,
+    rover: { ...NEW_MISSION.rover, ...given.rover },
+    positioning: { ...NEW_MISSION.positioning, ...given.positioning },
+    route: { ...EMPTY_ROUTE, ...given.route },
+    placing: { ...NEW_MISSION.placing, ...given.placing },
+  };
+}
 
 export function nextId(anchors: readonly Anchor[], letter = "D"): string {
   const taken = new Set(anchors.map((anchor) => anchor.id));

@@ -1,29 +1,37 @@
 // Brief: the mission as a file, and what a crew takes along on paper.
-import { getDem, listDems } from "../api/dems";
-import { takeGround } from "../ground";
-import { download, missionOf, missionText } from "../mission/files";
+import { pathOf } from "../api/missions";
+import { begin, kept, openFile, saved } from "../mission/keeping";
 import { NEW_MISSION } from "../mission/mission";
 import { dilution, isDilutionCurrent } from "../products/dilution";
 import { isPathCurrent, planned } from "../products/path";
-import { attempt, change, frame, ground, mission, notice, open } from "../state";
+import { attempt, change, frame, ground, mission, notice } from "../state";
 import { distance, duration, figure, percent } from "../units";
 import { words } from "../words";
 import { Group, TextField } from "./fields";
+import { Missions } from "./Missions";
 import { Downloads } from "./PathPanel";
 
 const { ui } = words;
 
-export async function openMission(file: File): Promise<void> {
-  const read = missionOf(await file.text());
-  if (read.ground === null) {
-    open(read);
-    return;
-  }
-  const { sha256, name } = read.ground;
-  const dem = (await listDems()).find((one) => one.sha256 === sha256);
-  if (!dem) throw new Error(words.otherGround(name));
-  await takeGround(getDem(dem.id), { ...read, ground: { ...read.ground, dem_id: dem.id } });
-  notice.value = words.opened(read.name);
+/** Whatever is on the screen is saved first, so that the file is of it. */
+async function saveAs(name: "mission.json" | "mission.zip"): Promise<void> {
+  await saved();
+  const here = kept.peek();
+  if (!here) throw new Error(words.nothingToSave);
+  const link = document.createElement("a");
+  link.href = `${pathOf(here.id)}/files/${name}`;
+  link.download = `${mission.peek().name}.${name === "mission.json" ? "sightline.json" : "sightline.zip"}`;
+  link.click();
+}
+
+async function copyLink(): Promise<void> {
+  await saved();
+  const here = kept.peek();
+  if (!here) throw new Error(words.nothingToSave);
+  const link = `${location.origin}/?mission=${here.id}`;
+  // over plain HTTP from another machine there is no clipboard
+  await (navigator as Partial<Navigator>).clipboard?.writeText(link).catch(() => undefined);
+  notice.value = words.linkIs(link);
 }
 
 export function BriefPanel() {
@@ -34,30 +42,37 @@ export function BriefPanel() {
         <TextField label={ui.missionName} value={now.name} onValue={(name) => change({ name })} />
         <p class="hint">{ui.saved}</p>
         <div class="row no-print">
-          <button type="button" id="save-file" onClick={() => download(`${now.name}.sightline.json`, missionText(now), "application/json")}>
+          <button type="button" id="save-file" onClick={() => void attempt("brief", () => saveAs("mission.json"))}>
             {ui.saveFile}
+          </button>
+          <button type="button" id="save-zip" onClick={() => void attempt("brief", () => saveAs("mission.zip"))}>
+            {ui.saveZip}
           </button>
           <label class="button">
             {ui.openFile}
             <input
               id="mission-file"
               type="file"
-              accept=".json"
+              accept=".json,.zip"
               onChange={(event) => {
                 const input = event.currentTarget;
                 const [file] = input.files ?? [];
-                if (file) void attempt("brief", () => openMission(file)).then(() => (input.value = ""));
+                if (file) void attempt("brief", () => openFile(file)).then(() => (input.value = ""));
               }}
             />
           </label>
+          <button type="button" id="copy-link" onClick={() => void attempt("brief", copyLink)}>
+            {ui.copyLink}
+          </button>
           <button type="button" onClick={() => window.print()}>
             {ui.print}
           </button>
-          <button type="button" onClick={() => change({ ...NEW_MISSION, ground: now.ground })}>
+          <button type="button" onClick={() => void attempt("brief", () => begin({ ...NEW_MISSION, ground: now.ground }))}>
             {ui.newMission}
           </button>
         </div>
       </Group>
+      <Missions />
       <Checks />
       <AnchorTable />
       {planned.value && (
