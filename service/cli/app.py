@@ -39,11 +39,11 @@ COMMANDS: Mapping[str, str] = {
     "fly": "service.cli.fly:fly",
     "reposition": "service.cli.reposition:reposition",
     "los": "service.cli.los:los",
-    "store": "service.cli.store:store",
+    "store": "service.cli.operating.store:store",
     "ground": "service.cli.ground:ground",
-    "serve": "service.cli.serve:serve",
+    "serve": "service.cli.operating.serve:serve",
     "demo": "service.cli.demo:demo",
-    "warm-up": "service.cli.serve:warm_up",
+    "warm-up": "service.cli.operating.serve:warm_up",
 }
 
 

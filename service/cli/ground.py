@@ -14,8 +14,8 @@ from service.errors import RequestError
 
 from .asking.ground import AreaOptions, Margin, area_asked
 from .asking.options import option
+from .operating.store import AsJson, DataFolder
 from .output import facts_table, print_json, print_tables, print_warnings, progress_bar, share_text
-from .store import AsJson, DataFolder
 
 if TYPE_CHECKING:
     from terrain import GroundLibrary, MosaicPlan

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from .app import FAULT
-from .asking.options import option
-from .output import facts_table, print_json, print_tables, print_warnings, progress_bar
+from ..app import FAULT
+from ..asking.options import option
+from ..output import facts_table, print_json, print_tables, print_warnings, progress_bar
 
 if TYPE_CHECKING:
     from service.jobs.checking import Check

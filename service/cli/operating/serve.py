@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from .asking.options import GROUP, WHOLE, option, told
+from ..asking.options import GROUP, WHOLE, option, told
 
 __all__ = ["serve", "warm_up"]
 
