@@ -1,12 +1,13 @@
 """A rover's client: opens a session over a DEM, sends an epoch of ranges a second, drives on what comes back.
 
-    python examples/rover.py http://127.0.0.1:8000
+    python examples/rover.py http://127.0.0.1:8000    (with SIGHTLINE_KEY in the environment where a key is needed)
 
 Here the ranges are made up, from drones over the bundled DEM of Jacksboro; a rover sends what its radio measures.
 """
 
 import json
 import math
+import os
 import sys
 
 import httpx
@@ -30,11 +31,12 @@ def measured_ranges(second: int) -> list[dict[str, object]]:
 
 def main(url: str, seconds: int = 5) -> None:
     """Drive for so many seconds."""
-    with httpx.Client(base_url=url, timeout=60.0, trust_env=False) as http:
+    headers = {"Authorization": f"Bearer {os.environ.get('SIGHTLINE_KEY', '')}"}
+    with httpx.Client(base_url=url, timeout=60.0, trust_env=False, headers=headers) as http:
         dem = http.post("/dems", params={"sample": "jacksboro"}).raise_for_status().json()
         asked = {"anchors": DRONES, "dem_id": dem["id"], "settings": {"max_speed_m_per_s": 2.0, "harmful_m": 0.5}}
         links = http.post("/detectors", json=asked).raise_for_status().json()["links"]
-        with connect(url.replace("http", "ws", 1) + links["stream"], proxy=None) as stream:
+        with connect(url.replace("http", "ws", 1) + links["stream"], proxy=None, additional_headers=headers) as stream:
             for second in range(seconds):
                 stream.send(json.dumps({"time_s": float(second), "ranges": measured_ranges(second)}))
                 answer = json.loads(stream.recv())

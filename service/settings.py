@@ -93,6 +93,21 @@ class Settings(BaseSettings):
         default=Path("sightline-data"), description="Folder of uploaded DEMs, job state and results."
     )
 
+    insecure: bool = Field(
+        default=False, description="Listen off loopback without keys: whoever reaches the service may do everything."
+    )
+    keys_file: Path | None = Field(
+        default=None, description="File of the API keys; without it keys.json in the data folder."
+    )
+    oidc_issuer: str | None = Field(
+        default=None, description="Identity provider whose tokens are taken too, such as https://login.example.org."
+    )
+    oidc_audience: str | None = Field(default=None, description="Audience that its tokens must name.")
+    oidc_jwks: str | None = Field(
+        default=None, description="File or address of its public keys (JWKS); without it the issuer is asked where."
+    )
+    oidc_tenant_claim: str = Field(default="tenant", description="Claim of a token that names the tenant.")
+    max_login_s: float = Field(default=43_200.0, gt=0.0, description="Seconds that a login of the page lasts.")
     allowed_hosts: tuple[str, ...] = Field(
         default=(),
         description="Names that the service answers to beside localhost, host and bare IP addresses, a JSON list; "

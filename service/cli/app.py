@@ -41,6 +41,7 @@ COMMANDS: Mapping[str, str] = {
     "los": "service.cli.los:los",
     "store": "service.cli.operating.store:store",
     "ground": "service.cli.ground:ground",
+    "keys": "service.cli.operating.keys:keys",
     "serve": "service.cli.operating.serve:serve",
     "demo": "service.cli.demo:demo",
     "warm-up": "service.cli.operating.serve:warm_up",
@@ -155,7 +156,7 @@ def main(more: Mapping[str, str] | None = None) -> None:
         if not words or words[0] in ("--help", "-h"):
             for name in {**COMMANDS, **(more or {})}:
                 _ = app[name]  # imported, so that the list has what each of them says of itself
-        if not words or words in (["store"], ["ground"]):
+        if not words or words in (["store"], ["ground"], ["keys"]):
             app.help_print(words)
             code = usage("No command was given; sightline --help lists them.")
         else:

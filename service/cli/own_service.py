@@ -47,7 +47,9 @@ def running_service(data: Path, settings: Mapping[str, str] | None = None) -> It
             deadline_s = time.monotonic() + START_MAY_TAKE_S
             address = _address(process, log, deadline_s)
             # a proxy of the environment is for the world outside, not for ourselves
-            with httpx.Client(base_url=address, timeout=ANSWER_MAY_TAKE_S, trust_env=False) as client:
+            key = os.environ.get("SIGHTLINE_KEY")
+            headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+            with httpx.Client(base_url=address, timeout=ANSWER_MAY_TAKE_S, trust_env=False, headers=headers) as client:
                 _wait_until_ready(client, process, log, deadline_s)
                 yield client
         finally:

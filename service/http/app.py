@@ -15,6 +15,7 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from starlette.middleware.cors import CORSMiddleware
 
+from service.access.gate import Gate
 from service.errors import AddressError
 from service.jobs.folder import DataFolder
 from service.jobs.store import Store
@@ -29,10 +30,12 @@ from .dems import router as dems
 from .detector_streams import router as detector_streams
 from .detectors import detections
 from .detectors import router as detectors
+from .guard.access import Access
 from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
 from .health import router as health
 from .health import sentence_of_memory
+from .login import router as login
 from .meta import describe, problem_routes, tags_of
 from .missions.files import router as mission_files
 from .missions.routes import router as missions
@@ -67,13 +70,15 @@ def allow_head(router: APIRouter) -> None:
         )
 
 
-def create_app(settings: Settings | None = None, folder: DataFolder | None = None) -> FastAPI:
+def create_app(settings: Settings | None = None, folder: DataFolder | None = None, gate: Gate | None = None) -> FastAPI:
     """The application; its workers start and stop with it.
 
     folder: an open data folder, which stays open; without one the app opens and closes that of the settings.
+    gate: whom it lets in; without one whoever the settings say. Raises KeysError.
     """
     chosen = Settings() if settings is None else settings
     products = all_products(chosen.more_products)
+    gate = Gate(chosen) if gate is None else gate
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -118,10 +123,13 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         allow_head(router)
         app.include_router(router)
     app.include_router(detector_streams)
+    app.include_router(login)
+    app.state.gate = gate
     install_web_page(app)
     answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]
     app.add_middleware(BodyLimit, limits=body_limits(chosen, long))
+    app.add_middleware(Access, gate=gate)
     if chosen.allowed_origins:
         app.add_middleware(
             CORSMiddleware,
@@ -136,17 +144,19 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
 
 
 def serve(settings: Settings) -> None:
-    """Serve HTTP until SIGINT or SIGTERM. Raises AddressError, DataFolderError, DataFolderInUseError."""
+    """Serve HTTP until SIGINT or SIGTERM. Raises AddressError, KeysError, DataFolderError, DataFolderInUseError."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s", stream=sys.stderr)
     fits, told = sentence_of_memory(settings, this_machine())
     logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
     with _listening(settings.host, settings.port) as listener:
+        gate = Gate(settings)
+        gate.check_off_loopback(listener.getsockname()[0], insecure=settings.insecure)
         folder = DataFolder.open(settings.data_folder)
         try:
             # a store that cannot be used ends here with one sentence, within the app with a traceback
             Store(folder.database).close()
             config = uvicorn.Config(
-                create_app(settings, folder),
+                create_app(settings, folder, gate),
                 # one event loop everywhere, whatever else is installed
                 loop="asyncio",
                 log_config=None,

@@ -9,6 +9,8 @@ from typing import Any
 from fastapi import APIRouter, FastAPI
 from pydantic import BaseModel, JsonValue
 
+from service.access.gate import is_open
+from service.access.logins import COOKIE
 from service.errors import NotFoundError
 from service.ground.request import GroundIn
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
@@ -52,6 +54,16 @@ OTHERS = [
 OTHER_BODIES = (GroundIn, ProbeIn, ProfilesIn, MissionIn, DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
+# a key is demanded of everybody but on loopback, where a service may have none
+SECURITY_SCHEMES = {
+    "key": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "An API key, as `sightline keys add` shows it, or a token of the operator's identity provider. "
+        "`GET` needs the scope read, all else calculate.",
+    },
+    "login": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "The login of the page, at `/login`."},
+}
 TEMPLATE = "#/components/schemas/{model}"
 problem_routes = APIRouter(prefix="/problems", tags=["Problems"])
 DOCUMENTED = [*((kind, error.__doc__) for error, kind in PROBLEMS.items()), (METHOD, "Another method is needed.")]
@@ -65,7 +77,7 @@ TYPES = {
 
 def problem_responses(*statuses: int) -> Responses:
     """OpenAPI responses for these statuses and for what may happen everywhere, each a problem of some kinds."""
-    return {status: _response(status) for status in sorted({*statuses, 500, 503})}
+    return {status: _response(status) for status in sorted({*statuses, 401, 403, 500, 503})}
 
 
 def _response(status: int) -> dict[str, JsonValue]:
@@ -115,9 +127,15 @@ def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
                 schemas[model.__name__] = own
             for name in FRAMEWORK_SCHEMAS:
                 schemas.pop(name, None)
-            for item in schema["paths"].values():
+            schema["components"]["securitySchemes"] = SECURITY_SCHEMES
+            schema["security"] = [{"key": []}, {"login": []}, {}]
+            for path, item in schema["paths"].items():
                 for operation in item.values():
                     _drop_framework_answers(operation["responses"])
+                    if is_open(path):
+                        operation["security"] = []
+                        for status in ("401", "403"):
+                            operation["responses"].pop(status, None)
             app.openapi_schema = schema
         return app.openapi_schema
 

@@ -90,6 +90,7 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "scikit-image": "skimage",
         "pillow": "PIL",
         "pyserial": "serial",
+        "PyJWT": "jwt",
     }
     project = pyproject()["project"]
     asked = [*project["dependencies"], *project["optional-dependencies"]["logs"]]

@@ -17,6 +17,7 @@ MAY_KNOW = {
     "settings": {"machine"},
     "estimates": {"errors", "settings"},
     "warm_up": {"settings"},
+    "access": {"errors", "settings"},
     "parts": {"errors"},
     "files": {"errors", "parts"},
     "drawing": {"errors", "parts"},
@@ -41,6 +42,7 @@ MAY_KNOW = {
         "missions",
     },
     "http": {
+        "access",
         "errors",
         "error_roots",
         "machine",
@@ -55,6 +57,7 @@ MAY_KNOW = {
         "jobs",
     },
     "cli": {
+        "access",
         "errors",
         "error_roots",
         "settings",

@@ -1,1 +1,1 @@
-"""Commands for who runs the service: serving, and looking after what it keeps."""
+"""Commands for who runs the service: serving, keys, and looking after what it keeps."""

@@ -19,6 +19,7 @@ class ServiceOptions:
     host: Annotated[str | None, option("Address to listen on. (default 127.0.0.1)")] = None
     port: Annotated[int | None, WHOLE, option("Port; 0 picks a free one. (default 8000)")] = None
     data_folder: Annotated[Path | None, option("Folder for DEMs, jobs and results.", "DIR", "--data")] = None
+    insecure: Annotated[bool | None, option("Listen off loopback without keys, for everybody who reaches it.")] = None
     workers: Annotated[int | None, WHOLE, option("Calculations at the same time. (default one per core)")] = None
 
 

@@ -26,6 +26,8 @@ export async function ask(path: string, options: RequestInit = {}): Promise<Resp
     throw new Refusal(words.serviceSilent, 0, "");
   }
   if (answer.ok) return answer;
+  // the service wants a key: the login brings one, and comes back here
+  if (answer.status === 401) window.location.assign("/login");
   const problem = await read<Problem>(answer);
   throw new Refusal(problem.detail ?? words.serviceAnswered(answer.status), answer.status, problem.type ?? "");
 }
