@@ -134,8 +134,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         app.add_middleware(
             CORSMiddleware,
             allow_origins=chosen.allowed_origins,
-            allow_methods=["GET", "HEAD", "POST", "DELETE"],
-            allow_headers=["Authorization", "Content-Type", "If-None-Match", "Prefer", "Range"],
+            allow_methods=["GET", "HEAD", "POST", "PUT", "DELETE"],
+            allow_headers=["Authorization", "Content-Type", "If-Match", "If-None-Match", "Prefer", "Range"],
             expose_headers=["Content-Range", "ETag", "Location", "Preference-Applied", "Retry-After"],
         )
     app.add_middleware(Browsers, settings=chosen)
