@@ -25,7 +25,7 @@ from terrain import ElevationGrid, told_place
 
 from .leaves import surely_shut
 from .outcomes import PathStatus, Reason
-from .places import Cells
+from .places import Cells, outside_of, squares_touched
 from .sampling import OwnProcess, State, Tell, box_space, solved
 
 __all__ = ["plan_flight"]
@@ -130,6 +130,8 @@ def _air(problem: FlightProblem) -> Air:
     highest = np.maximum.reduce([floor_m[:-1, :-1], floor_m[1:, :-1], floor_m[:-1, 1:], floor_m[1:, 1:]])
     lowest = np.minimum.reduce([ceiling_m[:-1, :-1], ceiling_m[1:, :-1], ceiling_m[:-1, 1:], ceiling_m[1:, 1:]])
     shut = highest > lowest
+    if problem.keep_in:
+        shut |= squares_touched(grid, outside_of(grid, problem.keep_in), 0.0)
     highest[shut], lowest[shut] = np.inf, -np.inf
     return Air(highest, lowest, Cells.of(grid), problem.climb_weight)
 

@@ -185,7 +185,8 @@ class FlightProblem:
     above: a morphing map whose safe_above_m is the floor and whose ceiling is the ceiling; None = the ground alone.
     ceiling_m: an altitude, or with ceiling_above_ground a height over each place; inf = none but the map's.
     bubble_m: distance that is kept from all ground, d >= r of eq. 25. climb_weight: what a metre of climb costs besides
-        a metre of way. Raises PathProblemError.
+        a metre of way. keep_in: polygons over which the drone stays; none = the whole grid.
+    Raises PathProblemError, AreaError.
     """
 
     grid: ElevationGrid
@@ -196,11 +197,13 @@ class FlightProblem:
     ceiling_above_ground: bool = False
     bubble_m: float = 20.0
     climb_weight: float = 1.0
+    keep_in: tuple[Area, ...] = ()
     seed: int = 0
     budget: PlanBudget = field(default_factory=lambda: PlanBudget(iterations=20_000))
 
     def __post_init__(self) -> None:
         check_ground(self.grid)
+        object.__setattr__(self, "keep_in", tuple(_area("keep-in area", area) for area in _as_tuple(self.keep_in)))
         for name in ("start", "goal"):
             if len(getattr(self, name)) != 3 or not all(math.isfinite(number) for number in getattr(self, name)):
                 raise PathProblemError(f"The {name} of a flight must be east_m, north_m and altitude_m, finite.")

@@ -45,6 +45,7 @@ class PathLimit(enum.StrEnum):
     STEP = "step under the footprint"
     NO_GO = "distance to a no-go area"
     KEEP_IN = "distance to the edge of the keep-in areas"
+    OUTSIDE = "way outside the keep-in areas"
     ANCHORS = "anchors in sight"
     DOP = "dilution"
     BUBBLE = "room for the safety bubble"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from planning.errors import PathError
 from planning.questions.problems import FlightProblem, PathProblem
@@ -194,6 +195,10 @@ def validate_flight(problem: FlightProblem, corners_m: npt.ArrayLike, *, step_m:
         checks.append(check_of(air, PathLimit.MORPHING_MAP, over_m, 0.0, at_least=True, slack=SLACK_M))
     if problem.above is not None or math.isfinite(problem.ceiling_m):
         checks.append(check_of(air, PathLimit.CEILING, air.top_m - up_m, 0.0, at_least=True, slack=SLACK_M))
+    if problem.keep_in:
+        legs = shapely.linestrings(np.stack([air.place_m[:-1], air.place_m[1:]], axis=1))
+        outside_m = shapely.length(shapely.difference(legs, shapely.union_all(list(problem.keep_in))))
+        checks.append(check_of(air, PathLimit.OUTSIDE, outside_m, 0.0, slack=SLACK_M, at=np.arange(len(legs))))
     return PathValidation(tuple(checks), float(np.diff(air.distance_m).max()), len(air), float(air.distance_m[-1]))
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from detection import (
     Detector,
@@ -51,7 +52,8 @@ FURTHEST_M = 5e5  # anchors that fly further from the map than this are left out
 class WatchedEpoch:
     """The answer to one epoch, with what the map foretold of it.
 
-    forecast: None where the session had no place, or one off the map. p_direct: by anchor, as the detector was told it.
+    forecast: None where the session had no place, or one off the map or outside the area. p_direct: by anchor, as the
+    detector was told it.
     """
 
     result: EpochResult
@@ -72,8 +74,9 @@ class MapDetector:
     """A ``Detector`` whose anchors' sight and whose rover's height a map foretells; not for two threads at once.
 
     grid: the map, in the frame of the anchors. antenna_above_ground_m: of the rover, which stands on the ground.
-    errors: how wrong the map may be. A range that brings its own p_sight keeps it. Raises WatchError, and
-    DetectionInputError as Detector does.
+    errors: how wrong the map may be. area: a polygon in the grid's frame; where the rover is outside it, the map is not
+    asked; ground outside hides all the same. A range that brings its own p_sight keeps it.
+    Raises WatchError, and DetectionInputError as Detector does.
     """
 
     def __init__(
@@ -84,6 +87,7 @@ class MapDetector:
         antenna_above_ground_m: float = 1.5,
         errors: GroundErrors = DEFAULT_ERRORS,
         curvature: Curvature | None = None,
+        area: shapely.Geometry | None = None,
     ) -> None:
         if settings.dimension != 3:
             raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
@@ -93,6 +97,7 @@ class MapDetector:
         self.warnings = _warnings(grid, anchors)
         self.grid, self.errors, self.antenna_above_ground_m = grid, errors, antenna_above_ground_m
         self._curvature = Curvature.over(grid, curvature)
+        self._area = area
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
         self._somewhere = _ground_amid(grid, anchors, antenna_above_ground_m)
         if settings.altitude_hint_m is None:
@@ -164,6 +169,8 @@ class MapDetector:
         return forecast
 
     def _forecast(self, place: PositionFix) -> SightForecast | None:
+        if self._area is not None and not shapely.intersects_xy(self._area, *place.position_m[:2]):
+            return None
         anchors_m = np.array(list(self._anchors.values())).reshape(-1, 3)
         strange = _strange(self.grid, anchors_m)
         forecast = forecast_sight(

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -133,6 +134,8 @@ def bubble(
     ] = None,
     buildings: BuildingOptions = BuildingOptions(),
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -161,6 +164,7 @@ def bubble(
             **told(filter),
             **({"motion": swerves} if swerves else {}),
             **told(sight),
+            "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, BubbleParameters)
     from service.products.safety_bubbles import SAFETY_BUBBLES
@@ -174,6 +178,7 @@ def bubble(
         what="Safety bubbles",
         reading=reading,
         output=output,
+        margin_m=margin_m,
     )
 
 

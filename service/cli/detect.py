@@ -16,6 +16,7 @@ from rich.table import Table
 from service.errors import RequestError
 
 from .asking.detectors import DetectorOptions, LogOptions, MapOptions
+from .asking.ground import AreaOptions, Margin, area_asked
 from .asking.options import Output, option
 from .output import (
     facts_table,
@@ -57,6 +58,8 @@ def detect(
     settings: DetectorOptions = DetectorOptions(),
     form: LogOptions = LogOptions(),
     ground: MapOptions = MapOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     output: Output = Output(),
 ) -> None:
     """Replay LOG.csv, a log of ranges: which anchors were occluded when, and what position the others give.
@@ -75,7 +78,8 @@ def detect(
     asked = settings.asked()
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
-    mapped = ground.detector(placed, frame, asked.settings())
+    within = area_asked(area.part(in_degrees=False))
+    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m)
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
     known = [one.id for one in placed]

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     WHOLE,
@@ -83,6 +84,8 @@ def fly(
     ceiling: Annotated[str | None, option("Top of the air, 2500msl or 300agl; anchors need one.", "HEIGHT")] = None,
     flight: FlightOptions = FlightOptions(),
     budget: BudgetOptions = BudgetOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -128,6 +131,7 @@ def fly(
             "goal": point("--goal", goal),
             **told(flight),
             "budget": told(budget),
+            "area": area.part(in_degrees=anchors.lonlat),
             **({"morphing_map": {"anchors": placed, **told(morphing_map), **top}} if placed else top),
         }
         asked = completed(FLIGHT, request_of_fields(fields, FlightParameters), given(), map)
@@ -140,6 +144,7 @@ def fly(
         what="Planning",
         reading=reading,
         output=output,
+        margin_m=margin_m,
     )
 
 

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin, area_asked
 from .asking.options import GROUP, Curvature, DemPath, Output, Reading, RequestFile, Unknown, option
 from .output import facts_table, print_json, print_tables, print_warnings
 
@@ -49,6 +50,8 @@ def los(
     end: Annotated[str | None, option("The other end. Required.", POINT, "--to")] = None,
     lonlat: Annotated[bool, option("The pairs are longitude,latitude.")] = False,
     line: LineOptions = LineOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -63,22 +66,33 @@ def los(
 
         from .asking.products import ask
 
-        ask(LINES_OF_SIGHT, dem, request, _tables, summary="lines_of_sight.json", reading=reading, output=output)
+        ask(
+            *(LINES_OF_SIGHT, dem, request, _tables),
+            summary="lines_of_sight.json",
+            reading=reading,
+            output=output,
+            margin_m=margin_m,
+        )
         return
     if start is None or end is None:
         raise RequestError("A line needs --from and --to, each EAST,NORTH,HEIGHT; or --request.")
     if output.out is not None:
         raise RequestError("--out goes with --request; of one line everything is printed.")
     ends = {"--from": _point("--from", start, lonlat), "--to": _point("--to", end, lonlat)}
+    import numpy as np
+
     from service.parts.altitude_datums import in_dem_datum
     from service.parts.shapes_in_grid import resolve_point
+    from service.products.lines_of_sight.calculate import refuse_lines_outside
     from service.products.lines_of_sight.request import PairIn
     from visibility import FLAT, line_of_sight
 
-    grid = reading.read(dem)
+    within = area_asked(area.part(in_degrees=lonlat))
+    grid = reading.read(dem, within, margin_m)
     pair, of_altitudes = in_dem_datum(grid, PairIn.model_validate({"from": ends["--from"], "to": ends["--to"]}))
     warnings = [*grid.provenance.warnings, *of_altitudes]
     start_m, end_m = resolve_point(grid, pair.from_, "--from"), resolve_point(grid, pair.to, "--to")
+    refuse_lines_outside(grid, within, np.array([start_m]), np.array([end_m]))
     sight = line_of_sight(
         grid,
         start_m,

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     WHOLE,
     AnchorOptions,
@@ -59,6 +60,8 @@ def place(
     ] = None,
     or_local: Annotated[bool, option("Work here, with a warning, where the cluster cannot be reached.")] = False,
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -84,6 +87,7 @@ def place(
             "rules": {**rules.part(), "link": link.part(lonlat=anchors.lonlat)},
             **{name: value for name, value in one.items() if value is not None},
             **told(sight),
+            "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, PlacementParameters)
     if or_local and scheduler is None:
@@ -105,6 +109,7 @@ def place(
             changes=where | ground,
             reading=reading,
             output=output,
+            margin_m=margin_m,
         )
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     WHOLE,
@@ -171,6 +172,8 @@ def plan(
     range_sigma: RangeSigma = None,
     budget: BudgetOptions = BudgetOptions(),
     rest: RestOptions = RestOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -209,6 +212,7 @@ def plan(
             "limits": told(limits),
             "budget": budget.part(),
             "weights": _weights(weight),
+            "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = completed(PATH, request_of_fields(fields, PathQuestion), on, map)
     ask(
@@ -221,6 +225,7 @@ def plan(
         changes={"plan_altitudes": "ground"} if terrain_frame else {},
         reading=reading,
         output=output,
+        margin_m=margin_m,
     )
 
 

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
     AnchorOptions,
@@ -137,6 +138,8 @@ def reposition(
     flight: DroneOptions = DroneOptions(),
     rules: MoveRules = MoveRules(),
     sight: SightOptions = SightOptions(),
+    area: AreaOptions = AreaOptions(),
+    margin_m: Margin = None,
     request: RequestFile = None,
     reading: Reading = Reading(),
     output: Output = Output(),
@@ -162,6 +165,7 @@ def reposition(
             "flight": told(flight),
             "rules": rules.part(),
             **told(sight),
+            "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, RepositioningParameters)
     from service.products.repositionings import REPOSITIONING
@@ -175,6 +179,7 @@ def reposition(
         what="Repositioning",
         reading=reading,
         output=output,
+        margin_m=margin_m,
     )
 
 

@@ -12,6 +12,7 @@ from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAn
 from service.errors import LimitError
 from service.live.settings import DetectorSettingsIn
 from service.parts.anchors import AnchorId
+from service.parts.map_area import AreaParameters
 from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
 from service.settings import Settings
 
@@ -179,8 +180,8 @@ class DetectionIn(_Detector):
         return RangeEpoch(self.time_s, tuple(measured.measurement() for measured in self.ranges))
 
 
-class DetectorIn(_Detector):
-    """A session: anchors, settings, and how long it may lie idle."""
+class DetectorIn(_Detector, AreaParameters):
+    """A session: anchors, settings, how long it may lie idle; of an area its DEM is asked while the rover is in it."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"anchors": ANCHORS, "settings": {"range_sigma_m": 0.1}, "name": "rover 7"}]}
@@ -206,6 +207,12 @@ class DetectorIn(_Detector):
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(
         None, description="Seconds without a request after which it expires; left out = the most that is allowed."
     )
+
+    @model_validator(mode="after")
+    def _an_area_of_a_dem(self) -> Self:
+        if self.area is not None and self.dem_id is None:
+            raise ValueError("An area is one of a DEM: give dem_id too, or leave out area.")
+        return self
 
 
 class Asked(Protocol):

@@ -14,6 +14,7 @@ from service.errors import RequestError
 from service.files.geojson import Feature, collection_of, coordinates_of, feature
 from service.files.layer import replacing
 from service.live.request import DetectorIn
+from service.parts.map_area import area_shape
 from terrain import ElevationGrid
 
 __all__ = ["NO_MAP", "MaybeMapped", "detector_of", "looked_at", "write_doubts"]
@@ -64,12 +65,14 @@ class MaybeMapped:
 
 
 def detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
-    """The detector that a session asks for; grid: of its dem_id. Raises DetectionInputError, WatchError."""
+    """The detector that a session asks for; grid: of its dem_id. Raises DetectionInputError, WatchError, AreaError."""
     anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
     if grid is None:
         return MaybeMapped(Detector(anchors, settings))
     errors = GroundErrors(asked.dem_sigma_m, asked.dem_correlation_m, asked.dem_shift_sigma_m)
-    return MaybeMapped(MapDetector(grid, anchors, settings, asked.antenna_above_ground_m, errors))
+    return MaybeMapped(
+        MapDetector(*(grid, anchors, settings, asked.antenna_above_ground_m, errors), area=area_shape(grid, asked.area))
+    )
 
 
 def _doubts_collection(grid: ElevationGrid, doubts: tuple[MapDoubt, ...]) -> dict[str, object]:

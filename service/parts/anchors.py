@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
+from service.parts.map_area import AreaParameters
 from service.parts.points import InADatum, Metres, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
@@ -210,7 +211,7 @@ CurvatureChoice = Annotated[
 ]
 
 
-class SightParameters(StrictModel):
+class SightParameters(AreaParameters):
     """Anchors, and how sight lines to them are calculated."""
 
     anchors: list[AnchorIn] = Field([], description="The anchors, with unique ids.")

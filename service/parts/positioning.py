@@ -8,11 +8,11 @@ from typing import Annotated, Literal, Self
 from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
 from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
-from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID
 from service.parts.points import DegreesEast, DegreesNorth, InADatum, Metres, NotNegativeMetres, Positive, StrictModel
 
 __all__ = [
+    "AREA_BESIDE",
     "EXAMPLE_ANCHORS",
     "ORBIT_TEXTS",
     "POSITIONING_EXAMPLE",
@@ -27,6 +27,7 @@ __all__ = [
 ALMANAC_CHARACTERS, NAVIGATION_CHARACTERS = 200_000, 1_000_000
 # fields that answers leave out: long, and nobody reads them there
 ORBIT_TEXTS = frozenset({"almanac", "navigation"})
+AREA_BESIDE = "The area of a plan stands beside its morphing_map, not in it; move it there."
 EXAMPLE_ANCHORS: list[JsonValue] = [
     {"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0},
     {"id": "D2", "east_m": 409800.0, "north_m": 3798100.0, "above_ground_m": 200.0},
@@ -142,7 +143,7 @@ class CeilingParameters(PositioningParameters, InADatum):
         return self.ceiling_altitude_m, False
 
 
-class MorphingMapParameters(CeilingParameters, AreaParameters):
+class MorphingMapParameters(CeilingParameters):
     """Above which altitude positioning is good enough, up to a ceiling."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(
@@ -163,12 +164,6 @@ class MorphingMapParameters(CeilingParameters, AreaParameters):
     def near_sources(self) -> tuple[AntennaIn, ...]:
         """Anchors, then tracks."""
         return (*self.anchors, *self.tracks)
-
-    @model_validator(mode="after")
-    def _no_frames_over_an_area(self) -> Self:
-        if self.area is not None and self.frames is not None:
-            raise ValueError("Frames are of the whole DEM; leave out area or frames.")
-        return self
 
     @model_validator(mode="after")
     def _frames_for_tracks(self) -> Self:

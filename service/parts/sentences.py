@@ -31,6 +31,7 @@ __all__ = [
     "fields_of",
     "kind_of_summary",
     "notes_on_older_names",
+    "on_morphing_map",
     "place_of",
     "sentence_of",
     "sentence_of_detail",
@@ -38,7 +39,7 @@ __all__ = [
     "with_map",
 ]
 
-SIGHT = ("anchors", "satellites", "unknown", "curvature")
+SIGHT = ("area", "anchors", "satellites", "unknown", "curvature")
 MAP_KINDS = ("visibility-map", "dop-map", "morphing-map")
 # fields of summaries by which their kinds are told apart
 TELLING = {"states": "morphing-map", "dop_quantiles": "dop-map", "count_histogram": "visibility-map"}
@@ -101,7 +102,7 @@ def notes_on_older_names(asked: object) -> list[str]:
     """What to tell whoever asked this, everything within it included."""
     if isinstance(asked, BaseModel):
         own = list(asked.notes()) if isinstance(asked, WithOlderNames) else []
-        return own + notes_on_older_names([getattr(asked, name) for name in type(asked).model_fields])
+        return own + [note for name in type(asked).model_fields for note in notes_on_older_names(getattr(asked, name))]
     if isinstance(asked, (list, tuple)) and asked and isinstance(asked[0], (BaseModel, list, tuple)):
         return [note for one in asked for note in notes_on_older_names(one)]
     return []
@@ -118,7 +119,7 @@ def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> 
     if any(fields.get(name) for name in ("anchors", "tracks", "satellites", "morphing_map")):
         raise RequestError("A map brings its own anchors along; give the map, or anchors and satellites.")
     if kind == "morphing-map":
-        return {**fields, "morphing_map": {name: value for name, value in asked.items() if name != "area"}}
+        return on_morphing_map(fields, asked)
     found = {name: asked[name] for name in SIGHT if asked.get(name)}
     found = {**found, **{name: value for name, value in fields.items() if name != "anchors" or value}}
     if kind == "dop-map":
@@ -129,6 +130,12 @@ def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> 
     if height_m is not None:
         found["rover"] = {"receiver_above_ground_m": height_m, **(fields.get("rover") or {})}
     return found
+
+
+def on_morphing_map(fields: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, JsonValue]:
+    """The fields of a plan's request with the parameters of a finished morphing map; its area is the plan's too."""
+    area = {} if asked.get("area") is None else {"area": asked["area"]}
+    return {**area, **fields, "morphing_map": {name: value for name, value in asked.items() if name != "area"}}
 
 
 def kind_of_summary(summary: Mapping[str, Any]) -> str:

@@ -130,7 +130,7 @@ def _numbers(*values: float | None) -> tuple[float, ...]:
     return tuple(np.nan if value is None else value for value in values)
 
 
-def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn]) -> npt.NDArray[np.float64]:
+def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn] | Sequence[PointIn]) -> npt.NDArray[np.float64]:
     """(n, 2) east, north, metres. Raises FrameError for degrees that have no place on the grid."""
     in_m = np.array([(p.east_m, p.north_m) for p in places], np.float64)
     in_deg = np.array([(p.lon_deg, p.lat_deg) for p in places], np.float64)

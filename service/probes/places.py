@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from service.parts.anchors import AnchorIn
+from service.parts.map_area import refuse_outside
 from service.parts.map_facts import curvature_of
 from service.parts.points import StrictModel
 from service.parts.shapes_in_grid import places_in_grid, resolve_anchor
@@ -32,8 +33,9 @@ REASONS = {reason.value: reason.name.lower() for reason in DopReason}
 
 
 def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
-    """Answer about every place. Raises AnchorError, FrameError, VisibilityInputError."""
+    """Answer about every place. Raises AreaError, AnchorError, FrameError, VisibilityInputError."""
     places_m = places_in_grid(grid, asked.points)
+    refuse_outside(grid, asked.area, places_m, "points[{}]")
     anchors, warnings = _resolved(grid, AnchorsIn(anchors=asked.anchors).model_dump_json())
     curvature = curvature_of(asked) or Curvature.of(grid)
     ground_m, normals = np.atleast_1d(height_at(grid, places_m[:, 0], places_m[:, 1])), _normals(grid, places_m)

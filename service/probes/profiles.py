@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import points_in_grid
-from service.products.lines_of_sight.calculate import WORDS, BlockingPoint
+from service.products.lines_of_sight.calculate import WORDS, BlockingPoint, refuse_lines_outside
 from terrain import ElevationGrid
 from visibility import HIDDEN, Curvature, lines_of_sight, profile
 from visibility.sight import GroundProfile, LinesOfSight, fresnel_radius_m
@@ -26,9 +26,10 @@ TINY_M = 1e-9
 
 
 def profiles(grid: ElevationGrid, asked: ProfilesIn) -> ProfilesOut:
-    """Answer about every line. Raises FrameError, VisibilityInputError."""
+    """Answer about every line. Raises AreaError, FrameError, VisibilityInputError."""
     from_m = points_in_grid(grid, [pair.from_ for pair in asked.pairs], "pairs[{}].from")
     to_m = points_in_grid(grid, [pair.to for pair in asked.pairs], "pairs[{}].to")
+    refuse_lines_outside(grid, asked.area, from_m, to_m)
     curvature = curvature_of(asked) or Curvature.of(grid)
     lines = lines_of_sight(
         grid, from_m, to_m, curvature=curvature, unknown=asked.unknown, wavelength_m=asked.wavelength_m

@@ -7,8 +7,9 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import CurvatureChoice, SightParameters
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
-from service.parts.points import Metres, NotNegativeMetres, PlaceIn, Positive, StrictModel
+from service.parts.points import Metres, NotNegativeMetres, PlaceIn, Positive
 from service.products.lines_of_sight.calculate import BlockingPoint
 from service.products.lines_of_sight.request import FROM, TO, PairIn
 
@@ -65,7 +66,7 @@ class ProbeIn(SightParameters):
         return self
 
 
-class ProfilesIn(StrictModel):
+class ProfilesIn(AreaParameters):
     """Pairs of points on a DEM; what lies under and around the straight line between them is wanted."""
 
     model_config = ConfigDict(

@@ -41,7 +41,7 @@ def test_a_visibility_map_of_a_box_is_the_window_of_the_whole() -> None:
     assert west.hidden_share == 1.0, "the wall lies outside the area and hides all the same"
     assert west.above_ground_m == whole.answer.anchors[0].above_ground_m
     assert sum(row.posts for row in part.answer.count_histogram) == 88
-    assert "The map is of an area of 88 posts of 720." in " ".join(part.answer.warnings)
+    assert "The answer is for an area of 88 posts of 720." in " ".join(part.answer.warnings)
 
 
 def test_shares_of_a_circle_count_the_posts_within_it() -> None:

@@ -42,8 +42,9 @@ def morphing_frames(
 ) -> Iterator[MorphingFrame]:
     """One morphing map after another; only anchors that moved since the frame before are recomputed.
 
-    times_s: ascending. cache: None makes one for the grid with the fast mode; give one to choose mode and curvature,
-    and to read how many surfaces were computed. All anchors are looked up at all times before the first frame.
+    times_s: ascending. cache: None makes one for the grid with the fast mode; give one to choose mode, curvature and
+    the posts that are answered, and to read how many surfaces were computed. All anchors are looked up at all times
+    before the first frame.
     While satellites are too few or anchors pass through one line nobody can fly: such a frame is closed and warns.
     Raises VisibilityInputError (a time outside a track, times that do not ascend, anchors that fix no position at any
     time, and as morphing_map), AnchorError.
@@ -53,14 +54,15 @@ def morphing_frames(
         raise VisibilityInputError("The surface cache belongs to another grid; make one for this grid.")
     cache = SurfaceCache(grid) if cache is None else cache
     moments = anchors_over(grid, anchors, times, limit)
-    check_ceiling(grid, ceiling_m, ceiling_above_ground)
+    box = cache.box
+    check_ceiling(box, ceiling_m, ceiling_above_ground)
 
     def frames() -> Iterator[MorphingFrame]:
         for time_s, here in zip(times, moments, strict=True):
             fault = geometry_fault(limit, sources_of_anchors(here))
             if fault is not None:
                 why = f"At {time_s:g} s there is no fix anywhere: {fault}"
-                yield MorphingFrame(time_s, here, closed_map(grid, limit, ceiling_m, ceiling_above_ground, why))
+                yield MorphingFrame(time_s, here, closed_map(box, limit, ceiling_m, ceiling_above_ground, why))
                 continue
             found = morphing_map(
                 cache.surfaces(here), limit, ceiling_m=ceiling_m, ceiling_above_ground=ceiling_above_ground

@@ -170,6 +170,7 @@ class SurfaceCache:
     """Answers ``min_visible_altitude`` for one grid, and remembers each anchor's surface until it is not asked for.
 
     computed, reused: how many anchors' surfaces were calculated and how many remembered, since the cache was made.
+    window: first and last row, first and last column of the posts that are answered; None: all of them. All hide.
     """
 
     def __init__(
@@ -179,8 +180,11 @@ class SurfaceCache:
         curvature: Curvature | None = None,
         *,
         unknown: UnknownGround = "unknown",
+        window: tuple[int, int, int, int] | None = None,
     ) -> None:
         self.grid = grid
+        self.box = grid if window is None else grid.window(*window)
+        self._window = window
         self.mode: Mode = mode
         self.curvature = Curvature.over(grid, curvature)
         self.unknown: UnknownGround = unknown
@@ -201,17 +205,19 @@ class SurfaceCache:
         kept = {anchor: self._surfaces[anchor] for anchor in anchors if anchor in self._surfaces}
         if missing:
             found = min_visible_altitude(self.grid, missing, self.mode, self.curvature, unknown=self.unknown)
+            if self._window is not None:
+                found = found.window(*self._window)
             for number, anchor in enumerate(missing):
                 kept[anchor] = (found.altitude_m[number], found.hidden_below_m[number])
         self.computed += len(missing)
         self.reused += len(anchors) - len(missing)
         self._surfaces = kept
-        nothing = np.empty((0, *self.grid.shape), np.float32)
+        nothing = np.empty((0, *self.box.shape), np.float32)
         altitude_m = np.stack([kept[anchor][0] for anchor in anchors]) if anchors else nothing
         same = all(kept[anchor][0] is kept[anchor][1] for anchor in anchors) or not self.grid.unknown_posts
         hidden_below_m = altitude_m if same else np.stack([kept[anchor][1] for anchor in anchors])
         return MinimumVisibleAltitude(
-            grid=self.grid,
+            grid=self.box,
             anchors=anchors,
             altitude_m=altitude_m,
             hidden_below_m=hidden_below_m,

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from service.errors import RequestError
 
-from .options import GROUP, WHOLE, option, told
+from .options import GROUP, WHOLE, Reading, option, told
 
 if TYPE_CHECKING:
     from detection import DetectorSettings, RangingAnchor
     from planning.watching import MapDetector
     from service.files.logs.form import LogForm
     from service.live.settings import DetectorSettingsIn
+    from service.parts.areas import AnyArea
 
 __all__ = ["DetectorOptions", "LogOptions", "MapOptions"]
 
@@ -107,22 +108,33 @@ class MapOptions:
     """A map that the replay looks at."""
 
     dem: Annotated[
-        Path | None, option("A DEM: it foretells sight and the ground's height. Anchors are in its CRS.", "FILE")
+        str | None, option("A DEM: it foretells sight and the ground's height. Anchors are in its CRS.", "FILE")
     ] = None
     antenna: Annotated[float, option("Of the rover, above the ground.", "M")] = 1.5
     dem_sigma: Annotated[float, option("One-sigma error of the DEM's heights.", "M")] = 3.0
     dem_shift: Annotated[float | None, option("One-sigma error of where it lies. (default half a cell)", "M")] = None
 
     def detector(
-        self, anchors: Sequence[RangingAnchor], frame: Mapping[str, float] | None, settings: DetectorSettings
+        self,
+        anchors: Sequence[RangingAnchor],
+        frame: Mapping[str, float] | None,
+        settings: DetectorSettings,
+        within: AnyArea | None = None,
+        margin_m: float | None = None,
     ) -> MapDetector | None:
-        """The detector that looks at the DEM, where one was named. Raises RequestError, TerrainError, WatchError."""
+        """The detector that looks at the DEM, where one was named; within: only where the rover is in this area.
+
+        Raises RequestError, TerrainError, WatchError.
+        """
         from planning.watching import GroundErrors, MapDetector
-        from terrain import read_dem
+        from service.parts.map_area import area_shape
 
         if self.dem is None:
+            if within is not None or margin_m is not None:
+                raise RequestError("An area is one of a DEM: give --dem too, or leave out the area and --margin.")
             return None
         if frame is not None:
             raise RequestError("With --dem give the anchors in metres of the DEM's CRS, not in degrees.")
         errors = GroundErrors(dem_sigma_m=self.dem_sigma, shift_sigma_m=self.dem_shift)
-        return MapDetector(read_dem(self.dem), anchors, settings, self.antenna, errors)
+        grid = Reading().read(self.dem, within, margin_m)
+        return MapDetector(grid, anchors, settings, self.antenna, errors, area=area_shape(grid, within))

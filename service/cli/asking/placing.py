@@ -66,7 +66,9 @@ class CandidateOptions:
         None
     )
     height: Annotated[tuple[str, ...], option("Of the lattice: 120agl or 900msl. Repeatable.", "HEIGHT")] = ()
-    where: Annotated[Path | None, option("GeoJSON polygon that the lattice lies in; default the DEM.", "FILE")] = None
+    where: Annotated[
+        Path | None, option("GeoJSON polygon that the lattice lies in; default the area, or the DEM.", "FILE")
+    ] = None
     mast: Annotated[
         tuple[str, ...], option("Places of masts in a GeoJSON file, and their height. Repeatable.", "FILE,HEIGHT")
     ] = ()
@@ -127,7 +129,9 @@ class PlacementGoal(GoalOptions):
 class TargetOptions:
     """The ``targets`` of a request: where the rover has to see anchors."""
 
-    area: Annotated[Path | None, option("GeoJSON polygon to serve; default the DEM.", "FILE")] = None
+    area: Annotated[
+        Path | None, option("GeoJSON polygon to serve; default the area, or the DEM.", "FILE", "--serve")
+    ] = None
     path: Annotated[Path | None, option("GeoJSON LineString, or path.csv of a plan, to serve instead.", "FILE")] = None
     corridor_width_m: Annotated[
         float | None, option("Serve the ground within half this width of --path.", "M", "--corridor")
@@ -145,7 +149,7 @@ class TargetOptions:
         if self.area is not None:
             polygons = polygon_fields(self.area)
             if len(polygons) > 1:
-                raise RequestError(f"The file {self.area.name} holds {len(polygons)} polygons; --area takes one.")
+                raise RequestError(f"The file {self.area.name} holds {len(polygons)} polygons; --serve takes one.")
             found["area"] = polygons[0]
         if self.weights is not None:
             found["weights"] = weight_fields(self.weights)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from service.parts.map_area import map_area
+from service.parts.map_area import map_area, refuse_outside
 from service.parts.map_facts import curvature_of, share_of
 from service.parts.positioning_answers import PositioningSummary, positioning_summary, range_sigmas_told
 from service.parts.ranging_sources import RangingSources, Source, check_sources, lines_to, ranging_sources
@@ -189,10 +189,12 @@ def calculate_dop_map(grid: ElevationGrid, parameters: DopMapParameters, work: W
 
 
 def path_points(grid: ElevationGrid, parameters: DopMapParameters) -> npt.NDArray[np.float64]:
-    """(n, 3) points of the trajectory asked for, in the grid's frame. Raises FrameError, VisibilityInputError."""
+    """(n, 3) points of the trajectory asked for. Raises AreaError, FrameError, VisibilityInputError."""
     if not parameters.path:
         return np.empty((0, 3))
-    return points_in_grid(grid, parameters.path, "path[{}]")
+    points_m = points_in_grid(grid, parameters.path, "path[{}]")
+    refuse_outside(grid, parameters.area, points_m, "path[{}]")
+    return points_m
 
 
 def _along_path(

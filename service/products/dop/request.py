@@ -6,7 +6,6 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DemId
 from service.parts.points import InADatum, Metres, NotNegativeMetres, PlaceIn, PointIn, Positive, StrictModel
 from service.parts.positioning import POSITIONING_EXAMPLE, PositioningParameters
@@ -86,7 +85,7 @@ class CutIn(InADatum):
         return self
 
 
-class DopMapParameters(PositioningParameters, AreaParameters):
+class DopMapParameters(PositioningParameters):
     """How good positioning is for a rover on the ground, over a whole DEM."""
 
     receiver_above_ground_m: NotNegativeMetres = Field(

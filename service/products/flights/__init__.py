@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from service.errors import RequestError
 from service.estimates import refuse_budget, refuse_map
+from service.parts.sentences import on_morphing_map
 from service.products import Given, Needs, Product
 from service.settings import Settings
 from terrain import ElevationGrid
@@ -25,7 +26,7 @@ def _complete(asked: FlightParameters, given: Given) -> FlightParameters:
     if given.map_kind is not None:
         if given.map_parameters.get("frames") is not None:
             raise RequestError("The morphing map has frames; a flight is planned above one without.")
-        fields["morphing_map"] = dict(given.map_parameters)
+        fields = on_morphing_map(fields, given.map_parameters)
     return FlightParameters.model_validate(fields)
 
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel, Field
 from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
 from service.files.layer import mission_warnings
+from service.parts.map_area import map_area, refuse_outside
 from service.parts.map_facts import MapSummary
 from service.parts.plan_answers import ValidationOut, finite, validation_answer
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
@@ -42,6 +43,7 @@ Floats = npt.NDArray[np.float64]
 # what is known along a flight, at fine steps
 AIR_COLUMNS = ("distance_m", "altitude_m", "ground_m", "floor_m", "top_m", "clearance_m")
 SHARE_OF_MAP = 0.5
+START, GOAL = "The start", "The goal"
 
 
 class AirPlaceOut(BaseModel):
@@ -141,6 +143,7 @@ def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = 
     Raises PathError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s = time.perf_counter()
+    area = map_area(grid, asked.area)
     above, lines = None, None
     of_map: tuple[str, ...] = ()
     if asked.morphing_map is not None:
@@ -155,10 +158,10 @@ def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = 
     found = outcome.status is PathStatus.FOUND
     air = fly_along(problem, outcome.corners_m) if found else None
     work.progress(1.0)
-    of_files = mission_warnings("flight", grid) if found else ()
+    of_files = (*area.sentences(), *(mission_warnings("flight", grid) if found else ()))
     calculated = asked if asked.morphing_map is None else asked.morphing_map
     answer = FlightSummary(
-        **preamble(grid, calculated, lines, (*of_map, *of_files), shown=asked),
+        **preamble(area.box, calculated, lines, (*of_map, *of_files), shown=asked),
         timing={"calculation_s": time.perf_counter() - started_s, "plan_s": outcome.elapsed_s},
         status=outcome.status,
         sentence=outcome.sentence,
@@ -172,20 +175,24 @@ def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = 
         start=_place(problem.start),
         goal=_place(problem.goal),
     )
-    return FinishedFlight(grid, (), asked, answer, outcome.corners_m, _table(air))
+    return FinishedFlight(area.box, (), asked, answer, outcome.corners_m, _table(air))
 
 
 def _problem(grid: ElevationGrid, asked: FlightParameters, above: MorphingMap | None) -> FlightProblem:
     ceiling_m = asked.ceiling_altitude_m if asked.ceiling_above_ground_m is None else asked.ceiling_above_ground_m
+    start, goal = resolve_point(grid, asked.start, START), resolve_point(grid, asked.goal, GOAL)
+    for end, called in ((start, START), (goal, GOAL)):
+        refuse_outside(grid, asked.area, np.array([end]), called)
     return FlightProblem(
         grid,
-        resolve_point(grid, asked.start, "The start"),
-        resolve_point(grid, asked.goal, "The goal"),
+        start,
+        goal,
         above=above,
         ceiling_m=math.inf if ceiling_m is None else ceiling_m,
         ceiling_above_ground=asked.ceiling_above_ground_m is not None,
         bubble_m=asked.bubble_m,
         climb_weight=asked.climb_weight,
+        keep_in=map_area(grid, asked.area).within((), "the DEM"),
         seed=asked.seed,
         budget=PlanBudget(**asked.budget.model_dump()),
     )

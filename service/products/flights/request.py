@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 from service.parts.anchors import SightParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import InADatum, Metres, NotNegative, NotNegativeMetres, PointIn, Positive, StrictModel
-from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters
+from service.parts.positioning import AREA_BESIDE, EXAMPLE_ANCHORS, MorphingMapParameters
 
 __all__ = ["REQUEST", "FlightIn", "FlightParameters"]
 
@@ -70,6 +70,8 @@ class FlightParameters(SightParameters, InADatum):
             raise ValueError("Give only one of ceiling_altitude_m and ceiling_above_ground_m.")
         if self.morphing_map is not None and self.morphing_map.frames is not None:
             raise ValueError("A flight is planned above one morphing map; leave out its frames.")
+        if self.morphing_map is not None and self.morphing_map.area is not None:
+            raise ValueError(AREA_BESIDE)
         return self
 
 

@@ -14,10 +14,12 @@ import numpy.typing as npt
 from pydantic import BaseModel, Field, JsonValue
 
 from service.files.layer import JSON, Layer
+from service.parts.areas import AnyArea
+from service.parts.map_area import places_in_area
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import points_in_grid
 from service.products import UNWATCHED, Work
-from terrain import ElevationGrid
+from terrain import AreaError, ElevationGrid
 from visibility import HIDDEN, UNKNOWN, VISIBLE, lines_of_sight
 from visibility.sight import LinesOfSight
 from visibility.sight.sight_points import check_points
@@ -33,6 +35,7 @@ __all__ = [
     "Question",
     "calculate_lines",
     "pack_lines",
+    "refuse_lines_outside",
     "unpack_lines",
 ]
 
@@ -124,7 +127,7 @@ class FinishedLines:
 def pack_lines(grid: ElevationGrid, asked: LinesOfSightParameters, folder: Path) -> dict[str, JsonValue]:
     """The options, and how many pairs there are; the points go into the folder as arrays.
 
-    Raises FrameError, VisibilityInputError.
+    Raises AreaError, FrameError, VisibilityInputError.
     """
     from_m, to_m = _ends(grid, asked)
     folder.mkdir(parents=True)
@@ -176,9 +179,19 @@ def _ends(grid: ElevationGrid, asked: LinesOfSightParameters) -> tuple[Floats, F
     if asked.pairs is not None:
         from_m = points_in_grid(grid, [pair.from_ for pair in asked.pairs], "pairs[{}].from")
         to_m = points_in_grid(grid, [pair.to for pair in asked.pairs], "pairs[{}].to")
-        return check_points(grid, "pairs.from", from_m), check_points(grid, "pairs.to", to_m)
-    from_m, to_m = np.array(asked.from_points_m, np.float64), np.array(asked.to_points_m, np.float64)
-    return check_points(grid, "from_points_m", from_m), check_points(grid, "to_points_m", to_m)
+        names = "pairs.from", "pairs.to"
+    else:
+        from_m, to_m = np.array(asked.from_points_m, np.float64), np.array(asked.to_points_m, np.float64)
+        names = "from_points_m", "to_points_m"
+    refuse_lines_outside(grid, asked.area, from_m, to_m)
+    return check_points(grid, names[0], from_m), check_points(grid, names[1], to_m)
+
+
+def refuse_lines_outside(grid: ElevationGrid, area: AnyArea | None, from_m: Floats, to_m: Floats) -> None:
+    """Raise AreaError where no end of a line (n, 3) lies in the area of a request; FrameError, RequestError."""
+    outside = ~(places_in_area(grid, area, from_m) | places_in_area(grid, area, to_m))
+    if outside.any():
+        raise AreaError(f"Neither end of line {int(np.argmax(outside))} lies in the area of the request.")
 
 
 def _write_json(finished: FinishedLines, path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Literal, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import CurvatureChoice
+from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, PointIn, Positive, StrictModel
 
@@ -66,8 +67,11 @@ class LineOptions(StrictModel):
         return self.wavelength_m if self.frequency_hz is None else SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
 
 
-class LinesOfSightParameters(LineOptions):
-    """Pairs of points on a DEM, as objects or, shorter, as two arrays of east, north and altitude in metres."""
+class LinesOfSightParameters(LineOptions, AreaParameters):
+    """Pairs of points on a DEM, as objects or, shorter, as two arrays of east, north and altitude in metres.
+
+    Of an area every line has an end in it.
+    """
 
     pairs: list[PairIn] | None = Field(None, description="The pairs as objects; or give both arrays.")
     from_points_m: list[Point3] | None = Field(

@@ -33,13 +33,12 @@ class MorphingMapIn(MorphingMapParameters):
 def _check(grid: ElevationGrid, parameters: MorphingMapParameters, settings: Settings) -> None:
     cells, mode, frames = grid.heights_m.size, parameters.mode, parameters.frames
     refuse_map(cells, len(parameters.anchors), mode, settings)
-    map_area(grid, parameters.area)
+    check_ceiling(map_area(grid, parameters.area).box, *parameters.ceiling())
     if frames is None:
         sources = ranging_sources(grid, parameters).all
         check_sources(grid, sources, parameters)
         refuse_map(cells, len(sources), mode, settings)
         return
-    check_ceiling(grid, *parameters.ceiling())
     most = max(len(here) for here in check_moving_sources(grid, parameters, frames))
     refuse_map(cells, most, mode, settings)
     moving = moving_sources(grid, parameters, frames).moving
@@ -53,7 +52,7 @@ MORPHING_MAP = Product(
     model="MorphingMap",
     tag="Morphing maps",
     summary="Above which altitude positioning is good enough.",
-    about="Above which altitude positioning is good enough up to a ceiling, over a whole DEM.",
+    about="Above which altitude positioning is good enough up to a ceiling, over a DEM.",
     asked=MorphingMapIn,
     parameters=MorphingMapParameters,
     answer=MorphingMapSummary,

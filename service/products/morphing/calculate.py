@@ -114,10 +114,10 @@ def calculate_morphing_map(
     over_time: FrameArrays = nothing, nothing.astype(np.uint8), nothing.astype(np.float64)
     told: TimeFacts | None = None
     if parameters.frames is not None:
-        frames = find_frames(grid, parameters, parameters.frames, work.progress)
+        frames = find_frames(area, parameters, parameters.frames, work.progress)
         sources = RangingSources(frames.first.anchors, frames.unhealthy)
         found, lines = frames.first.map, frames.first_lines
-        own, elapsed_s = frames.warnings, frames.elapsed_s
+        own, elapsed_s = (*area.sentences(), *frames.warnings), frames.elapsed_s
         over_time, told = (frames.altitude_m, frames.state, frames.available), frames.told
     else:
         lines, sources = sight_lines(grid, parameters, work.progress, SHARE_OF_SIGHT_LINES)

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from service.parts.anchors import FramesIn
+from service.parts.map_area import MapArea
 from service.parts.map_facts import curvature_of, share_of
 from service.parts.positioning import MorphingMapParameters
 from service.parts.ranging_sources import limit_of, moving_sources, time_of
-from terrain import ElevationGrid
 from visibility import Anchor, MinimumVisibleAltitude
 from visibility.air import Availability, ColumnState, MorphingFrame, availability, morphing_frames
 from visibility.sight import SurfaceCache
@@ -72,24 +72,28 @@ class FoundFrames:
 
 
 def find_frames(
-    grid: ElevationGrid, parameters: MorphingMapParameters, asked: FramesIn, progress: Callable[[float], None]
+    area: MapArea, parameters: MorphingMapParameters, asked: FramesIn, progress: Callable[[float], None]
 ) -> FoundFrames:
     """All frames that are asked for. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
+    grid, known = area.grid, area.known()
     sources = moving_sources(grid, parameters, asked)
     times_s = asked.times_s()
     ceiling_m, above_ground = parameters.ceiling()
-    cache = SurfaceCache(grid, parameters.mode, curvature_of(parameters), unknown=parameters.unknown)
+    cache = SurfaceCache(
+        *(grid, parameters.mode, curvature_of(parameters)),
+        unknown=parameters.unknown,
+        window=None if area.shape is None else area.window,
+    )
     frames = morphing_frames(
         *(grid, sources.all, times_s, limit_of(parameters)),
         ceiling_m=ceiling_m,
         ceiling_above_ground=above_ground,
         cache=cache,
     )
-    shape = (len(times_s), *grid.shape)
+    shape = (len(times_s), *known.shape)
     altitude_m, state = np.empty(shape, np.float32), np.empty(shape, np.uint8)
     told: list[FrameFacts] = []
     start = None if parameters.satellites is None else parameters.satellites.time
-    known = ~np.isnan(grid.heights_m)
     known_posts = int(np.count_nonzero(known))
     warnings: dict[str, None] = {}
     firsts: list[tuple[MorphingFrame, MinimumVisibleAltitude]] = []
@@ -110,7 +114,7 @@ def find_frames(
                     anchors=near,
                     satellites=len(frame.anchors) - near,
                     surfaces_computed=cache.computed - computed,
-                    share_flyable=share_of(int(np.count_nonzero(_flyable(frame.map.state))), known_posts),
+                    share_flyable=share_of(int(np.count_nonzero(_flyable(frame.map.state) & known)), known_posts),
                 )
             )
             computed = cache.computed

@@ -22,6 +22,7 @@ from planning.paths import (
     plan_path,
 )
 from service.files.layer import mission_warnings
+from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.plan_answers import finite, place_answer, validation_answer
 from service.parts.points import PlaceIn, PolygonIn
 from service.parts.positioning import ORBIT_TEXTS
@@ -87,11 +88,20 @@ def path_question(
     Raises PathError, RequestError, FrameError.
     """
     start, *way_points = [(e, n) for e, n in places_in_grid(grid, [asked.start, *asked.way_points]).tolist()]
+    area = map_area(grid, asked.area)
+    goals = tuple(_goal(grid, goal, number) for number, goal in enumerate(asked.goals))
+    refuse_outside(grid, asked.area, np.array([start]), "The start")
+    refuse_outside(grid, asked.area, np.reshape(way_points, (-1, 2)), "way_points[{}]")
+    for number, goal in enumerate(goals):
+        if isinstance(goal, shapely.Geometry):
+            area.within([goal], f"goals[{number}]")
+        else:
+            refuse_outside(grid, asked.area, np.array([goal]), f"goals[{number}]")
     heading_deg = asked.start_heading_deg
     return PathProblem(
         grid,
         start,
-        tuple(_goal(grid, goal, number) for number, goal in enumerate(asked.goals)),
+        goals,
         tuple(way_points),
         rover=rover_of(asked.rover),
         limits=limits_of(asked.limits),
@@ -99,7 +109,7 @@ def path_question(
         anchors=(*sources.all, *tracks),
         maps=maps,
         no_go=_areas(grid, asked.no_go, "no_go"),
-        keep_in=_areas(grid, asked.keep_in, "keep_in"),
+        keep_in=area.within(_areas(grid, asked.keep_in, "keep_in"), "keep_in"),
         start_heading_rad=None if heading_deg is None else math.radians(heading_deg),
         navigation=navigation_of(asked.navigation),
         departure_s=asked.departure_s,
@@ -188,20 +198,20 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
             on_surface=limits.on_surface,
         )
         dop, count = found.dop, found.count
-    path = outcome.path
-    answer = _answer(grid, asked, mapped, outcome, started_s)
+    path, area = outcome.path, map_area(grid, asked.area)
+    answer = _answer(area, asked, mapped, outcome, started_s)
     work.progress(1.0)
     return FinishedPath(
-        grid,
+        area.box,
         mapped.standing,
         asked,
         answer,
         vertex_table(path),
         np.zeros((0, 0), np.uint8) if path is None else path.visible.astype(np.uint8),
         np.zeros(0, np.int64) if path is None else path.corners,
-        dop,
-        count,
-        outcome.reasons,
+        area.cut(dop),
+        area.cut(count),
+        area.cut_squares(outcome.reasons),
     )
 
 
@@ -233,15 +243,16 @@ def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> _
 
 
 def _answer(
-    grid: ElevationGrid, asked: PathParameters, mapped: _Mapped, outcome: PathOutcome, started_s: float
+    area: MapArea, asked: PathParameters, mapped: _Mapped, outcome: PathOutcome, started_s: float
 ) -> PathSummary:
     """The outcome of a plan; what is no finite number is None."""
+    grid = area.grid
     problem, lines, path, cut = mapped.problem, mapped.lines, outcome.path, outcome.unreachable
     told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
     told += () if path is None else mission_warnings("path", grid)
     return PathSummary(
         **preamble(
-            *(grid, asked, lines, (*mapped.warnings, *outcome.warnings, *told)),
+            *(area.box, asked, lines, (*mapped.warnings, *outcome.warnings, *area.sentences(), *told)),
             besides={**ORBITS, "morphing_map": ORBITS},
         ),
         timing={

@@ -26,7 +26,7 @@ from service.parts.points import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
 from service.products.dop.picture import dilution_classes
 from service.products.paths.answer import FinishedPath
-from service.products.paths.calculate import path_tracks
+from visibility import Anchor
 
 __all__ = ["draw_path", "path_classes"]
 
@@ -60,7 +60,7 @@ def draw_path(finished: FinishedPath) -> Figure:
         class_pixels(grid, numbers, classes),
         (
             *finished.anchors,
-            *(track.at(finished.parameters.departure_s) for track in path_tracks(grid, finished.parameters)),
+            *_moving(finished),
         ),
         f"Path, {answer.status.replace('_', ' ')}: {dem_name(grid)}",
         _subtitle(finished),
@@ -70,6 +70,17 @@ def draw_path(finished: FinishedPath) -> Figure:
     handles += _draw_ends(axes, finished)
     class_legend(axes, grid, numbers, classes, title, handles)
     return figure
+
+
+def _moving(finished: FinishedPath) -> list[Anchor]:
+    """Where the anchors on tracks are when the rover leaves; how high is of no account here, and may not be known."""
+    asked, found = finished.parameters, []
+    for track in asked.tracks:
+        places_m = places_in_grid(finished.grid, track.points)
+        times_s = [point.time_s for point in track.points]
+        east_m, north_m = (float(np.interp(asked.departure_s, times_s, column)) for column in places_m.T)
+        found.append(Anchor(track.id, east_m, north_m, 0.0))
+    return found
 
 
 def path_classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:

@@ -12,7 +12,7 @@ from service.parts.anchors import TrackIn
 from service.parts.areas import Areas, GoalIn, StandingPlace
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import NotNegative, NotNegativeMetres, PlanAltitudes, Positive, StrictModel
-from service.parts.positioning import EXAMPLE_ANCHORS, MorphingMapParameters, RangingParameters
+from service.parts.positioning import AREA_BESIDE, EXAMPLE_ANCHORS, MorphingMapParameters, RangingParameters
 from service.parts.sentences import WithOlderNames
 
 __all__ = [
@@ -231,6 +231,8 @@ def _check_limits_have_anchors(asked: PathQuestion) -> None:
     ranged, limits = bool(asked.anchors or asked.tracks) or asked.satellites is not None, asked.limits
     if (limits.min_anchors > 0 or limits.dop_limit is not None or limits.bubble_epsilon > 0.0) and not ranged:
         raise ValueError("Limits on anchors in sight, dilution or bubble need anchors, satellites, or a map of them.")
+    if asked.morphing_map is not None and asked.morphing_map.area is not None:
+        raise ValueError(AREA_BESIDE)
     if asked.tracks and (asked.unknown, asked.curvature) != ("unknown", "auto"):
         raise ValueError("With anchors on tracks, unknown and curvature keep their defaults.")
     if ranged and asked.morphing_map is not None:

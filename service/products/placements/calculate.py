@@ -23,6 +23,7 @@ from planning.placement import (
 )
 from service.errors import RequestError
 from service.files.layer import above_sea_level, mission_warnings
+from service.parts.map_area import MapArea, map_area
 from service.parts.positioning_answers import placed_anchors
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import told_of_areas
@@ -104,18 +105,19 @@ def calculate_placement(
         stop=lambda: time.perf_counter() > deadline_s or work.stop(),
     )
     maps = placement_maps(grid, placement, parameters.unknown)
-    answer = _answer(grid, parameters, placement, placement_geometry(grid, placement), maps, started_s)
+    area = map_area(grid, parameters.area)
+    answer = _answer(area, parameters, placement, placement_geometry(grid, placement), maps, started_s)
     work.progress(1.0)
     return FinishedPlacement(
-        grid,
+        area.box,
         question.fixed,
         parameters,
         answer,
-        maps.count_before,
-        maps.count_after,
-        maps.dop_before,
-        maps.dop_after,
-        maps.is_target,
+        area.cut(maps.count_before),
+        area.cut(maps.count_after),
+        area.cut(maps.dop_before),
+        area.cut(maps.dop_after),
+        area.cut(maps.is_target),
     )
 
 
@@ -132,13 +134,14 @@ def cluster_of(parameters: PlacementParameters, scheduler: str | None) -> Cluste
 
 
 def _answer(
-    grid: ElevationGrid,
+    area: MapArea,
     asked: PlacementParameters,
     placement: Placement,
     geometry: PlacementGeometry,
     maps: PlacementMaps,
     started_s: float,
 ) -> PlacementSummary:
+    grid = area.grid
     check = check_placement(grid, placement)
     hover = hover_sensitivity(grid, placement, HOVER_M)
     goal, targets = placement.goal, placement.targets
@@ -161,9 +164,9 @@ def _answer(
             placed_anchors(grid, placement.anchors), placement.marginal, placement.what, strict=True
         )
     ]
-    more = () if geometry.warning is None else (geometry.warning,)
+    more = (*area.sentences(), *(() if geometry.warning is None else (geometry.warning,)))
     return PlacementSummary(
-        **preamble(grid, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),
+        **preamble(area.box, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),
         timing={"calculation_s": time.perf_counter() - started_s, **placement.timing_s},
         objective=goal.objective,
         goal=goal.sentence(),

@@ -32,7 +32,7 @@ from service.files.layer import (
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
 from service.products.in_common import Raster, common_tags, feature
-from terrain import height_at, to_lon_lat, true_offsets
+from terrain import to_lon_lat, true_offsets
 
 from .calculate import FinishedPlacement
 from .question import PlacedOut
@@ -135,9 +135,8 @@ def _plan(finished: FinishedPlacement, placed: PlacedOut) -> str:
     """Take off straight up from the ground below, or from the base where there is one, fly there, and hold."""
     grid = finished.grid
     lon_deg, lat_deg = to_lon_lat(grid, placed.east_m, placed.north_m)
-    ground_m = float(height_at(grid, placed.east_m, placed.north_m))
     # over unknown ground home is where it hovers
-    ups_m = [placed.altitude_m, ground_m if ground_m == ground_m else placed.altitude_m]
+    ups_m = [placed.altitude_m, placed.altitude_m - (placed.above_ground_m or 0.0)]
     altitude_m, home_m = sea_level_m(grid, placed.east_m, placed.north_m, ups_m).tolist()
     home = PlanItem(TAKE_OFF, lon_deg, lat_deg, home_m)
     items = [

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from planning.placement import (
@@ -25,6 +27,7 @@ from planning.placement import (
     path_targets,
 )
 from service.parts.anchors import SightParameters
+from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import MapSummary, curvature_of
 from service.parts.points import PolygonIn, StandOffIn
 from service.parts.positioning_answers import PlacedAnchor
@@ -73,10 +76,11 @@ class PlacementQuestion:
 
 
 def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> PlacementQuestion:
-    """The question in the grid's frame. Raises PlacementError, RequestError, FrameError, AnchorError."""
+    """The question in the grid's frame. Raises AreaError, PlacementError, RequestError, FrameError, AnchorError."""
+    area = map_area(grid, asked.area)
     return PlacementQuestion(
-        join_candidates([_candidates(grid, some, number) for number, some in enumerate(asked.candidates)]),
-        _targets(grid, asked.targets),
+        join_candidates([_candidates(area, some, number) for number, some in enumerate(asked.candidates)]),
+        _targets(area, asked),
         goal_of(asked.goal),
         rules_of(grid, asked.rules),
         tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors),
@@ -85,8 +89,9 @@ def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> Place
     )
 
 
-def _candidates(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candidates:
-    """One set of candidates."""
+def _candidates(within: MapArea, asked: CandidatesIn, number: int) -> Candidates:
+    """One set of candidates; a lattice lies in the request's area unless it names its own."""
+    grid = within.grid
     if asked.places is not None:
         return candidate_points(
             *(grid, places_in_grid(grid, asked.places)),
@@ -95,7 +100,7 @@ def _candidates(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candid
             what=asked.what,
         )
     assert asked.spacing_m is not None, "the schema has seen to it"
-    area = None if asked.area is None else polygon_in_grid(grid, asked.area, f"candidates[{number}].area")
+    area = within.shape if asked.area is None else polygon_in_grid(grid, asked.area, f"candidates[{number}].area")
     return candidate_grid(
         *(grid, asked.spacing_m),
         above_ground_m=asked.above_ground_m,
@@ -105,17 +110,30 @@ def _candidates(grid: ElevationGrid, asked: CandidatesIn, number: int) -> Candid
     )
 
 
-def _targets(grid: ElevationGrid, asked: TargetsIn) -> Targets:
+def _targets(within: MapArea, request: PlacementParameters) -> Targets:
     """Where anchors have to be seen."""
-    height_m = asked.receiver_above_ground_m
+    grid, asked = within.grid, request.targets
+    height_m, weight = asked.receiver_above_ground_m, _weight(within, asked)
     if asked.path is None:
         area = None if asked.area is None else polygon_in_grid(grid, asked.area, "targets.area")
-        return area_targets(grid, height_m, area=area, weight=weights_in_grid(grid, asked.weights, "targets.weights"))
+        return area_targets(grid, height_m, area=area, weight=weight)
     path_m = places_in_grid(grid, asked.path)
+    refuse_outside(grid, request.area, path_m, "targets.path[{}]")
     if asked.corridor_width_m is not None:
-        weight = weights_in_grid(grid, asked.weights, "targets.weights")
         return corridor_targets(grid, path_m, asked.corridor_width_m, height_m, weight=weight)
     return path_targets(grid, path_m, height_m)
+
+
+def _weight(within: MapArea, asked: TargetsIn) -> npt.NDArray[np.float64] | None:
+    """(rows, cols) what each post counts, nothing outside the request's area; None where all count the same."""
+    worth = weights_in_grid(within.grid, asked.weights, "targets.weights")
+    if within.shape is None:
+        return worth
+    first_row, last_row, first_col, last_col = within.window
+    box = slice(first_row, last_row + 1), slice(first_col, last_col + 1)
+    counted = np.zeros(within.grid.shape)
+    counted[box] = 1.0 if within.inside is None else within.inside
+    return counted if worth is None else counted * worth
 
 
 def goal_of(asked: GoalIn) -> Goal:

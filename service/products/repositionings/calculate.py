@@ -13,6 +13,7 @@ from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
 from planning.placement.repositioning import USUAL_HEIGHTS_M
 from service.files.layer import mission_warnings
+from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import MapSummary, curvature_of
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors
 from service.parts.sentences import told_as_asked
@@ -139,18 +140,22 @@ def calculate_repositioning(
         progress=work.progress,
     )
     told = (*told_of_areas(grid, areas_of_rules(parameters.rules)), *mission_warnings("repositioning", grid))
-    answer = _answer(grid, parameters, plan, (*warnings, *told), time.perf_counter() - started_s)
-    return FinishedRepositioning(grid, anchors, parameters, answer, plan.point_m, plan.good.astype(np.uint8))
+    area = map_area(grid, parameters.area)
+    answer = _answer(area, parameters, plan, (*warnings, *area.sentences(), *told), time.perf_counter() - started_s)
+    return FinishedRepositioning(area.box, anchors, parameters, answer, plan.point_m, plan.good.astype(np.uint8))
 
 
 def path_ahead(grid: ElevationGrid, parameters: RepositioningParameters) -> Floats:
-    """(n, 2) the path ahead in the grid's frame."""
+    """(n, 2) the path ahead in the grid's frame. Raises AreaError, FrameError."""
     if parameters.path is not None:
-        return places_in_grid(grid, parameters.path)
-    rover = parameters.rover
-    assert rover is not None, "the schema has seen to it"
-    east_m, north_m = places_in_grid(grid, [rover.place])[0]
-    return straight_ahead(float(east_m), float(north_m), math.radians(rover.heading_deg), rover.ahead_m)
+        ahead_m = places_in_grid(grid, parameters.path)
+    else:
+        rover = parameters.rover
+        assert rover is not None, "the schema has seen to it"
+        east_m, north_m = places_in_grid(grid, [rover.place])[0]
+        ahead_m = straight_ahead(float(east_m), float(north_m), math.radians(rover.heading_deg), rover.ahead_m)
+    refuse_outside(grid, parameters.area, ahead_m, "Place {} of the path ahead")
+    return ahead_m
 
 
 def _flight(asked: DroneFlightIn) -> Flight:
@@ -159,15 +164,15 @@ def _flight(asked: DroneFlightIn) -> Flight:
 
 
 def _answer(
-    grid: ElevationGrid,
+    area: MapArea,
     asked: RepositioningParameters,
     plan: RepositioningPlan,
     warnings: tuple[str, ...],
     elapsed_s: float,
 ) -> RepositioningSummary:
-    schedule = plan.schedule
+    grid, schedule = area.grid, plan.schedule
     return RepositioningSummary(
-        **preamble(grid, asked, ExactSight(curvature_of(asked) or Curvature.of(grid)), warnings),
+        **preamble(area.box, asked, ExactSight(curvature_of(asked) or Curvature.of(grid)), warnings),
         timing={"calculation_s": elapsed_s},
         goal=goal_of(asked.goal).sentence(),
         occluded=list(asked.occluded),

@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, JsonValue
 
 from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
+from service.parts.map_area import map_area
 from service.parts.map_facts import Ground, curvature_of, ground_of
 from service.parts.positioning_answers import (
     PlacedAnchor,
@@ -176,6 +177,7 @@ class FinishedBubbles:
 def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: Work = UNWATCHED) -> FinishedBubbles:
     """The bubbles that are asked for. Raises as check_bubble_question."""
     started_s = time.perf_counter()
+    area = map_area(grid, parameters.area)
     _, points_m, times_s = check_bubble_question(grid, parameters)
     sources = bubble_sources(grid, parameters)
     buildings = buildings_of(grid, parameters.buildings)
@@ -221,15 +223,15 @@ def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: W
         least_promise=float(found.promise.min()),
         error_statement=None if sight is None else sight.error_statement,
         curvature=None if sight is None else sight.curvature.sentence(),
-        dem=ground_of(grid),
+        dem=ground_of(area.box),
         buildings=_building_facts(buildings, found),
         anchors=placed_anchors(grid, sources.all),
         satellites=placed_satellites(sources.all),
-        warnings=[*grid.provenance.warnings, *sources.warnings, *found.warnings],
+        warnings=[*grid.provenance.warnings, *sources.warnings, *area.sentences(), *found.warnings],
         timing={"calculation_s": time.perf_counter() - started_s},
         version=importlib.metadata.version("sightline"),
     )
-    return FinishedBubbles(grid, sources.all, parameters, answer, points_m, times_s, found)
+    return FinishedBubbles(area.box, sources.all, parameters, answer, points_m, times_s, found)
 
 
 def _building_facts(buildings: Buildings | None, found: PathBubbles) -> BuildingFacts | None:

@@ -11,6 +11,7 @@ from pydantic import Base64Bytes, ConfigDict, Field, JsonValue, model_validator
 import navigation
 from navigation import BubbleError, MeasurementError
 from planning.bubbles import surroundings, way_m
+from service.parts.map_area import refuse_outside
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
 from service.parts.positioning import RangingParameters
@@ -178,10 +179,11 @@ def points_and_times(grid: ElevationGrid, parameters: BubbleParameters) -> tuple
 def check_bubble_question(grid: ElevationGrid, parameters: BubbleParameters) -> tuple[int, Array, Array]:
     """(number of anchors and satellites, points, times); refuses what cannot be answered before anything is calculated.
 
-    Raises AnchorError, AlmanacError, FrameError, MeshError, VisibilityInputError, BubbleError, MeasurementError,
-    TimeOrderError, StateError.
+    Raises AreaError, AnchorError, AlmanacError, FrameError, MeshError, VisibilityInputError, BubbleError,
+    MeasurementError, TimeOrderError, StateError.
     """
     points_m, times_s = points_and_times(grid, parameters)
+    refuse_outside(grid, parameters.area, points_m, "Point {}")
     refused = parameters.under_ground == "refuse"
     around = surroundings(grid, points_m, buildings_of(grid, parameters.buildings), inside_is_refused=refused)
     zeros = np.zeros(len(points_m))

@@ -197,14 +197,14 @@ def test_a_wrong_line_is_told_in_one_sentence(sightline, dem_file, what):
 
 
 BAD_FILES = {
-    "no JSON": ("--area", "what", "is not JSON"),
-    "no geometry": ("--area", "{}", "holds no GeoJSON geometries"),
-    "a list": ("--area", "[1]", "is not GeoJSON"),
-    "points for an area": ("--area", {"type": "Point", "coordinates": [0, 0]}, "holds no polygons"),
+    "no JSON": ("--serve", "what", "is not JSON"),
+    "no geometry": ("--serve", "{}", "holds no GeoJSON geometries"),
+    "a list": ("--serve", "[1]", "is not GeoJSON"),
+    "points for an area": ("--serve", {"type": "Point", "coordinates": [0, 0]}, "holds no polygons"),
     "a polygon for a path": ("--path", box(0, 0, 1, 1), "holds no LineString"),
     "words for numbers": ("--path", {"type": "LineString", "coordinates": [["a", "b"]]}, "coordinates are no numbers"),
-    "a polygon of nothing": ("--area", {"type": "Polygon", "coordinates": []}, "without a ring"),
-    "an area outside": ("--area", box(0, 0, 1, 1), "no post of the DEM"),
+    "a polygon of nothing": ("--serve", {"type": "Polygon", "coordinates": []}, "without a ring"),
+    "an area outside": ("--serve", box(0, 0, 1, 1), "no post of the DEM"),
     "a path outside": ("--path", {"type": "LineString", "coordinates": [[0, 0], [9, 9]]}, "no known ground on the DEM"),
     "a bow tie": ("--no-fly", {"type": "Polygon", "coordinates": [[[0, 0], [1, 1], [1, 0], [0, 1]]]}, "is no polygon"),
     "weights without weight": ("--weights", box(0, 0, 1, 1), "without the property weight"),
