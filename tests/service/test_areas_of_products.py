@@ -65,6 +65,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
          "goal": {"min_anchors": 2}, "flight": {"max_flight_m": 900.0}, "heights_above_ground_m": [60.0]},
         {},
     ),
+    "site-map": ({"sites": 3, "directions": 64, "min_separation_m": 60.0}, {}),
     "lines-of-sight": ({"pairs": LINES}, {}),
     "safety-bubbles": ({"anchors": ANCHORS[:4], "points": WAY, "speed_m_per_s": 2.0}, {}),
 }  # fmt: skip
@@ -95,7 +96,9 @@ def told(product: Product, finished: Any) -> dict[str, np.ndarray]:
         return {name: getattr(finished.sight, name) for name in ("verdict", "clearance_m", "blocking_point_m")}
     if product.name == "safety-bubbles":
         return {**finished.numbers(), "visible": finished.bubbles.visible}
-    return {name: getattr(finished, name) for name in product.arrays if getattr(finished, name) is not None}
+    # from where a place is seen counts the ground where sites may stand, which is the area
+    names = [name for name in product.arrays if name not in ("seen_from", "from_undecided")]
+    return {name: getattr(finished, name) for name in names if getattr(finished, name) is not None}
 
 
 def boxed(array: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

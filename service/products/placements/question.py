@@ -129,10 +129,7 @@ def _weight(within: MapArea, asked: TargetsIn) -> npt.NDArray[np.float64] | None
     worth = weights_in_grid(within.grid, asked.weights, "targets.weights")
     if within.shape is None:
         return worth
-    first_row, last_row, first_col, last_col = within.window
-    box = slice(first_row, last_row + 1), slice(first_col, last_col + 1)
-    counted = np.zeros(within.grid.shape)
-    counted[box] = 1.0 if within.inside is None else within.inside
+    counted = within.over_all().astype(np.float64)
     return counted if worth is None else counted * worth
 
 
