@@ -5,8 +5,9 @@ from dataclasses import MISSING, fields
 import pytest
 from pydantic_core import PydanticUndefined
 
-from service.cli import bubble, detect, dop, fly, los, plan, reposition, serve, visibility
+from service.cli import bubble, detect, dop, fly, los, plan, reposition, visibility
 from service.cli.asking import options, placing
+from service.cli.operating import serve
 from service.live.settings import DetectorSettingsIn
 from service.parts.anchors import SightParameters
 from service.parts.positioning import MorphingMapParameters
