@@ -31,7 +31,7 @@ def measured_ranges(second: int) -> list[dict[str, object]]:
 
 def main(url: str, seconds: int = 5) -> None:
     """Drive for so many seconds."""
-    headers = {"Authorization": f"Bearer {os.environ.get('SIGHTLINE_KEY', '')}"}
+    headers = {"Authorization": f"Bearer {key}"} if (key := os.environ.get("SIGHTLINE_KEY")) else {}
     with httpx.Client(base_url=url, timeout=60.0, trust_env=False, headers=headers) as http:
         dem = http.post("/dems", params={"sample": "jacksboro"}).raise_for_status().json()
         asked = {"anchors": DRONES, "dem_id": dem["id"], "settings": {"max_speed_m_per_s": 2.0, "harmful_m": 0.5}}
