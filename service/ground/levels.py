@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from pydantic import BaseModel, Field, JsonValue
 
 from terrain import ElevationGrid, FrameError, to_lon_lat
 
-__all__ = ["LevelOut", "Levels", "levels_of", "place_of", "write_level"]
+__all__ = ["LevelOut", "Levels", "at_level", "levels_of", "place_of", "write_level"]
 
 # the coarsest level has no side longer than this
 COARSEST_POSTS = 256
@@ -78,6 +79,21 @@ def write_level(grid: ElevationGrid, level: int, path: Path) -> None:
     with path.open("wb") as file:
         for first in range(0, grid.rows, at_once):
             file.write(_means(grid.heights_m[first : first + at_once], posts).astype("<f4").tobytes())
+
+
+def at_level(grid: ElevationGrid, level: int) -> ElevationGrid:
+    """The grid whose posts are the values of a level; the same grid at level 0."""
+    if level == 0:
+        return grid
+    posts = 2**level
+    return replace(
+        grid,
+        heights_m=_means(grid.heights_m, posts),
+        cell_east_m=posts * grid.cell_east_m,
+        cell_north_m=posts * grid.cell_north_m,
+        origin_east_m=grid.origin_east_m + (posts - 1) / 2.0 * grid.cell_east_m,
+        origin_north_m=grid.origin_north_m - (posts - 1) / 2.0 * grid.cell_north_m,
+    )
 
 
 def _means(heights_m: npt.NDArray[np.float32], posts: int) -> npt.NDArray[np.float32]:

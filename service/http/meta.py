@@ -15,7 +15,7 @@ from service.errors import NotFoundError
 from service.ground.request import GroundIn
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
 from service.missions.document import MissionIn
-from service.probes.request import ProbeIn, ProfilesIn
+from service.probes.request import PreviewIn, ProbeIn, ProfilesIn
 from service.products import Product
 
 from .answers import Problem, ProblemType
@@ -51,7 +51,7 @@ OTHERS = [
     {"name": "Problems", "description": "What the errors mean."},
 ]
 # bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (GroundIn, ProbeIn, ProfilesIn, MissionIn, DetectionIn, DetectorIn, EpochsIn)
+OTHER_BODIES = (GroundIn, PreviewIn, ProbeIn, ProfilesIn, MissionIn, DetectionIn, DetectorIn, EpochsIn)
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 # a key is demanded of everybody but on loopback, where a service may have none

@@ -1,12 +1,15 @@
-"""Probes: places and profiles, answered at once and kept nowhere."""
+"""Probes: places, profiles and previews of maps, answered at once and kept nowhere."""
 
 from __future__ import annotations
+
+import asyncio
+import uuid
 
 from fastapi import APIRouter, Request, Response
 
 from service.jobs.channel import BodyArguments
 from service.jobs.pool import Lane
-from service.probes.request import ProbeIn, ProbeOut, ProfilesIn, ProfilesOut
+from service.probes.request import PREVIEW_FILE, PreviewIn, ProbeIn, ProbeOut, ProfilesIn, ProfilesOut
 
 from .bodies import json_body
 from .context import Service, ServiceDep
@@ -43,6 +46,37 @@ async def probe_places(request: Request, service: ServiceDep) -> Response:
 async def see_profiles(request: Request, service: ServiceDep) -> Response:
     """Ground, line, Fresnel zone and blocking point along up to 64 straight lines, without a job."""
     return await _answered(service, "profiles", await json_body(request))
+
+
+@router.post(
+    "/previews",
+    summary="Preview a map",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "A line of JSON, then the arrays.",
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **PROBLEMS,
+    },
+    openapi_extra=body_of(PreviewIn),
+)
+async def preview_map(request: Request, service: ServiceDep) -> Response:
+    """What anchors see, or what positioning by them is worth, over a whole DEM: no job, and nothing is kept.
+
+    Meant for whoever moves an anchor and looks at the map meanwhile. The answer is a line of JSON (`names`, `rows`,
+    `cols`, `mode`, `error_statement`, `curvature`, `warnings`) and then, for each name, an array of float32,
+    little-endian, rows from the north: NaN unknown, +infinity at no altitude or no fix. Surfaces of anchors that
+    the last preview had as well are not calculated again.
+    """
+    token = uuid.uuid4().hex
+    work = service.folder.work(token)
+    try:
+        await service.supervisor.ask("preview", BodyArguments(body=await json_body(request)), token, Lane.PROBES)
+        found = await asyncio.to_thread((work / PREVIEW_FILE).read_bytes)
+    finally:
+        await asyncio.to_thread(service.folder.remove, work)
+    return Response(found, media_type="application/octet-stream")
 
 
 async def _answered(service: Service, task: str, body: str) -> Response:

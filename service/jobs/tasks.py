@@ -16,8 +16,9 @@ from service.live.request import DetectorLimits, EpochsIn
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
 from service.probes.places import probe
+from service.probes.previews import write_preview
 from service.probes.profiles import profiles
-from service.probes.request import ProbeIn, ProfilesIn
+from service.probes.request import PREVIEW_FILE, PreviewIn, ProbeIn, ProfilesIn
 from service.products import Given, Needs, Product, Work
 
 from .channel import (
@@ -44,6 +45,7 @@ from .dem_tasks import (
 from .mission_tasks import open_mission, read_mission, write_mission_file
 
 __all__ = [
+    "answer_preview",
     "answer_probe",
     "answer_profiles",
     "calculation_of",
@@ -70,6 +72,17 @@ def answer_profiles(context: TaskContext, arguments: BodyArguments) -> Mapping[s
     """Lines in profile. Raises NotJsonError, NotValidError, NotFoundError, and what ``profiles`` raises."""
     asked = read_body(ProfilesIn, body_in(arguments), context.settings)
     return {"json": profiles(context.grid(asked.dem_id), asked).model_dump_json()}
+
+
+def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
+    """Numbers over a DEM into the work folder. Raises NotJsonError, NotValidError, LimitError, NotFoundError, and what
+    ``write_preview`` raises.
+    """
+    asked = read_body(PreviewIn, body_in(arguments), context.settings)
+    grid = context.grid(asked.dem_id)
+    context.work.mkdir(parents=True)
+    write_preview(grid, asked, context.work / PREVIEW_FILE)
+    return {}
 
 
 def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
@@ -165,6 +178,7 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
         "write-mission-file": write_mission_file,
         "probe": answer_probe,
         "profiles": answer_profiles,
+        "preview": answer_preview,
         "check-request": check_request,
         "draw-layer": draw_layer,
         "check-epochs": check_epochs,

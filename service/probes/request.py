@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.anchors import CurvatureChoice, SightParameters
+from service.parts.anchors import AnchorIn, CurvatureChoice, SightParameters
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegativeMetres, PlaceIn, Positive
@@ -17,9 +17,12 @@ __all__ = [
     "MOST_PLACES",
     "MOST_POINTS",
     "MOST_PROFILES",
+    "PREVIEW_FILE",
     "AnchorSeen",
     "DilutionProbed",
     "PlaceProbed",
+    "PreviewIn",
+    "PreviewTold",
     "ProbeIn",
     "ProbeOut",
     "ProfileOut",
@@ -27,6 +30,8 @@ __all__ = [
     "ProfilesOut",
 ]
 
+# what a preview is called in its work folder, for as long as it takes to hand it on
+PREVIEW_FILE = "preview.bin"
 MOST_POINTS, MOST_PROFILES, MOST_PLACES = 100, 64, 4096
 ANCHORS: list[JsonValue] = [{"id": "D1", "east_m": 402300.0, "north_m": 3795200.0, "above_ground_m": 120.0}]
 POINTS: list[JsonValue] = [{"east_m": 398100.0, "north_m": 3791700.0}]
@@ -64,6 +69,43 @@ class ProbeIn(SightParameters):
         if self.receiver_above_ground_m is not None and self.receiver_altitude_m is not None:
             raise ValueError("Give only one of receiver_above_ground_m and receiver_altitude_m.")
         return self
+
+
+class PreviewIn(SightParameters):
+    """A DEM, anchors, and what of them is wanted over every post."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"dem_id": DEM_ID, "anchors": ANCHORS, "level": 2}]})
+
+    dem_id: DemId
+    anchors: list[AnchorIn] = Field(min_length=1, description="The anchors, at least one, with unique ids.")
+    level: Annotated[int, Field(strict=True, ge=0, le=30)] = Field(
+        0, description="Resolution level, as `/dems/{dem_id}/levels` lists them; 0 has the posts themselves."
+    )
+    show: Literal["sight", "needed_height", "dop", "position_error"] = Field(
+        "sight",
+        description="sight: by anchor, the lowest altitude in its sight and reach, metres; needed_height: the same "
+        "above the ground of the level; dop: one dilution, no unit; position_error: one sigma in space, metres.",
+    )
+    receiver_above_ground_m: NotNegativeMetres = Field(
+        1.5, description="Height of the receiver above the ground, metres: for dop, error, and the reach of antennas."
+    )
+    kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
+        "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
+    )
+    measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution.")
+    on_surface: bool = Field(False, description="Whether only motion along the ground is unknown.")
+
+
+class PreviewTold(BaseModel):
+    """The first line of the answer, JSON: what the numbers after it are."""
+
+    names: list[str] = Field(description="What each array is of: the anchors' ids, or what was asked to be shown.")
+    rows: int = Field(description="Rows of each array, north to south.")
+    cols: int = Field(description="Columns of each array, west to east.")
+    mode: str = Field(description="fast or exact.")
+    error_statement: str = Field(description="Measured error of that mode.")
+    curvature: str = Field(description="Curvature and refraction that were used.")
+    warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
 
 
 class ProfilesIn(AreaParameters):

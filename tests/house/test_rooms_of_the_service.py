@@ -24,7 +24,7 @@ MAY_KNOW = {
     "ground": {"errors", "settings", "parts", "files", "drawing"},
     "live": {"errors", "settings", "parts", "files", "drawing"},
     "products": {"errors", "settings", "estimates", "parts", "files", "drawing"},
-    "probes": {"errors", "parts", "products"},
+    "probes": {"errors", "parts", "products", "ground"},
     "missions": {"errors", "parts", "files"},
     "jobs": {
         "errors",

@@ -1,5 +1,5 @@
 // What the page knows: the mission with its history, the ground under it, what is looked at.
-import { computed, effect, signal } from "@preact/signals";
+import { batch, computed, effect, signal } from "@preact/signals";
 import type { Place } from "./api/types";
 import { type Frame, frameOf } from "./geo/frames";
 import type { Ground } from "./geo/grid";
@@ -35,18 +35,26 @@ export const dem = computed(() => {
   const here = ground.value?.dem;
   return here && mission.value.ground?.dem_id === here.id ? here : null;
 });
+/** Whether something is being dragged or slid, so that quick and coarse is better than late. */
+export const following = signal(false);
 let beforeDrag: Mission | null = null;
 
 export function change(next: Partial<Mission>): void {
   const before = beforeDrag ?? history.value.present;
   beforeDrag = null;
-  history.value = changed(history.value, { ...history.value.present, ...next }, before);
+  batch(() => {
+    following.value = false;
+    history.value = changed(history.value, { ...history.value.present, ...next }, before);
+  });
 }
 
 /** While something is dragged: seen at once, one step of undo when it is let go (change). */
 export function follow(next: Partial<Mission>): void {
   beforeDrag ??= history.value.present;
-  history.value = { ...history.value, present: { ...history.value.present, ...next } };
+  batch(() => {
+    following.value = true;
+    history.value = { ...history.value, present: { ...history.value.present, ...next } };
+  });
 }
 
 /** Whether something is being dragged, and is not let go yet. */
@@ -56,6 +64,7 @@ export function isFollowing(): boolean {
 
 export function open(next: Mission): void {
   beforeDrag = null;
+  following.value = false;
   history.value = begin(next);
 }
 

@@ -31,18 +31,6 @@ export async function calculate<R>(path: string, body: unknown, following: Follo
   return { ...job, result };
 }
 
-/** A question whose answer only this page needs: it is read and then deleted, so that nothing piles up. */
-export async function passing<R, T>(path: string, body: unknown, read: (job: Job<R> & { result: R }) => Promise<T>): Promise<T> {
-  const job = await calculate<R>(path, body);
-  try {
-    return await read(job);
-  } finally {
-    void ask(job.links.self, { method: "DELETE" }).catch((error: unknown) => {
-      console.warn("A preview could not be deleted:", error);
-    });
-  }
-}
-
 export function layer(job: Job<unknown>, name: string): string {
   const link = job.layers.find((one) => one.name === name);
   if (!link) throw new Refusal(words.layerMissing(name), 0, "");

@@ -64,20 +64,6 @@ export interface AnchorAnswer extends Place {
   readonly above_ground_m: number | null;
 }
 
-export interface VisibilityAnswer extends Summary {
-  readonly anchors: readonly AnchorAnswer[];
-}
-
-export interface DopAnswer extends Summary {
-  readonly measure: string;
-  readonly dop_limit: number;
-  readonly share_within_limit: number | null;
-  readonly share_no_go: number | null;
-  readonly share_unknown: number | null;
-  readonly dop_quantiles: Readonly<Record<string, number | null>>;
-  readonly position_error_quantiles_m: Readonly<Record<string, Readonly<Record<string, number | null>>>>;
-}
-
 export interface Relaxation {
   readonly reason: string;
   readonly asked: number | null;

@@ -10,10 +10,11 @@ import Projection from "ol/proj/Projection.js";
 import ImageCanvasSource from "ol/source/ImageCanvas.js";
 import type { Place } from "../api/types";
 import { contains, type Ground } from "../geo/grid";
+import { type Covered, coveredBy } from "../geo/sample";
 import { cursor, ground } from "../state";
 import { unit } from "../units";
 import { contourM, opacity, painted } from "./looks";
-import { shadeWindow } from "./shade";
+import { shade } from "./shade";
 import { vectorLayers } from "./features";
 import { followPointer } from "./tools";
 
@@ -73,6 +74,7 @@ function rasterOf(here: Ground): ImageCanvasSource {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d", { willReadFrequently: false });
   if (!context) throw new Error("This browser draws no pictures.");
+  let seen: { view: string; covered: Covered | null; image: ImageData | null } = { view: "", covered: null, image: null };
   return new ImageCanvasSource({
     ratio: 1,
     projection: `dem-${here.dem.id}`,
@@ -81,7 +83,6 @@ function rasterOf(here: Ground): ImageCanvasSource {
       const begun = performance.now();
       const [width, height] = [Math.round(size[0] as number), Math.round(size[1] as number)];
       if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-      const image = context.createImageData(width, height);
       const view = {
         west: extent[0] as number,
         north: extent[3] as number,
@@ -89,9 +90,16 @@ function rasterOf(here: Ground): ImageCanvasSource {
         width,
         height,
       };
-      const pixels = new Uint32Array(image.data.buffer);
-      shadeWindow(pixels, view, here, painted.peek(), opacity.peek(), contourM.peek());
-      context.putImageData(image, 0, 0);
+      const now = JSON.stringify(view);
+      if (now !== seen.view) {
+        const covered = coveredBy(view, here);
+        seen = { view: now, covered, image: covered && context.createImageData(covered.width, covered.height) };
+        context.clearRect(0, 0, width, height);
+      }
+      if (seen.covered && seen.image) {
+        shade(new Uint32Array(seen.image.data.buffer), seen.covered, here, painted.peek(), opacity.peek(), contourM.peek());
+        context.putImageData(seen.image, seen.covered.left, seen.covered.top);
+      }
       frameTimesMs.push(performance.now() - begun);
       return canvas;
     },

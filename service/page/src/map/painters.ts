@@ -1,9 +1,10 @@
 // From what is looked at to a colour for each post, and to the legend that says what the colours mean.
-import { NO_FIX, NONE, SLOPE_STEPS, MARGIN_STEPS, type Step, UNKNOWN, countColour, limitSteps, stepColour } from "./palettes";
+import { NO_FIX, NONE, SLOPE_STEPS, MARGIN_STEPS, type Step, UNKNOWN, countColour, limitSteps } from "./palettes";
 import type { Air } from "../products/air";
 import type { Dilution } from "../products/dilution";
-import type { Surface } from "../products/surfaces";
-import { type Ground, postAt } from "../geo/grid";
+import { NEVER_MM, type Surface, UNKNOWN_MM } from "../products/surfaces";
+import type { Ground } from "../geo/grid";
+import type { Sample } from "../geo/sample";
 import type { Overlay } from "../state";
 import { figure, fromMetres, unit } from "../units";
 import { words } from "../words";
@@ -15,8 +16,8 @@ export interface Entry {
 
 export interface Painting {
   readonly title: string;
-  /** Number of the entry that a post belongs to; NONE: nothing to say, UNKNOWN: not known. */
-  readonly classAt: (row: number, col: number) => number;
+  /** Puts down for each place of a sample the number of its entry; NONE: nothing to say, UNKNOWN: not known. */
+  readonly classify: (sample: Sample, kinds: Int16Array) => void;
   readonly entries: readonly Entry[];
 }
 
@@ -57,99 +58,78 @@ export function painting(looked: Looked): Painting | null {
   }
 }
 
-/** 1 in sight, 0 hidden, NaN unknown; heights rounded to float32 as the service has them give the service's verdict. */
-export function seenAt(surface: Surface, index: number, receiverAltitudeM: number): number {
-  const least = surface.altitudeM[index] as number;
-  if (surface.seen?.[index] === 0) return 0;
-  if (Number.isNaN(least) || Number.isNaN(receiverAltitudeM)) return NaN;
-  return receiverAltitudeM >= least ? 1 : 0;
-}
-
-function countPainting({ ground, surfaces, receiverM }: Looked): Painting {
-  const { heightsM } = ground.heights;
-  const { cols } = ground.dem;
+function countPainting({ surfaces, receiverM }: Looked): Painting {
   const entries = Array.from({ length: surfaces.length + 1 }, (_, count) => ({
     colour: countColour(count, surfaces.length),
     label: words.anchorsInSight(count),
   }));
-  const classAt = (row: number, col: number): number => {
-    const receiver = Math.fround((heightsM[postAt(ground, row, col)] as number) + receiverM);
-    const index = row * cols + col;
-    let [seen, unknown] = [0, 0];
-    for (const surface of surfaces) {
-      const verdict = seenAt(surface, index, receiver);
-      if (verdict === 1) seen += 1;
-      else if (verdict !== 0) unknown += 1;
-    }
-    return seen === 0 && unknown > 0 ? UNKNOWN : seen;
-  };
-  return { title: words.overlay.count, entries, classAt };
+  return { title: words.overlay.count, entries, classify: (sample, kinds) => countSeen(sample, kinds, surfaces, receiverM) };
 }
 
-function onePainting({ ground, receiverM }: Looked, surface: Surface): Painting {
-  const { heightsM } = ground.heights;
+/** How many are in sight of each place; UNKNOWN where nobody is and somebody may be. Without branches, so that it slides. */
+function countSeen(sample: Sample, kinds: Int16Array, surfaces: readonly Surface[], receiverM: number): void {
+  const beyondMm = Math.floor(receiverM * 1000) + 1;
+  kinds.fill(0);
+  for (const surface of surfaces) addSeen(sample.of(surface.neededMm), beyondMm, kinds);
+  for (const { neededMm, someUnknown } of surfaces) {
+    if (!someUnknown) continue;
+    const needed = sample.of(neededMm);
+    for (let at = 0; at < needed.length; at += 1) if (needed[at] === UNKNOWN_MM && (kinds[at] as number) <= 0) kinds[at] = UNKNOWN;
+  }
+}
+
+/** One more where less than so much is needed: the sign of the difference. */
+function addSeen(neededMm: Int32Array, beyondMm: number, kinds: Int16Array): void {
+  for (let at = 0; at < neededMm.length; at += 1) kinds[at] = (kinds[at] as number) + (((neededMm[at] as number) - beyondMm) >>> 31);
+}
+
+function onePainting({ receiverM }: Looked, surface: Surface): Painting {
   const entries = [
     { colour: countColour(0, 1), label: words.hidden },
     { colour: countColour(1, 1), label: words.inSight },
   ];
-  const classAt = (row: number, col: number): number => {
-    const receiver = Math.fround((heightsM[postAt(ground, row, col)] as number) + receiverM);
-    const seen = seenAt(surface, row * ground.dem.cols + col, receiver);
-    return Number.isNaN(seen) ? UNKNOWN : seen;
-  };
-  return { title: words.overlay.one, entries, classAt };
+  return { title: words.overlay.one, entries, classify: (sample, kinds) => countSeen(sample, kinds, [surface], receiverM) };
 }
 
 /** By how much the best placed anchor is in sight, or out of it. */
-function marginPainting({ ground, surfaces, receiverM }: Looked): Painting {
-  const { heightsM } = ground.heights;
-  return {
-    title: words.overlay.margin,
-    entries: entriesOf(MARGIN_STEPS, (value) => `${fromMetres(value).toFixed(0)} ${unit.value}`),
-    classAt: (row, col) => {
-      const receiver = Math.fround((heightsM[postAt(ground, row, col)] as number) + receiverM);
-      const index = row * ground.dem.cols + col;
-      let best = NaN;
-      for (const surface of surfaces) {
-        const margin = receiver - (surface.altitudeM[index] as number);
-        if (!(margin <= best)) best = Number.isNaN(margin) ? best : margin;
-      }
-      return Number.isNaN(best) ? UNKNOWN : stepOf(MARGIN_STEPS, best);
-    },
+function marginPainting({ surfaces, receiverM }: Looked): Painting {
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const needed = surfaces.map((surface) => sample.of(surface.neededMm));
+    for (let at = 0; at < kinds.length; at += 1) {
+      let least = UNKNOWN_MM;
+      for (const neededMm of needed) least = Math.min(least, neededMm[at] as number);
+      kinds[at] = least === UNKNOWN_MM ? UNKNOWN : stepOf(MARGIN_STEPS, least === NEVER_MM ? -Infinity : receiverM - least / 1000);
+    }
   };
+  const entries = entriesOf(MARGIN_STEPS, (value) => `${fromMetres(value).toFixed(0)} ${unit.value}`);
+  return { title: words.overlay.margin, entries, classify };
 }
 
-function dopPainting({ ground, dopLimit }: Looked, { dop, answer }: Dilution): Painting {
-  return { title: answer.measure.toUpperCase(), ...limited(ground, dop, dopLimit, (value) => figure(value, 1)) };
+function dopPainting({ dopLimit }: Looked, { dop, answer }: Dilution): Painting {
+  return { title: answer.measure.toUpperCase(), ...limited(dop, dopLimit, (value) => figure(value, 1)) };
 }
 
-function errorPainting({ ground, errorLimitM }: Looked, errorM: Float32Array): Painting {
+function errorPainting({ errorLimitM }: Looked, errorM: Float32Array): Painting {
   const told = (value: number): string => `${figure(fromMetres(value))} ${unit.value}`;
-  return { title: words.overlay.error, ...limited(ground, errorM, errorLimitM, told) };
+  return { title: words.overlay.error, ...limited(errorM, errorLimitM, told) };
 }
 
-function limited(
-  ground: Ground,
-  values: Float32Array,
-  limit: number,
-  told: (value: number) => string,
-): Omit<Painting, "title"> {
+function limited(values: Float32Array, limit: number, told: (value: number) => string): Omit<Painting, "title"> {
   const steps = limitSteps(limit);
   const entries = [...entriesOf(steps, told), { colour: NO_FIX, label: words.noFix }];
-  const classAt = (row: number, col: number): number => {
-    const value = values[row * ground.dem.cols + col] as number;
-    if (Number.isNaN(value)) return UNKNOWN;
-    return value === Infinity ? steps.length : stepOf(steps, value);
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const here = sample.of(values);
+    for (let at = 0; at < here.length; at += 1) kinds[at] = here[at] === Infinity ? steps.length : stepOf(steps, here[at] as number);
   };
-  return { entries, classAt };
+  return { entries, classify };
 }
 
 function slopePainting({ ground }: Looked): Painting {
-  const classAt = (row: number, col: number): number => {
-    const slope = ground.slopeDeg[postAt(ground, row, col)] as number;
-    return Number.isNaN(slope) ? UNKNOWN : stepOf(SLOPE_STEPS, slope);
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const slopeDeg = sample.of(ground.slopeDeg);
+    for (let at = 0; at < slopeDeg.length; at += 1) kinds[at] = stepOf(SLOPE_STEPS, slopeDeg[at] as number);
   };
-  return { title: words.overlay.slope, entries: entriesOf(SLOPE_STEPS, (value) => `${value}°`), classAt };
+  return { title: words.overlay.slope, entries: entriesOf(SLOPE_STEPS, (value) => `${value}°`), classify };
 }
 
 function permittedPainting({ ground, maxSlopeDeg }: Looked): Painting {
@@ -157,34 +137,40 @@ function permittedPainting({ ground, maxSlopeDeg }: Looked): Painting {
     { colour: 0x5ab4ac, label: words.permitted(maxSlopeDeg) },
     { colour: 0xbf812d, label: words.tooSteep },
   ];
-  const classAt = (row: number, col: number): number => {
-    const slope = ground.slopeDeg[postAt(ground, row, col)] as number;
-    return Number.isNaN(slope) ? UNKNOWN : slope <= maxSlopeDeg ? 0 : 1;
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const slopeDeg = sample.of(ground.slopeDeg);
+    for (let at = 0; at < slopeDeg.length; at += 1) {
+      const slope = slopeDeg[at] as number;
+      kinds[at] = Number.isNaN(slope) ? UNKNOWN : slope <= maxSlopeDeg ? 0 : 1;
+    }
   };
-  return { title: words.overlay.permitted, entries, classAt };
+  return { title: words.overlay.permitted, entries, classify };
 }
 
 /** Whether one may fly at a height above the ground, by the morphing map. */
-function airPainting({ ground, flownAboveGroundM }: Looked, { aboveGroundM, state }: Air): Painting {
+function airPainting({ flownAboveGroundM }: Looked, { aboveGroundM, state }: Air): Painting {
   const entries = [
     { colour: 0x2c7bb6, label: words.flyableHere },
     { colour: 0xfdae61, label: words.flyableHigher },
     { colour: NO_FIX, label: words.flyableNowhere },
   ];
-  const classAt = (row: number, col: number): number => {
-    const index = row * ground.dem.cols + col;
-    const [column, from] = [state[index] as number, aboveGroundM[index] as number];
-    if (column === 255 || (Number.isNaN(from) && (column === 1 || column === 2))) return UNKNOWN;
-    if (column === 1) return 0;
-    if (column === 2) return flownAboveGroundM >= from ? 0 : 1;
-    return 2;
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const [columns, lowest] = [sample.of(state), sample.of(aboveGroundM)];
+    for (let at = 0; at < columns.length; at += 1) {
+      const [column, from] = [columns[at] as number, lowest[at] as number];
+      if (column === 255 || (Number.isNaN(from) && (column === 1 || column === 2))) kinds[at] = UNKNOWN;
+      else if (column === 1) kinds[at] = 0;
+      else if (column === 2) kinds[at] = flownAboveGroundM >= from ? 0 : 1;
+      else kinds[at] = 2;
+    }
   };
-  return { title: words.overlay.air, entries, classAt };
+  return { title: words.overlay.air, entries, classify };
 }
 
+/** The step that a value lies in; UNKNOWN for NaN. */
 function stepOf(steps: readonly Step[], value: number): number {
   for (let number = 0; number < steps.length; number += 1) if (value < (steps[number] as Step).below) return number;
-  return steps.length - 1;
+  return Number.isNaN(value) ? UNKNOWN : steps.length - 1;
 }
 
 function entriesOf(steps: readonly Step[], told: (value: number) => string): Entry[] {
@@ -195,4 +181,4 @@ function entriesOf(steps: readonly Step[], told: (value: number) => string): Ent
   });
 }
 
-export { NONE, UNKNOWN, stepColour };
+export { NONE, UNKNOWN };

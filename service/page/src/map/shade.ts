@@ -1,63 +1,63 @@
 // Draws ground and colours into the pixels of the screen: the cost is that of the window, however many posts there are.
-import { type Ground, postAt } from "../geo/grid";
+import type { Ground } from "../geo/grid";
+import { countedPosts, type Covered, type Sample } from "../geo/sample";
 import { NONE, type Painting, UNKNOWN } from "./painters";
-
-export interface Window {
-  readonly west: number;
-  readonly north: number;
-  /** Metres per pixel. */
-  readonly resolution: number;
-  readonly width: number;
-  readonly height: number;
-}
 
 const STRIPE = 10;
 const OPAQUE = 0xff000000;
 const VOID_DARK = OPAQUE | 0x9a8f86;
 const VOID_LIGHT = OPAQUE | 0xd8d2cc;
+const CONTOUR = OPAQUE | 0x2a4a6a;
+const HATCH = 0x55606a;
+const LIGHTS = 256;
 
-/** RGBA of a window on the ground, little-endian as ImageData has it; opacity: of the colours over the relief. */
-export function shadeWindow(
+/** RGBA of the pixels on the ground, little-endian as ImageData has it; opacity: of the colours over the relief. */
+export function shade(
   pixels: Uint32Array,
-  view: Window,
+  { sample, width, left, top }: Covered,
   ground: Ground,
   painted: Painting | null,
   opacity: number,
   contourM: number,
 ): void {
-  const { dem, extent, shade, heights } = ground;
-  const colOf = new Int32Array(view.width);
-  for (let x = 0; x < view.width; x += 1) {
-    colOf[x] = Math.floor((view.west + (x + 0.5) * view.resolution - extent.west) / dem.cell_east_m);
-  }
+  const lights = sample.of(ground.shade);
+  const kinds = kindsOf(sample, painted);
   const colours = painted?.entries.map((entry) => entry.colour) ?? [];
-  const above = new Int32Array(view.width);
-  for (let y = 0, at = 0; y < view.height; y += 1) {
-    const row = Math.floor((extent.north - (view.north - (y + 0.5) * view.resolution)) / dem.cell_north_m);
-    if (row < 0 || row >= dem.rows) {
-      at += view.width;
-      continue;
-    }
-    let left = 0;
-    for (let x = 0; x < view.width; x += 1, at += 1) {
-      const col = colOf[x] as number;
-      if (col < 0 || col >= dem.cols) continue;
-      const post = postAt(ground, row, col);
-      const light = shade[post] as number;
-      const striped = (x + y) % STRIPE < 3;
-      if (light === 0) {
-        pixels[at] = striped ? VOID_DARK : VOID_LIGHT;
-        continue;
-      }
-      const kind = painted === null ? NONE : painted.classAt(row, col);
-      const line = contourM > 0 ? Math.floor((heights.heightsM[post] as number) / contourM) : 0;
-      const onLine = contourM > 0 && ((x > 0 && line !== left) || (y > 0 && line !== above[x]));
-      left = line;
-      above[x] = line;
-      if (onLine) pixels[at] = OPAQUE | 0x2a4a6a;
-      else if (kind === NONE || (kind === UNKNOWN && !striped)) pixels[at] = OPAQUE | (light << 16) | (light << 8) | light;
-      else pixels[at] = mixed(kind === UNKNOWN ? 0x55606a : (colours[kind] as number), light, opacity);
-    }
+  // rows of the table: unknown, nothing to say, then the classes
+  const table = new Uint32Array((colours.length + 2) * LIGHTS);
+  const hatch = new Uint32Array(LIGHTS);
+  for (let light = 0; light < LIGHTS; light += 1) {
+    const grey = OPAQUE | (light << 16) | (light << 8) | light;
+    [table[light], table[LIGHTS + light]] = [grey, grey];
+    colours.forEach((colour, kind) => (table[(kind + 2) * LIGHTS + light] = mixed(colour, light, opacity)));
+    hatch[light] = mixed(HATCH, light, opacity);
+  }
+  for (let at = 0, x = 0, stripe = left + top; at < lights.length; at += 1) {
+    const light = lights[at] as number;
+    const kind = kinds[at] as number;
+    if (light === 0) pixels[at] = stripe % STRIPE < 3 ? VOID_DARK : VOID_LIGHT;
+    else pixels[at] = (kind === UNKNOWN && stripe % STRIPE < 3 ? hatch[light] : table[((kind + 2) << 8) | light]) as number;
+    x += 1;
+    stripe += 1;
+    if (x === width) [x, stripe] = [0, stripe - width + 1];
+  }
+  if (contourM > 0) drawContours(pixels, width, sample.of(ground.heights.heightsM), contourM);
+}
+
+function kindsOf(sample: Sample, painted: Painting | null): Int16Array {
+  const kinds = new Int16Array(sample.posts.length).fill(NONE);
+  painted?.classify(sample, kinds);
+  return kinds;
+}
+
+/** A pixel is on a line where the one before it, or the one above it, lies between other heights. */
+function drawContours(pixels: Uint32Array, width: number, heightsM: Float32Array, contourM: number): void {
+  const between = (at: number): number => Math.floor((heightsM[at] as number) / contourM);
+  for (let at = 0; at < heightsM.length; at += 1) {
+    const here = between(at);
+    if (Number.isNaN(here)) continue;
+    const [left, above] = [at % width > 0 ? between(at - 1) : here, at >= width ? between(at - width) : here];
+    if ((left !== here && !Number.isNaN(left)) || (above !== here && !Number.isNaN(above))) pixels[at] = CONTOUR;
   }
 }
 
@@ -72,19 +72,17 @@ function mixed(colour: number, light: number, opacity: number): number {
 
 /** Share of the known posts in each class of a painting, and of those where it is unknown. */
 export function sharesOf(ground: Ground, painted: Painting): { shares: number[]; unknown: number } {
+  const sample = countedPosts(ground);
+  const lights = sample.of(ground.shade);
+  const kinds = kindsOf(sample, painted);
   const counts = new Float64Array(painted.entries.length);
-  const { rows, cols } = ground.dem;
-  // a tenth of a per cent is what is shown, so a large ground is counted on some of its posts
-  const step = Math.max(1, Math.floor(Math.sqrt((rows * cols) / 400_000)));
   let [known, unknown] = [0, 0];
-  for (let row = 0; row < rows; row += step) {
-    for (let col = 0; col < cols; col += step) {
-      if (ground.shade[postAt(ground, row, col)] === 0) continue;
-      known += 1;
-      const kind = painted.classAt(row, col);
-      if (kind === UNKNOWN) unknown += 1;
-      else if (kind !== NONE) counts[kind] = (counts[kind] as number) + 1;
-    }
+  for (let at = 0; at < lights.length; at += 1) {
+    if (lights[at] === 0) continue;
+    known += 1;
+    const kind = kinds[at] as number;
+    if (kind === UNKNOWN) unknown += 1;
+    else if (kind !== NONE) counts[kind] = (counts[kind] as number) + 1;
   }
   return { shares: Array.from(counts, (count) => count / Math.max(known, 1)), unknown: unknown / Math.max(known, 1) };
 }

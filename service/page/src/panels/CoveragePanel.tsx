@@ -1,6 +1,7 @@
 // Coverage: sliders that recolour without a request, what positioning is worth, and more anchors found.
+import { useMemo } from "preact/hooks";
 import { errorLimitM } from "../map/looks";
-import { dilution, isDilutionCurrent } from "../products/dilution";
+import { dilution, isDilutionCurrent, shareBelow } from "../products/dilution";
 import { acceptGhost, dismissGhosts, findMore, ghosts, placement, spacingOf } from "../products/placement";
 import { surfaces } from "../products/surfaces";
 import { attempt, busy, change, follow, ground, mission, overlay } from "../state";
@@ -75,16 +76,17 @@ export function CoveragePanel() {
 }
 
 function Worth() {
-  const now = dilution.value;
+  const [now, here] = [dilution.value, ground.value];
   const limit = mission.value.positioning.dop_limit;
+  const within = useMemo(() => (now && here ? percent(shareBelow(here, now.dop, limit)) : "–"), [now, here, limit]);
   return (
     <Group title={ui.measures[mission.value.positioning.measure]}>
       <div class={!now || isDilutionCurrent() ? "" : "stale"} id="dilution-facts">
         <Facts
           rows={[
-            [`${ui.within} (${figure(limit, 1)})`, now ? percent(shareBelow(now.dop, limit)) : "–"],
-            ["median", now ? figure(now.answer.dop_quantiles["p50"] ?? Infinity) : "–"],
-            ["p95", now ? figure(now.answer.dop_quantiles["p95"] ?? Infinity) : "–"],
+            [`${ui.within} (${figure(limit, 1)})`, within],
+            ["median", now ? figure(now.answer.dop_quantiles.p50) : "–"],
+            ["p95", now ? figure(now.answer.dop_quantiles.p95) : "–"],
             [words.unknown, now ? percent(now.answer.share_unknown) : "–"],
           ]}
         />
@@ -104,17 +106,6 @@ function Trust() {
       <p class="hint">{ui.trust(trust.mode, trust.error_statement, trust.curvature)}</p>
     </section>
   );
-}
-
-/** Share of the posts whose dilution is known, or known to be none, that lie below a limit. */
-function shareBelow(dop: Float32Array, limit: number): number {
-  let [known, below] = [0, 0];
-  for (const value of dop) {
-    if (Number.isNaN(value)) continue;
-    known += 1;
-    if (value < limit) below += 1;
-  }
-  return below / Math.max(known, 1);
 }
 
 function FindMore() {

@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { calculate, layer } from "../api/jobs";
 import type { MorphingAnswer } from "../api/types";
+import { type Ground, keptOf } from "../geo/grid";
 import { rasterAt } from "../geo/rasters";
 import { anchorBody } from "../mission/mission";
 import { ground, mission, overlay, setBusy } from "../state";
@@ -43,14 +44,15 @@ export async function askForAir(): Promise<void> {
   const body = question();
   if (body === null) throw new Error(words.chooseGround);
   if (mission.peek().anchors.length === 0) throw new Error(words.placeAnchors);
+  const here = ground.peek() as Ground;
   setBusy("air", null);
   try {
     const job = await calculate<MorphingAnswer>("/morphing-maps", body, { progress: (share) => setBusy("air", share) });
     const [above, flags] = await Promise.all([rasterAt(layer(job, "above_ground.tif")), rasterAt(layer(job, "flags.tif"))]);
     air.value = {
       key: JSON.stringify(body),
-      aboveGroundM: above.bands[0] as Float32Array,
-      state: flags.bands[0] as Uint8Array,
+      aboveGroundM: keptOf(here, above.bands[0] as Float32Array),
+      state: keptOf(here, flags.bands[0] as Uint8Array),
       answer: job.result,
       downloads: job.layers,
     };

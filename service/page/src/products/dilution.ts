@@ -1,10 +1,19 @@
 // How good positioning is on the ground: dilution and position error as arrays; the limit is a slider.
 import { effect, signal } from "@preact/signals";
-import { layer, passing } from "../api/jobs";
-import type { DopAnswer } from "../api/types";
-import { rasterAt } from "../geo/rasters";
-import { anchorBody } from "../mission/mission";
-import { accept, dem, mission, mode, overlay, refuse, setBusy } from "../state";
+import { draggedLevel, type Preview, preview, spread } from "../api/previews";
+import type { Summary } from "../api/types";
+import type { Ground } from "../geo/grid";
+import { countedPosts } from "../geo/sample";
+import { anchorBody, type Positioning } from "../mission/mission";
+import { accept, dem, following, ground, mission, mode, overlay, refuse, setBusy } from "../state";
+
+export interface DilutionTold extends Summary {
+  readonly measure: Positioning["measure"];
+  /** Part of the known posts whose dilution is unknown, 0..1; null where no post is known. */
+  readonly share_unknown: number | null;
+  /** p50 and p95 of what is known; +Infinity is no fix. */
+  readonly dop_quantiles: Readonly<Record<"p50" | "p95", number>>;
+}
 
 export interface Dilution {
   readonly key: string;
@@ -12,31 +21,34 @@ export interface Dilution {
   readonly dop: Float32Array;
   /** One sigma in space, metres; +Infinity no fix, NaN unknown; null until somebody looks at it. */
   readonly errorM: Float32Array | null;
-  readonly answer: DopAnswer;
+  readonly answer: DilutionTold;
 }
 
 export const dilution = signal<Dilution | null>(null);
 export const dilutionTimesMs: number[] = [];
 const SETTLE_MS = 120;
-/** With fewer it depends on what is measured whether there is a fix; then the service is asked only on purpose. */
-const ENOUGH_FOR_ANY_FIX = 4;
 let running = false;
 let refusedKey = "";
 let settling: ReturnType<typeof setTimeout> | undefined;
 
 interface Wanted {
   readonly key: string;
-  readonly body: Record<string, unknown>;
+  readonly on: Ground;
+  readonly coarser: number;
+  readonly body: Readonly<Record<string, unknown>>;
   readonly withError: boolean;
 }
 
 /** The question as it stands; null where nobody asks, or nothing can be ranged to. */
 function wanted(): Wanted | null {
-  const here = dem.value;
+  const [here, on] = [dem.value, ground.value];
   const { anchors, rover, positioning } = mission.value;
-  const onMap = overlay.value === "dilution" || overlay.value === "error";
-  const looked = onMap || (mode.value === "coverage" && anchors.length >= ENOUGH_FOR_ANY_FIX);
-  if (!here || !looked || anchors.length === 0) return null;
+  const shown = overlay.value === "dilution" || overlay.value === "error";
+  // a slider over another map asks nothing; the numbers beside it follow when it rests
+  const looked = shown || (mode.value === "coverage" && !following.value);
+  if (!here || !on || !looked || anchors.length === 0) return null;
+  const { level: finest } = on.heights;
+  const level = following.value ? draggedLevel(here, finest) : finest;
   const body = {
     dem_id: here.id,
     anchors: anchors.map(anchorBody),
@@ -44,10 +56,10 @@ function wanted(): Wanted | null {
     kind: positioning.kind,
     measure: positioning.measure,
     on_surface: positioning.on_surface,
-    mode: "fast",
+    level,
   };
   const withError = overlay.value === "error";
-  return { key: JSON.stringify([body, withError]), body, withError };
+  return { key: JSON.stringify([body, withError]), on, coarser: level - finest, body, withError };
 }
 
 export function isDilutionCurrent(): boolean {
@@ -66,7 +78,8 @@ export function watchDilution(): void {
     const now = wanted();
     if (mission.value.anchors.length === 0) dilution.value = null;
     clearTimeout(settling);
-    if (now) settling = setTimeout(() => void askFor(), overlay.peek() === "dilution" ? 0 : SETTLE_MS);
+    const shown = overlay.peek() === "dilution" || overlay.peek() === "error";
+    if (now) settling = setTimeout(() => void askFor(), shown ? 0 : SETTLE_MS);
   });
   effect(() => {
     if (dilution.peek() && !dilution.peek()?.key.includes(dem.value?.id ?? " ")) dilution.value = null;
@@ -83,7 +96,7 @@ async function askFor(): Promise<void> {
     const found = await read(now);
     dilutionTimesMs.push(performance.now() - begun);
     accept("coverage");
-    if (dem.peek()?.id === now.body["dem_id"]) dilution.value = found;
+    if (dem.peek()?.id === now.on.dem.id) dilution.value = found;
   } catch (error) {
     refusedKey = now.key;
     refuse("coverage", error);
@@ -94,13 +107,33 @@ async function askFor(): Promise<void> {
   }
 }
 
-function read(now: Wanted): Promise<Dilution> {
-  return passing<DopAnswer, Dilution>("/dop-maps", now.body, async (job) => {
-    const [dop, error] = await Promise.all([
-      rasterAt(layer(job, "dop.tif")),
-      now.withError ? rasterAt(layer(job, "position_error.tif")) : null,
-    ]);
-    const errorM = (error?.bands[2] as Float32Array | undefined) ?? null;
-    return { key: now.key, dop: dop.bands[0] as Float32Array, errorM, answer: job.result };
-  });
+async function read({ key, on, coarser, body, withError }: Wanted): Promise<Dilution> {
+  const [told, error] = await Promise.all([preview({ ...body, show: "dop" }), withError ? preview({ ...body, show: "position_error" }) : null]);
+  const { rows, cols } = on.heights;
+  const kept = (found: Preview): Float32Array => (coarser === 0 ? (found.arrays[0] as Float32Array) : spread(found, coarser, rows, cols));
+  const dop = kept(told);
+  return { key, dop, errorM: error && kept(error), answer: { ...told, measure: body["measure"] as Positioning["measure"], ...factsOf(on, dop) } };
+}
+
+/** What the service's dilution map tells in numbers, of the posts that shares are counted over. */
+function factsOf(on: Ground, dop: Float32Array): Pick<DilutionTold, "share_unknown" | "dop_quantiles"> {
+  const sample = countedPosts(on);
+  const [lights, here] = [sample.of(on.shade), sample.of(dop)];
+  const known = here.filter((value, at) => lights[at] !== 0 && !Number.isNaN(value)).sort();
+  const posts = lights.reduce((sum, light) => sum + (light === 0 ? 0 : 1), 0);
+  const quantile = (share: number): number => known[Math.max(0, Math.ceil(share * known.length) - 1)] ?? Infinity;
+  return { share_unknown: posts === 0 ? null : 1 - known.length / posts, dop_quantiles: { p50: quantile(0.5), p95: quantile(0.95) } };
+}
+
+/** Share of the known posts, among them those that are known to have no fix, whose dilution lies below a limit. */
+export function shareBelow(on: Ground, dop: Float32Array, limit: number): number {
+  const here = countedPosts(on).of(dop);
+  let [known, below] = [0, 0];
+  for (let at = 0; at < here.length; at += 1) {
+    const value = here[at] as number;
+    if (Number.isNaN(value)) continue;
+    known += 1;
+    if (value < limit) below += 1;
+  }
+  return below / Math.max(known, 1);
 }

@@ -1,11 +1,11 @@
 // Who is in sight of a place, and by how much: read from the arrays that are here already, without a request.
 import type { Place } from "../api/types";
-import { cellAt, type Ground, heightAt, slopeAt } from "../geo/grid";
+import { cellAt, type Ground, heightAt, postAt, slopeAt } from "../geo/grid";
 import type { Anchor } from "../mission/mission";
 import { frame, ground, mission } from "../state";
 import type { Degrees } from "../geo/frames";
 import { dilution, isDilutionCurrent } from "./dilution";
-import { isCurrent, surfaces } from "./surfaces";
+import { isCurrent, NEVER_MM, surfaces, UNKNOWN_MM } from "./surfaces";
 
 export type Verdict = "seen" | "hidden" | "unknown";
 
@@ -31,7 +31,7 @@ export function readoutAt(place: Place): Readout | null {
   const here = ground.value;
   const cell = here && cellAt(here, place);
   if (!here || !cell) return null;
-  const index = cell.row * here.dem.cols + cell.col;
+  const index = postAt(here, cell.row, cell.col);
   return {
     place,
     degrees: frame.value?.toDegrees(place) ?? null,
@@ -46,7 +46,7 @@ export function sightOf(place: Place): Sight[] {
   const here = ground.value;
   const cell = here && cellAt(here, place);
   if (!here || !cell) return [];
-  const index = cell.row * here.dem.cols + cell.col;
+  const index = postAt(here, cell.row, cell.col);
   return mission.value.anchors.flatMap((anchor) => {
     const one = sightOfOne(here, anchor, place, index);
     return one === null ? [] : [one];
@@ -56,17 +56,10 @@ export function sightOf(place: Place): Sight[] {
 function sightOfOne(here: Ground, anchor: Anchor, place: Place, index: number): Sight | null {
   const surface = surfaces.value.get(anchor.id);
   if (!surface || !isCurrent(here.dem, anchor)) return null;
-  const receiverM = Math.fround(heightAtPost(here, index) + mission.value.rover.receiver_above_ground_m);
-  const marginM = receiverM - (surface.altitudeM[index] as number);
-  const outOfReach = surface.seen?.[index] === 0;
-  const verdict = Number.isNaN(marginM) ? "unknown" : marginM >= 0 && !outOfReach ? "seen" : "hidden";
+  const neededMm = surface.neededMm[index] as number;
+  const exactM = mission.value.rover.receiver_above_ground_m - neededMm / 1000;
+  const marginM = neededMm === UNKNOWN_MM ? NaN : neededMm === NEVER_MM ? -Infinity : exactM;
+  const verdict = Number.isNaN(marginM) ? "unknown" : marginM >= 0 ? "seen" : "hidden";
   const distanceM = Math.hypot(anchor.east_m - place.east_m, anchor.north_m - place.north_m);
   return { anchor, verdict, marginM, distanceM };
-}
-
-/** Height of the post itself, for which the surfaces hold. */
-function heightAtPost(here: Ground, index: number): number {
-  const { cols } = here.dem;
-  const { level, heightsM, cols: kept } = here.heights;
-  return heightsM[(Math.floor(index / cols) >> level) * kept + ((index % cols) >> level)] as number;
 }

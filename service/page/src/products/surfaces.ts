@@ -1,21 +1,23 @@
-// What each anchor sees: the lowest altitude in its sight over every post, asked for by itself and kept, so that only
-// what moved is calculated again and the antenna's height is a slider.
+// What each anchor sees: how high above every kept post it is in sight, asked for by itself and kept, so that only what
+// moved is calculated again and the antenna's height is a slider.
 import { effect, signal } from "@preact/signals";
-import { layer, passing } from "../api/jobs";
-import type { Dem, Summary, VisibilityAnswer } from "../api/types";
-import { rasterAt } from "../geo/rasters";
+import { draggedLevel, preview, spread } from "../api/previews";
+import type { Dem, Summary } from "../api/types";
+import type { Ground } from "../geo/grid";
 import { type Anchor, anchorBody, isLimited } from "../mission/mission";
-import { accept, dem, mission, refuse, setBusy } from "../state";
+import { accept, dem, following, ground, mission, refuse, setBusy } from "../state";
 
 export interface Surface {
+  /** Which anchor on which ground, and whether it is coarse; see keyOf. */
   readonly key: string;
-  /** Lowest altitude in sight, metres; NaN unknown, +Infinity at none. */
-  readonly altitudeM: Float32Array;
-  /** 1 visible, 0 hidden, 255 unknown at the height it was asked for: for anchors whose range or sector ends. */
-  readonly seen: Uint8Array | null;
-  readonly antennaAltitudeM: number;
+  /** Height above the ground from which on it is in sight and reach, millimetres; else NEVER_MM or UNKNOWN_MM. */
+  readonly neededMm: Int32Array;
+  readonly someUnknown: boolean;
   readonly answer: Summary;
 }
+
+export const NEVER_MM = 2_000_000_000;
+export const UNKNOWN_MM = NEVER_MM + 1;
 
 export const surfaces = signal<ReadonlyMap<string, Surface>>(new Map());
 export const surfaceTimesMs: number[] = [];
@@ -25,9 +27,9 @@ const asked = new Set<string>();
 const refused = new Map<string, string>();
 let settling: ReturnType<typeof setTimeout> | undefined;
 
-function keyOf(on: Dem, anchor: Anchor): string {
+function keyOf(on: Dem, anchor: Anchor, level: "full" | "coarse" = "full"): string {
   const receiver = isLimited(anchor) ? mission.value.rover.receiver_above_ground_m : null;
-  return JSON.stringify([on.id, anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver]);
+  return JSON.stringify([on.id, anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver, level]);
 }
 
 export function isCurrent(on: Dem, anchor: Anchor): boolean {
@@ -44,11 +46,13 @@ export function watchSurfaces(): void {
   effect(() => {
     const { anchors, rover } = mission.value;
     const here = dem.value;
+    const dragged = following.value;
     if (rover.receiver_above_ground_m < 0 || !here) return;
     forget(here, anchors);
     // a slider of limited anchors waits until it rests; a drag does not wait
     clearTimeout(settling);
-    if (anchors.some((one) => isLimited(one) && !isCurrent(here, one))) settling = setTimeout(askNext, SETTLE_MS);
+    const sliding = dragged && anchors.some((one) => isLimited(one) && !isCurrent(here, one));
+    if (sliding) settling = setTimeout(askNext, SETTLE_MS);
     else askNext();
   });
 }
@@ -57,36 +61,40 @@ function forget(on: Dem, anchors: readonly Anchor[]): void {
   const ids = new Set(anchors.map((anchor) => anchor.id));
   const stays = [...surfaces.peek()].filter(([id, one]) => ids.has(id) && one.key.includes(on.id));
   if (stays.length !== surfaces.peek().size) surfaces.value = new Map(stays);
+  if (refused.size === 0) return;
   const keys = new Set(anchors.map((anchor) => keyOf(on, anchor)));
-  const told = refused.size > 0;
   for (const key of refused.keys()) if (!keys.has(key)) refused.delete(key);
   // what was refused of an anchor is over once no such anchor is left; other refusals stay
-  if (told && refused.size === 0) accept("anchors");
+  if (refused.size === 0) accept("anchors");
 }
 
 function askNext(): void {
-  const here = dem.peek();
-  if (!here) return;
+  const [here, posts] = [dem.peek(), ground.peek()];
+  if (!here || !posts || posts.dem.id !== here.id) return;
+  const level = following.peek() ? draggedLevel(here, posts.heights.level) : posts.heights.level;
   for (const anchor of mission.peek().anchors) {
     if (asked.size >= AT_ONCE) return;
     if (asked.has(anchor.id) || isCurrent(here, anchor) || refused.has(keyOf(here, anchor))) continue;
-    void askFor(here, anchor);
+    const coarse = level > posts.heights.level;
+    if (coarse && surfaces.peek().get(anchor.id)?.key === keyOf(here, anchor, "coarse")) continue;
+    void askFor(posts, anchor, level);
   }
 }
 
-async function askFor(on: Dem, anchor: Anchor): Promise<void> {
-  const key = keyOf(on, anchor);
+async function askFor(on: Ground, anchor: Anchor, level: number): Promise<void> {
+  const full = keyOf(on.dem, anchor);
+  const key = level > on.heights.level ? keyOf(on.dem, anchor, "coarse") : full;
+  const stands = (): boolean => dem.peek()?.id === on.dem.id && mission.peek().anchors.some((one) => one.id === anchor.id);
   asked.add(anchor.id);
   setBusy("visibility", null);
   const begun = performance.now();
   try {
-    const surface = await read(on, anchor, key);
+    const surface = await read(on, anchor, level, key);
     surfaceTimesMs.push(performance.now() - begun);
-    const stillThere = dem.peek()?.id === on.id && mission.peek().anchors.some((one) => one.id === anchor.id);
-    if (stillThere) surfaces.value = new Map(surfaces.peek()).set(anchor.id, surface);
+    if (stands()) surfaces.value = new Map(surfaces.peek()).set(anchor.id, surface);
   } catch (error) {
-    refused.set(key, anchor.id);
-    if (dem.peek()?.id === on.id && mission.peek().anchors.some((one) => keyOf(on, one) === key)) refuse("anchors", error);
+    refused.set(full, anchor.id);
+    if (stands() && mission.peek().anchors.some((one) => keyOf(on.dem, one) === full)) refuse("anchors", error);
     const others = new Map(surfaces.peek());
     others.delete(anchor.id);
     surfaces.value = others;
@@ -97,25 +105,24 @@ async function askFor(on: Dem, anchor: Anchor): Promise<void> {
   }
 }
 
-function read(on: Dem, anchor: Anchor, key: string): Promise<Surface> {
-  const body = {
-    dem_id: on.id,
+async function read(on: Ground, anchor: Anchor, level: number, key: string): Promise<Surface> {
+  const coarser = level - on.heights.level;
+  const found = await preview({
+    dem_id: on.dem.id,
     anchors: [anchorBody(anchor)],
     receiver_above_ground_m: mission.peek().rover.receiver_above_ground_m,
-    mode: "fast",
-  };
-  return passing<VisibilityAnswer, Surface>("/visibility-maps", body, async (job) => {
-    const [altitude, seen] = await Promise.all([
-      rasterAt(layer(job, "min_visible_altitude.tif")),
-      isLimited(anchor) ? rasterAt(layer(job, "visible.tif")) : null,
-    ]);
-    const found = job.result.anchors[0];
-    return {
-      key,
-      altitudeM: altitude.bands[0] as Float32Array,
-      seen: (seen?.bands[0] as Uint8Array | undefined) ?? null,
-      antennaAltitudeM: found?.altitude_m ?? NaN,
-      answer: job.result,
-    };
+    level,
+    show: "needed_height",
   });
+  const { rows, cols } = on.heights;
+  const neededM = coarser === 0 ? (found.arrays[0] as Float32Array) : spread(found, coarser, rows, cols);
+  const neededMm = new Int32Array(neededM.length);
+  let someUnknown = false;
+  for (let at = 0; at < neededM.length; at += 1) {
+    const metres = neededM[at] as number;
+    const known = !Number.isNaN(metres);
+    someUnknown ||= !known;
+    neededMm[at] = known ? Math.max(-NEVER_MM / 2, Math.min(NEVER_MM, Math.ceil(metres * 1000))) : UNKNOWN_MM;
+  }
+  return { key, neededMm, someUnknown, answer: found };
 }
