@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -39,9 +40,9 @@ __all__ = [
 
 Floats = npt.NDArray[np.float64]
 
-# how closely sight lines are asked along a path, in cells: everywhere, and where a line that counts is near the ground
-COARSE, FINE = 0.5, 0.0625
-NEAR_M_PER_CELL = 0.25
+# how closely sight lines are asked along a path, in cells: everywhere, and closer the nearer to the ground a line is
+STEPS = (0.5, 0.0625, 0.0078125)
+NEAR_M_PER_CELL = 0.25  # for the first; in proportion to the step for the others
 # limits, as the validator calls them, that a path around the place keeps
 REPAIRED = ("anchors in sight", "dilution", "height over the morphing map", "room for the safety bubble")
 # how far inside its square the nearest allowed place is put, in cells
@@ -89,19 +90,33 @@ def hidden_places(
     """Places along a path at which exact sight lines break a limit; everywhere: over forbidden squares, too."""
     if maps is None or not problem.limits.on_positioning:
         return np.zeros((0, 2))
-    coarse, _ = sampled(places, COARSE)
+    coarse, _ = sampled(places, STEPS[0])
     times_s = running_sums(field.for_kernels(everywhere=everywhere), coarse).time_s
     seen = maps.sightings(coarse, times_s)
-    hidden = coarse[breaks(problem.limits, seen)]
-    near_m = NEAR_M_PER_CELL * max(field.grid.cell_east_m, field.grid.cell_north_m)
-    close = np.asarray((seen.visible & (seen.margin_m < near_m)).any(axis=1))
-    begins = np.flatnonzero(close[:-1] | close[1:])
-    if len(begins) == 0:
-        return hidden
-    share = np.arange(1, round(COARSE / FINE))[:, None] * (FINE / COARSE)
-    fine = (coarse[begins] + share[..., None] * (coarse[begins + 1] - coarse[begins])).reshape(-1, 2)
-    fine_s = (times_s[begins] + share * (times_s[begins + 1] - times_s[begins])).ravel()
-    return np.concatenate([hidden, fine[breaks(problem.limits, maps.sightings(fine, fine_s))]])
+    hidden = [coarse[breaks(problem.limits, seen)]]
+    cell_m = max(field.grid.cell_east_m, field.grid.cell_north_m)
+    close = _close(seen, NEAR_M_PER_CELL * cell_m)
+    kept = close[:-1] | close[1:]
+    begin, end = ((np.column_stack([coarse, times_s])[part])[kept] for part in (slice(None, -1), slice(1, None)))
+    for step, finer in pairwise(STEPS):
+        if len(begin) == 0:
+            break
+        share = np.linspace(0.0, 1.0, round(step / finer) + 1)[:, None, None]
+        at = begin + share * (end - begin)
+        inner = at[1:-1].reshape(-1, 3)
+        seen = maps.sightings(inner[:, :2], inner[:, 2])
+        hidden.append(inner[breaks(problem.limits, seen), :2])
+        close = _close(seen, NEAR_M_PER_CELL * cell_m * finer / STEPS[0]).reshape(len(at) - 2, -1)
+        kept = np.zeros((len(at) - 1, len(begin)), np.bool_)
+        kept[1:] |= close
+        kept[:-1] |= close
+        begin, end = at[:-1][kept], at[1:][kept]
+    return np.concatenate(hidden)
+
+
+def _close(seen: Sightings, near_m: float) -> npt.NDArray[np.bool_]:
+    """(n,) whether a line that is in sight passes so near to the ground that it may be hidden a little further on."""
+    return np.asarray((seen.visible & (seen.margin_m < near_m)).any(axis=1))
 
 
 def breaks(limits: PathLimits, seen: Sightings) -> npt.NDArray[np.bool_]:

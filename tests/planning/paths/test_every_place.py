@@ -9,10 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, RoverModel, plan_path
+from planning.paths.checks import hidden_places
+from planning.paths.fields import cost_field
 from planning.paths.places import middles, steepest_rad
+from planning.paths.sight_maps import sight_maps
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import fractal
-from visibility import VISIBLE, anchor_above_ground, dop, lines_of_sight, min_visible_altitude
+from visibility import VISIBLE, Anchor, anchor_above_ground, dop, lines_of_sight, min_visible_altitude
 from visibility.dilution import surface_normals
 
 ROUGH = fractal(24, 5, relief_m=150.0, cell_m=30.0)
@@ -51,6 +54,41 @@ def test_the_steepest_slope_is_that_of_the_steepest_triangle_on_the_way(corners)
     hair = [(down, across) for down in (-1e-6, 0.0, 1e-6) for across in (-1e-6, 0.0, 1e-6)]
     around = np.vstack([np.vstack([dense(places, 4000), middles(places)[0]]) + step for step in hair])
     assert found <= np.nanmax(slope_rad(around)) + 1e-9
+
+
+@pytest.mark.parametrize("width", [0.4, 0.1, 0.05, 0.025, 0.012])
+@pytest.mark.parametrize("shift", [0.0, 0.275])
+def test_the_shadow_of_a_spike_is_found_however_narrow_it_is(width, shift):
+    """A way passes behind a single high post, over which the only anchor looks but for so many cells of the way."""
+    cell_m, high_m, antenna_m = 10.0, 20.0, 1.5
+    heights_m = np.zeros((21, 41), np.float32)
+    heights_m[10, 20] = high_m
+    grid = ElevationGrid(heights_m, cell_m, cell_m)
+    behind_m, before_m = 65.0, 95.0  # from the spike to the way, and to the anchor
+    # what the line lacks at the tip is what the spike falls over half of the width of its shadow there
+    lacks_m = 0.5 * width * high_m * before_m / (behind_m + before_m)
+    slope = (high_m - lacks_m - antenna_m) / behind_m
+    anchor = Anchor("A", 200.0, -100.0 + before_m, antenna_m + slope * (behind_m + before_m))
+    problem = PathProblem(
+        grid,
+        (15.0, -165.0),
+        ((385.0, -165.0),),
+        rover=RoverModel(footprint_radius_m=0.0, max_slope_rad=1.0, receiver_above_ground_m=antenna_m),
+        weights=CostWeights(length=1.0),
+        maps=min_visible_altitude(grid, [anchor], "exact"),
+        limits=PathLimits(min_anchors=1),
+    )
+    ends = np.array([[16.5, 1.5 + shift], [16.5, 38.5 + shift]])
+    cols = np.linspace(*ends[:, 1], 40_001)
+    on_the_way_m = np.column_stack([cols * cell_m, np.full(len(cols), -165.0), np.full(len(cols), antenna_m)])
+    at_m = np.tile((anchor.east_m, anchor.north_m, anchor.altitude_m), (len(cols), 1))
+    lost = cols[lines_of_sight(grid, at_m, on_the_way_m).clearance_m <= 0.0]
+    assert lost[-1] - lost[0] == pytest.approx(width, rel=0.3)
+    maps = sight_maps(problem)
+    found = hidden_places(problem, cost_field(problem, maps), maps, ends, everywhere=True)
+    assert len(found)
+    assert found[:, 1].min() >= lost[0] - 1e-3
+    assert found[:, 1].max() <= lost[-1] + 1e-3
 
 
 def test_a_way_along_an_edge_is_as_steep_as_the_steeper_side():
