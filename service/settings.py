@@ -197,6 +197,22 @@ class Settings(BaseSettings):
         description="Memory that one calculation may take on top of a warm worker, bytes; reading, checking and "
         "drawing half of it, a probe a quarter.",
     )
+    keep_results_s: float | None = Field(
+        default=None,
+        gt=0.0,
+        description="Seconds that jobs and results are kept after they were over, unless they are pinned; for good "
+        "unless set.",
+    )
+    max_results_bytes: int | None = Field(
+        default=None,
+        ge=0,
+        description="Bytes of results beyond which the oldest are deleted, unless pinned; no limit unless set.",
+    )
+    min_free_bytes: int = Field(
+        default=256 * MIB,
+        ge=0,
+        description="Bytes of the data folder's disk below which new work is refused, at most a twentieth of the disk.",
+    )
     max_attempts: int = Field(
         default=2, ge=1, le=10, description="Times that a job is started when its worker keeps dying."
     )

@@ -118,6 +118,8 @@ class JobOut(BaseModel):
     finished_at: datetime | None = Field(description="When it was over, one way or another.")
     run_s: float | None = Field(description="Seconds from start to end of the last attempt.")
     attempts: int = Field(description="How often it was started.")
+    pinned: bool = Field(description="Kept for good, whatever the service's retention.")
+    expires_at: datetime | None = Field(description="When it is deleted for its age; null when it is not.")
     problem: Problem | None = Field(description="Why there is no result, when it is over without one.")
     links: dict[str, str] = Field(description="Paths of what belongs to it.")
 
@@ -173,6 +175,8 @@ def running_example(path: str, request: dict[str, JsonValue]) -> dict[str, JsonV
         "finished_at": None,
         "run_s": None,
         "attempts": 1,
+        "pinned": False,
+        "expires_at": None,
         "problem": None,
         "links": {"self": f"{path}/{JOB_ID}", "dem": f"/dems/{DEM_ID}"},
         "request": request,

@@ -90,7 +90,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                 await asyncio.to_thread(rehearse)
             await service.supervisor.start()
             service.quarantined = opened.count_quarantined()
-            tasks = [asyncio.create_task(work) for work in (service.watch_store(), service.detectors.keep_sweeping())]
+            upkeep = (service.watch_store(), service.supervisor.keep_sweeping(), service.detectors.keep_sweeping())
+            tasks = [asyncio.create_task(work) for work in upkeep]
             try:
                 yield
             finally:

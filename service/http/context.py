@@ -71,6 +71,7 @@ class Service:
             try:
                 self.quarantined = await asyncio.to_thread(self.folder.count_quarantined)
                 await asyncio.to_thread(self.folder.check_usable)
+                await asyncio.to_thread(self.supervisor.space.look)
                 await self.supervisor.in_store(self.store.check_writable)
                 self.store_writable = True
             except (sqlite3.DatabaseError, OSError, DataFolderError) as error:

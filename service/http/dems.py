@@ -222,7 +222,7 @@ async def delete_dem(dem_id: str, service: ServiceDep) -> None:
         service.store.remove_dem(dem_id)
         service.folder.remove(service.folder.dem(dem_id))
 
-    await service.supervisor.in_store(remove)
+    await service.supervisor.in_store(service.supervisor.space.freeing, remove)
 
 
 @ground.get("", summary="See what ground there is", responses=problem_responses(422))
@@ -234,6 +234,7 @@ async def get_ground(service: ServiceDep) -> Coverage:
 async def _uploaded(
     request: Request, service: Service, filename: str | None, options: ReadingOptions
 ) -> tuple[DemRecord, bool]:
+    service.supervisor.space.refuse_when_low()
     if service.uploads.locked():
         raise BusyError(
             f"{service.settings.max_uploads} uploads are under way, which is the limit; try again in a moment",
@@ -267,6 +268,7 @@ async def keep_dem(
     # its files may have been lost; then they are read again
     if known is not None and service.folder.dem(dem_id).is_dir():
         return known, False
+    service.supervisor.space.refuse_when_low()
     token = uuid.uuid4().hex
     summary = dict(cast(Mapping[str, JsonValue], await service.supervisor.ask(task, arguments, token)))
     called = str(summary.pop("name", name))

@@ -98,6 +98,16 @@ class Memory(BaseModel):
     )
 
 
+class Storage(BaseModel):
+    """What is kept, and for how long."""
+
+    free_bytes: int = Field(description="What is left on the disk of the data folder.")
+    min_free_bytes: int = Field(description="Below that, new work is refused.")
+    results_bytes: int = Field(description="What results take.")
+    max_results_bytes: int | None = Field(description="Beyond that, the oldest that are not pinned are deleted.")
+    keep_results_s: float | None = Field(description="Results that are not pinned are kept so long; null: for good.")
+
+
 class About(BaseModel):
     """What this service is made of."""
 
@@ -119,6 +129,13 @@ class About(BaseModel):
                         "most_bytes": 1499524096,
                         "fits": True,
                     },
+                    "storage": {
+                        "free_bytes": 50000000000,
+                        "min_free_bytes": 268435456,
+                        "results_bytes": 2000000000,
+                        "max_results_bytes": 20000000000,
+                        "keep_results_s": 2592000.0,
+                    },
                     "limits": {"max_anchors": 64, "max_job_s": 900.0},
                 }
             ]
@@ -131,6 +148,7 @@ class About(BaseModel):
     file_workers: int = Field(description="Number of short tasks that run beside them.")
     spare_workers: int = Field(description="Number of processes that stand by and answer probes.")
     memory: Memory
+    storage: Storage
     limits: dict[str, float] = Field(description="Every limit by the name of its setting.")
 
 
@@ -190,11 +208,14 @@ async def health(request: Request, service: ServiceDep) -> Health:
 
 @router.get("/ready", summary="Can it take work?", responses=problem_responses(503))
 async def ready(service: ServiceDep) -> Ready:
-    """200 when a worker is warm and the job store can be written, 503 until then."""
+    """200 when a worker is warm, the job store can be written and the disk has room, 503 until then."""
     if not service.pool.warm:
         raise BusyError("No worker process is warm yet", limit_name="workers", limit=service.settings.workers)
     if not service.store_writable:
         raise BusyError("The job store cannot be written", limit_name="data_folder", limit=0)
+    space = service.supervisor.space
+    if space.low:
+        raise BusyError("The disk is nearly full", limit_name="min_free_bytes", limit=space.least_bytes)
     return Ready(status="ready")
 
 
@@ -208,7 +229,8 @@ async def live() -> Live:
 async def about(request: Request, service: ServiceDep) -> About:
     """Version, processes, memory, and every limit that requests meet."""
     settings, machine = service.settings, this_machine()
-    limits = {name: value for name, value in settings.model_dump().items() if name.startswith("max_")}
+    told = settings.model_dump()
+    limits = {name: told[name] for name in told if name.startswith("max_") and told[name] is not None}
     return About(
         version=request.app.version,
         cores=machine.cores,
@@ -216,5 +238,12 @@ async def about(request: Request, service: ServiceDep) -> About:
         file_workers=settings.file_workers,
         spare_workers=settings.spare_workers,
         memory=memory_of(settings, machine),
+        storage=Storage(
+            free_bytes=service.supervisor.space.free_bytes,
+            min_free_bytes=service.supervisor.space.least_bytes,
+            results_bytes=service.supervisor.retention.results_bytes,
+            max_results_bytes=settings.max_results_bytes,
+            keep_results_s=settings.keep_results_s,
+        ),
         limits=limits,
     )

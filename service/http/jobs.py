@@ -106,6 +106,8 @@ def _state_of(service: Service, job: JobRecord) -> JobOut:
         finished_at=moment(job.finished_at_s),
         run_s=job.finished_at_s - job.started_at_s if ran else None,  # type: ignore[operator] # both are there
         attempts=job.attempts,
+        pinned=job.pinned,
+        expires_at=moment(service.supervisor.retention.expires_at_s(job)),
         problem=None if job.failure is None else problem_of(job.failure, path_of(service, job)),
         links={"self": path_of(service, job), "dem": f"/dems/{job.dem_id}"},
     )

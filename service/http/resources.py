@@ -32,6 +32,7 @@ def product_router(product: Product) -> APIRouter:
     _add_asking(router, product)
     _add_following(router, product)
     _add_files(router, product)
+    _add_pins(router, product)
     if product.searches:
         _add_stop(router, product)
     return router
@@ -159,6 +160,36 @@ def _add_following(router: APIRouter, product: Product) -> None:
         if cancelled is None:
             return Response(status_code=204)
         return JSONResponse(answer_of(service, product, cancelled).model_dump(mode="json"))
+
+
+def _add_pins(router: APIRouter, product: Product) -> None:
+    one, state = _singular(product), state_model(product)
+
+    async def pinned(service: Service, job_id: str, pin: bool) -> MapOut:
+        retention = service.supervisor.retention
+        return answer_of(service, product, await service.supervisor.in_store(retention.pin, product.name, job_id, pin))
+
+    @router.put(
+        "/{job_id}/pin",
+        name=f"pin_{one}",
+        summary=f"Keep {_article(product)} for good",
+        description="The service's retention passes over it, until it is unpinned or deleted.",
+        response_model=state,
+        responses=problem_responses(404),
+    )
+    async def pin_one(job_id: str, service: ServiceDep) -> MapOut:
+        return await pinned(service, job_id, True)
+
+    @router.delete(
+        "/{job_id}/pin",
+        name=f"unpin_{one}",
+        summary=f"Keep {_article(product)} no longer than others",
+        description="The service's retention counts for it again.",
+        response_model=state,
+        responses=problem_responses(404),
+    )
+    async def unpin_one(job_id: str, service: ServiceDep) -> MapOut:
+        return await pinned(service, job_id, False)
 
 
 def _add_files(router: APIRouter, product: Product) -> None:

@@ -23,9 +23,9 @@ from .marker import STORE, FolderKind, Quarantine, kind_of, mark, read_marker
 from .records import Known
 from .recovery import adopt
 from .store import Store
-from .store_file import SIDE_FILES, copied, dem_digests_in, forget, known_to, settle, snapshot
+from .store_file import SIDE_FILES, copied, dem_digests_in, forget, known_to, rewrite, settle, snapshot
 
-__all__ = ["Backup", "Restored", "back_up", "folder_of_ours", "restore"]
+__all__ = ["Backup", "Restored", "back_up", "folder_of_ours", "restore", "vacuum"]
 
 # each round copies what came since the one before; a service cannot finish results faster than they are copied
 ROUNDS = 8
@@ -138,6 +138,18 @@ def restore(source: Path | None, root: Path, progress: Progress) -> Restored:
             return _put_back(copy, None if store == source else source, folder, known, progress)
         finally:
             folder.close()
+
+
+def vacuum(root: Path) -> tuple[int, int]:
+    """Write the store anew without what was deleted; its bytes before and after. Raises DataFolderError,
+    DataFolderInUseError.
+    """
+    folder_of_ours(root)
+    folder = DataFolder.open(root)
+    try:
+        return rewrite(folder.database)
+    finally:
+        folder.close()
 
 
 def _take_back(root: Path, progress: Progress) -> Restored:

@@ -91,5 +91,6 @@ class Drawings:
             if not source.is_dir():
                 raise gone
             move_into_place(work / path.name, path)
+            self._supervisor.retention.measure_again(source.name)
         finally:
             self._folder.remove(work)

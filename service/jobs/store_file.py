@@ -27,6 +27,7 @@ __all__ = [
     "is_store",
     "known_to",
     "read_known",
+    "rewrite",
     "settle",
     "snapshot",
 ]
@@ -181,6 +182,21 @@ def settle(path: Path) -> bool:
     except sqlite3.DatabaseError:
         return False
     return not busy
+
+
+def rewrite(path: Path) -> tuple[int, int]:
+    """Write a store that nobody works with anew, without room of what was deleted; its bytes before and after.
+
+    Raises DataFolderError, also when the disk has no room for the new file; the store is then as it was.
+    """
+    try:
+        settle(path)
+        before = path.stat().st_size
+        with closing(_opened(path)) as connection:
+            connection.execute("VACUUM")
+    except (sqlite3.DatabaseError, OSError) as error:
+        raise DataFolderError(f"The job store {path} cannot be written anew ({error}); it is as it was.") from error
+    return before, path.stat().st_size
 
 
 def _opened(path: Path) -> sqlite3.Connection:

@@ -28,14 +28,17 @@ from .folder import DataFolder, move_into_place
 from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied
 from .records import Failure, JobRecord, JobRequest, JobStatus
-from .recovery import interrupted, note_job, recover, unnote_job
+from .recovery import interrupted, note_job, recover
 from .store import Store
+from .upkeep.retention import Retention
+from .upkeep.space import Space
 
 __all__ = ["Supervisor"]
 
 logger = logging.getLogger("sightline.jobs")
 
 STORE_RETRY_S = 1.0
+SWEEP_EVERY_S = 10.0
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -48,6 +51,8 @@ class Supervisor:
         self._folder = folder
         self._store = store
         self._pool = pool
+        self.space = Space(folder.root, settings.min_free_bytes)
+        self.retention = Retention(settings, store, folder)
         # one thread: what touches store and files happens in one order, and never in the event loop
         self._store_thread = ThreadPoolExecutor(1, thread_name_prefix="store")
         self._running: dict[str, asyncio.Task[None]] = {}
@@ -107,8 +112,9 @@ class Supervisor:
 
     async def submit(self, kind: str, dem_id: str, request: JobRequest, inputs: Path | None = None) -> JobRecord:
         """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone),
-        DataFolderError.
+        DataFolderError, StorageFullError.
         """
+        self.space.refuse_when_low()
         self._refuse_when_busy(len(self._running) + self._admitting - self._settings.workers, "jobs")
         job = JobRecord(uuid.uuid4().hex, kind, dem_id, request, JobStatus.QUEUED, time.time())
         self._admitting += 1
@@ -143,7 +149,7 @@ class Supervisor:
                 job = await self.in_store(self._store.job, kind, job_id)
             if job.status is JobStatus.CANCELLED:
                 return job
-        await self.in_store(self._forget, job)
+        await self.in_store(self.space.freeing, self.retention.forget, job.id, job.digest)
         return None
 
     async def finish_early(self, kind: str, job_id: str) -> JobRecord:
@@ -227,6 +233,18 @@ class Supervisor:
             else:
                 return
 
+    async def keep_sweeping(self) -> None:
+        """Measure results and delete those whose time is over, a few at a time, again and again."""
+        while True:
+            try:
+                while await self.in_store(self.retention.measure) or await self.in_store(
+                    self.space.freeing, self.retention.sweep
+                ):
+                    await asyncio.sleep(0)
+            except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
+                logger.error("results are not swept (%s); next try in %g s", error, SWEEP_EVERY_S)
+            await asyncio.sleep(SWEEP_EVERY_S)
+
     # -- what follows runs in the store thread
 
     def _admit(self, job: JobRecord) -> None:
@@ -245,13 +263,6 @@ class Supervisor:
     def _end(self, job_id: str, status: JobStatus, failure: Failure) -> None:
         self._store.finish_job(job_id, status, failure=failure)
         self._folder.remove(self._folder.inputs(job_id))
-
-    def _forget(self, job: JobRecord) -> None:
-        digest = self._store.remove_job(job.id)
-        if digest is not None:
-            self._folder.remove(self._folder.result(digest))
-        elif job.digest is not None:
-            unnote_job(self._folder, job.id, job.digest)
 
     def _refuse_when_busy(self, waiting: int, what: str) -> None:
         if waiting >= self._settings.max_queued_jobs:

@@ -25,7 +25,7 @@ DataFolder = Annotated[
 AsJson = Annotated[bool, Parameter(name="--json", help="Print JSON on standard output and nothing else.")]
 
 store = App(
-    name="store", help="Check, back up and restore the folder that the service keeps DEMs, jobs and results in."
+    name="store", help="Check, back up, restore and vacuum the folder that the service keeps DEMs, jobs and results in."
 )
 
 
@@ -109,6 +109,20 @@ def restore(
         print_warnings(_missing(done.missing, "neither in place nor in backup or quarantine, or damaged"))
     if done.missing:
         sys.exit(FAULT)
+
+
+@store.command
+def vacuum(*, data: DataFolder = None, as_json: AsJson = False) -> None:
+    """Give the room of deleted jobs in the store's file back to the disk; no service may use the folder."""
+    from service.jobs.backups import vacuum as vacuumed
+
+    root = _folder(data)
+    before, after = vacuumed(root)
+    if as_json:
+        print_json({"data_folder": str(root), "bytes_before": before, "bytes_after": after})
+    else:
+        facts = [("before", f"{before / 1e6:,.1f} MB"), ("after", f"{after / 1e6:,.1f} MB")]
+        print_tables(facts_table(f"Store in {root}", facts))
 
 
 def _folder(data: Path | None) -> Path:

@@ -35,7 +35,9 @@ def told(ended):
     return json.loads(ended.stdout)
 
 
-@pytest.mark.parametrize("words", [("--help",), ("check", "--help"), ("backup", "--help"), ("restore", "--help")])
+@pytest.mark.parametrize(
+    "words", [("--help",), ("check", "--help"), ("backup", "--help"), ("restore", "--help"), ("vacuum", "--help")]
+)
 def test_each_has_help(sightline, words):
     ended = sightline("store", *words)
     assert (ended.code, ended.stderr) == (0, "")

@@ -1,0 +1,117 @@
+"""Which results are kept: by age and by size as the settings say, pinned ones for good."""
+
+from __future__ import annotations
+
+import logging
+import sqlite3
+import time
+
+from service.jobs.folder import DataFolder
+from service.jobs.marker import size_bytes
+from service.jobs.records import JobRecord, JobStatus
+from service.jobs.recovery import note_job, unnote_job
+from service.jobs.store import Store
+from service.settings import Settings
+
+__all__ = ["Retention"]
+
+logger = logging.getLogger("sightline.retention")
+
+# so many at a time, that others come to the store in between
+BATCH = 50
+
+
+class Retention:
+    """Every method is work for the store thread, and short."""
+
+    def __init__(self, settings: Settings, store: Store, folder: DataFolder) -> None:
+        self._keep_s = settings.keep_results_s
+        self._max_bytes = settings.max_results_bytes
+        self._store = store
+        self._folder = folder
+        self.results_bytes = 0
+
+    def expires_at_s(self, job: JobRecord) -> float | None:
+        """When a job is deleted for its age, seconds since 1970 UTC; None when it is not."""
+        if self._keep_s is None or job.pinned or job.finished_at_s is None:
+            return None
+        return job.finished_at_s + self._keep_s
+
+    def pin(self, kind: str, job_id: str, pinned: bool) -> JobRecord:
+        """Keep a job for good, or no longer. Raises NotFoundError."""
+        self._store.job(kind, job_id)
+        with self._store.transaction() as connection:
+            connection.execute("UPDATE jobs SET pinned = ? WHERE id = ?", (int(pinned), job_id))
+        job = self._store.job(kind, job_id)
+        if job.digest is not None:
+            note_job(self._store, self._folder, job_id, job.digest)
+        return job
+
+    def forget(self, job_id: str, digest: str | None) -> None:
+        """Delete a job that is over, and the files of its result unless others share them."""
+        freed = self._store.remove_job(job_id)
+        if freed is not None:
+            self.measure_again(freed)
+            self._folder.remove(self._folder.result(freed))
+        elif digest is not None:
+            unnote_job(self._folder, job_id, digest)
+
+    def measure_again(self, digest: str) -> None:
+        """The files of a result are more than they were, or gone."""
+        with self._store.transaction() as connection:
+            row = connection.execute("DELETE FROM results WHERE digest = ? RETURNING bytes", (digest,)).fetchone()
+        self.results_bytes -= 0 if row is None else row["bytes"]
+
+    def measure(self) -> int:
+        """See how big some results are whose size is not known; how many those were. Sets ``results_bytes``."""
+        found = self._rows(
+            "SELECT DISTINCT digest FROM jobs WHERE status = ? AND digest NOT IN (SELECT digest FROM results) LIMIT ?",
+            *(JobStatus.SUCCEEDED, BATCH),
+        )
+        sizes = [(row["digest"], size_bytes(self._folder.result(row["digest"]))) for row in found]
+        with self._store.transaction() as connection:
+            connection.executemany("INSERT INTO results (digest, bytes) VALUES (?, ?)", sizes)
+            self.results_bytes = connection.execute("SELECT coalesce(sum(bytes), 0) FROM results").fetchone()[0]
+        return len(sizes)
+
+    def sweep(self) -> int:
+        """Delete some jobs that are too old, or the oldest of results that take too much; how many it were."""
+        return self._sweep_old() + self._sweep_heavy()
+
+    def _sweep_old(self) -> int:
+        if self._keep_s is None:
+            return 0
+        old = self._rows(
+            "SELECT id, kind, digest FROM jobs WHERE finished_at_s < ? AND NOT pinned ORDER BY finished_at_s LIMIT ?",
+            *(time.time() - self._keep_s, BATCH),
+        )
+        for row in old:
+            self.forget(row["id"], row["digest"])
+            logger.info("%s %s is deleted: it was over more than %g s ago", row["kind"], row["id"], self._keep_s)
+        return len(old)
+
+    def _sweep_heavy(self) -> int:
+        if self._max_bytes is None or self.results_bytes <= self._max_bytes:
+            return 0
+        oldest = self._rows(
+            "SELECT id, kind, digest FROM jobs JOIN results USING (digest) WHERE finished_at_s IS NOT NULL "
+            "AND digest NOT IN (SELECT digest FROM jobs WHERE pinned AND digest IS NOT NULL) "
+            "ORDER BY finished_at_s LIMIT ?",
+            BATCH,
+        )
+        gone = 0
+        for row in oldest:
+            if self.results_bytes <= self._max_bytes:
+                break
+            took_bytes = self.results_bytes
+            self.forget(row["id"], row["digest"])
+            logger.info(
+                "%s %s is deleted: results took %d bytes, more than the %d of SIGHTLINE_MAX_RESULTS_BYTES",
+                *(row["kind"], row["id"], took_bytes, self._max_bytes),
+            )
+            gone += 1
+        return gone
+
+    def _rows(self, query: str, *values: float | str) -> list[sqlite3.Row]:
+        with self._store.transaction("BEGIN") as connection:
+            return connection.execute(query, values).fetchall()
