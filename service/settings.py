@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from service.logs import LogFormat
 from service.machine.limits import this_machine
 from service.machine.shares import LEAST_BYTES, Processes, processes_for
 
@@ -118,6 +119,11 @@ class Settings(BaseSettings):
         description="Web pages of other origins that may use the service, a JSON list such as "
         '["https://maps.example.org"].',
     )
+
+    log_format: LogFormat = Field(
+        default="text", description="Lines of the log: text for people, or json, one object per line."
+    )
+    access_log: bool = Field(default=True, description="Whether every request is a line of the log.")
 
     workers: int = Field(
         default_factory=lambda: processes_for(this_machine()).workers,

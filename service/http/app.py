@@ -6,9 +6,8 @@ import asyncio
 import importlib.metadata
 import logging
 import socket
-import sys
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 import uvicorn
 from fastapi import APIRouter, FastAPI
@@ -16,10 +15,11 @@ from fastapi.routing import APIRoute
 from starlette.middleware.cors import CORSMiddleware
 
 from service.access.gate import Gate
-from service.errors import AddressError
+from service.errors import AddressError, ServiceError
 from service.jobs.folder import DataFolder
 from service.jobs.store import Store
 from service.live.replay import rehearse
+from service.logs import set_up_logging
 from service.machine.limits import this_machine
 from service.products.registry import all_products
 from service.settings import Settings
@@ -42,6 +42,9 @@ from .missions.routes import router as missions
 from .probes import router as probes
 from .problems import answer_with_problems
 from .resources import product_router
+from .seeing.metrics import Metrics
+from .seeing.metrics import router as metrics
+from .seeing.requests import Seen
 from .web_page import install as install_web_page
 
 __all__ = ["allow_head", "create_app", "serve"]
@@ -85,14 +88,16 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         opened = DataFolder.open(chosen.data_folder) if folder is None else folder
         try:
             app.state.service = service = Service.assemble(chosen, opened)
-            service.pool.start()
-            if chosen.rehearse == "everything":
-                await asyncio.to_thread(rehearse)
-            await service.supervisor.start()
-            service.quarantined = opened.count_quarantined()
-            upkeep = (service.watch_store(), service.supervisor.keep_sweeping(), service.detectors.keep_sweeping())
-            tasks = [asyncio.create_task(work) for work in upkeep]
+            app.state.metrics.watch(service)
+            tasks: list[asyncio.Task[None]] = []
             try:
+                service.pool.start()
+                if chosen.rehearse == "everything":
+                    await asyncio.to_thread(rehearse)
+                await service.supervisor.start()
+                service.quarantined = opened.count_quarantined()
+                upkeep = (service.watch_store(), service.supervisor.keep_sweeping(), service.detectors.keep_sweeping())
+                tasks += [asyncio.create_task(work) for work in upkeep]
                 yield
             finally:
                 for task in tasks:
@@ -118,7 +123,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     routers = [
         *(dems, ground, missions, mission_files, probes),
         *(product_router(product) for product in products.values()),
-        *(detections, detectors, health, problem_routes),
+        *(detections, detectors, health, metrics, problem_routes),
     ]
     for router in routers:
         allow_head(router)
@@ -136,17 +141,27 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
             CORSMiddleware,
             allow_origins=chosen.allowed_origins,
             allow_methods=["GET", "HEAD", "POST", "PUT", "DELETE"],
-            allow_headers=["Authorization", "Content-Type", "If-Match", "If-None-Match", "Prefer", "Range"],
-            expose_headers=["Content-Range", "ETag", "Location", "Preference-Applied", "Retry-After"],
+            allow_headers=[
+                "Authorization",
+                "Content-Type",
+                "If-Match",
+                "If-None-Match",
+                "Prefer",
+                "Range",
+                "X-Request-Id",
+            ],
+            expose_headers=["Content-Range", "ETag", "Location", "Preference-Applied", "Retry-After", "X-Request-Id"],
         )
     app.add_middleware(Browsers, settings=chosen)
+    app.state.metrics = Metrics(app.version)
+    app.add_middleware(Seen, metrics=app.state.metrics, access_log=chosen.access_log)
     describe(app, [product.asked for product in products.values()])
     return app
 
 
 def serve(settings: Settings) -> None:
     """Serve HTTP until SIGINT or SIGTERM. Raises AddressError, KeysError, DataFolderError, DataFolderInUseError."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s", stream=sys.stderr)
+    set_up_logging(settings.log_format)
     fits, told = sentence_of_memory(settings, this_machine())
     logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
     with _listening(settings.host, settings.port) as listener:
@@ -170,7 +185,11 @@ def serve(settings: Settings) -> None:
                 # answers are small and want to be quick
                 ws_per_message_deflate=False,
             )
-            _Server(config, _url(settings.host, listener), folder).run(sockets=[listener])
+            server = _Server(config, _url(settings.host, listener), folder)
+            with suppress(SystemExit):  # a code of uvicorn's own for a start that failed
+                server.run(sockets=[listener])
+            if not server.started:
+                raise ServiceError("The service could not start; its log tells why.")
         finally:
             folder.close()
 
@@ -186,6 +205,8 @@ class _Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then tell."""
         await super().startup(sockets)
+        if not self.started:
+            return
         print(f"Sightline listens on {self._url} (data in {self._folder.root})", flush=True)
 
 

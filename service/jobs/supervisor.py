@@ -32,6 +32,7 @@ from .recovery import interrupted, note_job, recover
 from .store import Store
 from .upkeep.retention import Retention
 from .upkeep.space import Space
+from .upkeep.telling import Telling
 
 __all__ = ["Supervisor"]
 
@@ -53,6 +54,7 @@ class Supervisor:
         self._pool = pool
         self.space = Space(folder.root, settings.min_free_bytes)
         self.retention = Retention(settings, store, folder)
+        self.telling = Telling()
         # one thread: what touches store and files happens in one order, and never in the event loop
         self._store_thread = ThreadPoolExecutor(1, thread_name_prefix="store")
         self._running: dict[str, asyncio.Task[None]] = {}
@@ -179,6 +181,7 @@ class Supervisor:
             nonlocal attempts
             attempts += 1
             await self._surely(self._store.start_job, job.id)
+            self.telling.begun(job, attempts)
 
         try:
             while True:
@@ -216,9 +219,12 @@ class Supervisor:
         else:
             # a result is a result, also when it is cancelled this very moment
             await _to_its_end(self._surely(self._keep, job.id, token, cast(Calculated, result)))
+            self.telling.over(job, JobStatus.SUCCEEDED)
 
     async def _over(self, job: JobRecord, status: JobStatus, why: Failure | ServiceError) -> None:
-        await self._surely(self._end, job.id, status, Failure.of(why) if isinstance(why, ServiceError) else why)
+        failure = Failure.of(why) if isinstance(why, ServiceError) else why
+        await self._surely(self._end, job.id, status, failure)
+        self.telling.over(job, status, failure.detail)
 
     async def _surely(self, work: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> None:
         """Write to the store, again and again while the disk is full or away: no outcome is lost for want of space."""

@@ -29,6 +29,7 @@ import pyproj
 
 from service.error_roots import domain_errors
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
+from service.logs import set_up_logging
 from service.products import Work
 from service.products.registry import PRODUCTS, all_products
 from service.settings import GIB, Rehearsal, Settings
@@ -75,6 +76,7 @@ def main() -> None:
 
     told = started.get()
     settings = Settings.model_validate(told["settings"])
+    set_up_logging(settings.log_format)
     try:
         rehearse(settings.rehearse, first=told["first"])
     except OSError as error:

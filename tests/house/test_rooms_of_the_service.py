@@ -13,8 +13,9 @@ from tests.house.repository import ROOT, imported_modules, modules
 MAY_KNOW = {
     "errors": set(),
     "error_roots": set(),
+    "logs": set(),
     "machine": set(),
-    "settings": {"machine"},
+    "settings": {"logs", "machine"},
     "estimates": {"errors", "settings"},
     "warm_up": {"settings"},
     "access": {"errors", "settings"},
@@ -29,6 +30,7 @@ MAY_KNOW = {
     "jobs": {
         "errors",
         "error_roots",
+        "logs",
         "machine",
         "settings",
         "warm_up",
@@ -45,6 +47,7 @@ MAY_KNOW = {
         "access",
         "errors",
         "error_roots",
+        "logs",
         "machine",
         "settings",
         "parts",
