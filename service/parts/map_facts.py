@@ -25,7 +25,6 @@ __all__ = [
     "crs_label",
     "curvature_of",
     "dem_name",
-    "dem_summary",
     "grid_north_deg",
     "ground_of",
     "share_of",
@@ -127,11 +126,6 @@ def ground_of(grid: ElevationGrid) -> Ground:
         unknown_posts=grid.unknown_posts,
         conversions=list(grid.provenance.conversions),
     )
-
-
-def dem_summary(grid: ElevationGrid) -> dict[str, JsonValue]:
-    """The same, ready for JSON."""
-    return ground_of(grid).model_dump(mode="json")
 
 
 def altitude_datum_of(grid: ElevationGrid) -> dict[str, str]:

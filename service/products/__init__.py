@@ -134,7 +134,6 @@ class Product:
     inline: Inline | None = None
     searches: bool = False
     problems: tuple[int, ...] = ()
-    rehearse: Callable[[], None] | None = None
 
     @property
     def path(self) -> str:

@@ -31,7 +31,6 @@ __all__ = [
 SAME_SHARE = 1e-12
 Verdict = Literal["clear", "blocked", "unknown"]
 _VERDICTS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
-FREE_ABOVE = 0.6  # share of the first zone that must be clear for free-space propagation (ITU-R P.526)
 
 
 @dataclass(frozen=True, eq=False)
