@@ -38,6 +38,11 @@ def modules(package: str) -> Iterator[Path]:
     return (path for path in found if "node_modules" not in path.parts)
 
 
+def kernel_modules() -> list[Path]:
+    """The modules of kernels, of every package and room."""
+    return [module for package in PACKAGES for module in modules(package) if "kernels" in module.parts]
+
+
 def imported_modules(module: Path) -> set[str]:
     """Dotted absolute names of everything that a module imports, at its top or inside its functions."""
     tree = ast.parse((ROOT / module).read_text(encoding="utf-8"), str(module))

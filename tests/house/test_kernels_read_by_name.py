@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.house.repository import PACKAGES, ROOT, modules
+from tests.house.repository import ROOT, kernel_modules
 
 MOST_ARGUMENTS = 8
 
@@ -23,10 +23,6 @@ SEQUENCES = {
     *("bounds", "depths", "doubt", "items", "kept", "keys", "known", "marks", "nodes", "p", "q", "sets", "start"),
     "times_s",
 }
-
-
-def kernel_modules() -> list[Path]:
-    return [module for package in PACKAGES for module in modules(package) if "kernels" in module.parts]
 
 
 def _tree(module: Path) -> ast.Module:

@@ -78,7 +78,7 @@ MAY_KNOW = {
 }
 # what stores, calculates and serves products knows what a product is, and the list of them, but none of them by name
 BY_THE_LIST_ALONE = ("jobs", "http")
-PRODUCTS_IN_GENERAL = {"service.products", "service.products.product", "service.products.registry"}
+PRODUCTS_IN_GENERAL = {"service.products", "service.products.registry"}
 
 UNTYPED = re.compile(r"\bdict\[str, Any\]")
 MOST_UNTYPED = 20
