@@ -6,6 +6,8 @@ import re
 
 import pytest
 
+from service.cli.app import COMMANDS
+from service.products.registry import PRODUCTS
 from service.settings import Settings
 from tests.house.repository import PACKAGES, ROOT, project_files, pyproject
 
@@ -69,6 +71,16 @@ def test_every_setting_of_the_service_is_documented_and_no_other() -> None:
     page = (ROOT / "docs" / "http.md").read_text(encoding="utf-8")
     documented = set(re.findall(r"^\| `SIGHTLINE_(\w+)`", page, re.MULTILINE))
     assert documented == {name.upper() for name in Settings.model_fields}
+
+
+def test_every_product_and_every_command_stands_in_the_tables_of_the_documents() -> None:
+    readme, http, cli = (
+        (ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/http.md", "docs/cli.md")
+    )
+    paths = [product.path for product in PRODUCTS.values()]
+    assert [path for path in paths if f"`{path}`" not in readme] == []
+    assert [path for path in paths if f"| `POST {path}` |" not in http] == []
+    assert [name for name in COMMANDS if not re.search(rf"^\| `{name}[ `]", cli, re.MULTILINE)] == []
 
 
 def test_every_relative_link_in_the_documents_leads_somewhere() -> None:
