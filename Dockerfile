@@ -14,9 +14,11 @@
 #
 # docs/decisions/0005-kernels-are-compiled-before-requests.md tells why.
 
-ARG PYTHON_VERSION=3.12
+# For a build that can be repeated name the base by its digest, as `docker buildx imagetools inspect python:3.12-slim` tells it:
+#   docker build --build-arg BASE=python:3.12-slim@sha256:... .
+ARG BASE=python:3.12-slim
 
-FROM python:${PYTHON_VERSION}-slim AS builder
+FROM ${BASE} AS builder
 WORKDIR /src
 RUN python -m venv /opt/sightline
 COPY pyproject.toml README.md LICENSE ./
@@ -29,10 +31,13 @@ COPY navigation ./navigation
 COPY planning ./planning
 COPY service ./service
 COPY dem_samples ./dem_samples
-RUN python -m pip wheel --no-cache-dir --no-deps --wheel-dir /wheels . \
-    && /opt/sightline/bin/python -m pip install --no-cache-dir /wheels/sightline-*.whl
+COPY locks ./locks
+# exactly what was locked, each file by its hash, and of ours nothing but ours
+RUN /opt/sightline/bin/python -m pip install --no-cache-dir --require-hashes --requirement locks/product.txt \
+    && python -m pip wheel --no-cache-dir --no-deps --wheel-dir /wheels . \
+    && /opt/sightline/bin/python -m pip install --no-cache-dir --no-deps /wheels/sightline-*.whl
 
-FROM python:${PYTHON_VERSION}-slim AS runtime
+FROM ${BASE} AS runtime
 # libgomp1: numba's OpenMP layer, the one that bears two requests calling parallel kernels at once
 # libexpat1: the GDAL inside the rasterio wheel takes it from the system
 RUN apt-get update \

@@ -2,7 +2,7 @@
 # the first run creates .venv and compiles the kernels, later runs find the stamps and start at once. To serve takes the
 # packages of the product, to develop some more; the demo also leaves all kernels but those of maps, which it compiles.
 
-.PHONY: setup demo test check bench serve page clean
+.PHONY: setup demo test check bench serve page lock sbom audit clean
 .DEFAULT_GOAL := setup
 # two verbs at once (make -j check demo) must not install into one environment at the same time
 .NOTPARALLEL:
@@ -65,6 +65,21 @@ serve: $(WARM)
 # the planner's built files, which are committed: only who changes service/page needs node (20 or newer) and npm
 page:
 	cd service/page && npm ci --ignore-scripts && npm run check && npm test && npm run build
+
+# what exactly is installed, with hashes (docs/operating.md): needs uv, and cyclonedx-py or pip-audit for the list and the audit
+LOCK := uv pip compile --quiet --upgrade --generate-hashes --universal --python-version 3.11 --no-annotate \
+	--custom-compile-command 'make lock'
+
+lock:
+	$(LOCK) pyproject.toml --output-file locks/product.txt
+	$(LOCK) pyproject.toml --extra test --extra bench --constraint locks/product.txt --output-file locks/tests.txt
+	$(LOCK) locks/rover.in --constraint locks/product.txt --output-file locks/rover.txt
+
+sbom:
+	cyclonedx-py requirements locks/product.txt --pyproject pyproject.toml --output-file sbom.json
+
+audit:
+	pip-audit --disable-pip --require-hashes --requirement locks/product.txt
 
 clean:
 	rm -rf $(VENV) build dist demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis

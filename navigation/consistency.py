@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import gammaincinv
 
 from .errors import MeasurementError, StateError
 
@@ -33,6 +32,8 @@ def mean_bounds(degrees: int, runs: int, probability: float = 0.95) -> tuple[flo
     """
     if degrees < 1 or runs < 1 or not 0.0 < probability < 1.0:
         raise MeasurementError("degrees and runs must be at least 1, the probability between 0 and 1.")
+    from scipy.special import gammaincinv  # for who judges filters; a rover that runs one need not carry SciPy
+
     tail = (1.0 - probability) / 2.0
     # the chi-square quantile; scipy.stats has it by name, and takes most of a second to import
     low, high = 2.0 * gammaincinv(0.5 * degrees * runs, [tail, 1.0 - tail]) / runs

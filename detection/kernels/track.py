@@ -148,9 +148,14 @@ def _predict(state, covariance, step_s, push, creep, flat):
 def pull(state, covariance, direction, measured, variance):
     """Update, in place, with a measured combination of states: direction · state = measured, of a variance."""
     size = state.shape[0]
-    spread = covariance @ direction
-    total = variance + direction @ spread
-    miss = measured - direction @ state
+    # written out: of matrix products numba makes calls of SciPy's, which a rover need not carry
+    spread, total, miss = np.zeros(size), variance, measured
+    for k in range(size):
+        for j in range(size):
+            spread[k] += covariance[k, j] * direction[j]
+    for k in range(size):
+        total += direction[k] * spread[k]
+        miss -= direction[k] * state[k]
     for k in range(size):
         state[k] += spread[k] / total * miss
         for j in range(size):
