@@ -37,6 +37,7 @@ from .health import router as health
 from .health import sentence_of_memory
 from .login import router as login
 from .meta import describe, problem_routes, tags_of
+from .missions.files import imports
 from .missions.files import router as mission_files
 from .missions.routes import router as missions
 from .probes import router as probes
@@ -121,7 +122,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         redoc_url=None,
     )
     routers = [
-        *(dems, ground, missions, mission_files, probes),
+        *(dems, ground, missions, mission_files, imports, probes),
         *(product_router(product) for product in products.values()),
         *(detections, detectors, health, metrics, problem_routes),
     ]

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Mapping
 from pathlib import Path
 
+import orjson
 from fastapi import Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 from pydantic import BaseModel, JsonValue
@@ -25,6 +26,7 @@ from .problems import FailedJob, problem_of
 __all__ = [
     "after_waiting",
     "answer_of",
+    "events_of",
     "file_answer",
     "finished",
     "has_layer",
@@ -36,6 +38,8 @@ __all__ = [
 JSON = "application/json"
 BLOCK_BYTES = 1024 * 1024
 RETRY_AFTER_S = 1
+EVENT_STREAM = "text/event-stream"
+EVENTS_EVERY_S, SETTLES_S, ALIVE_EVERY_S = 0.25, 0.02, 15.0
 
 
 class _File(FileResponse):
@@ -131,6 +135,37 @@ async def after_waiting(
         response.status_code = 202
         response.headers["Retry-After"] = str(RETRY_AFTER_S)
     return job
+
+
+def events_of(service: Service, job: JobRecord) -> Response:
+    """How a job stands as server-sent events: at once, at every change, and when it is over."""
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+    return StreamingResponse(_events(service, job), 200, headers, EVENT_STREAM)
+
+
+async def _events(service: Service, job: JobRecord) -> AsyncIterator[str]:
+    told: tuple[str, float] | None = None
+    silent_s = 0.0
+    while True:
+        now = (job.status, service.supervisor.progress(job))
+        if now != told:
+            told, silent_s = now, 0.0
+            name = "progress" if job.active else "over"
+            data = orjson.dumps({"status": job.status, "progress": now[1], "self": path_of(service, job)}).decode()
+            yield f"event: {name}\ndata: {data}\n\n"
+        elif silent_s >= ALIVE_EVERY_S:
+            silent_s = 0.0
+            yield ": still here\n\n"
+        if not job.active:
+            return
+        await service.supervisor.wait(job.id, EVENTS_EVERY_S)
+        await asyncio.sleep(SETTLES_S)  # between the end of its task and its place in the store
+        silent_s += EVENTS_EVERY_S
+        try:
+            job = await service.supervisor.in_store(service.store.job, job.kind, job.id)
+        except NotFoundError:
+            yield 'event: over\ndata: {"status":"deleted","progress":0.0}\n\n'
+            return
 
 
 async def finished(service: Service, kind: str, job_id: str) -> JobRecord:

@@ -18,7 +18,7 @@ from service.products import Product
 from .answers import Limit, MapOut, Offset, Page, list_model, out_model, state_model
 from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
-from .jobs import after_waiting, answer_of, file_answer, finished, has_layer, path_of, whole_answer
+from .jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, whole_answer
 from .meta import LOCATION, Responses, body_of, problem_responses
 
 __all__ = ["product_router"]
@@ -141,6 +141,24 @@ def _add_following(router: APIRouter, product: Product) -> None:
     async def get_one(job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.in_store(service.store.job, product.name, job_id)
         return whole_answer(service, product, job, 200, {})
+
+    @router.get(
+        "/{job_id}/events",
+        name=f"watch_{one}",
+        response_model=None,
+        summary=f"Watch {_article(product)}",
+        description="Server-sent events: `progress` at once and at every change of `status` or `progress` (0..1), "
+        "`over` at the end, each with the path of the resource in `self`. A comment every 15 s keeps the connection.",
+        responses={
+            200: {"description": "The events.", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+            **problem_responses(404),
+        },
+    )
+    async def watch(request: Request, job_id: str, service: ServiceDep) -> Response:
+        job = await service.supervisor.in_store(service.store.job, product.name, job_id)
+        if request.method == "HEAD":
+            return Response(media_type="text/event-stream")
+        return events_of(service, job)
 
     @router.delete(
         "/{job_id}",

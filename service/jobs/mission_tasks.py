@@ -11,13 +11,24 @@ from zipfile import is_zipfile
 from service.missions.bundle import sheet_of, unpack
 from service.missions.document import MissionIn
 from service.missions.files import MISSION_FILES
+from service.missions.importing import import_places
 from service.missions.shelf import Sheet
 
 from .channel import BodyArguments, body_in, model_of
 from .dem_tasks import TaskContext
 from .folder import make_durable
 
-__all__ = ["MissionFileArguments", "OpenedMission", "SheetFields", "open_mission", "read_mission", "sheet_in"]
+__all__ = [
+    "MissionFileArguments",
+    "OpenedMission",
+    "PlacesArguments",
+    "SheetFields",
+    "open_mission",
+    "read_mission",
+    "read_places",
+    "sheet_in",
+    "write_mission_file",
+]
 
 
 class SheetFields(TypedDict):
@@ -42,6 +53,13 @@ class MissionFileArguments(TypedDict):
     file: str
     document: str
     dem_id: str | None
+
+
+class PlacesArguments(TypedDict):
+    """A file of places to bring onto a DEM."""
+
+    path: str
+    dem_id: str
 
 
 def read_mission(context: TaskContext, arguments: BodyArguments) -> SheetFields:
@@ -72,6 +90,11 @@ def write_mission_file(context: TaskContext, arguments: MissionFileArguments) ->
     file.save(mission, None if dem_id is None else context.grid(dem_id), context.work / file.name)
     make_durable(context.work)
     return {}
+
+
+def read_places(context: TaskContext, arguments: PlacesArguments) -> Mapping[str, object]:
+    """Places of a file on a DEM. Raises NotFoundError, and what ``import_places`` raises."""
+    return {"json": import_places(Path(arguments["path"]), context.grid(arguments["dem_id"])).model_dump_json()}
 
 
 def sheet_in(fields: Mapping[str, object]) -> Sheet:

@@ -42,7 +42,7 @@ from .dem_tasks import (
     tell_coverage,
     write_dem_level,
 )
-from .mission_tasks import open_mission, read_mission, write_mission_file
+from .mission_tasks import open_mission, read_mission, read_places, write_mission_file
 
 __all__ = [
     "answer_preview",
@@ -175,6 +175,7 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
         "tell-coverage": tell_coverage,
         "read-mission": read_mission,
         "open-mission": open_mission,
+        "read-places": read_places,
         "write-mission-file": write_mission_file,
         "probe": answer_probe,
         "profiles": answer_profiles,

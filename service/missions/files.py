@@ -8,14 +8,25 @@ from pathlib import Path
 from types import MappingProxyType
 
 from service.errors import NotReadyError
-from service.files.layer import JSON
+from service.files.layer import GEOJSON, JSON
 from service.missions.bundle import write_bundle
 from service.missions.document import MissionIn
+from service.missions.exports import (
+    write_csv,
+    write_geojson,
+    write_gpx,
+    write_kml_of,
+    write_kmz,
+    write_plan,
+    write_rows,
+)
 from terrain import ElevationGrid
 
 __all__ = ["MISSION_FILES", "MissionFile"]
 
-ZIP = "application/zip"
+ZIP, CSV = "application/zip", "text/csv; charset=utf-8"
+KML, KMZ = "application/vnd.google-earth.kml+xml", "application/vnd.google-earth.kmz"
+GPX = "application/gpx+xml"
 Writer = Callable[[MissionIn, ElevationGrid, Path], None]
 
 
@@ -63,5 +74,12 @@ FILES = (
         on_its_own=_write_json,
     ),
     MissionFile("mission.zip", ZIP, "The same and the DEM, for services that do not have it.", on_its_own=_write_zip),
+    MissionFile("anchors.json", JSON, "Every anchor in every frame: metres, degrees, four heights.", write_rows),
+    MissionFile("anchors.csv", CSV, "A row per anchor, as --anchors and the planner read it.", write_csv),
+    MissionFile("mission.geojson", GEOJSON, "Anchors, route and areas, in degrees.", write_geojson),
+    MissionFile("mission.kml", KML, "Anchors at their altitude above EGM96, route and areas. On Earth.", write_kml_of),
+    MissionFile("mission.kmz", KMZ, "The same, packed.", write_kmz),
+    MissionFile("mission.gpx", GPX, "Anchors as way-points above mean sea level, and the route.", write_gpx),
+    MissionFile("anchors.plan", JSON, "A way-point for each anchor, for QGroundControl.", write_plan),
 )
 MISSION_FILES: Mapping[str, MissionFile] = MappingProxyType({file.name: file for file in FILES})

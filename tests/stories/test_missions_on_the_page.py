@@ -197,3 +197,49 @@ def test_a_mission_opens_elsewhere_with_its_ground_or_asks_for_it(
         page.until("(document.getElementById('notice')?.textContent ?? '').includes('was here already')")
         assert mission(page)["ground"]["sha256"] == sha256
     page.complaints.clear()
+
+
+PLAN = {
+    "fileType": "Plan",
+    "version": 1,
+    "mission": {"items": [], "plannedHomePosition": [46.37, 10.93, 1500.0]},
+    "geoFence": {
+        "polygons": [{"inclusion": False, "polygon": [[46.37, 10.92], [46.37, 10.93], [46.376, 10.93]]}],
+        "circles": [],
+    },
+}
+
+
+def test_anchors_route_and_areas_come_from_other_programs_and_go_to_them(
+    page: Browser, server: Server, tmp_path: Path
+) -> None:
+    take(page, "valley")
+    gpx = (
+        '<gpx version="1.1" creator="somebody" xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="46.37" lon="10.92">'
+        '<ele>2100</ele><name>Peak</name></wpt><rte><name>way</name><rtept lat="46.37" lon="10.92"/>'
+        '<rtept lat="46.372" lon="10.925"/><rtept lat="46.375" lon="10.93"/></rte></gpx>'
+    )
+    (tmp_path / "tour.gpx").write_text(gpx)
+    (tmp_path / "fence.plan").write_text(json.dumps(PLAN))
+    page.click("#mode-anchors")
+    page.upload("#anchor-file", tmp_path / "tour.gpx")
+    page.until("planner.mission().anchors.length === 1")
+    (anchor,) = mission(page)["anchors"]
+    assert (anchor["id"], anchor["height_from"]) == ("Peak", "altitude_m")
+    assert "GPX: 1 anchors, 1 lines" in page.text("#notice")
+    press_button(page, "Take as the route")
+    assert len(mission(page)["route"]["way_points"]) == 1
+    page.upload("#anchor-file", tmp_path / "fence.plan")
+    page.until("!!document.querySelector('#in-the-file')")
+    assert page.text("#in-the-file [aria-pressed=true]") == "No-go"
+    page.click("#in-the-file [aria-pressed=true]")
+    assert len(mission(page)["route"]["no_go"][0]) == 3
+    path = kept_at(page)
+    written = server.client.get(f"{path}/files/mission.kml").text
+    for word in ("Peak", "no-go 1", "route"):
+        assert word in written
+    (tmp_path / "bad.kml").write_text("<!DOCTYPE kml [<!ENTITY a 'b'>]><kml>&a;</kml>")
+    page.upload("#anchor-file", tmp_path / "bad.kml")
+    page.until("!!document.getElementById('refusal')")
+    assert "document type" in page.text("#refusal")
+    page.complaints.clear()

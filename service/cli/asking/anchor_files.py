@@ -18,6 +18,7 @@ from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
 from service.parts.geojson_reading import GeoJsonShape, shapes_of
 from service.parts.sentences import sentence_of
 
+from .foreign_files import foreign_document, is_foreign
 from .texts import ANCHOR_FORM, anchor_from_text
 
 __all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "tracks_from_file"]
@@ -33,7 +34,7 @@ IN_THE_PLANE = "where anchors and rover are at one height, say --dimension 2 and
 
 
 def anchors_from_file(path: Path, *, level: bool | None = None) -> list[AnchorIn]:
-    """The anchors of a .json, .geojson or .csv file.
+    """The anchors of a .json, .geojson, .csv, .kml, .kmz, .gpx or .plan file; what was left out of it is told.
 
     level: of a detector, which knows no ground: whether heights do not matter, and may be left out.
     Raises RequestError.
@@ -43,9 +44,13 @@ def anchors_from_file(path: Path, *, level: bool | None = None) -> list[AnchorIn
         described = _csv_rows(path)
     elif suffix in (".json", ".geojson"):
         described = _json_entries(path)
+    elif is_foreign(path):
+        described = _foreign_entries(path)
     else:
         text_of(path, ANCHORS)
-        raise RequestError(f"The anchors file {path.name} must end in .json, .geojson or .csv.")
+        raise RequestError(
+            f"The anchors file {path.name} must end in .json, .geojson, .csv, .kml, .kmz, .gpx or .plan."
+        )
     if not described:
         raise RequestError(f"The anchors file {path.name} holds no anchors.")
     return [_anchor(where, fields, level) for where, fields in described]
@@ -101,6 +106,15 @@ def _json_entries(path: Path) -> list[tuple[str, object]]:
             "FeatureCollection."
         )
     return [(f"{name}, anchor {number}", fields) for number, fields in enumerate(entries, 1)]
+
+
+def _foreign_entries(path: Path) -> list[tuple[str, object]]:
+    called = f"The anchors file {path.name}"
+    document = foreign_document(path, "Point", called)
+    return [
+        (f"{path.name}, point {number}", _fields_of(path.name, number, shape))
+        for number, shape in enumerate(shapes_of(document, called), 1)
+    ]
 
 
 def _fields_of(name: str, number: int, shape: GeoJsonShape) -> dict[str, object]:

@@ -17,6 +17,7 @@ from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
 from service.products.paths.answer import VERTEX_COLUMNS
 
+from .foreign_files import foreign_document, is_foreign
 from .texts import height_field
 
 __all__ = [
@@ -40,13 +41,13 @@ COVARIANCE = ("ee_m2", "en_m2", "eu_m2", "nn_m2", "nu_m2", "uu_m2")
 
 def polygon_fields(path: Path) -> list[Fields]:
     """The polygons of a file. Raises RequestError."""
-    return [polygon for polygon, _ in polygons_of(_document(path), _called(path))]
+    return [polygon for polygon, _ in polygons_of(_document(path, "Polygon"), _called(path))]
 
 
 def weight_fields(path: Path) -> list[Fields]:
     """The polygons of a file with their property ``weight``. Raises RequestError."""
     found = []
-    for polygon, properties in polygons_of(_document(path), _called(path)):
+    for polygon, properties in polygons_of(_document(path, "Polygon"), _called(path)):
         if "weight" not in properties:
             raise RequestError(f"The file {path.name} holds a polygon without the property weight.")
         found.append({"polygon": polygon, "weight": properties["weight"]})
@@ -56,7 +57,7 @@ def weight_fields(path: Path) -> list[Fields]:
 def path_fields(path: Path) -> list[Fields]:
     """The places of a file's line, or of the path that a plan wrote. Raises RequestError."""
     if path.suffix.lower() != ".csv":
-        return line_of(_document(path), _called(path))
+        return line_of(_document(path, "LineString"), _called(path))
     table = read_csv_table(path, PATH, comments_within=False)
     if not set(table.columns) >= PLANNED:
         raise RequestError(f"The file {path.name} is not path.csv of sightline plan; other paths are GeoJSON lines.")
@@ -66,7 +67,7 @@ def path_fields(path: Path) -> list[Fields]:
 def place_fields(path: Path) -> list[Fields]:
     """The points of a file, and the corners of its lines. Raises RequestError."""
     found: list[Fields] = []
-    for shape in shapes_of(_document(path), _called(path)):
+    for shape in shapes_of(_document(path, "Point"), _called(path)):
         if shape.kind == "Polygon":
             raise RequestError(f"{_called(path)} holds a Polygon; places are points, or the corners of lines.")
         found += shape.lines[0]
@@ -91,7 +92,10 @@ def stand_off_fields(text: str) -> list[Fields]:
     return found
 
 
-def _document(path: Path) -> JsonValue:
+def _document(path: Path, kind: str | None = None) -> object:
+    """GeoJSON in a file. kind: of the geometries to take from another program's file, whose others are told."""
+    if is_foreign(path):
+        return foreign_document(path, kind, _called(path))
     try:
         document: JsonValue = json.loads(path.read_text(encoding="utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -141,9 +145,9 @@ def trajectory_from_file(path: Path, height: str | None, usual: Mapping[str, flo
     Raises RequestError.
     """
     metres = usual if height is None else _metres(height)
-    if path.suffix.lower() in (".geojson", ".json"):
+    if path.suffix.lower() in (".geojson", ".json") or is_foreign(path):
         if metres is None:
-            raise RequestError("A path in GeoJSON needs --height, such as 30agl or 1500msl.")
+            raise RequestError("A path in GeoJSON, KML, GPX or a .plan needs --height, such as 30agl or 1500msl.")
         return Trajectory([_point(path.name, {**place, **metres}) for place in path_fields(path)])
     table = read_csv_table(path, PATH, comments_within=False)
     if set(table.columns) >= PLANNED:

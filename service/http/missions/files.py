@@ -7,24 +7,26 @@ from pathlib import Path
 from typing import Annotated, cast
 
 import orjson
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
 from starlette.background import BackgroundTask
 
 from service.errors import NotFoundError
 from service.jobs.channel import BodyArguments, ReadDemArguments
-from service.jobs.mission_tasks import MissionFileArguments, OpenedMission, sheet_in
+from service.jobs.mission_tasks import MissionFileArguments, OpenedMission, PlacesArguments, sheet_in
 from service.missions.files import MISSION_FILES
+from service.missions.importing import ImportOut
 from service.missions.shelf import Sheet
 
-from ..bodies import Upload
+from ..bodies import Upload, receive
 from ..context import Service, ServiceDep
 from ..dems import dem_id_of, keep_dem
 from ..meta import problem_responses
 
-__all__ = ["opened_mission", "router"]
+__all__ = ["imports", "opened_mission", "router"]
 
 router = APIRouter(prefix="/missions", tags=["Missions"])
+imports = APIRouter(prefix="/imports", tags=["Missions"])
 Version = Annotated[int, Query(ge=1, le=2**53, description="Number of a version.")]
 
 
@@ -46,6 +48,51 @@ async def get_file(mission_id: str, name: str, service: ServiceDep, version: Ver
     folder = service.folder.work(token)
     gone = BackgroundTask(service.supervisor.in_store, service.folder.remove, folder)
     return FileResponse(folder / file.name, media_type=file.media_type, filename=file.name, background=gone)
+
+
+@imports.post(
+    "",
+    summary="Read places from a file",
+    response_model=None,
+    responses={
+        200: {"description": "The places.", "model": ImportOut},
+        **problem_responses(400, 404, 413, 422, 503, 507),
+    },
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "description": "The file, as a form or as it is.",
+            "content": {
+                "multipart/form-data": {
+                    "schema": {
+                        "type": "object",
+                        "properties": {"file": {"type": "string", "format": "binary"}},
+                        "required": ["file"],
+                    }
+                },
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}},
+            },
+        }
+    },
+)
+async def read_places(
+    request: Request,
+    service: ServiceDep,
+    dem_id: Annotated[str, Query(max_length=80, description="The DEM that the places are brought onto.")],
+    filename: Annotated[
+        str | None, Query(max_length=255, description="Name of the file, when the body is the bare file.")
+    ] = None,
+) -> Response:
+    """KML, KMZ, GPX, QGroundControl's .plan, GeoJSON, CSV or JSON of anchors, as its suffix says; nothing is kept.
+
+    Altitudes come back in the DEM's vertical datum: KML's count from EGM96, GPX's and plans' from mean sea level, those
+    above the ground stay so. What was not understood, and what lies outside, is told.
+    """
+    limit = service.settings.max_places_bytes
+    async with receive(request, service.folder, limit, "max_places_bytes", filename) as upload:
+        arguments = PlacesArguments(path=str(upload.path), dem_id=dem_id)
+        found = await service.checks.ask("read-places", arguments, big=True)
+    return Response(str(found["json"]), media_type="application/json")
 
 
 async def opened_mission(service: Service, upload: Upload) -> tuple[Sheet, list[str]]:

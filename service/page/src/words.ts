@@ -25,6 +25,8 @@ export const words = {
   saving: (state: "new" | "saved" | "unsent" | "saving" | "conflict", failed: boolean) =>
     failed ? "not saved" : { new: "new", saved: "saved", unsent: "saving …", saving: "saving …", conflict: "conflict" }[state],
   copyOf: (name: string) => `${name.slice(0, 100)} (copy)`,
+  imported: (format: string, points: number, lines: number, areas: number) =>
+    `${format}: ${points} anchors, ${lines} lines and ${areas} areas.`,
   recovered: (name: string) => `“${name}” was not sent when its tab was closed; it is saved now.`,
   linkIs: (link: string) => `The link to this mission: ${link}`,
   openedVersion: (version: number) => `Opened version ${version}; undo leads back.`,
@@ -161,9 +163,10 @@ export const words = {
     paste: "Type or paste places",
     pasteHint: "One a line: “740000 4030000”, “36.41, -84.12”; or a CSV table, or GeoJSON",
     addThese: "Add these",
-    importFile: "Import GeoJSON or CSV",
-    exportCsv: "CSV",
-    exportGeoJson: "GeoJSON",
+    importFile: "Import a file",
+    inTheFile: "In the file",
+    asRoute: "Take as the route",
+    areaUses: { no_go: "No-go", keep_in: "Keep in", area: "Mission area" },
     exports: "Export",
     // coverage
     receiver: "Antenna above ground",

@@ -5,7 +5,9 @@ import json
 import pytest
 
 from service.cli.asking.anchor_files import anchors_from_file
+from service.cli.asking.path_files import path_fields, polygon_fields
 from service.cli.asking.texts import anchor_from_text
+from service.errors import RequestError
 from service.parts.anchors import AnchorIn
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products.visibility import VISIBILITY_MAP
@@ -79,3 +81,23 @@ def test_lonlat_switches_the_pair():
     assert anchor_from_text("D1,-118,34,80agl", lonlat=True) == AnchorIn(
         id="D1", lon_deg=-118.0, lat_deg=34.0, above_ground_m=80.0
     )
+
+
+KML = (
+    '<kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><name>D1</name><ExtendedData><Data '
+    'name="max_range_m"><value>500</value></Data></ExtendedData><Point><altitudeMode>relativeToGround</altitudeMode>'
+    "<coordinates>-118.05,34.29,80</coordinates></Point></Placemark><Placemark><name>way</name><LineString>"
+    "<coordinates>-118.05,34.29 -118.06,34.3</coordinates></LineString></Placemark></Document></kml>"
+)
+
+
+def test_a_file_of_another_program_gives_anchors_and_says_what_it_left_out(tmp_path, capsys):
+    path = tmp_path / "anchors.kml"
+    path.write_text(KML)
+    (anchor,) = anchors_from_file(path)
+    assert anchor == AnchorIn(id="D1", lon_deg=-118.05, lat_deg=34.29, above_ground_m=80.0, max_range_m=500.0)
+    told = capsys.readouterr()
+    assert (told.out, told.err) == ("", "anchors.kml: 1 × LineString: not taken; Points were asked for.\n")
+    assert path_fields(path) == [{"lon_deg": -118.05, "lat_deg": 34.29}, {"lon_deg": -118.06, "lat_deg": 34.3}]
+    with pytest.raises(RequestError, match="holds no Polygon, only 1 × LineString and 1 × Point"):
+        polygon_fields(path)

@@ -3,8 +3,9 @@ import { words } from "../words";
 import { ask, askJson, posted, Refusal } from "./http";
 import type { Job } from "./types";
 
-const WAIT_S = 5;
-const POLL_MS = 300;
+/** What is quick is answered at once; of the rest the service tells how far it is. */
+const WAIT_S = 1;
+const AGAIN_MS = 300;
 const UNDER_WAY = new Set(["queued", "running"]);
 
 export interface Following {
@@ -21,7 +22,7 @@ export async function calculate<R>(path: string, body: unknown, following: Follo
       throw new Refusal(words.cancelled, 0, "cancelled");
     }
     following.progress?.(job.progress);
-    await new Promise((resume) => setTimeout(resume, POLL_MS));
+    await untilOver(job.links.self, following);
     job = await askJson<Job<R>>(job.links.self);
   }
   const { result } = job;
@@ -29,6 +30,21 @@ export async function calculate<R>(path: string, body: unknown, following: Follo
     throw new Refusal(job.problem?.detail ?? words.calculationIs(job.status), 0, "");
   }
   return { ...job, result };
+}
+
+/** Follow the service's events until it is over, is to be cancelled, or the events break off and it is asked instead. */
+async function untilOver(self: string, { progress, signal }: Following): Promise<void> {
+  const events = new EventSource(`${self}/events`);
+  const broken = await new Promise<boolean>((resume) => {
+    const end = (): void => resume(false);
+    events.addEventListener("progress", (event: MessageEvent<string>) => progress?.((JSON.parse(event.data) as { progress: number }).progress));
+    events.addEventListener("over", end);
+    events.addEventListener("error", () => resume(true));
+    signal?.addEventListener("abort", end);
+    if (signal?.aborted) end();
+  });
+  events.close();
+  if (broken) await new Promise((resume) => setTimeout(resume, AGAIN_MS));
 }
 
 export function layer(job: Job<unknown>, name: string): string {

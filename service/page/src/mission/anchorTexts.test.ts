@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { anchorsCsv, anchorsGeoJson, anchorsOf, placeOf } from "./anchorTexts";
+import { anchorsOf, placeOf } from "./anchorTexts";
 import { frameOf } from "../geo/frames";
 import { newAnchor } from "./mission";
 import type { Dem } from "../api/types";
@@ -23,16 +23,15 @@ test("a place beyond the ground, words, and degrees without a frame are refused 
   expect(() => placeOf("-36.4, -84.2", local)).toThrow(/no degrees/);
 });
 
-test("anchors survive a round trip through CSV and GeoJSON", () => {
-  const first = { ...newAnchor([], { east_m: 740000, north_m: 4030000 }), max_range_m: 9000 };
-  const second = { ...newAnchor([first], { east_m: 741000, north_m: 4031000 }), height_from: "altitude_m" as const, height_m: 900 };
-  expect(anchorsOf(anchorsCsv([first, second]), [], around)).toEqual([first, second]);
-  const again = anchorsOf(anchorsGeoJson([first, second], around.frame), [], around);
-  expect(again.map(({ id, height_m, height_from }) => [id, height_m, height_from])).toEqual([
-    ["D1", 120, "above_ground_m"],
-    ["D2", 900, "altitude_m"],
-  ]);
-  expect(again[0]?.east_m).toBeCloseTo(740000, 3);
+test("a table and GeoJSON are pasted with their heights", () => {
+  const [first, second] = anchorsOf("id,east_m,north_m,above_ground_m,altitude_m,max_range_m\nD1,740000,4030000,120,,9000\nD2,741000,4031000,,900,\n", [], around);
+  expect([first?.max_range_m, first?.height_m, first?.height_from]).toEqual([9000, 120, "above_ground_m"]);
+  expect([second?.height_m, second?.height_from]).toEqual([900, "altitude_m"]);
+  const geometry = { type: "Point", coordinates: [-84.290912, 36.384486] };
+  const text = JSON.stringify({ type: "FeatureCollection", features: [{ geometry, properties: { id: "D7", altitude_m: 900 } }] });
+  const [only] = anchorsOf(text, [], around);
+  expect([only?.id, only?.height_m, only?.height_from]).toEqual(["D7", 900, "altitude_m"]);
+  expect(only?.east_m).toBeCloseTo(743000, -1);
 });
 
 test("an id that is taken gets the next free one", () => {

@@ -4,7 +4,7 @@ import type { Degrees, Frame } from "../geo/frames";
 import { contains, type Extent } from "../geo/grid";
 import { words } from "../words";
 import { type Anchor, newAnchor, nextId } from "./mission";
-import { cellsOf, tableOf, tableText } from "./tables";
+import { cellsOf, tableOf } from "./tables";
 
 interface Around {
   readonly extent: Extent;
@@ -123,26 +123,4 @@ function fromFields(fields: Fields, point: readonly [number, number] | null, the
 
 function textOf(value: unknown): string {
   return typeof value === "string" || typeof value === "number" ? String(value).trim() : "";
-}
-
-export function anchorsCsv(anchors: readonly Anchor[]): string {
-  const names = ["id", "east_m", "north_m", "above_ground_m", "altitude_m", "ranging_sigma_m", "max_range_m"];
-  const height = (anchor: Anchor, from: Anchor["height_from"]): number | null =>
-    anchor.height_from === from ? anchor.height_m : null;
-  const rows = anchors.map((one) => [
-    ...[one.id, one.east_m, one.north_m, height(one, "above_ground_m"), height(one, "altitude_m")],
-    ...[one.ranging_sigma_m, one.max_range_m],
-  ]);
-  return tableText(names, rows);
-}
-
-export function anchorsGeoJson(anchors: readonly Anchor[], frame: Frame): string {
-  const features = anchors.map((one) => {
-    const degrees = frame.toDegrees(one);
-    const coordinates = degrees ? [degrees.lon_deg, degrees.lat_deg] : [one.east_m, one.north_m];
-    const properties = { id: one.id, [one.height_from]: one.height_m, ranging_sigma_m: one.ranging_sigma_m };
-    const range = one.max_range_m === null ? {} : { max_range_m: one.max_range_m };
-    return { type: "Feature", id: one.id, geometry: { type: "Point", coordinates }, properties: { ...properties, ...range } };
-  });
-  return JSON.stringify({ type: "FeatureCollection", features }, null, 1);
 }

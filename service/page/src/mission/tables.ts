@@ -33,11 +33,3 @@ export function cellsOf(text: string, separator = ","): string[][] {
   if (cell !== "" || row.length > 0) end();
   return rows;
 }
-
-export function tableText(names: readonly string[], rows: readonly (readonly (string | number | null)[])[]): string {
-  const cell = (value: string | number | null): string => {
-    const text = value === null ? "" : String(value);
-    return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-  };
-  return [names, ...rows].map((row) => row.map(cell).join(",")).join("\n") + "\n";
-}

@@ -2,12 +2,12 @@
 import { signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { highestNear } from "../geo/grid";
-import { anchorsCsv, anchorsGeoJson, anchorsOf, placeOf } from "../mission/anchorTexts";
-import { download } from "../mission/files";
+import { anchorsOf, placeOf } from "../mission/anchorTexts";
 import { type Anchor, newAnchor, nextId } from "../mission/mission";
 import { accept, attempt, change, frame, ground, mission, refuse, selected, tool, withAnchor } from "../state";
 import { fromMetres, toMetres, unit } from "../units";
 import { words } from "../words";
+import { Exports, Found, Import } from "./Exchange";
 import { Group, NumberField, Select, TextField } from "./fields";
 
 const { ui } = words;
@@ -77,6 +77,7 @@ export function AnchorsPanel() {
       </Group>
       {chosen && <Chosen key={chosen.id} anchor={chosen} />}
       <Texts />
+      <Found />
     </>
   );
 }
@@ -158,7 +159,6 @@ function duplicate(anchor: Anchor): void {
 
 function Texts() {
   const id = useId();
-  const { anchors, name } = mission.value;
   return (
     <Group title={ui.paste}>
       <label for={id} class="hint">
@@ -169,33 +169,9 @@ function Texts() {
         <button type="button" id="add-typed" disabled={typed.value.trim() === ""} onClick={() => void addTexts(typed.value)}>
           {ui.addThese}
         </button>
-        <label class="button">
-          {ui.importFile}
-          <input
-            id="anchor-file"
-            type="file"
-            accept=".csv,.geojson,.json"
-            onChange={(event) => {
-              const input = event.currentTarget;
-              const [file] = input.files ?? [];
-              void file?.text().then((text) => addTexts(text)).then(() => (input.value = ""));
-            }}
-          />
-        </label>
+        <Import where="anchors" />
       </div>
-      <div class="row" role="group" aria-label={ui.exports}>
-        <span>{ui.exports}</span>
-        <button type="button" disabled={anchors.length === 0} onClick={() => download(`${name}-anchors.csv`, anchorsCsv(anchors), "text/csv")}>
-          {ui.exportCsv}
-        </button>
-        <button
-          type="button"
-          disabled={anchors.length === 0 || !frame.value}
-          onClick={() => frame.value && download(`${name}-anchors.geojson`, anchorsGeoJson(anchors, frame.value), "application/geo+json")}
-        >
-          {ui.exportGeoJson}
-        </button>
-      </div>
+      <Exports where="anchors" />
     </Group>
   );
 }

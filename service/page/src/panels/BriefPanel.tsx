@@ -1,5 +1,4 @@
 // Brief: the mission as a file, and what a crew takes along on paper.
-import { pathOf } from "../api/missions";
 import { begin, kept, openFile, saved } from "../mission/keeping";
 import { NEW_MISSION } from "../mission/mission";
 import { dilution, isDilutionCurrent } from "../products/dilution";
@@ -8,21 +7,11 @@ import { attempt, change, frame, ground, mission, notice } from "../state";
 import { distance, duration, figure, percent } from "../units";
 import { words } from "../words";
 import { Group, TextField } from "./fields";
+import { Exports, saveFile } from "./Exchange";
 import { Missions } from "./Missions";
 import { Downloads } from "./PathPanel";
 
 const { ui } = words;
-
-/** Whatever is on the screen is saved first, so that the file is of it. */
-async function saveAs(name: "mission.json" | "mission.zip"): Promise<void> {
-  await saved();
-  const here = kept.peek();
-  if (!here) throw new Error(words.nothingToSave);
-  const link = document.createElement("a");
-  link.href = `${pathOf(here.id)}/files/${name}`;
-  link.download = `${mission.peek().name}.${name === "mission.json" ? "sightline.json" : "sightline.zip"}`;
-  link.click();
-}
 
 async function copyLink(): Promise<void> {
   await saved();
@@ -42,10 +31,10 @@ export function BriefPanel() {
         <TextField label={ui.missionName} value={now.name} onValue={(name) => change({ name })} />
         <p class="hint">{ui.saved}</p>
         <div class="row no-print">
-          <button type="button" id="save-file" onClick={() => void attempt("brief", () => saveAs("mission.json"))}>
+          <button type="button" id="save-file" onClick={() => void attempt("brief", () => saveFile("mission.json"))}>
             {ui.saveFile}
           </button>
-          <button type="button" id="save-zip" onClick={() => void attempt("brief", () => saveAs("mission.zip"))}>
+          <button type="button" id="save-zip" onClick={() => void attempt("brief", () => saveFile("mission.zip"))}>
             {ui.saveZip}
           </button>
           <label class="button">
@@ -71,6 +60,7 @@ export function BriefPanel() {
             {ui.newMission}
           </button>
         </div>
+        <Exports where="brief" />
       </Group>
       <Missions />
       <Checks />

@@ -1,0 +1,43 @@
+"""GPX read: way-points as points, routes and tracks as lines; elevations count from mean sea level."""
+
+from __future__ import annotations
+
+import gpxpy
+import gpxpy.gpx
+
+from service.errors import RequestError
+
+from .features import Feature, Foreign, parsed_xml, place_of
+
+__all__ = ["read_gpx"]
+
+
+def read_gpx(data: bytes, called: str) -> Foreign:
+    """Everything in a document. Raises RequestError."""
+    parsed_xml(data, called, ("gpx",))
+    try:
+        gpx = gpxpy.parse(data.decode("utf-8-sig"))
+    except (gpxpy.gpx.GPXException, UnicodeDecodeError, ValueError) as error:
+        raise RequestError(f"{called} is no GPX that can be read: {str(error)[:200]}.") from error
+    features: list[Feature] = []
+    without: list[str] = []
+    for number, point in enumerate(gpx.waypoints, 1):
+        title = point.name or f"W{number}"
+        height: dict[str, object] = {}
+        if point.elevation is None:
+            without.append(title)
+        else:
+            height = {"altitude_m": point.elevation, "altitude_datum": "msl"}
+        features.append(place_of("Point", [point.longitude, point.latitude], title, {"what": "way-point", **height}))
+    for number, route in enumerate(gpx.routes, 1):
+        line = [[point.longitude, point.latitude] for point in route.points]
+        features.append(place_of("LineString", line, route.name or f"Route {number}", {"what": "route"}))
+    for number, track in enumerate(gpx.tracks, 1):
+        for segment in track.segments:
+            line = [[point.longitude, point.latitude] for point in segment.points]
+            features.append(place_of("LineString", line, track.name or f"Track {number}", {"what": "track"}))
+    told = [f"Without an elevation in the file: {', '.join(without[:5])}."] if without else []
+    empty = [one for one in features if one["geometry"] == {"type": "LineString", "coordinates": []}]
+    if empty:
+        told.append(f"{len(empty)} routes or tracks without points were left out.")
+    return Foreign("GPX", tuple(one for one in features if one not in empty), tuple(told))

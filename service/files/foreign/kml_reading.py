@@ -1,0 +1,142 @@
+"""KML 2.2 and Google's extensions read: placemarks as GeoJSON, their heights as KML means them.
+
+absolute counts from the EGM96 geoid, relativeToGround from the ground, clampToGround (the default) lies on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lxml import etree
+
+from service.errors import RequestError
+
+from .features import Feature, Foreign, counted, parsed_xml, place_of
+
+__all__ = ["read_kml"]
+
+# what KML has besides placemarks; folders and documents hold them
+PASSED_OVER = frozenset({"NetworkLink", "GroundOverlay", "PhotoOverlay", "ScreenOverlay", "Tour", "NetworkLinkControl"})
+HEIGHTS = frozenset({"above_ground_m", "altitude_m", "altitude_datum", "east_m", "north_m", "lon_deg", "lat_deg"})
+TEXTS = frozenset({"id", "what", "kind", "name"})
+SEA_FLOOR = {"clampToSeaFloor": "clampToGround", "relativeToSeaFloor": "relativeToGround"}
+Place = tuple[float, ...]
+
+
+def read_kml(data: bytes, called: str) -> Foreign:
+    """Every placemark of a document. Raises RequestError."""
+    root = parsed_xml(data, called, ("kml", "Document", "Folder", "Placemark"))
+    skipped = [name for one in root.iter() if (name := _name(one)) in PASSED_OVER]
+    told: list[str] = counted(skipped, "not read; only placemarks are.")
+    features: list[Feature] = []
+    strange: list[str] = []
+    clamped: list[str] = []
+    for number, mark in enumerate((one for one in root.iter() if _name(one) == "Placemark"), 1):
+        title = _text(mark, "name") or f"P{number}"
+        found = list(_geometries(mark, title, _told_of(mark), f"{called}, placemark {title!r}", strange, clamped))
+        if not found:
+            strange.append("Placemark without a geometry")
+        features += found
+    told += counted(strange, "not understood.")
+    if clamped:
+        shown = ", ".join(clamped[:5]) + (f" and {len(clamped) - 5} more" if len(clamped) > 5 else "")
+        told.append(f"On the ground, for that is where the file has them (clampToGround): {shown}.")
+    return Foreign("KML", tuple(features), tuple(told))
+
+
+def _geometries(
+    element: etree._Element,
+    title: str,
+    properties: dict[str, object],
+    called: str,
+    strange: list[str],
+    clamped: list[str],
+) -> Iterator[Feature]:
+    for child in element:
+        name = _name(child)
+        if name in ("MultiGeometry", "MultiTrack"):
+            yield from _geometries(child, title, properties, called, strange, clamped)
+        elif name == "Point":
+            (place, *_) = _places(child, called)
+            heights = _height(child, place)
+            if heights == {"above_ground_m": 0.0}:
+                clamped.append(title)
+            yield place_of("Point", list(place[:2]), title, {**properties, **heights})
+        elif name in ("LineString", "LinearRing"):
+            line = [list(place[:2]) for place in _places(child, called)]
+            yield place_of("LineString", line, title, properties)
+        elif name == "Track":
+            line = [list(_numbers(one.text or "", called)[:2]) for one in child if _name(one) == "coord"]
+            yield place_of("LineString", line, title, properties)
+        elif name == "Polygon":
+            rings = [
+                [list(place[:2]) for place in _places(one, called)]
+                for side in ("outerBoundaryIs", "innerBoundaryIs")
+                for boundary in child
+                if _name(boundary) == side
+                for one in boundary
+                if _name(one) == "LinearRing"
+            ]
+            yield place_of("Polygon", rings, title, properties)
+        elif name == "Model":
+            strange.append("Model")
+
+
+def _height(point: etree._Element, place: Place) -> dict[str, object]:
+    """Fields of a request; a point without a third number lies on the ground."""
+    told = _text(point, "altitudeMode") or "clampToGround"
+    mode = SEA_FLOOR.get(told, told)
+    if mode == "clampToGround" or len(place) < 3:
+        return {"above_ground_m": 0.0}
+    if mode == "relativeToGround":
+        return {"above_ground_m": place[2]}
+    return {"altitude_m": place[2], "altitude_datum": "EGM96"}
+
+
+def _told_of(mark: etree._Element) -> dict[str, object]:
+    """Its extended data: numbers as numbers. Where it is and how high its geometry says."""
+    found: dict[str, object] = {}
+    for one in mark.iter():
+        name = one.get("name")
+        if name is None or name in HEIGHTS:
+            continue
+        if _name(one) == "Data":
+            found[name] = _number_or_text(name, _text(one, "value") or "")
+        elif _name(one) == "SimpleData":
+            found[name] = _number_or_text(name, (one.text or "").strip())
+    return found
+
+
+def _number_or_text(name: str, text: str) -> object:
+    try:
+        return text if name in TEXTS else float(text)
+    except ValueError:
+        return text
+
+
+def _places(geometry: etree._Element, called: str) -> list[Place]:
+    # blanks after a comma are not KML, and are common
+    text = ",".join((_text(geometry, "coordinates") or "").replace(", ", ",").split(" ,"))
+    places = [_numbers(one.replace(",", " "), called) for one in text.split()]
+    if not places:
+        raise RequestError(f"{called} has a {_name(geometry)} without coordinates.")
+    return places
+
+
+def _numbers(text: str, called: str) -> Place:
+    try:
+        numbers = tuple(float(one) for one in text.split())
+    except ValueError as error:
+        raise RequestError(f"{called} has coordinates that are no numbers: {text[:60]!r}.") from error
+    if len(numbers) < 2:
+        raise RequestError(f"{called} has a place that has not two coordinates: {text[:60]!r}.")
+    return numbers
+
+
+def _text(element: etree._Element, name: str) -> str | None:
+    found = next((one for one in element if _name(one) == name), None)
+    return None if found is None or found.text is None else found.text.strip()
+
+
+def _name(element: etree._Element) -> str:
+    return etree.QName(element).localname if isinstance(element.tag, str) else ""

@@ -1,0 +1,64 @@
+"""One door for the files of other programs: which reader, and no more bytes than a file may unpack to."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path, PurePath
+
+from service.errors import RequestError
+
+from .features import Foreign
+from .gpx_reading import read_gpx
+from .kml_reading import read_kml
+from .plan_reading import read_plan
+
+__all__ = ["FOREIGN_SUFFIXES", "read_foreign", "read_foreign_file"]
+
+# a document larger than this is no plan of a mission; packed or not
+MOST_BYTES = 32 * 1024 * 1024
+MOST_MEMBERS = 10_000
+READERS: Mapping[str, Callable[[bytes, str], Foreign]] = {".kml": read_kml, ".gpx": read_gpx, ".plan": read_plan}
+FOREIGN_SUFFIXES = (".kml", ".kmz", ".gpx", ".plan")
+
+
+def read_foreign_file(path: Path) -> Foreign:
+    """The places in a file, by its suffix. Raises RequestError."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise RequestError(f"The file {str(path)!r} cannot be read: {error.strerror}.") from error
+    return read_foreign(path.name, data)
+
+
+def read_foreign(name: str, data: bytes) -> Foreign:
+    """The places in a file of that name. Raises RequestError."""
+    called, suffix = f"The file {name}", PurePath(name).suffix.lower()
+    if suffix == ".kmz":
+        return read_kml(_document_in(data, called), called)
+    if len(data) > MOST_BYTES:
+        raise RequestError(f"{called} has more than {MOST_BYTES:,} bytes, which no plan of a mission needs.")
+    return READERS[suffix](data, called)
+
+
+def _document_in(data: bytes, called: str) -> bytes:
+    """The first KML document of a KMZ, which is the one that it is about."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = archive.infolist()
+            if len(members) > MOST_MEMBERS:
+                raise RequestError(f"{called} holds {len(members):,} files, which no KMZ needs.")
+            documents = [one for one in members if one.filename.lower().endswith(".kml")]
+            if not documents:
+                raise RequestError(f"{called} is a zip without a KML document.")
+            with archive.open(documents[0]) as file:
+                # whatever the zip's directory says of its size
+                document = file.read(MOST_BYTES + 1)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise RequestError(f"{called} is no KMZ that can be read: {error}.") from error
+    if len(document) > MOST_BYTES:
+        raise RequestError(f"{called} unpacks to more than {MOST_BYTES:,} bytes, which no plan of a mission needs.")
+    return document

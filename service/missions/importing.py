@@ -1,0 +1,223 @@
+"""Places in anybody's file brought onto a ground: metres in its CRS, altitudes in its datum, and what was lost."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pydantic import BaseModel, Field, ValidationError
+
+from service.errors import RequestError
+from service.files.csv_table import Numbers, check_columns, read_csv_table
+from service.files.foreign.reading import FOREIGN_SUFFIXES, read_foreign_file
+from service.missions.document import MissionPlace
+from service.parts.altitude_datums import in_dem_datum
+from service.parts.anchors import AnchorIn
+from service.parts.geojson_reading import Fields, GeoJsonShape, shapes_of
+from service.parts.points import PointIn, StrictModel
+from terrain import ElevationGrid, FrameError, to_grid_frame
+
+__all__ = ["ImportOut", "ImportedLine", "ImportedPoint", "import_places"]
+
+SUFFIXES = (".geojson", ".json", ".csv", *FOREIGN_SUFFIXES)
+TEXTS = frozenset({"id", "body", "altitude_datum", "kind", "what"})
+COLUMNS = (*(field for field in AnchorIn.model_fields if field != "pose_covariance_m2"), "kind", "what")
+ANCHOR_NUMBERS = ("max_range_m", "azimuth_from_deg", "azimuth_to_deg", "ranging_sigma_m")
+HEIGHTS = ("above_ground_m", "altitude_m", "altitude_datum")
+MOST_PLACES = 10_000
+SHOWN = 5
+
+
+class ImportedPoint(MissionPlace):
+    """A point of the file, with the fields of an anchor as far as the file has them."""
+
+    id: str = Field(description="What the file calls it, or its number in the file.")
+    what: str | None = Field(None, description="What the file says it is: way-point, landing, rally point …")
+    kind: str | None = Field(None, description="What carries it, when the file says drone, mast or beacon.")
+    above_ground_m: float | None = Field(None, description="Height above the ground, metres, when that is given.")
+    altitude_m: float | None = Field(None, description="Altitude in the DEM's vertical datum, metres, when given.")
+    max_range_m: float | None = Field(None, description="Longest slant range, metres, when given.")
+    azimuth_from_deg: float | None = Field(None, description="Start of its sector, degrees from grid north.")
+    azimuth_to_deg: float | None = Field(None, description="End of its sector, degrees from grid north.")
+    ranging_sigma_m: float | None = Field(None, description="One-sigma error of its ranges, metres, when given.")
+
+
+class ImportedLine(BaseModel):
+    """A line of the file, or the outer ring of an area, whose last corner is not the first again."""
+
+    id: str = Field(description="What the file calls it, or its number in the file.")
+    what: str | None = Field(None, description="What the file says it is: route, track, no-go, keep-in, survey …")
+    places: list[MissionPlace] = Field(description="Its corners in order.")
+
+
+class ImportOut(BaseModel):
+    """All places of a file on one ground."""
+
+    format: str = Field(description="What the file was read as.")
+    points: list[ImportedPoint] = Field(description="Points on the ground.")
+    lines: list[ImportedLine] = Field(description="Lines with all corners on the ground.")
+    areas: list[ImportedLine] = Field(description="Outer rings of areas that meet the ground.")
+    told: list[str] = Field(description="What was left out, assumed or converted, in sentences.")
+
+
+class _Heights(StrictModel):
+    points: list[PointIn]
+
+
+def import_places(path: Path, grid: ElevationGrid) -> ImportOut:
+    """The places of a file of a format that is known by its suffix. Raises RequestError, FrameError, and more.
+
+    VerticalDatumError: an altitude that cannot be brought to the grid's datum.
+    """
+    format_name, shapes, told = _shapes(path)
+    if sum(len(line) for shape in shapes for line in shape.lines) > MOST_PLACES:
+        raise RequestError(f"The file {path.name} holds more than {MOST_PLACES:,} places, which no mission has.")
+    points, more = _points(path.name, [shape for shape in shapes if shape.kind == "Point"], grid)
+    told += more
+    lines, outside = _lines((shape for shape in shapes if shape.kind == "LineString"), grid, needs_all=True)
+    areas, missed = _lines((shape for shape in shapes if shape.kind == "Polygon"), grid, needs_all=False)
+    told += _named("Outside the ground, and left out", [*outside, *missed])
+    holes = [_id(number, shape) for number, shape in enumerate(shapes, 1) if len(shape.lines) > 1]
+    told += _named("Holes in areas were closed", holes)
+    return ImportOut(format=format_name, points=points, lines=lines, areas=areas, told=told)
+
+
+def _shapes(path: Path) -> tuple[str, list[GeoJsonShape], list[str]]:
+    suffix, called = path.suffix.lower(), f"The file {path.name}"
+    if suffix in FOREIGN_SUFFIXES:
+        foreign = read_foreign_file(path)
+        if not foreign.features:
+            raise RequestError(f"{called} holds no places.")
+        document = {"type": "FeatureCollection", "features": [*foreign.features]}
+        return foreign.format, shapes_of(document, called), [*foreign.told]
+    if suffix == ".csv":
+        return "CSV", _of_table(path), []
+    if suffix not in SUFFIXES:
+        raise RequestError(f"{called} must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}.")
+    try:
+        document = json.loads(path.read_text(encoding="utf-8-sig"))
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise RequestError(f"{called} is not JSON: {str(error)[:200]}.") from error
+    entries = document.get("anchors", document) if isinstance(document, dict) else document
+    if isinstance(entries, list):
+        return "anchors", [_shape(one, f"{called}, anchor {number}") for number, one in enumerate(entries, 1)], []
+    return "GeoJSON", shapes_of(document, called), []
+
+
+def _of_table(path: Path) -> list[GeoJsonShape]:
+    table = read_csv_table(path, "file", comments_within=False)
+    check_columns(table, "file", COLUMNS)
+    numbers = Numbers(table.delimiter)
+    return [
+        _shape(
+            {
+                name: cell if name in TEXTS else numbers.number(where, name, cell)
+                for name, cell in cells.items()
+                if cell
+            },
+            where,
+        )
+        for where, cells in table.lines
+    ]
+
+
+def _shape(fields: object, where: str) -> GeoJsonShape:
+    """A point of the fields of a request."""
+    if not isinstance(fields, dict):
+        raise RequestError(f"{where}: a place must be an object.")
+    place = {name: fields[name] for name in ("east_m", "north_m", "lon_deg", "lat_deg") if name in fields}
+    return GeoJsonShape("Point", ([place],), {"id": fields.get("id"), "properties": fields})
+
+
+def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> tuple[list[ImportedPoint], list[str]]:
+    ids = [_id(number, shape) for number, shape in enumerate(shapes, 1)]
+    placed: list[PointIn] = []
+    for id, shape in zip(ids, shapes, strict=True):
+        given = {field: value for field in HEIGHTS if (value := shape.properties.get(field)) is not None}
+        # a place without a height is looked at as one on the ground, and has none in the answer
+        height = given if set(given) & set(HEIGHTS[:2]) else {"above_ground_m": 0.0}
+        try:
+            placed.append(PointIn.model_validate({**shape.lines[0][0], **height}))
+        except ValidationError as error:
+            raise RequestError(f"{name}, {id}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from error
+    brought, told = in_dem_datum(grid, _Heights(points=placed))
+    found: list[ImportedPoint] = []
+    outside: list[str] = []
+    for id, shape, point in zip(ids, shapes, brought.points, strict=True):
+        place = _metres(point.model_dump(), grid)
+        if not _is_within(place, grid):
+            outside.append(id)
+            continue
+        properties = shape.properties
+        has_height = any(properties.get(field) is not None for field in HEIGHTS[:2])
+        found.append(
+            ImportedPoint(
+                **place.model_dump(),
+                id=id,
+                what=_word(properties.get("what")),
+                kind=_word(properties.get("kind")),
+                above_ground_m=point.above_ground_m if has_height else None,
+                altitude_m=point.altitude_m,
+                **{field: _number(properties.get(field)) for field in ANCHOR_NUMBERS},
+            )
+        )
+    return found, [*told, *_named("Outside the ground, and left out", outside)]
+
+
+def _lines(
+    shapes: Iterable[GeoJsonShape], grid: ElevationGrid, *, needs_all: bool
+) -> tuple[list[ImportedLine], list[str]]:
+    """(lines, or outer rings of areas; the names of those that are not on the ground)."""
+    found: list[ImportedLine] = []
+    outside: list[str] = []
+    for number, shape in enumerate(shapes, 1):
+        places = [_metres(place, grid) for place in shape.lines[0]]
+        if shape.kind == "Polygon" and places[0] == places[-1]:
+            places = places[:-1]
+        within = [_is_within(place, grid) for place in places]
+        if all(within) if needs_all else any(within):
+            line = ImportedLine(id=_id(number, shape), what=_word(shape.properties.get("what")), places=places)
+            found.append(line)
+        else:
+            outside.append(_id(number, shape))
+    return found, outside
+
+
+def _metres(place: Fields, grid: ElevationGrid) -> MissionPlace:
+    match place:
+        case {"east_m": float() | int() as east_m, "north_m": float() | int() as north_m}:
+            return MissionPlace(east_m=float(east_m), north_m=float(north_m))
+        case {"lon_deg": float() | int() as lon_deg, "lat_deg": float() | int() as lat_deg}:
+            east_m, north_m = to_grid_frame(grid, float(lon_deg), float(lat_deg))
+            if not (math.isfinite(east_m) and math.isfinite(north_m)):
+                raise FrameError(f"The CRS of the DEM cannot express {lon_deg:g}°, {lat_deg:g}°.")
+            return MissionPlace(east_m=round(east_m, 3), north_m=round(north_m, 3))
+    raise RequestError("A place needs east_m and north_m, or lon_deg and lat_deg.")
+
+
+def _is_within(place: MissionPlace, grid: ElevationGrid) -> bool:
+    west, south, east, north = grid.bounds_m
+    return west <= place.east_m <= east and south <= place.north_m <= north
+
+
+def _id(number: int, shape: GeoJsonShape) -> str:
+    told = shape.feature.get("id") or shape.properties.get("id") or shape.properties.get("name")
+    return str(number) if told is None else str(told)[:64]
+
+
+def _named(what: str, ids: Sequence[str]) -> list[str]:
+    if not ids:
+        return []
+    more = f" and {len(ids) - SHOWN} more" if len(ids) > SHOWN else ""
+    return [f"{what}: {', '.join(ids[:SHOWN])}{more}."]
+
+
+def _word(value: object) -> str | None:
+    return value[:64] if isinstance(value, str) else None
+
+
+def _number(value: object) -> float | None:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return float(str(value)) if is_number else None

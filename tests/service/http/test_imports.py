@@ -1,0 +1,106 @@
+"""Places of other programs' files on a ground, there and back: metres, datums, and what was lost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from fastkml import Placemark
+from fastkml.enums import AltitudeMode
+from fastkml.geometry import create_kml_geometry
+from fastkml.kml import KML
+from pygeoif import Point
+from pyproj import Transformer
+
+from tests.service.http.test_missions import kept, mission_on
+from tests.service.running import Server
+
+FORMATS = ("anchors.csv", "mission.geojson", "mission.kml", "mission.kmz", "mission.gpx", "anchors.plan")
+
+
+def imported(server: Server, dem: dict[str, Any], name: str, content: bytes) -> dict[str, Any]:
+    answer = server.client.post("/imports", params={"dem_id": dem["id"]}, files={"file": (name, content)})
+    assert answer.status_code == 200, answer.text
+    return dict(answer.json())
+
+
+def mission_with_shapes(dem: dict[str, Any]) -> dict[str, Any]:
+    mission = mission_on(dem, "There and back")
+    west, south = dem["bounds_of_posts_m"]["west"], dem["bounds_of_posts_m"]["south"]
+    places = [{"east_m": west + x, "north_m": south + y} for x, y in ((600.0, 600.0), (900.0, 700.0), (800.0, 950.0))]
+    second = {**mission["anchors"][0], "id": "D2", "north_m": south + 700.0, "ranging_sigma_m": 0.25, "kind": "mast"}
+    route = {"start": places[0], "goal": places[1], "way_points": [places[2]], "no_go": [places]}
+    return {**mission, "anchors": [*mission["anchors"], second], "route": route}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_what_a_mission_is_written_as_is_read_again(server: Server, ground: dict[str, Any], name: str) -> None:
+    mission = mission_with_shapes(ground)
+    told = kept(server, mission)
+    links = {file["name"]: file["href"] for file in server.client.get(told["links"]["self"]).json()["files"]}
+    rows = server.client.get(links["anchors.json"]).json()["anchors"]
+    answer = server.client.get(links[name])
+    assert answer.status_code == 200, answer.text
+    again = imported(server, ground, name, answer.content)
+    assert len(again["points"]) == 2
+    for point, anchor, row in zip(again["points"], mission["anchors"], rows, strict=True):
+        assert (point["east_m"], point["north_m"]) == pytest.approx((anchor["east_m"], anchor["north_m"]), abs=0.01)
+        by_height = (point["above_ground_m"], row["above_ground_m"]), (point["altitude_m"], row["altitude_m"])
+        (height_m, wanted_m), *_ = [(one, other) for one, other in by_height if one is not None]
+        assert height_m == pytest.approx(wanted_m, abs=0.01)
+        if not name.endswith(".plan"):
+            assert point["id"] == anchor["id"]
+    if not name.startswith("anchors"):
+        line = [(place["east_m"], place["north_m"]) for place in again["lines"][0]["places"]]
+        route = mission["route"]
+        wanted = [route["start"], *route["way_points"], route["goal"]]
+        assert line == [pytest.approx((place["east_m"], place["north_m"]), abs=0.01) for place in wanted]
+    if name in ("mission.geojson", "mission.kml", "mission.kmz"):
+        (area,) = again["areas"]
+        assert area["what"] == "no-go"
+        corners = {(round(place["east_m"]), round(place["north_m"])) for place in area["places"]}
+        assert corners == {(round(one["east_m"]), round(one["north_m"])) for one in mission["route"]["no_go"][0]}
+
+
+def test_altitudes_come_back_in_the_datum_of_the_ground(server: Server) -> None:
+    """An absolute altitude of KML counts from EGM96; on a ground of the ellipsoid PROJ's own step is added."""
+    dem = server.sample("valley")
+    bounds = dem["bounds_of_posts_m"]
+    middle = (bounds["west"] + bounds["east"]) / 2.0, (bounds["south"] + bounds["north"]) / 2.0
+    lon, lat = Transformer.from_crs(dem["crs"], 4326, always_xy=True).transform(*middle)
+    geometry = create_kml_geometry(Point(lon, lat, 2500.0), altitude_mode=AltitudeMode.absolute)
+    document = KML(features=[Placemark(name="D1", kml_geometry=geometry)]).to_string().encode()
+    (point,) = imported(server, dem, "one.kml", document)["points"]
+    assert (point["east_m"], point["north_m"]) == pytest.approx(middle, abs=0.001)
+    assert point["altitude_m"] == pytest.approx(2500.0, abs=60.0)
+    assert point["above_ground_m"] is None
+
+
+def test_what_lies_outside_is_told_and_left_out(server: Server, ground: dict[str, Any]) -> None:
+    west, south = ground["bounds_of_posts_m"]["west"], ground["bounds_of_posts_m"]["south"]
+    table = f"id,east_m,north_m,above_ground_m\nin,{west + 500},{south + 500},50\nout,{west - 500},{south},50\n"
+    found = imported(server, ground, "two.csv", table.encode())
+    assert [point["id"] for point in found["points"]] == ["in"]
+    assert "Outside the ground, and left out: out." in found["told"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "status", "words"),
+    [
+        ("a.txt", b"hello", 422, "must end in"),
+        ("a.kml", b"<!DOCTYPE kml [<!ENTITY a 'b'>]><kml>&a;</kml>", 422, "declares a document type"),
+        ("a.csv", b"id,colour\nD1,red\n", 422, "colour"),
+        ("a.geojson", b"{}", 422, "no GeoJSON"),
+        ("a.gpx", b"<gpx></gpx>", 422, "holds no places"),
+    ],
+)
+def test_what_cannot_be_read_is_refused(
+    server: Server, ground: dict[str, Any], name: str, content: bytes, status: int, words: str
+) -> None:
+    answer = server.client.post("/imports", params={"dem_id": ground["id"]}, files={"file": (name, content)})
+    assert (answer.status_code, words in answer.json()["detail"]) == (status, True), answer.text
+
+
+def test_an_unknown_ground_is_refused(server: Server) -> None:
+    answer = server.client.post("/imports", params={"dem_id": "0" * 32}, files={"file": ("a.csv", b"id\n")})
+    assert answer.status_code == 404
