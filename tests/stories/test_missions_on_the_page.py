@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -243,3 +245,23 @@ def test_anchors_route_and_areas_come_from_other_programs_and_go_to_them(
     page.until("!!document.getElementById('refusal')")
     assert "document type" in page.text("#refusal")
     page.complaints.clear()
+
+
+def test_the_brief_is_two_to_four_pages_with_map_frames_and_decision(page: Browser, tmp_path: Path) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    rename(page, "On paper")
+    page.value("window.print = () => { window.printed = true; }")
+    page.click("#print")
+    page.until("window.printed === true")
+    rows = page.value("[...document.querySelectorAll('#sheet-anchors tbody tr')].map((row) => row.textContent)")
+    assert [row[:2] for row in rows] == ["D1", "D2", "D3"]
+    assert page.value("document.querySelector('#sheet img').naturalWidth") == 1400
+    sheet = page.value("document.getElementById('sheet').textContent")
+    for words in ("On paper", "open", "above mean sea level", "nobody knows where it is dark", "trees, buildings"):
+        assert words in sheet
+    assert page.value("getComputedStyle(document.getElementById('sheet')).display") == "none", "paper alone shows it"
+    told = page.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+    paper = base64.b64decode(told["data"])
+    (tmp_path / "brief.pdf").write_bytes(paper)
+    assert 2 <= len(re.findall(rb"/Type\s*/Page\b", paper)) <= 4

@@ -3,9 +3,11 @@ import { useEffect, useRef } from "preact/hooks";
 import "ol/ol.css";
 import "./planner.css";
 import { frameTimesMs, makeMap } from "./map/map";
+import { remember } from "./map/snapshot";
 import { AirPanel } from "./panels/AirPanel";
 import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
 import { BriefPanel } from "./panels/BriefPanel";
+import { BriefSheet } from "./panels/BriefSheet";
 import { CoveragePanel } from "./panels/CoveragePanel";
 import { GroundPanel, takeFile } from "./panels/GroundPanel";
 import { Conflict, Keeping } from "./panels/Keeping";
@@ -78,6 +80,7 @@ export function App() {
           <ProfileDrawer />
         </div>
       </main>
+      <BriefSheet />
     </>
   );
 }
@@ -110,6 +113,7 @@ function MapArea() {
   useEffect(() => {
     if (!target.current) return;
     const map = makeMap(target.current);
+    remember(map);
     Object.assign(window, { planner: { map, atRest, mission: () => mission.peek(), times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
     return () => map.setTarget(undefined);
   }, []);

@@ -89,6 +89,23 @@ export const words = {
     valley: "A winding valley (made up)",
     crater: "A crater on the Moon (made up)",
   },
+  paper: {
+    made: (when: string, ground: string, digest: string) => `Made ${when} over ${ground} (digest ${digest} …).`,
+    map: "Map of the mission",
+    rover: (antenna: number, slope: number, speed: number) => `Rover: antenna ${antenna} m above the ground, slopes up to ${slope}°, ${speed} m/s.`,
+    pathStale: "The path was planned for another state of the mission; plan it again before this is used.",
+    place: "Place",
+    anchors: "Anchors in every frame",
+    frames: (crs: string, datum: string | null) =>
+      `East and north in ${crs}; altitudes in ${datum === null ? "the DEM's own heights, of which nobody knows what they count from" : datum}, above mean sea level (EGM96) and above the ellipsoid (WGS 84) where that is known. All in metres.`,
+    columns: ["Anchor", "East", "North", "Latitude", "Longitude", "Above ground", "Altitude", "MSL", "Ellipsoid", "Range"],
+    decision: "Go or no-go",
+    dark: (least: number) => `Radio-dark stretches: fewer than ${least} in sight`,
+    darkColumns: ["From", "To", "Lasts", "Fewest in sight", "Begins at east, north"],
+    noDark: "None along the path.",
+    noPath: "No path was planned for the mission as it is, so nobody knows where it is dark.",
+    alone: "Sight is geometry over the DEM: trees, buildings and weather are not in it.",
+  },
   ui: {
     modes: "Modes",
     map: "Map. Arrow keys pan; with an anchor chosen they move it by a cell, with Shift by ten.",

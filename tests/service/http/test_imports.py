@@ -24,13 +24,20 @@ def imported(server: Server, dem: dict[str, Any], name: str, content: bytes) -> 
     return dict(answer.json())
 
 
+def place_in(dem: dict[str, Any], across: float, up: float) -> dict[str, float]:
+    """A place at shares of the way from west to east and from south to north."""
+    bounds = dem["bounds_of_posts_m"]
+    east_m = bounds["west"] + across * (bounds["east"] - bounds["west"])
+    return {"east_m": east_m, "north_m": bounds["south"] + up * (bounds["north"] - bounds["south"])}
+
+
 def mission_with_shapes(dem: dict[str, Any]) -> dict[str, Any]:
     mission = mission_on(dem, "There and back")
-    west, south = dem["bounds_of_posts_m"]["west"], dem["bounds_of_posts_m"]["south"]
-    places = [{"east_m": west + x, "north_m": south + y} for x, y in ((600.0, 600.0), (900.0, 700.0), (800.0, 950.0))]
-    second = {**mission["anchors"][0], "id": "D2", "north_m": south + 700.0, "ranging_sigma_m": 0.25, "kind": "mast"}
+    places = [place_in(dem, *shares) for shares in ((0.1, 0.1), (0.3, 0.2), (0.2, 0.4))]
+    first = {**mission["anchors"][0], **place_in(dem, 0.15, 0.15)}
+    second = {**first, "id": "D2", **place_in(dem, 0.25, 0.35), "ranging_sigma_m": 0.25, "kind": "mast"}
     route = {"start": places[0], "goal": places[1], "way_points": [places[2]], "no_go": [places]}
-    return {**mission, "anchors": [*mission["anchors"], second], "route": route}
+    return {**mission, "anchors": [first, second], "route": route}
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -77,8 +84,9 @@ def test_altitudes_come_back_in_the_datum_of_the_ground(server: Server) -> None:
 
 
 def test_what_lies_outside_is_told_and_left_out(server: Server, ground: dict[str, Any]) -> None:
-    west, south = ground["bounds_of_posts_m"]["west"], ground["bounds_of_posts_m"]["south"]
-    table = f"id,east_m,north_m,above_ground_m\nin,{west + 500},{south + 500},50\nout,{west - 500},{south},50\n"
+    within, outside = place_in(ground, 0.2, 0.2), place_in(ground, -0.2, 0.2)
+    rows = [f"{name},{at['east_m']},{at['north_m']},50" for name, at in (("in", within), ("out", outside))]
+    table = "\n".join(["id,east_m,north_m,above_ground_m", *rows])
     found = imported(server, ground, "two.csv", table.encode())
     assert [point["id"] for point in found["points"]] == ["in"]
     assert "Outside the ground, and left out: out." in found["told"]

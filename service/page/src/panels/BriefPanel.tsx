@@ -1,11 +1,11 @@
 // Brief: the mission as a file, and what a crew takes along on paper.
 import { begin, kept, openFile, saved } from "../mission/keeping";
 import { NEW_MISSION } from "../mission/mission";
-import { dilution, isDilutionCurrent } from "../products/dilution";
-import { isPathCurrent, planned } from "../products/path";
+import { prepareSheet } from "../products/brief";
+import { planned } from "../products/path";
 import { attempt, change, frame, ground, mission, notice } from "../state";
-import { distance, duration, figure, percent } from "../units";
 import { words } from "../words";
+import { CheckTable } from "./Checks";
 import { Group, TextField } from "./fields";
 import { Exports, saveFile } from "./Exchange";
 import { Missions } from "./Missions";
@@ -21,6 +21,14 @@ async function copyLink(): Promise<void> {
   // over plain HTTP from another machine there is no clipboard
   await (navigator as Partial<Navigator>).clipboard?.writeText(link).catch(() => undefined);
   notice.value = words.linkIs(link);
+}
+
+async function print(): Promise<void> {
+  await prepareSheet();
+  // the picture has to be on the sheet before the paper is looked at
+  await new Promise((resume) => requestAnimationFrame(() => requestAnimationFrame(resume)));
+  await document.querySelector<HTMLImageElement>("#sheet img")?.decode();
+  window.print();
 }
 
 export function BriefPanel() {
@@ -53,7 +61,7 @@ export function BriefPanel() {
           <button type="button" id="copy-link" onClick={() => void attempt("brief", copyLink)}>
             {ui.copyLink}
           </button>
-          <button type="button" onClick={() => window.print()}>
+          <button type="button" id="print" onClick={() => void attempt("brief", print)}>
             {ui.print}
           </button>
           <button type="button" onClick={() => void attempt("brief", () => begin({ ...NEW_MISSION, ground: now.ground }))}>
@@ -63,7 +71,9 @@ export function BriefPanel() {
         <Exports where="brief" />
       </Group>
       <Missions />
-      <Checks />
+      <Group title={ui.goNoGo}>
+        <CheckTable id="go-no-go" />
+      </Group>
       <AnchorTable />
       {planned.value && (
         <Group title={words.mode.path}>
@@ -72,38 +82,6 @@ export function BriefPanel() {
         </Group>
       )}
     </>
-  );
-}
-
-/** Each check: what, the finding, and whether it is a go; null where it was not calculated for the mission as it is. */
-function Checks() {
-  const { positioning, anchors, route } = mission.value;
-  const now = dilution.value;
-  const path = planned.value;
-  const totals = path && isPathCurrent() ? path.answer.totals : null;
-  const blocked = path !== null && isPathCurrent() && totals === null;
-  const checks: [string, string, boolean | null][] = [
-    [words.checkAnchors, String(anchors.length), anchors.length >= 3],
-    [words.checkPath, totals ? `${distance(totals.length_m)}, ${duration(totals.time_s)}` : words.notPlanned, totals ? true : blocked ? false : null],
-    [words.checkSight(route.min_anchors), totals ? words.fewest(totals.fewest_anchors) : words.notPlanned, totals && totals.fewest_anchors >= Math.max(route.min_anchors, 1)],
-    [words.checkDop(figure(positioning.dop_limit, 1)), totals ? figure(totals.worst_dop ?? Infinity) : words.notPlanned, totals && (totals.worst_dop ?? Infinity) < positioning.dop_limit],
-    [words.checkDark, totals ? duration(totals.longest_out_of_sight_s) : words.notPlanned, totals && totals.longest_out_of_sight_s === 0],
-    [words.checkGround, now && isDilutionCurrent() ? percent(now.answer.share_unknown) : words.notCalculated, now && isDilutionCurrent() ? (now.answer.share_unknown ?? 1) < 0.05 : null],
-  ];
-  return (
-    <Group title={ui.goNoGo}>
-      <table id="go-no-go">
-        <tbody>
-          {checks.map(([what, found, go]) => (
-            <tr key={what}>
-              <th scope="row">{what}</th>
-              <td>{found}</td>
-              <td class={go === null ? "open" : go ? "go" : "no-go"}>{go === null ? words.openCheck : go ? words.go : words.noGo}</td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
-    </Group>
   );
 }
 
