@@ -80,24 +80,25 @@ def anchor_rows(mission: MissionIn, grid: ElevationGrid) -> list[AnchorRow]:
     from_ground = np.array([one.height_from == "above_ground_m" for one in mission.anchors])
     altitude_m = np.where(from_ground, ground_m + given_m, given_m)
     degrees = None if grid.crs is None else np.column_stack(to_lon_lat(grid, places_m[:, 0], places_m[:, 1]))
-    own = vertical_datum_of(grid)
     msl_m, ellipsoid_m = (_above(grid, places_m, altitude_m, where) for where in ("msl", "hae"))
     above_m = np.where(from_ground, given_m, altitude_m - ground_m)
-    known = own is not None
     return [
         AnchorRow(
-            anchor.id,
-            anchor.kind,
-            anchor.east_m,
-            anchor.north_m,
-            None if degrees is None else round(float(degrees[number, 0]), 8),
-            None if degrees is None else round(float(degrees[number, 1]), 8),
-            *(_rounded(column[number]) for column in (ground_m, above_m, altitude_m)),
-            *(_rounded(column[number]) if known else None for column in (msl_m, ellipsoid_m)),
-            anchor.max_range_m,
-            anchor.azimuth_from_deg,
-            anchor.azimuth_to_deg,
-            anchor.ranging_sigma_m,
+            id=anchor.id,
+            kind=anchor.kind,
+            east_m=anchor.east_m,
+            north_m=anchor.north_m,
+            lon_deg=None if degrees is None else round(float(degrees[number, 0]), 8),
+            lat_deg=None if degrees is None else round(float(degrees[number, 1]), 8),
+            ground_m=_rounded(ground_m[number]),
+            above_ground_m=_rounded(above_m[number]),
+            altitude_m=_rounded(altitude_m[number]),
+            msl_m=_rounded(msl_m[number]),
+            ellipsoid_m=_rounded(ellipsoid_m[number]),
+            max_range_m=anchor.max_range_m,
+            azimuth_from_deg=anchor.azimuth_from_deg,
+            azimuth_to_deg=anchor.azimuth_to_deg,
+            ranging_sigma_m=anchor.ranging_sigma_m,
         )
         for number, anchor in enumerate(mission.anchors)
     ]

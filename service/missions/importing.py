@@ -24,7 +24,6 @@ __all__ = ["ImportOut", "ImportedLine", "ImportedPoint", "import_places"]
 SUFFIXES = (".geojson", ".json", ".csv", *FOREIGN_SUFFIXES)
 TEXTS = frozenset({"id", "body", "altitude_datum", "kind", "what"})
 COLUMNS = (*(field for field in AnchorIn.model_fields if field != "pose_covariance_m2"), "kind", "what")
-ANCHOR_NUMBERS = ("max_range_m", "azimuth_from_deg", "azimuth_to_deg", "ranging_sigma_m")
 HEIGHTS = ("above_ground_m", "altitude_m", "altitude_datum")
 MOST_PLACES = 10_000
 SHOWN = 5
@@ -154,13 +153,17 @@ def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> t
         has_height = any(properties.get(field) is not None for field in HEIGHTS[:2])
         found.append(
             ImportedPoint(
-                **place.model_dump(),
+                east_m=place.east_m,
+                north_m=place.north_m,
                 id=id,
                 what=_word(properties.get("what")),
                 kind=_word(properties.get("kind")),
                 above_ground_m=point.above_ground_m if has_height else None,
                 altitude_m=point.altitude_m,
-                **{field: _number(properties.get(field)) for field in ANCHOR_NUMBERS},
+                max_range_m=_number(properties.get("max_range_m")),
+                azimuth_from_deg=_number(properties.get("azimuth_from_deg")),
+                azimuth_to_deg=_number(properties.get("azimuth_to_deg")),
+                ranging_sigma_m=_number(properties.get("ranging_sigma_m")),
             )
         )
     return found, [*told, *_named("Outside the ground, and left out", outside)]

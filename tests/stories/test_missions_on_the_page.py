@@ -15,6 +15,7 @@ from tests.service.browser import Browser, browsing
 from tests.service.running import Server, running
 from tests.stories.planner import (
     VALLEY,
+    at,
     field,
     mission,
     open_planner,
@@ -250,15 +251,22 @@ def test_anchors_route_and_areas_come_from_other_programs_and_go_to_them(
 def test_the_brief_is_two_to_four_pages_with_map_frames_and_decision(page: Browser, tmp_path: Path) -> None:
     take(page, "valley")
     place_anchors(page)
+    page.click("#mode-path")
+    page.click("#tool-start")
+    page.click_at(*at(page, 645600, 5136000))
+    page.click_at(*at(page, 650500, 5138500))
+    page.choose(field(page, "Steepest"), "30")
+    page.click("#plan-path")
+    page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
     rename(page, "On paper")
     page.value("window.print = () => { window.printed = true; }")
     page.click("#print")
     page.until("window.printed === true")
     rows = page.value("[...document.querySelectorAll('#sheet-anchors tbody tr')].map((row) => row.textContent)")
     assert [row[:2] for row in rows] == ["D1", "D2", "D3"]
-    assert page.value("document.querySelector('#sheet img').naturalWidth") == 1400
+    assert page.value("document.querySelector('#sheet img').naturalWidth") == 1000
     sheet = page.value("document.getElementById('sheet').textContent")
-    for words in ("On paper", "open", "above mean sea level", "nobody knows where it is dark", "trees, buildings"):
+    for words in ("On paper", "open", "above mean sea level", "fewer than 1 in sight", "start", "trees, buildings"):
         assert words in sheet
     assert page.value("getComputedStyle(document.getElementById('sheet')).display") == "none", "paper alone shows it"
     told = page.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)

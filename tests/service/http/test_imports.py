@@ -69,18 +69,14 @@ def test_what_a_mission_is_written_as_is_read_again(server: Server, ground: dict
         assert corners == {(round(one["east_m"]), round(one["north_m"])) for one in mission["route"]["no_go"][0]}
 
 
-def test_altitudes_come_back_in_the_datum_of_the_ground(server: Server) -> None:
-    """An absolute altitude of KML counts from EGM96; on a ground of the ellipsoid PROJ's own step is added."""
-    dem = server.sample("valley")
-    bounds = dem["bounds_of_posts_m"]
-    middle = (bounds["west"] + bounds["east"]) / 2.0, (bounds["south"] + bounds["north"]) / 2.0
-    lon, lat = Transformer.from_crs(dem["crs"], 4326, always_xy=True).transform(*middle)
+def test_absolute_altitudes_of_kml_are_those_of_a_ground_above_egm96(server: Server, ground: dict[str, Any]) -> None:
+    place = place_in(ground, 0.2, 0.2)
+    lon, lat = Transformer.from_crs(ground["crs"], 4326, always_xy=True).transform(place["east_m"], place["north_m"])
     geometry = create_kml_geometry(Point(lon, lat, 2500.0), altitude_mode=AltitudeMode.absolute)
     document = KML(features=[Placemark(name="D1", kml_geometry=geometry)]).to_string().encode()
-    (point,) = imported(server, dem, "one.kml", document)["points"]
-    assert (point["east_m"], point["north_m"]) == pytest.approx(middle, abs=0.001)
-    assert point["altitude_m"] == pytest.approx(2500.0, abs=60.0)
-    assert point["above_ground_m"] is None
+    (point,) = imported(server, ground, "one.kml", document)["points"]
+    assert (point["east_m"], point["north_m"]) == pytest.approx((place["east_m"], place["north_m"]), abs=0.001)
+    assert (point["altitude_m"], point["above_ground_m"]) == (2500.0, None)
 
 
 def test_what_lies_outside_is_told_and_left_out(server: Server, ground: dict[str, Any]) -> None:

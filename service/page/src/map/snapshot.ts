@@ -2,8 +2,8 @@
 import type OlMap from "ol/Map.js";
 import type { Place } from "../api/types";
 
-const WIDTH_PX = 1400;
-const HEIGHT_PX = 1000;
+const WIDTH_PX = 1000;
+const HEIGHT_PX = 680;
 /** Beyond what is drawn, so that labels have room and the place can be told. */
 const MARGIN = 0.25;
 let shown: OlMap | null = null;

@@ -7,6 +7,7 @@ import { ground, mission } from "../state";
 import { distance, duration, figure } from "../units";
 import { words } from "../words";
 import { CheckTable } from "./Checks";
+import { LegendTable } from "./Layers";
 
 const { paper } = words;
 const metres = (value: number | null, digits = 1): string => (value === null ? "–" : value.toFixed(digits));
@@ -41,27 +42,35 @@ function Front({ now }: { now: Sheet }) {
       <h1>{name}</h1>
       <p>{paper.made(now.made.toLocaleString(), dem?.name ?? "–", dem?.sha256.slice(0, 12) ?? "–")}</p>
       {now.picture && <img src={now.picture} alt={paper.map} />}
+      {now.legend && <LegendTable now={now.legend} id="sheet-legend" />}
       <p>{paper.rover(rover.receiver_above_ground_m, rover.max_slope_deg, rover.speed_m_per_s)}</p>
       {path && <p>{isPathCurrent() ? path.answer.sentence : paper.pathStale}</p>}
-      <table>
-        <thead>
-          <tr>
-            <th scope="col">{paper.place}</th>
-            <th scope="col">{words.ui.east}</th>
-            <th scope="col">{words.ui.north}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {[route.start, ...route.way_points, route.goal].map((one, at, all) => one && (
-            <tr key={at}>
-              <th scope="row">{at === 0 ? words.place("start") : at === all.length - 1 ? words.place("goal") : words.ui.wayPoint(at)}</th>
-              <td>{one.east_m.toFixed(1)}</td>
-              <td>{one.north_m.toFixed(1)}</td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
+      {route.start && <Way />}
     </section>
+  );
+}
+
+function Way() {
+  const { route } = mission.value;
+  return (
+    <table>
+      <thead>
+        <tr>
+          <th scope="col">{paper.place}</th>
+          <th scope="col">{words.ui.east}</th>
+          <th scope="col">{words.ui.north}</th>
+        </tr>
+      </thead>
+      <tbody>
+        {[route.start, ...route.way_points, route.goal].map((one, at, all) => one && (
+          <tr key={at}>
+            <th scope="row">{at === 0 ? words.place("start") : at === all.length - 1 ? words.place("goal") : words.ui.wayPoint(at)}</th>
+            <td>{one.east_m.toFixed(1)}</td>
+            <td>{one.north_m.toFixed(1)}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
   );
 }
 

@@ -53,9 +53,9 @@ export function Layers() {
   );
 }
 
-function LegendTable({ now }: { now: Legend }) {
+export function LegendTable({ now, id = "legend" }: { now: Legend; id?: string }) {
   return (
-    <table id="legend">
+    <table id={id}>
       <caption>
         {now.title} <span class="hint">{ui.legend}</span>
       </caption>

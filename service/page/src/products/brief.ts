@@ -3,6 +3,7 @@ import { signal } from "@preact/signals";
 import { askJson } from "../api/http";
 import { pathOf } from "../api/missions";
 import type { Place } from "../api/types";
+import { type Legend, legendOf } from "../map/looks";
 import { mapPicture } from "../map/snapshot";
 import { kept, saved } from "../mission/keeping";
 import { mission } from "../state";
@@ -25,6 +26,7 @@ export interface AnchorRow extends Place {
 
 export interface Sheet {
   readonly picture: string | null;
+  readonly legend: Legend | null;
   readonly datum: string | null;
   readonly rows: readonly AnchorRow[];
   readonly made: Date;
@@ -41,5 +43,5 @@ export async function prepareSheet(): Promise<void> {
   const { anchors, area, route } = mission.peek();
   const places = [...anchors, ...(area ?? []), route.start, route.goal, ...route.way_points, ...(planned.peek()?.vertices ?? [])];
   const picture = await mapPicture(places.filter((one) => one !== null));
-  sheet.value = { picture, datum: told.vertical_datum, rows: told.anchors, made: new Date() };
+  sheet.value = { picture, legend: legendOf(), datum: told.vertical_datum, rows: told.anchors, made: new Date() };
 }
