@@ -17,14 +17,12 @@ from visibility import Anchor
 from visibility.sight import check_anchors
 
 from .judges import Goal
-from .repositioning import Move, reposition_for
+from .repositioning import ROUNDING, Move, reposition_for
 from .rules import PlacementRules
 from .sight import SightOptions
 from .stretches import Flight, SeenStretch, path_between, path_length_m, value_over
 
 __all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
-
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

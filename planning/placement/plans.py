@@ -107,11 +107,7 @@ def _sentence(found: Leapfrog) -> str:
         )
         return f"Nobody moves, since {why}: {gained}."
     if len(found.stretches) == 1 and len(found.moves) == 1:
-        move = found.moves[0].move
-        return (
-            f"{move.anchor.id} flies {move.flight_m:.0f} m in {move.flight_s:.0f} s to {move.to.east_m:.0f}, "
-            f"{move.to.north_m:.0f} at {move.to.altitude_m:.0f} m: {gained}."
-        )
+        return f"{found.moves[0].move.words()}: {gained}."
     return (
         f"{len(found.moves)} move{'' if len(found.moves) == 1 else 's'}, {found.flight_m / 1000:.1f} km of flight, and "
         f"the rover waits {found.waited_s:.0f} s: {gained}."

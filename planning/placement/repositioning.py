@@ -41,6 +41,13 @@ class Move:
     flight_m: float
     flight_s: float
 
+    def words(self) -> str:
+        """Who flies how far, how long and where to: the beginning of a sentence."""
+        return (
+            f"{self.anchor.id} flies {self.flight_m:.0f} m in {self.flight_s:.0f} s to {self.to.east_m:.0f}, "
+            f"{self.to.north_m:.0f} at {self.to.altitude_m:.0f} m"
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Repositioning:
@@ -149,10 +156,8 @@ def reposition_for(
         told = f"No move of one drone helps: {before:.1%} of the stretch before, and {looked_at:,} places give no more."
         return Repositioning(None, before, before, False, looked_at, told)
     move, after = chosen
-    told = (
-        f"{move.anchor.id} flies {move.flight_m:.0f} m in {move.flight_s:.0f} s to {move.to.east_m:.0f}, "
-        f"{move.to.north_m:.0f} at {move.to.altitude_m:.0f} m: {before:.1%} of the stretch before, {after:.1%} after"
-        + ("." if restored else f"; no move of one drone restores {share:.0%}.")
+    told = f"{move.words()}: {before:.1%} of the stretch before, {after:.1%} after" + (
+        "." if restored else f"; no move of one drone restores {share:.0%}."
     )
     return Repositioning(move, before, after, restored, looked_at, told)
 
