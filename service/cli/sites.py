@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from rich.markup import escape
 from rich.table import Table
 
 from .asking.ground import AreaOptions, Margin
-from .asking.options import WHOLE, DemPath, Output, Reading, ReceiverHeight, RequestFile, option
+from .asking.options import (
+    GROUP,
+    WHOLE,
+    Curvature,
+    DemPath,
+    Output,
+    Reading,
+    ReceiverHeight,
+    RequestFile,
+    option,
+    told,
+)
 from .output import share_text
 
 if TYPE_CHECKING:
@@ -21,20 +33,40 @@ if TYPE_CHECKING:
 __all__ = ["sites"]
 
 
+@GROUP
+@dataclass(frozen=True, slots=True)
+class SiteOptions:
+    """How many sites, how high they and receivers are, and what shall be seen: fields of the request."""
+
+    sites: Annotated[int | None, WHOLE, option("How many sites to name. (default 10)", "K", "--count")] = None
+    site_above_ground_m: Annotated[
+        float | None, option("Of a site's antenna above the ground, metres. (default 10)", "M", "--height")
+    ] = None
+    receiver_above_ground_m: ReceiverHeight = None
+    max_range_m: Annotated[float | None, option("Longest range, metres.", "M", "--max-range")] = None
+    min_separation_m: Annotated[
+        float | None,
+        option("Named sites are so far apart, metres. (default a tenth of the shorter side)", "M", "--separation"),
+    ] = None
+    directions: Annotated[int | None, WHOLE, option("Rays from each post, a multiple of 4. (default 360)", "N")] = None
+    target_area: Annotated[
+        Path | None, option("Only what is in this GeoJSON polygon shall be seen.", "FILE", "--targets")
+    ] = None
+    curvature: Annotated[Curvature, option("auto: as the DEM's CRS implies; flat: none.")] = "auto"
+
+    def part(self) -> dict[str, object]:
+        """As the request has them. Raises RequestError."""
+        found = told(self)
+        if self.target_area is not None:
+            found["target_area"] = _one_polygon(self.target_area)
+        return found
+
+
 def sites(
     dem: DemPath,
     /,
     *,
-    count: Annotated[int | None, WHOLE, option("How many sites to name. (default 10)", "K")] = None,
-    height: Annotated[float | None, option("Of a site's antenna above the ground, metres. (default 10)", "M")] = None,
-    receiver_height: ReceiverHeight = None,
-    max_range: Annotated[float | None, option("Longest range, metres.", "M")] = None,
-    separation: Annotated[
-        float | None, option("Named sites are so far apart, metres. (default a tenth of the shorter side)", "M")
-    ] = None,
-    directions: Annotated[int | None, WHOLE, option("Rays from each post, a multiple of 4. (default 360)", "N")] = None,
-    targets: Annotated[Path | None, option("Only what is in this GeoJSON polygon shall be seen.", "FILE")] = None,
-    curvature: Annotated[Literal["auto", "flat"], option("auto: as the DEM's CRS implies; flat: none.")] = "auto",
+    options: SiteOptions = SiteOptions(),
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -48,33 +80,22 @@ def sites(
     """
     from service.products.sites.request import SiteMapParameters
 
-    from .asking.path_files import polygon_fields
     from .asking.products import ask, request_of_fields
 
     asked: BaseModel | Path | None = request
     if asked is None:
-        given = {
-            "sites": count,
-            "site_above_ground_m": height,
-            "receiver_above_ground_m": receiver_height,
-            "max_range_m": max_range,
-            "min_separation_m": separation,
-            "directions": directions,
-            "target_area": None if targets is None else _one(targets, polygon_fields(targets)),
-            "curvature": curvature,
-            "area": area.part(in_degrees=False),
-        }
-        asked = request_of_fields(
-            {name: value for name, value in given.items() if value is not None}, SiteMapParameters
-        )
+        asked = request_of_fields({**options.part(), "area": area.part(in_degrees=False)}, SiteMapParameters)
     from service.products.sites import SITE_MAP
 
     ask(SITE_MAP, dem, asked, _tables, summary="sites.json", reading=reading, output=output, margin_m=margin_m)
 
 
-def _one(path: Path, polygons: list[Fields]) -> Fields:
+def _one_polygon(path: Path) -> Fields:
     from service.errors import RequestError
 
+    from .asking.path_files import polygon_fields
+
+    polygons = polygon_fields(path)
     if len(polygons) != 1:
         raise RequestError(f"The file {path.name} holds {len(polygons)} polygons; --targets is one.")
     return polygons[0]

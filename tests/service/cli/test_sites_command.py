@@ -29,8 +29,8 @@ def test_it_says_how_far_to_trust_it(sightline, dem_file):
 def test_wrong_lines_are_told(sightline, dem_file, tmp_path):
     for words, sentence in (
         (("--directions", 30), "directions"),
-        (("--height", -1), "site_above_ground_m"),
-        (("--max-range", 0), "max_range_m"),
+        (("--height", -1), "--height: "),
+        (("--max-range", 0), "--max-range: "),
         (("--area", f"{WEST_M + 9e5},{NORTH_M},{WEST_M + 9.1e5},{NORTH_M + 1e4}"), "area"),
     ):
         ended = sightline("sites", dem_file, *words)
