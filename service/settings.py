@@ -120,6 +120,11 @@ class Settings(BaseSettings):
         '["https://maps.example.org"].',
     )
 
+    trusted_proxies: tuple[str, ...] = Field(
+        default=("127.0.0.1", "::1"),
+        description="Addresses and networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed, a "
+        "JSON list.",
+    )
     log_format: LogFormat = Field(
         default="text", description="Lines of the log: text for people, or json, one object per line."
     )

@@ -179,6 +179,7 @@ def serve(settings: Settings) -> None:
                 log_config=None,
                 access_log=False,
                 server_header=False,
+                forwarded_allow_ips=list(settings.trusted_proxies),
                 timeout_graceful_shutdown=GRACE_S,
                 ws="websockets-sansio",
                 # beyond its limit a message is answered with a problem; only one far beyond it ends the stream
