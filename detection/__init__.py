@@ -1,7 +1,8 @@
 """The runtime range-based detector: notices occlusion from the ranges themselves, without a map."""
 
+from .calibration import Calibrated, Calibration, calibrate
 from .detector import Detector, detect_epoch
-from .diagnosis import Cause, Suspicion, diagnose
+from .diagnosis import diagnose
 from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .geometric import GeometricDetection, detect_2d, detect_3d
@@ -13,6 +14,7 @@ from .settings import (
     sigma_odometry_m,
 )
 from .state import AnchorState, DetectorState, Health
+from .suspicions import Cause, Suspicion
 from .verdicts import (
     AnchorVerdict,
     Classification,
@@ -32,6 +34,8 @@ from .verdicts import (
 __all__ = [
     "AnchorState",
     "AnchorVerdict",
+    "Calibrated",
+    "Calibration",
     "Cause",
     "Classification",
     "DetectionError",
@@ -58,6 +62,7 @@ __all__ = [
     "Suspicion",
     "Witness",
     "WitnessSay",
+    "calibrate",
     "detect_2d",
     "detect_3d",
     "detect_epoch",

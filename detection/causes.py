@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
+from .misplaced import misplaced_cause
 from .settings import DetectorSettings
+from .suspicions import Cause, Suspicion
 from .systematic import Block, SharedFit, shared_fit
 
-__all__ = ["ENOUGH", "HARDLY", "SPACE", "Cause", "Suspicion", "shared_cause"]
+__all__ = ["ENOUGH", "HARDLY", "SPACE", "shared_cause"]
 
+FEW = 0.8  # share of epochs with a position, or of ranges that are clear, under which something is likely wrong
 HARDLY = 0.2  # share of epochs with a position, or of ranges that are clear, under which something is said in any case
 HALF = 0.5
-LIKE = 0.25  # share by which what a part of a log says may differ from what the whole does
+# Share of what is gained by a cause that every quarter of the log has to have, and nats.
+LASTS, LASTS_NATS = 0.01, 2.0
 SPACE: Literal[3] = 3
 ENOUGH = 10  # epochs, and blocks of ranges, before all this means anything
 # A cause is named that leaves so little of what ranges are off without it, and so little of them off at all.
@@ -25,45 +28,21 @@ EXPLAINS = 0.5
 # Where a cause leaves more sigmas of a range than so many, it has to explain the more. Of ranges from several moments
 # the rover's turns leave some.
 NEARLY, NEARLY_MOVING = 4.0, 10.0
+# Where a cause leaves a range as sure as it was said to be, a small one is told too: of so many sigmas of itself, and
+# of so many nats that the ranges become likelier by.
+SMALL_SIGMAS, SMALL_NATS = 6.0, 15.0
 SURELY = 1.5  # sigmas of a range: so little is left where a cause explains all
 FEET = 3.28084
 NEAR_FEET = 0.03
 
 
-class Cause(StrEnum):
-    """What a log as a whole may suffer from."""
-
-    RANGE_UNIT = "unit of ranges"
-    TIME_UNIT = "unit of time"
-    TIME_ORDER = "order in time"
-    DIMENSION = "dimension"
-    ALTITUDES = "altitudes of anchors"
-    OFFSET = "offset of all ranges"
-    SCALE = "scale of all ranges"
-    SIGMA = "sigma of ranges"
-    TOO_FEW = "too few ranges"
-    NOT_FOUND = "not found"
-
-
-@dataclass(frozen=True, slots=True)
-class Suspicion:
-    """A likely cause, a sentence, and a number.
-
-    value: of units how many metres or seconds one is, or how many times too long ranges are; metres of an offset or a
-    sigma; how often rows go back; NaN where there is none.
-    """
-
-    cause: Cause
-    sentence: str
-    value: float = math.nan
-
-
 def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: DetectorSettings) -> list[Suspicion]:
-    """The one fault shared by all ranges that explains by far best what they are off, if one does.
+    """The one fault, of all ranges or of an anchor, that explains by far best what ranges are off, if one does.
 
     level: all anchors stand at altitude 0, in three dimensions. sense: share of the log that makes sense as it is.
     """
     d, sigma_m = settings.dimension, settings.range_sigma_m
+    level = level and sense < FEW
     blocks = [block for block in blocks if len(np.unique(block.anchors_m[:, :d], axis=0)) > d]
     if len(blocks) < ENOUGH:
         return [_ALTITUDES] if level else []
@@ -73,24 +52,26 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
         return []
     tolerance_m = settings.k_geometric * sigma_m
     typical_m = float(np.median(np.concatenate([block.ranges_m for block in blocks])))
-    causes = []
+    causes: list[tuple[SharedFit, Suspicion, float]] = []  # each with how many of its sigmas it is
     offset, scale = (shared_fit(blocks, d, sigma_m, speed, what) for what in ("offset", "scale"))
     if offset is not None and abs(offset.offset_m) > max(0.3 * tolerance_m, 3.0 * offset.offset_sigma_m):
-        causes.append((offset.sigma_m, _offset(offset)))
+        causes.append((offset, _offset(offset), abs(offset.offset_m) / offset.offset_sigma_m))
     if scale is not None and abs(scale.scale - 1.0) > max(0.3 * tolerance_m / typical_m, 3.0 * scale.scale_sigma):
-        causes.append((scale.sigma_m, _scale(scale)))
-    in_space = (
-        shared_fit([b for b in blocks if len(b.ranges_m) > SPACE], SPACE, sigma_m, speed, "nothing") if d == 2 else None
-    )
-    left_m, best = min(causes, key=lambda cause: cause[0], default=(math.inf, _ALTITUDES))
+        causes.append((scale, _scale(scale), abs(scale.scale - 1.0) / scale.scale_sigma))
+    many = [block for block in blocks if len(block.ranges_m) > SPACE]
+    in_space = shared_fit(many, SPACE, sigma_m, speed, "nothing") if d == 2 else None
+    usual_m = max(sigma_m, min([fit.sigma_m for fit, _, _ in causes], default=0.0))
+    if len(causes) == 2 and not _likelier(causes[0][0], causes[1][0], usual_m):
+        causes.reverse()
+    left_m, best = (causes[0][0].sigma_m, causes[0][1]) if causes else (math.inf, _ALTITUDES)
     if in_space is not None and in_space.sigma_m < EXPLAINS * plain.sigma_m:
         # an offset does about what a height does; anchors that were given heights were given them for a reason
         given = any(block.anchors_m[:, 2].any() for block in blocks)
         meets = in_space.sigma_m < SURELY * sigma_m
         better = meets if given or sense > HALF else in_space.sigma_m < EXPLAINS * left_m
-        needed = Suspicion(Cause.DIMENSION, _IN_SPACE)
-        if better and _lasts(needed, [block for block in blocks if len(block.ranges_m) > SPACE], settings, speed):
-            return [needed]
+        in_plane = shared_fit(many, d, sigma_m, speed, "nothing")
+        if better and in_plane is not None and _lasts(in_space, in_plane, max(sigma_m, in_space.sigma_m)):
+            return [Suspicion(Cause.DIMENSION, _IN_SPACE)]
         best = replace(best, sentence=best.sentence + _OR_IN_SPACE)
     at_once = not any(block.late_s.any() for block in blocks)
     near_m = (NEARLY if at_once else NEARLY_MOVING) * sigma_m
@@ -98,32 +79,35 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
     if level or sense > HALF:
         # most of it makes sense with what some ranges are off: a cause has to do as well
         explained &= left_m < SURELY * sigma_m
-    if explained and _lasts(best, blocks, settings, speed):
+    if causes and not level and left_m < SURELY * sigma_m:
+        fit, _, sigmas = causes[0]
+        explained |= sigmas > SMALL_SIGMAS and plain.misfit(usual_m) - fit.misfit(usual_m) > SMALL_NATS
+    explained &= bool(causes) and _lasts(causes[0][0], plain, usual_m)
+    if explained and left_m < SURELY * sigma_m:
+        return [best]
+    misplaced = None if level else misplaced_cause(blocks, plain, d, sigma_m, speed)
+    gained = plain.misfit(sigma_m) - causes[0][0].misfit(sigma_m) if explained else 0.0
+    if misplaced is not None and misplaced[0] > gained:
+        return [misplaced[1]]
+    if explained:
         return [best]
     if level:
         return [_ALTITUDES]
     return _loose(plain, settings) if sense < HARDLY and at_once else []
 
 
-def _lasts(found: Suspicion, blocks: Sequence[Block], settings: DetectorSettings, speed_m_per_s: float) -> bool:
-    """Whether every quarter of the log says the same by itself: occlusion comes and goes, a fault stays."""
-    d, sigma_m = settings.dimension, settings.range_sigma_m
-    for quarter in np.array_split(np.arange(len(blocks)), 4):
-        part = [blocks[number] for number in quarter]
-        if found.cause is Cause.DIMENSION:
-            plain, in_space = (shared_fit(part, space, sigma_m, speed_m_per_s, "nothing") for space in (d, SPACE))
-            if plain is None or in_space is None or not in_space.sigma_m < EXPLAINS * plain.sigma_m:
-                return False
-            continue
-        what: Literal["offset", "scale"] = "offset" if found.cause is Cause.OFFSET else "scale"
-        fit = shared_fit(part, d, sigma_m, speed_m_per_s, what)
-        if fit is None:
-            return False
-        whole = found.value if what == "offset" else found.value - 1.0
-        apart = fit.offset_m - found.value if what == "offset" else fit.scale - found.value
-        if abs(apart) > max(LIKE * abs(whole), 3.0 * max(fit.offset_sigma_m, fit.scale_sigma)):
-            return False
-    return True
+def _likelier(fit: SharedFit, other: SharedFit, sigma_m: float) -> bool:
+    """Whether most of the log is likelier by the one than by the other; blocks that tell most, either way, are lost."""
+    gained = np.sort(other.misfits(sigma_m) - fit.misfits(sigma_m))
+    lost = len(gained) // 5
+    return float(gained[lost : len(gained) - lost].sum()) >= 0.0
+
+
+def _lasts(fit: SharedFit, plain: SharedFit, sigma_m: float) -> bool:
+    """Whether the ranges of every quarter of the log are likelier so: occlusion comes and goes, a fault stays."""
+    gained = plain.misfits(sigma_m) - fit.misfits(sigma_m)
+    least = min(float(quarter.sum()) for quarter in np.array_split(gained, 4))
+    return least > max(LASTS * float(gained.sum()), LASTS_NATS)
 
 
 _ALTITUDES = Suspicion(
@@ -146,7 +130,7 @@ def _offset(fit: SharedFit) -> Suspicion:
         f"All ranges are about {abs(fit.offset_m):.2f} m too {word} (± {max(fit.offset_sigma_m, 0.005):.2f} m): "
         "calibrate the antenna delay."
     )
-    return Suspicion(Cause.OFFSET, sentence, fit.offset_m)
+    return Suspicion(Cause.OFFSET, sentence, fit.offset_m, fit.offset_sigma_m)
 
 
 def _scale(fit: SharedFit) -> Suspicion:
@@ -155,13 +139,13 @@ def _scale(fit: SharedFit) -> Suspicion:
         (1.0 / FEET, "The ranges are about 0.305 times what fits the anchors: are the anchors' places in feet?"),
     ):
         if abs(fit.scale / factor - 1.0) < NEAR_FEET:
-            return Suspicion(Cause.RANGE_UNIT, sentence, fit.scale)
+            return Suspicion(Cause.RANGE_UNIT, sentence, fit.scale, fit.scale_sigma)
     word = "long" if fit.scale > 1.0 else "short"
     much = f"{100.0 * abs(fit.scale - 1.0):.1f} % too {word}"
     if not 0.5 < fit.scale < 1.5:
         much = f"{fit.scale:.3g} times what fits the anchors"
-    sentence = f"All ranges are about {much}: calibrate their scale."
-    return Suspicion(Cause.SCALE, sentence, fit.scale)
+    sentence = f"All ranges are about {much} (± {100.0 * max(fit.scale_sigma, 1e-4):.2f} %): calibrate their scale."
+    return Suspicion(Cause.SCALE, sentence, fit.scale, fit.scale_sigma)
 
 
 def _loose(plain: SharedFit, settings: DetectorSettings) -> list[Suspicion]:

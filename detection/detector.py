@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Sequence
 
-from .diagnosis import EpochNote, Suspicion, note_of, places_of, suspicions_of
+from .calibration import Calibrated, Calibration, calibration_of
+from .diagnosis import EpochNote, note_of, places_of, suspicions_of
 from .epoch_results import rejected_epoch
 from .epochs import RangeEpoch, RangingAnchor, check_anchors
 from .errors import DetectionInputError
@@ -14,6 +15,7 @@ from .intake import EpochOrder, take_in
 from .judging import Judge
 from .settings import DetectorSettings
 from .state import AnchorRecord, DetectorState
+from .suspicions import Suspicion
 from .tracks import foretold
 from .verdicts import EpochResult, PositionFix, Rejection
 
@@ -77,13 +79,20 @@ class Detector:
             self._suspected = suspicions_of(tuple(self._notes), self.settings)
         return self._suspected
 
+    def calibration(self, what: Calibrated) -> Calibration | None:
+        """What the latest epochs say of an offset of all ranges, of a scale, or of each anchor; None: nothing."""
+        return calibration_of([note for note in self._notes if note.rejection is None], self.settings, what)
+
     def process(self, epoch: RangeEpoch) -> EpochResult:
         """The answer to one epoch; one that is late, out of order or a duplicate is rejected, counted and told.
 
-        Ten old epochs in a row that are in order among themselves mean that the sender's clock was set back: the track
-        and the windows begin anew.
+        A duplicate has the time or number of the latest epoch, or time and ranges of one of the last 240. Ten other old
+        epochs in a row that are in order among themselves mean that the sender's clock was set back: the track and the
+        windows begin anew.
         """
         rejection = self._order.rejection(epoch)
+        if rejection in (Rejection.LATE, Rejection.OUT_OF_ORDER) and self._has_come(epoch):
+            rejection = Rejection.DUPLICATE
         if rejection in (Rejection.LATE, Rejection.OUT_OF_ORDER) and self._order.was_set_back(epoch):
             self._judge.begin_anew()
             rejection = None
@@ -99,6 +108,13 @@ class Detector:
         self._order.accept(epoch)
         self._remember(epoch, result)
         return result
+
+    def _has_come(self, epoch: RangeEpoch) -> bool:
+        """Whether it is one of the latest epochs that were used, sent again."""
+        return any(
+            note.time_s == epoch.time_s and note.rejection is None and note.measured == epoch.ranges
+            for note in self._notes
+        )
 
     def _note(self, epoch: RangeEpoch, result: EpochResult) -> None:
         self._notes.append(note_of(epoch, result, self._places_m))

@@ -15,22 +15,23 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .causes import ENOUGH, HARDLY, SPACE, Cause, Suspicion, shared_cause
+from .causes import ENOUGH, FEW, HARDLY, SPACE, shared_cause
 from .epochs import RangeEpoch, RangeMeasurement, RangingAnchor
 from .geometric import MOST_RANGES
 from .settings import DetectorSettings
+from .suspicions import Cause, Suspicion
 from .systematic import Block
 from .units import range_unit, time_unit
 from .verdicts import EpochResult, Rejection, Sight
 
-__all__ = ["Cause", "EpochNote", "Suspicion", "diagnose", "note_of", "suspicions_of"]
+__all__ = ["EpochNote", "blocks_of", "diagnose", "note_of", "suspicions_of"]
 
 Floats = npt.NDArray[np.float64]
-Heard = tuple[float, float, float, float, float]  # place of the anchor, range, when
+Places = Mapping[str, tuple[float, float, float]]
+Heard = tuple[str, float, float, Places]  # anchor, range, when, where anchors stood
 
-FEW = 0.8  # share of epochs with a position, or of ranges that are clear, under which a cause is looked for
 NOTABLE_REJECTIONS, FEW_LATE = 0.05, 4  # share and number of late epochs that are no stragglers any more
-BLOCKS = 32
+BLOCKS = 80
 BLOCK_S = 15.0
 
 
@@ -40,7 +41,7 @@ class EpochNote:
 
     time_s: float
     measured: tuple[RangeMeasurement, ...]
-    places_m: Mapping[str, tuple[float, float, float]]
+    places_m: Places
     rejection: Rejection | None
     clear: int
     told: int
@@ -48,7 +49,7 @@ class EpochNote:
     needed: str
 
 
-def note_of(epoch: RangeEpoch, result: EpochResult, places_m: Mapping[str, tuple[float, float, float]]) -> EpochNote:
+def note_of(epoch: RangeEpoch, result: EpochResult, places_m: Places) -> EpochNote:
     """What of an epoch and its answer a diagnosis needs."""
     clear = sum([verdict.sight is Sight.CLEAR for verdict in result.verdicts])
     return EpochNote(
@@ -87,11 +88,11 @@ def suspicions_of(notes: Sequence[EpochNote], settings: DetectorSettings) -> tup
     told = sum([note.told for note in used])
     clear = sum([note.clear for note in used]) / max(told, 1)
     found = [*_times(notes), *_order(notes, located)]
-    blocks = _blocks(notes, settings)
+    blocks = blocks_of(notes, settings)
     unit = range_unit([(block.anchors_m, block.ranges_m) for block in blocks], settings.dimension)
     if unit is not None:
         found.append(Suspicion(Cause.RANGE_UNIT, unit[1], unit[0]))
-    elif not found and len(used) >= ENOUGH and min(located, clear) < FEW:
+    elif not found and len(used) >= ENOUGH:
         heights_m = {up_m for note in used for _, _, up_m in note.places_m.values()}
         found += shared_cause(blocks, settings.dimension == 3 and heights_m == {0.0}, min(located, clear), settings)
         if not found and min(located, clear) < HARDLY:
@@ -144,13 +145,13 @@ def _nothing_else(used: Sequence[EpochNote], located: float, clear: float, dimen
 def _heard(note: EpochNote) -> list[Heard]:
     """The ranges of an epoch to anchors that there are, as far as they are lengths."""
     return [
-        (*note.places_m[one.anchor_id], one.range_m, note.time_s)
+        (one.anchor_id, one.range_m, note.time_s, note.places_m)
         for one in note.measured
         if one.anchor_id in note.places_m and math.isfinite(one.range_m) and one.range_m > 0.0
     ]
 
 
-def _blocks(notes: Sequence[EpochNote], settings: DetectorSettings) -> list[Block]:
+def blocks_of(notes: Sequence[EpochNote], settings: DetectorSettings, most: int = BLOCKS) -> list[Block]:
     """Some ranges of about one place each, evenly over the log: an epoch, or as many in a row as make up for one."""
     gathered: list[list[Heard]] = []
     rows: list[Heard] = []
@@ -165,11 +166,12 @@ def _blocks(notes: Sequence[EpochNote], settings: DetectorSettings) -> list[Bloc
             rows, begin_s = [], note.time_s
         rows = rows + fresh
     enough = [one for one in (*gathered, rows) if len(one) > 1]
-    chosen = np.unique(np.linspace(0, len(enough) - 1, min(BLOCKS, len(enough))).astype(int)) if enough else ()
-    return [_block(np.array(enough[i][:MOST_RANGES], np.float64)) for i in chosen]
+    chosen = np.unique(np.linspace(0, len(enough) - 1, min(most, len(enough))).astype(int)) if enough else ()
+    return [_block(enough[i][:MOST_RANGES]) for i in chosen]
 
 
-def _block(rows: Floats) -> Block:
-    anchors_m = np.ascontiguousarray(rows[:, :3])
-    late_s = rows[:, 4] - 0.5 * (rows[:, 4].min() + rows[:, 4].max())
-    return Block(anchors_m, np.ascontiguousarray(rows[:, 3]), late_s)
+def _block(rows: Sequence[Heard]) -> Block:
+    ids, ranges_m, times_s, places_m = zip(*rows, strict=True)
+    anchors_m = np.array([where[anchor_id] for anchor_id, where in zip(ids, places_m, strict=True)], np.float64)
+    middle_s = 0.5 * (min(times_s) + max(times_s))
+    return Block(anchors_m, np.array(ranges_m), np.array(times_s) - middle_s, middle_s, ids, places_m[-1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,9 +17,13 @@ __all__ = ["Block", "SharedFit", "shared_fit"]
 
 Floats = npt.NDArray[np.float64]
 
-ROUNDS = 12
+ROUNDS, LAST_ROUNDS = 12, 8
+# Before these, blocks that are stuck begin again from among their neighbours, so many on either side.
+RESEATED, NEIGHBOURS, REFINED = (ROUNDS - 4, ROUNDS), 5, 5
 # A residual of more sigmas pulls no harder than one of so many (Huber): what is occluded stays out of it.
 HUBER = 1.5
+# In the last rounds, one that is beyond so many hardly pulls at all (Geman and McClure).
+BEYOND = 3.0
 # A median of absolute residuals to the sigma of normal ones.
 MEDIAN_TO_SIGMA = 1.4826
 NO_LIMIT_M = 1e12
@@ -29,26 +33,45 @@ SCALES = (1.0, 3.28084, 0.3048)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Ranges from about one place: (k, 3) anchors, (k,) ranges, (k,) seconds before or after the middle of them."""
+    """Ranges from about one place: (k, 3) anchors, (k,) ranges, (k,) seconds before or after the middle of them.
+
+    time_s: that middle. ids: whose each range is. places_m: where every anchor is said to stand then.
+    """
 
     anchors_m: Floats
     ranges_m: Floats
     late_s: Floats
+    time_s: float
+    ids: tuple[str, ...]
+    places_m: Mapping[str, tuple[float, float, float]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SharedFit:
     """What ranges are, against what they should be: ``scale`` · distance + ``offset_m``.
 
-    sigma_m: how far they are off any place even so, for each degree of freedom. offset_sigma_m, scale_sigma: of what
-    was estimated, else 0.
+    sigma_m: how far they are off any place even so, for each degree of freedom. places_m: (m, d) of the rover, by
+    block. residuals_m: (m, k) of the ranges, NaN beyond those of a block. offset_sigma_m, scale_sigma: of what was
+    estimated, else 0.
     """
 
     offset_m: float
     scale: float
     sigma_m: float
+    places_m: Floats
+    residuals_m: Floats
     offset_sigma_m: float = 0.0
     scale_sigma: float = 0.0
+
+    def misfits(self, sigma_m: float) -> Floats:
+        """(m,) how unlikely the ranges of each block are even so, in nats; none counts for more than three sigmas."""
+        size = np.nan_to_num(self.residuals_m / sigma_m)
+        nats: Floats = 0.5 * np.minimum(size * size, BEYOND * BEYOND).sum(axis=1)
+        return nats
+
+    def misfit(self, sigma_m: float) -> float:
+        """The same of all blocks together."""
+        return float(self.misfits(sigma_m).sum())
 
 
 def shared_fit(
@@ -91,10 +114,15 @@ class _Batch:
         offset_m, scale, shared_variance = 0.0, self.scale, 0.0
         state = self.state
         residual_m, rows, distance_m = self._look(state, offset_m, scale)
-        for _ in range(ROUNDS):
+        for number in range(ROUNDS + LAST_ROUNDS):
+            last = number >= ROUNDS
+            if number in RESEATED:
+                state = self._reseated(state, offset_m, scale, sigma_m)
+                residual_m, rows, distance_m = self._look(state, offset_m, scale)
             sigma_m = max(range_sigma_m, _spread_m(residual_m[self.is_one]))
             size = np.abs(residual_m) / sigma_m
-            weights = np.where(self.is_one, 1.0 / (sigma_m**2 * np.maximum(size / HUBER, 1.0)), 0.0)
+            pulls = (1.0 + (size / BEYOND) ** 2) ** -2 if last else 1.0 / np.maximum(size / HUBER, 1.0)
+            weights = np.where(self.is_one, pulls / sigma_m**2, 0.0)
             normal = np.einsum("mki,mk,mkj->mij", rows, weights, rows)
             normal[:, range(d, 2 * d), range(d, 2 * d)] += self.speed_m_per_s**-2
             trace = normal[:, range(d), range(d)].sum(axis=1)
@@ -120,7 +148,7 @@ class _Batch:
             if not (np.isfinite(new).all() and new_scale > 0.0):
                 return None
             looked = self._look(new, new_offset_m, new_scale)
-            better = self._cost(looked[0], sigma_m) <= self._cost(residual_m, sigma_m)
+            better = self._cost(looked[0], sigma_m, last) <= self._cost(residual_m, sigma_m, last)
             damping = damping * 0.1 if better else min(10.0 * damping, 1e3)
             if better:
                 state, offset_m, scale, (residual_m, rows, distance_m) = new, new_offset_m, new_scale, looked
@@ -130,7 +158,10 @@ class _Batch:
             return None
         sigma_m = _spread_m(residual_m[self.is_one]) * math.sqrt(count / free)
         shared_sigma = math.sqrt(shared_variance)
-        return SharedFit(offset_m, scale, sigma_m, shared_sigma * (what == "offset"), shared_sigma * (what == "scale"))
+        return SharedFit(
+            offset_m, scale, sigma_m, state[:, :d], np.where(self.is_one, residual_m, np.nan),
+            shared_sigma * (what == "offset"), shared_sigma * (what == "scale"),
+        )  # fmt: skip
 
     def _unknowns(self) -> int:
         """Of places, and of velocities where a block's ranges are from more than one moment."""
@@ -147,7 +178,49 @@ class _Batch:
         residual_m = np.where(self.is_one, self.ranges_m - scale * distance_m - offset_m, 0.0)
         return residual_m, rows, distance_m
 
-    def _cost(self, residual_m: Floats, sigma_m: float) -> float:
+    def _reseated(self, state: Floats, offset_m: float, scale: float, sigma_m: float) -> Floats:
+        """The state, with blocks moved to their neighbours' median place, or mirrored, where ranges meet better so."""
+        if len(state) > 2 * NEIGHBOURS:
+            around = np.pad(state, ((NEIGHBOURS, NEIGHBOURS), (0, 0)), mode="edge")
+            windows = np.lib.stride_tricks.sliding_window_view(around, 2 * NEIGHBOURS + 1, axis=0)
+            state = self._likelier(state, np.median(windows, axis=2), offset_m, scale, sigma_m)
+        return self._likelier(state, self._mirrored(state), offset_m, scale, sigma_m)
+
+    def _mirrored(self, state: Floats) -> Floats:
+        """Each place on the other side of the plane that is nearest to its block's anchors."""
+        d, count = self.d, self.is_one.sum(axis=1)[:, None]
+        middle_m = self.anchors_m.sum(axis=1) / count
+        apart_m = np.where(self.is_one[..., None], self.anchors_m - middle_m[:, None], 0.0)
+        normal = np.linalg.eigh(np.einsum("mki,mkj->mij", apart_m, apart_m))[1][:, :, 0]
+        mirrored = state.copy()
+        mirrored[:, :d] -= 2.0 * ((state[:, :d] - middle_m) * normal).sum(axis=1)[:, None] * normal
+        return mirrored
+
+    def _likelier(self, state: Floats, other: Floats, offset_m: float, scale: float, sigma_m: float) -> Floats:
+        """Of each block its state, or what another one leads to where its ranges meet better there."""
+        for _ in range(REFINED):
+            residual_m, rows, _ = self._look(other, offset_m, scale)
+            weights = np.where(self.is_one, (1.0 + (residual_m / (BEYOND * sigma_m)) ** 2) ** -2 / sigma_m**2, 0.0)
+            normal = np.einsum("mki,mk,mkj->mij", rows, weights, rows)
+            normal[:, range(self.d, 2 * self.d), range(self.d, 2 * self.d)] += self.speed_m_per_s**-2
+            normal[:, range(2 * self.d), range(2 * self.d)] += 1e-3 * sigma_m**-2
+            right = np.einsum("mki,mk->mi", rows, weights * residual_m)
+            right[:, self.d :] -= other[:, self.d :] * self.speed_m_per_s**-2
+            other = other + np.linalg.solve(normal, right[..., None])[..., 0]
+        better = self._costs(self._look(other, offset_m, scale)[0], sigma_m) < self._costs(
+            self._look(state, offset_m, scale)[0], sigma_m
+        )
+        return np.where((better & np.isfinite(other).all(axis=1))[:, None], other, state)
+
+    def _costs(self, residual_m: Floats, sigma_m: float) -> Floats:
+        """(m,) of each block, where what is far off hardly counts."""
+        size2 = (residual_m / sigma_m) ** 2
+        costs: Floats = (0.5 * size2 / (1.0 + size2 / BEYOND**2)).sum(axis=1)
+        return costs
+
+    def _cost(self, residual_m: Floats, sigma_m: float, last: bool) -> float:
+        if last:
+            return float(self._costs(residual_m, sigma_m).sum())
         size = np.abs(residual_m) / sigma_m
         return float(np.where(size <= HUBER, 0.5 * size * size, HUBER * (size - 0.5 * HUBER)).sum())
 

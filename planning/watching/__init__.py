@@ -1,15 +1,23 @@
 """What a map says while a rover drives: who should be in sight, how high the ground is, and where ranges disagree."""
 
+from .advice import Advice, DarkStretch, Drive, MoveAdvice, SpeedAdvice, advise, advise_move
 from .detector import MapDetector, WatchedEpoch
 from .doubts import Expected, MapDoubt
 from .forecasts import GroundErrors, SightForecast, forecast_sight
 
 __all__ = [
+    "Advice",
+    "DarkStretch",
+    "Drive",
     "Expected",
     "GroundErrors",
     "MapDetector",
     "MapDoubt",
+    "MoveAdvice",
     "SightForecast",
+    "SpeedAdvice",
     "WatchedEpoch",
+    "advise",
+    "advise_move",
     "forecast_sight",
 ]

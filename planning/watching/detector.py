@@ -15,6 +15,8 @@ import numpy.typing as npt
 import shapely
 
 from detection import (
+    Calibrated,
+    Calibration,
     Detector,
     DetectorSettings,
     DetectorState,
@@ -32,6 +34,7 @@ from terrain import ElevationGrid, height_at
 from visibility import Anchor, AnchorError, Curvature
 from visibility.sight import check_anchors
 
+from .advice import Advice, DarkStretch, Drive, MoveAdvice, advise, advise_move
 from .doubts import Doubts, MapDoubt, off_without_map
 from .forecasts import DEFAULT_ERRORS, GroundErrors, SightForecast, check_antenna, forecast_sight
 from .heights import HeightCheck, free_height
@@ -99,6 +102,7 @@ class MapDetector:
         self._curvature = Curvature.over(grid, curvature)
         self._area = area
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
+        self._strange = _strange(grid, self._anchors)
         self._somewhere = _ground_amid(grid, anchors, antenna_above_ground_m)
         if settings.altitude_hint_m is None:
             settings = replace(settings, altitude_hint_m=self._somewhere.altitude_m)
@@ -122,15 +126,45 @@ class MapDetector:
         """As ``Detector.suspicions``."""
         return self._detector.suspicions()
 
+    def calibration(self, what: Calibrated) -> Calibration | None:
+        """As ``Detector.calibration``."""
+        return self._detector.calibration(what)
+
     def map_doubts(self) -> tuple[MapDoubt, ...]:
         """Where the ranges of the session contradict the map, in the order in which that began."""
         return self._doubts.found(dict(self._anchors))
+
+    def advise(self, drive: Drive, last_m: float | None = None) -> Advice | None:
+        """What lies ahead on a path, of anchors that stand as they do now; None while the session has no place.
+
+        last_m: where on the path the rover was before. Anchors that ranges have for hidden against the map stay hidden.
+        """
+        time_s = self.state.time_s
+        place = None if time_s is None else self._detector.foretold(time_s)
+        if place is None:
+            return None
+        anchors = [RangingAnchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
+        return advise(
+            self.grid, drive, place, anchors,
+            antenna_above_ground_m=self.antenna_above_ground_m, range_sigma_m=self.settings.range_sigma_m,
+            occluded=self._doubts.hidden(), last_m=last_m, errors=self.errors, curvature=self._curvature,
+        )  # fmt: skip
+
+    def advise_move(self, drive: Drive, stretch: DarkStretch, movable: Sequence[str]) -> MoveAdvice:
+        """The drone to move before a stretch that was advised. Raises PlacementError, AnchorError."""
+        anchors = [Anchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
+        return advise_move(
+            self.grid, drive, stretch, anchors, movable=movable, occluded=self._doubts.hidden(),
+            antenna_above_ground_m=self.antenna_above_ground_m,
+        )  # fmt: skip
 
     def process(self, epoch: RangeEpoch) -> WatchedEpoch:
         """The answer to one epoch; the same as ``Detector.process`` where the map has nothing to say."""
         for anchor in epoch.moved:
             if anchor.id in self._anchors:
                 self._anchors[anchor.id] = (anchor.east_m, anchor.north_m, anchor.altitude_m)
+        if epoch.moved:
+            self._strange = _strange(self.grid, self._anchors)
         ids = tuple(self._anchors)
         forecast = self._foresee(epoch)
         if forecast is None:
@@ -171,8 +205,7 @@ class MapDetector:
     def _forecast(self, place: PositionFix) -> SightForecast | None:
         if self._area is not None and not shapely.intersects_xy(self._area, *place.position_m[:2]):
             return None
-        anchors_m = np.array(list(self._anchors.values())).reshape(-1, 3)
-        strange = _strange(self.grid, anchors_m)
+        anchors_m, strange = np.array(list(self._anchors.values())).reshape(-1, 3), self._strange
         forecast = forecast_sight(
             self.grid,
             place.position_m,
@@ -211,7 +244,7 @@ class MapDetector:
             p_off = off_without_map(verdict)
             if p_off is None or math.isnan(p):
                 continue
-            self._doubts.note(verdict, p, result.time_s, place_m, self._anchors[verdict.anchor_id])
+            self._doubts.note(verdict, p_off, p, result.time_s, place_m, self._anchors[verdict.anchor_id])
             if max(p, 1.0 - p) > TOLD and max(p_off, 1.0 - p_off) > TOLD:
                 word = p > 0.5
                 kept = 1.0 - 1.0 / MEMORY
@@ -225,8 +258,9 @@ def _with_prediction(measured: RangeMeasurement, told: Mapping[str, float]) -> R
     return replace(measured, p_sight=told[measured.anchor_id])
 
 
-def _strange(grid: ElevationGrid, anchors_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+def _strange(grid: ElevationGrid, anchors: Mapping[str, tuple[float, float, float]]) -> npt.NDArray[np.bool_]:
     """(k,) bool: anchors of which the map can say nothing, since they are far outside it or below its ground."""
+    anchors_m = np.array(list(anchors.values())).reshape(-1, 3)
     west_m, south_m, east_m, north_m = grid.bounds_m
     off_m = np.maximum([west_m, south_m] - anchors_m[:, :2], anchors_m[:, :2] - [east_m, north_m]).max(axis=1)
     strange: npt.NDArray[np.bool_] = (off_m > FURTHEST_M) | (anchors_m[:, 2] < height_at(grid, *anchors_m.T[:2]))

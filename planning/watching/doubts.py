@@ -83,6 +83,7 @@ class Doubts:
     def note(
         self,
         verdict: AnchorVerdict,
+        p_off: float,
         p_direct: float,
         time_s: float,
         rover_m: Sequence[float],
@@ -90,10 +91,10 @@ class Doubts:
     ) -> None:
         """Take in one verdict beside what the map had: p_direct as ``SightForecast`` has it.
 
+        p_off: ``off_without_map`` of the verdict.
         rover_m, anchor_m: east, north.
         """
-        p_off = off_without_map(verdict)
-        if p_off is None or any(say.says is Say.TOO_SHORT for say in verdict.says) or math.isnan(p_direct):
+        if any(say.says is Say.TOO_SHORT for say in verdict.says):
             return
         agree = p_direct * (1.0 - p_off) + (1.0 - p_direct) * p_off
         step = min(max(-math.log(max(2.0 * agree, 1e-9)), -MOST_PER_LOOK), MOST_PER_LOOK)
@@ -124,6 +125,10 @@ class Doubts:
         """Whether the ranges of this anchor contradict the map surely, and still do."""
         stretch = self._open.get(anchor_id)
         return stretch is not None and stretch.odds >= SURE
+
+    def hidden(self) -> tuple[str, ...]:
+        """Anchors that the ranges surely have for hidden where the map has them in sight, and still do."""
+        return tuple(i for i, one in self._open.items() if one.odds >= SURE and one.expected is Expected.IN_SIGHT)
 
     def found(self, anchors_m: dict[str, Sequence[float]]) -> tuple[MapDoubt, ...]:
         """All that are sure, in the order of their beginnings; anchors_m: where each anchor is."""

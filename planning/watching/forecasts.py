@@ -17,7 +17,7 @@ from planning.errors import WatchError
 from terrain import ElevationGrid, height_at
 from visibility import Curvature, lines_of_sight
 
-__all__ = ["GroundErrors", "SightForecast", "check_antenna", "forecast_sight"]
+__all__ = ["GroundErrors", "SightForecast", "check_antenna", "forecast_sight", "sight_probability"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -130,11 +130,10 @@ def forecast_sight(
     clearance_m = np.where(sight.over_unknown, np.nan, sight.clearance_m).reshape(count, k)
     reach_m = np.hypot(*(ends_m[None, :, :2] - antennas_m[:, None, :2]).transpose(2, 0, 1))
     away_m = np.nan_to_num(sight.blocking_distance_m).reshape(count, k)
-    sigma_m = _clearance_sigma_m(away_m, reach_m, errors)
     harmless_m = np.sqrt(2.0 * excess_m * away_m * (1.0 - away_m / np.maximum(reach_m, 1e-9)))
     return SightForecast(
-        _normal(clearance_m / sigma_m).mean(axis=0),
-        _normal((clearance_m + harmless_m) / sigma_m).mean(axis=0),
+        sight_probability(clearance_m, away_m, reach_m, errors).mean(axis=0),
+        sight_probability(clearance_m + harmless_m, away_m, reach_m, errors).mean(axis=0),
         clearance_m[0],
         _ground_height(points_m, ground_m + antenna_above_ground_m, root_m, errors, shift_m),
     )
@@ -150,6 +149,14 @@ def _drawn(centre_m: Floats, spread_m2: Floats, grid: ElevationGrid) -> tuple[Fl
         return None
     root_m = axes * np.sqrt(np.maximum(variances_m2, NEAREST_M**2))
     return centre_m + UNIT_POINTS @ root_m.T, root_m
+
+
+def sight_probability(clearance_m: Floats, away_m: Floats, reach_m: Floats, errors: GroundErrors) -> Floats:
+    """Probability that lines with these clearances are clear over ground that errs; any shape, NaN stays NaN.
+
+    away_m: how far from the rover the least clearance is; reach_m: how long each line is.
+    """
+    return _normal(clearance_m / _clearance_sigma_m(away_m, reach_m, errors))
 
 
 def _clearance_sigma_m(away_m: Floats, reach_m: Floats, errors: GroundErrors) -> Floats:

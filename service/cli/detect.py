@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -30,7 +31,7 @@ from .output import (
 )
 
 if TYPE_CHECKING:
-    from detection import RangeEpoch, Suspicion
+    from detection import Calibration, RangeEpoch, Suspicion
     from service.files.logs.form import LogForm
     from service.live.replay import Replay, ReplaySummary
 
@@ -86,16 +87,21 @@ def detect(
     read = read_epochs([log, *logs], form.epoch, form.form(), known)
     if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
+    calibration = settings.calibrated(placed, read.epochs, asked.settings())
+    epochs = read.epochs if calibration is None else [calibration.applied(epoch) for epoch in read.epochs]
     files = FILES if mapped is None else (*FILES, DOUBTS)
     folder = None if output.out is None else output_folder(output.out, files)
     with progress_bar("Epochs") as progress:
-        replayed = replay(placed, read.epochs, asked.settings(), progress, mapped)
+        replayed = replay(placed, epochs, asked.settings(), progress, mapped)
     summary = replayed.summary()
     over_map = [] if mapped is None else [*mapped.warnings, *_doubted(replayed)]
     warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, read.form)]
     warnings += [] if form.epoch else _one_by_one(read.epochs)
     warnings += summary.health.warnings
+    warnings += _calibrated(calibration)
     document = {"log": log.name, "frame": frame, **summary.document(), "warnings": warnings}
+    if calibration is not None:
+        document["calibration"] = asdict(calibration)
     written: list[Path] = []
     if folder is not None:
         with leaving_nothing_new(folder, files):
@@ -110,6 +116,20 @@ def detect(
     print_warnings(warnings)
     for path in written:
         print(path)
+
+
+def _calibrated(calibration: Calibration | None) -> list[str]:
+    """What was applied to all ranges, with its sigma."""
+    if calibration is None:
+        return []
+    if calibration.scale_sigma > 0.0:
+        return [f"Ranges were divided by {calibration.scale:.4f} ± {calibration.scale_sigma:.4f} (--calibrate scale)."]
+    told = {anchor_id: (o, calibration.offset_sigmas_m[anchor_id]) for anchor_id, o in calibration.offsets_m.items()}
+    if len(set(told.values())) == 1:
+        ((offset_m, sigma_m),) = set(told.values())
+        return [f"{offset_m:.3f} ± {sigma_m:.3f} m were taken off all ranges (--calibrate offset)."]
+    each = ", ".join(f"{anchor_id} {offset_m:.3f} ± {sigma_m:.3f}" for anchor_id, (offset_m, sigma_m) in told.items())
+    return [f"Taken off the ranges of each anchor, metres (--calibrate anchors): {each}."]
 
 
 def _doubted(replayed: Replay) -> list[str]:
@@ -160,6 +180,7 @@ def _cured(suspicion: Suspicion, form: LogForm) -> str:
     cures = {
         Cause.TIME_ORDER: " Or gather the ranges of one moment with --epoch S.",
         Cause.DIMENSION: " (--dimension 3)",
+        Cause.OFFSET: " Or have it taken off: --calibrate offset.",
     }
     return f"{told}{cures.get(suspicion.cause, '')}"
 

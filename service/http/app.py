@@ -97,6 +97,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                     await asyncio.to_thread(rehearse)
                 await service.supervisor.start()
                 service.quarantined = opened.count_quarantined()
+                await service.supervisor.in_store(service.detectors.restore, service.grid)
                 upkeep = (service.watch_store(), service.supervisor.keep_sweeping(), service.detectors.keep_sweeping())
                 tasks += [asyncio.create_task(work) for work in upkeep]
                 yield
@@ -105,7 +106,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                     task.cancel()
                 await service.supervisor.stop()
                 await service.pool.stop()
-                service.detectors.bench.close()
+                service.detectors.close()
                 service.store.close()
         finally:
             if folder is None:

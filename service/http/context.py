@@ -14,15 +14,18 @@ from fastapi import Depends, Request
 
 from service.errors import DataFolderError
 from service.jobs.folder import DataFolder
+from service.jobs.kept_files import load_grid
 from service.jobs.pool import WorkerPool
 from service.jobs.short_tasks import Checks, Drawings
 from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors
+from service.live.watching import looked_at
 from service.missions.shelf import MissionShelf
 from service.products import Product
 from service.products.registry import all_products
 from service.settings import Settings
+from terrain import ElevationGrid
 
 __all__ = ["Service", "ServiceDep"]
 
@@ -60,10 +63,15 @@ class Service:
         supervisor = Supervisor(settings, folder, store, pool)
         uploads = asyncio.Semaphore(settings.max_uploads)
         drawings, checks = Drawings(folder, supervisor), Checks(settings, supervisor)
-        detectors = Detectors(settings)
+        detectors = Detectors(settings, folder=folder.detectors)
         products = all_products(settings.more_products)
         parts = (settings, folder, store, missions, pool, supervisor, drawings, checks, detectors, products, uploads)
         return cls(*parts, time.monotonic())
+
+    def grid(self, dem_id: str) -> ElevationGrid:
+        """The ground of a DEM for a detector, its heights mapped from the file. Raises NotFoundError, OSError."""
+        self.store.dem(dem_id)
+        return looked_at(load_grid(self.folder.dem(dem_id)))
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk."""

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from typing import Annotated
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from pydantic_core import from_json
 
-from detection import detect_epoch, diagnose
+from detection import Calibrated, detect_epoch, diagnose
 from service.jobs.channel import model_of, validated
-from service.jobs.kept_files import load_grid
-from service.live.answer_models import DetectionOut, DetectorOut, DetectorStateful, EpochsOut
+from service.live.answer_models import CalibrationOut, DetectionOut, DetectorOut, DetectorStateful, EpochsOut
 from service.live.answers import as_json, epoch_answer
+from service.live.drives import DriveIn, FullAdviceOut
 from service.live.request import DetectionIn, DetectorIn, EpochIn, EpochsIn
-from service.live.watching import looked_at
-from terrain import ElevationGrid
 
 from .answers import Limit, Offset, Page
 from .bodies import json_body
@@ -71,9 +70,9 @@ class DetectorList(Page):
     openapi_extra=body_of(DetectorIn),
 )
 async def open_detector(request: Request, service: ServiceDep) -> Response:
-    """A session for one rover: it remembers epochs, and expires when it lies idle or the service ends."""
+    """A session for one rover: it remembers epochs, outlives the service, and expires when it lies idle."""
     asked = model_of(DetectorIn, await json_body(request), service.detectors.limits.refuse_long)
-    grid = None if asked.dem_id is None else await _grid(service, asked.dem_id)
+    grid = None if asked.dem_id is None else await service.supervisor.in_store(service.grid, asked.dem_id)
     session = service.detectors.open(asked, grid)
     return _json(as_json(session.state()), 201, {"Location": f"/detectors/{session.id}"})
 
@@ -143,6 +142,53 @@ async def get_map_doubts(detector_id: str, service: ServiceDep) -> Response:
     return Response(doubts, media_type="application/geo+json")
 
 
+@router.get(
+    "/{detector_id}/calibration",
+    response_model=None,
+    summary="What ranges are off",
+    responses={
+        200: {"description": "An estimate with its sigma.", "model": CalibrationOut},
+        **problem_responses(404, 410, 422),
+    },
+)
+async def get_calibration(
+    detector_id: str,
+    service: ServiceDep,
+    of: Annotated[Calibrated, Query(description="One offset of all ranges, one scale, or an offset of each anchor.")],
+) -> Response:
+    """From the latest 240 epochs. To have it applied, open a session with ``calibration``."""
+    return _json(as_json(await service.detectors.get(detector_id).calibration(of)))
+
+
+@router.put(
+    "/{detector_id}/drive",
+    status_code=204,
+    response_model=None,
+    summary="Name the path ahead",
+    responses={204: {"description": "It is followed from now on."}, **problem_responses(400, 404, 410, 413, 415, 422)},
+    openapi_extra=body_of(DriveIn),
+)
+async def put_drive(detector_id: str, request: Request, service: ServiceDep) -> Response:
+    """The path that the rover follows, in place of the one before; epochs are answered with advice from then on."""
+    session = service.detectors.get(detector_id)
+    await session.follow(model_of(DriveIn, await json_body(request), service.detectors.limits.refuse_long))
+    return Response(status_code=204)
+
+
+@router.get(
+    "/{detector_id}/advice",
+    response_model=None,
+    summary="What lies ahead",
+    responses={
+        200: {"description": "Stretches with too few usable anchors, bubbles, remedies.", "model": FullAdviceOut},
+        **problem_responses(404, 410, 422),
+    },
+)
+async def get_advice(detector_id: str, service: ServiceDep) -> Response:
+    """Where too few anchors will be usable on the path ahead, how large the bubble gets, another speed, a move."""
+    return _json(as_json(await service.detectors.get(detector_id).advise()))
+
+
 @router.delete(
     "/{detector_id}",
     status_code=204,
@@ -167,12 +213,6 @@ async def _epochs_in(body: str, service: Service) -> list[EpochIn]:
         epochs.append(validated(EpochIn, fields))
         await asyncio.sleep(0)
     return epochs
-
-
-async def _grid(service: Service, dem_id: str) -> ElevationGrid:
-    """The ground of a DEM, its heights mapped from the file. Raises NotFoundError."""
-    await service.supervisor.in_store(service.store.dem, dem_id)
-    return await asyncio.to_thread(lambda: looked_at(load_grid(service.folder.dem(dem_id))))
 
 
 def _json(body: bytes, status: int = 200, headers: dict[str, str] | None = None) -> Response:

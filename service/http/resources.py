@@ -91,7 +91,7 @@ async def _found(service: Service, needs: NeedsFields, dem_id: str) -> GivenFiel
             raise RequestError(f"The {service.products[job.kind].title} {job.id} is of another DEM, {job.dem_id}.")
         given["map_kind"], given["map_parameters"] = job.kind, job.request["parameters"]
     if needs["detector_id"] is not None:
-        given["occluded"] = service.detectors.get(needs["detector_id"]).occlusions.lasting(needs["persistent_s"])
+        given["occluded"] = service.detectors.get(needs["detector_id"]).memory.occlusions.lasting(needs["persistent_s"])
     return given
 
 

@@ -9,6 +9,7 @@ inputs/<job>/            big inputs of a job that is not finished
 dems/<id>/               heights and geometry of a DEM; pictures/ holds its hillshade, levels/ its
                          heights as bare numbers
 results/<digest>/        files of a finished result, named by their content; layers/ holds drawn layers
+detectors/<id>/          a detector session, while it is open
 quarantine/              what lay in one of these folders and the store does not know
 """
 
@@ -39,7 +40,7 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 # numpy's own words for the same, without the system's number
 NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
 BLOCK_BYTES = 1024 * 1024
-SUBFOLDERS = ("incoming", "work", "inputs", "dems", "results")
+SUBFOLDERS = ("incoming", "work", "inputs", "dems", "results", "detectors")
 # what uploads, tasks, probes and removals call what they make for a while
 PASSING = re.compile(r"(probe-|removed-)?[0-9a-f]{32}")
 
@@ -153,6 +154,11 @@ class DataFolder:
     def layer(self, digest: str, file_name: str) -> Path:
         """A drawn layer of a finished result."""
         return self.result(digest) / "layers" / file_name
+
+    @property
+    def detectors(self) -> Path:
+        """Where detector sessions are kept."""
+        return self.root / "detectors"
 
     def remove(self, path: Path) -> None:
         """Remove a file or folder at once, however many files it holds: out of sight first, then for good."""

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from detection import (
+    Calibrated,
     Classification,
     OdometryCondition,
     PlanningStatus,
@@ -15,8 +16,9 @@ from detection import (
     Sight,
     Witness,
 )
+from service.live.drives import AdviceOut
 
-__all__ = ["DetectionOut", "DetectorOut", "DetectorStateful", "EpochOut", "EpochsOut"]
+__all__ = ["CalibrationOut", "DetectionOut", "DetectorOut", "DetectorStateful", "EpochOut", "EpochsOut"]
 
 
 class Exact(BaseModel):
@@ -112,6 +114,9 @@ class EpochOut(Exact):
     rejected: list[RejectedOut] = Field(description="Ranges and odometry that were not used.")
     needed: str = Field(description="What would settle what stays open; empty when nothing is.")
     summary: str = Field(description="The answer in a sentence.")
+    advice: AdviceOut | None = Field(
+        None, description="What lies ahead on the session's path, about once a second; null: no path, or not now."
+    )
     predicted: list[PredictedOut] | None = Field(
         None, description="What the map foretold, of the anchors that it knows of; null: the session looks at no map."
     )
@@ -127,6 +132,24 @@ class EpochsOut(Exact):
     """Answers in the order of the epochs."""
 
     answers: list[EpochOut]
+
+
+class AnchorOffsetOut(Exact):
+    """What the ranges of an anchor are off."""
+
+    anchor_id: str = Field(description="Which anchor.")
+    offset_m: float = Field(description="How much too long its ranges are, metres.")
+    sigma_m: float | None = Field(description="One sigma of that, metres.")
+
+
+class CalibrationOut(Exact):
+    """What the latest epochs say that ranges are off; nothing of it is applied."""
+
+    of: Calibrated = Field(description="What was estimated: one offset of all, one scale, or an offset of each anchor.")
+    determined: bool = Field(description="Whether the epochs tell it at all.")
+    scale: float | None = Field(description="How many times too long ranges are; null: not asked, or not told.")
+    scale_sigma: float | None = Field(description="One sigma of that.")
+    anchors: list[AnchorOffsetOut] = Field(description="Offsets; all the same where one offset was asked for.")
 
 
 class AnchorStateOut(Exact):
@@ -167,12 +190,22 @@ class DetectorStateOut(Exact):
     velocity_m_per_s: list[float] | None = Field(description="How it moves, the same axes, metres per second.")
 
 
+class AcknowledgedOut(Exact):
+    """The last epoch that was used."""
+
+    time_s: float = Field(description="Its time, seconds.")
+    sequence: int | None = Field(description="The sender's number of it.")
+
+
 class DetectorOut(Exact):
     """A session."""
 
     id: str = Field(description="Name of the session.")
     name: str | None = Field(description="The name that was given.")
     created_at: str = Field(description="When it was made, ISO 8601, UTC.")
+    restored_at: str | None = Field(description="When a service took it over from the one before; null: never.")
+    kept: bool = Field(description="Whether it outlives the service; false: the disk refused, or nothing is kept.")
+    acknowledged: AcknowledgedOut | None = Field(description="The last epoch that was used: go on after it.")
     idle_timeout_s: float = Field(description="Seconds without a request after which it expires.")
     expires_in_s: float | None = Field(description="Seconds until then; null while a stream is open.")
     streams: int = Field(description="How many streams are open.")
@@ -181,8 +214,9 @@ class DetectorOut(Exact):
     settings: dict[str, object] = Field(description="What the detector was told, in the words of the request.")
     dem_id: str | None = Field(description="The DEM that it looks at; null: none.")
     map_warnings: list[str] = Field(description="What to know of the anchors over that DEM.")
-    links: dict[Literal["self", "epochs", "stream", "map_doubts"], str] = Field(
-        description="Paths: the session, epochs, stream and, with a DEM, where ranges contradict it."
+    links: dict[Literal["self", "epochs", "stream", "map_doubts", "advice", "drive"], str] = Field(
+        description="Paths: the session, epochs, stream and, with a DEM, where ranges contradict it, what lies ahead, "
+        "and the path."
     )
 
 

@@ -11,15 +11,18 @@ import orjson
 
 from detection import (
     AnchorVerdict,
+    Calibrated,
+    Calibration,
     DetectorState,
     EpochResult,
     PositionFix,
     SearchReport,
     Suspicion,
 )
-from planning.watching import WatchedEpoch
+from planning.watching import Advice, WatchedEpoch
+from service.live.drives import advice_answer
 
-__all__ = ["as_json", "epoch_answer", "state_answer"]
+__all__ = ["as_json", "calibration_answer", "epoch_answer", "state_answer"]
 
 
 def as_json(answer: dict[str, object]) -> bytes:
@@ -28,9 +31,12 @@ def as_json(answer: dict[str, object]) -> bytes:
 
 
 def epoch_answer(
-    result: EpochResult, sequence: int | None = None, watched: WatchedEpoch | None = None
+    result: EpochResult,
+    sequence: int | None = None,
+    watched: WatchedEpoch | None = None,
+    advice: Advice | None = None,
 ) -> dict[str, object]:
-    """The answer to one epoch, in the words of ``EpochOut``; watched: with what a map foretold."""
+    """The answer to one epoch, in the words of ``EpochOut``; watched, advice: with what a map foretold."""
     return {
         "time_s": result.time_s,
         "sequence": sequence,
@@ -46,6 +52,7 @@ def epoch_answer(
         "rejected": [{"anchor_id": one.anchor_id, "reason": one.reason} for one in result.rejected],
         "needed": result.needed,
         "summary": result.summary,
+        "advice": None if advice is None else advice_answer(advice),
         "predicted": None if watched is None else _predicted(watched),
     }
 
@@ -64,6 +71,18 @@ def _predicted(watched: WatchedEpoch) -> list[dict[str, object]]:
         for anchor_id, p_sight, p_direct, clearance_m in rows
         if p_sight == p_sight
     ]
+
+
+def calibration_answer(what: Calibrated, found: Calibration | None) -> dict[str, object]:
+    """In the words of ``CalibrationOut``."""
+    if found is None:
+        return {"of": what, "determined": False, "scale": None, "scale_sigma": None, "anchors": []}
+    anchors = [
+        {"anchor_id": anchor_id, "offset_m": offset_m, "sigma_m": found.offset_sigmas_m.get(anchor_id)}
+        for anchor_id, offset_m in found.offsets_m.items()
+    ]
+    scaled = (found.scale, found.scale_sigma) if what == "scale" else (None, None)
+    return {"of": what, "determined": True, "scale": scaled[0], "scale_sigma": scaled[1], "anchors": anchors}
 
 
 def state_answer(state: DetectorState, suspicions: tuple[Suspicion, ...]) -> dict[str, object]:

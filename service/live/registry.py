@@ -3,28 +3,42 @@
 from __future__ import annotations
 
 import asyncio
+import datetime
+import logging
 import time
 import uuid
 from collections import OrderedDict
 from collections.abc import Callable
+from pathlib import Path
 
-from service.errors import BusyError, GoneError, LimitError, NotFoundError
+from detection import DetectionError
+from planning import PlanningError
+from service.errors import BusyError, GoneError, LimitError, NotFoundError, ServiceError
+from service.live.keeping import Kept, SessionFolder, kept_in
 from service.live.request import DetectorIn, DetectorLimits
 from service.live.sessions import Bench, DetectorSession
+from service.live.snapshots import SnapshotError, freeze, thaw
+from service.live.watching import Memory, memory_of
+from service.parts.map_area import area_shape
 from service.settings import Settings
 from terrain import ElevationGrid
 
 __all__ = ["Detectors"]
 
 SWEEP_EVERY_S = 1.0
+
+logger = logging.getLogger("sightline.http")
 # of so many sessions that are over it is remembered how they ended
 REMEMBERED = 10_000
 
 
 class Detectors:
-    """Live sessions by id. They live in this process's memory alone and end with it."""
+    """Live sessions by id. folder: where they are kept, so that the next service goes on with them; None = nowhere."""
 
-    def __init__(self, settings: Settings, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, settings: Settings, clock: Callable[[], float] = time.monotonic, folder: Path | None = None
+    ) -> None:
+        self._folder = folder
         self.limits = DetectorLimits.of(settings)
         self._max_sessions = settings.max_detectors
         self._max_idle_s = settings.max_detector_idle_s
@@ -53,7 +67,40 @@ class Detectors:
                 limit=self._max_idle_s,
                 given=idle_s,
             )
-        session = DetectorSession(uuid.uuid4().hex, asked, self.limits, self.bench, self._clock, idle_s, grid)
+        self.limits.check_detector(asked)
+        kept, memory = Kept(uuid.uuid4().hex, _now(), idle_s, asked), memory_of(asked, grid)
+        where = None
+        if self._folder is not None:
+            try:
+                where = SessionFolder.of(self._folder / kept.id, kept, freeze(memory))
+            except OSError as error:
+                logger.error("detector %s is not kept: %s", kept.id, error)
+        return self._take(DetectorSession(kept, memory, self.limits, self.bench, self._clock, where))
+
+    def restore(self, grid_of: Callable[[str], ElevationGrid]) -> None:
+        """Go on with the sessions that the last service left; grid_of: of a DEM, by id, raising where it is gone."""
+        if self._folder is None:
+            return
+        for kept, folder in kept_in(self._folder, _now()):
+            dem_id = kept.asked.dem_id
+            try:
+                grid = None if dem_id is None else grid_of(dem_id)
+                memory = _recalled(kept, folder, grid)
+                folder.go_on(freeze(memory))
+            except (OSError, ServiceError, DetectionError, PlanningError) as error:
+                logger.warning("detector %s cannot be gone on with: %s", kept.id, error)
+                self._over[kept.id] = f"could not be gone on with when the service started again ({error})"
+                folder.remove()
+                continue
+            except Exception:
+                # a fault of ours must not keep the service from starting, nor take what is kept
+                logger.exception("detector %s could not be gone on with; it stays where it is", kept.id)
+                self._over[kept.id] = "could not be gone on with when the service started again, for a fault of ours"
+                folder.close()
+                continue
+            self._take(DetectorSession(kept, memory, self.limits, self.bench, self._clock, folder))
+
+    def _take(self, session: DetectorSession) -> DetectorSession:
         self._sessions[session.id] = session
         return session
 
@@ -66,7 +113,7 @@ class Detectors:
         if session is None:
             if id in self._over:
                 raise GoneError(f"Detector {id[:80]!r} {self._over[id]}; make a new one.")
-            raise NotFoundError("detector", id, "detectors do not survive a restart of the service")
+            raise NotFoundError("detector", id, "it may have expired before the service was started again")
         session.touch()
         return session
 
@@ -89,13 +136,53 @@ class Detectors:
         while True:
             await asyncio.sleep(SWEEP_EVERY_S)
             self.sweep()
+            folders = [session.folder for session in self._sessions.values() if session.folder is not None]
+            await asyncio.to_thread(_make_durable, folders)
+
+    def close(self) -> None:
+        """The service stops; what is kept stays."""
+        self.bench.close()
+        for session in self._sessions.values():
+            if session.folder is not None:
+                session.folder.close()
 
     def _end(self, session: DetectorSession, how: str) -> None:
         del self._sessions[session.id]
         session.closed.set()
+        if session.folder is not None:
+            session.folder.remove()
         self._over[session.id] = how
         if len(self._over) > REMEMBERED:
             self._over.popitem(last=False)
+
+
+def _recalled(kept: Kept, folder: SessionFolder, grid: ElevationGrid | None) -> Memory:
+    """What a session remembered when the last service ended: its last memory, and what came after it.
+
+    One of another release is made anew from all epochs that are kept.
+    """
+    memory = memory_of(kept.asked, grid)
+    area = None if grid is None else area_shape(grid, kept.asked.area)
+    for part in folder.parts():
+        try:
+            memory = thaw(part.memory, grid, area)
+        except SnapshotError as error:
+            logger.warning("detector %s: its track is made anew from the epochs that are kept: %s", kept.id, error)
+        for epoch in part.epochs:
+            memory.process(epoch)
+    return memory
+
+
+def _make_durable(folders: list[SessionFolder]) -> None:
+    for folder in folders:
+        try:
+            folder.make_durable()
+        except OSError as error:
+            logger.error("a session may not outlive a loss of power: %s", error)
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
 
 
 def _expired(session: DetectorSession) -> bool:

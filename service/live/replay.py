@@ -22,9 +22,10 @@ from detection import (
     RangingAnchor,
 )
 from planning.watching import MapDetector, MapDoubt
+from service.live.keeping import Kept
 from service.live.request import ANCHORS, RANGES, DetectorIn, DetectorLimits, EpochIn
 from service.live.sessions import Bench, DetectorSession
-from service.live.watching import MaybeMapped
+from service.live.watching import MaybeMapped, memory_of
 
 __all__ = ["AnchorSummary", "Episode", "Replay", "ReplaySummary", "rehearse", "replay"]
 
@@ -231,7 +232,8 @@ def rehearse() -> None:
     for dimension in (2, 3):
         asked = DetectorIn.model_validate({"anchors": ANCHORS, "settings": {"dimension": dimension}})
         limits = DetectorLimits(len(ANCHORS), asked.settings.search_limit, 0, 1)
-        session = DetectorSession("rehearsal", asked, limits, Bench(), time.monotonic, 1.0)
+        kept, memory = Kept("rehearsal", "", 1.0, asked), memory_of(asked, None)
+        session = DetectorSession(kept, memory, limits, Bench(), time.monotonic)
         for time_s in range(3):
             epoch = {"time_s": float(time_s), "ranges": ranges, "odometry": odometry if time_s else None}
             session.answer(EpochIn.model_validate(epoch))

@@ -10,7 +10,8 @@ from pydantic import ConfigDict, Field, model_validator
 
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from service.errors import LimitError
-from service.live.settings import DetectorSettingsIn
+from service.live.drives import DriveIn
+from service.live.settings import CalibrationIn, DetectorSettingsIn
 from service.parts.anchors import AnchorId
 from service.parts.map_area import AreaParameters
 from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
@@ -194,16 +195,14 @@ class DetectorIn(_Detector, AreaParameters):
         description="A DEM that the session looks at: it then foretells each anchor's sight and the ground's height. "
         "The anchors are in the DEM's CRS, their altitudes in its vertical datum. null = no map.",
     )
-    antenna_above_ground_m: NotNegativeMetres = Field(
-        1.5, description="Of the rover, which stands on the DEM's ground, metres; without dem_id it says nothing."
-    )
+    antenna_above_ground_m: NotNegativeMetres = Field(1.5, description="Of the rover on the DEM's ground, metres.")
     dem_sigma_m: Positive = Field(3.0, description="One-sigma error of the DEM's heights, metres.")
-    dem_correlation_m: Positive = Field(
-        100.0, description="Distance over which that error falls off, metres: neighbouring ground is wrong alike."
-    )
+    dem_correlation_m: Positive = Field(100.0, description="Distance over which that error falls off, metres.")
     dem_shift_sigma_m: NotNegativeMetres | None = Field(
         None, description="One-sigma error of where the DEM lies, per axis, metres; null = half a cell."
     )
+    calibration: CalibrationIn | None = Field(None, description="Is applied to every range first; null = none.")
+    drive: DriveIn | None = Field(None, description="The path to follow, for advice; needs dem_id. null = none.")
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(
         None, description="Seconds without a request after which it expires; left out = the most that is allowed."
     )

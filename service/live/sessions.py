@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import asyncio
-import datetime
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from detection import EpochResult
-from planning.watching import WatchedEpoch
+from detection import Calibrated
+from planning.watching import Advice, Drive, WatchedEpoch
 from service.errors import RequestError, TooManyError
-from service.live.answers import as_json, epoch_answer, state_answer
-from service.live.request import DetectorIn, DetectorLimits, EpochIn
-from service.live.watching import detector_of
-from terrain import ElevationGrid
+from service.live.answers import as_json, calibration_answer, epoch_answer, state_answer
+from service.live.drives import DriveIn, advice_answer, move_answer
+from service.live.keeping import Kept, SessionFolder
+from service.live.request import DetectorLimits, EpochIn
+from service.live.snapshots import freeze
+from service.live.watching import NO_MAP, Memory
 
-__all__ = ["Bench", "DetectorSession", "Occlusions", "Watcher"]
+__all__ = ["Bench", "DetectorSession", "Watcher"]
 
 Judged = TypeVar("Judged")
 # An epoch of so many ranges is searched in a millisecond or two; a thread would take it longer.
 LIGHT_RANGES = 8
 # A watcher that is so many answers behind is not coming back.
 WATCHED_ANSWERS = 256
+ADVISED_S = 1.0  # so often, on the clock of the epochs, a session with a path is told what lies ahead
+WITH_MAP = {"map_doubts": "map-doubts", "advice": "advice", "drive": "drive"}
+NO_PATH = "The detector has no path: PUT one to its drive."
+NO_PLACE = "The detector has no place yet: send epochs first."
 
 
 class Bench:
@@ -35,36 +42,19 @@ class Bench:
     async def judge(self, ranges: int, work: Callable[[], Judged]) -> Judged:
         """What the work on an epoch of so many ranges comes to."""
         if ranges > LIGHT_RANGES:
-            return await asyncio.get_running_loop().run_in_executor(self._beside, work)
+            return await self.beside(work)
         async with self._floor:
             judged = work()
             await asyncio.sleep(0)
         return judged
 
+    async def beside(self, work: Callable[[], Judged]) -> Judged:
+        """What heavier work comes to, while others are answered."""
+        return await asyncio.get_running_loop().run_in_executor(self._beside, work)
+
     def close(self) -> None:
         """Begin nothing more."""
         self._beside.shutdown(wait=False, cancel_futures=True)
-
-
-class Occlusions:
-    """For each anchor, from when to when every one of its ranges has been occluded."""
-
-    def __init__(self) -> None:
-        self._runs: dict[str, tuple[float, float]] = {}
-
-    def take_in(self, result: EpochResult) -> None:
-        """Verdicts of one epoch; one that is unknown neither ends a run nor begins one."""
-        for verdict in result.verdicts:
-            if verdict.occluded:
-                since_s, _ = self._runs.get(verdict.anchor_id, (result.time_s, result.time_s))
-                self._runs[verdict.anchor_id] = since_s, result.time_s
-            elif verdict.sight in ("clear", "too short"):
-                self._runs.pop(verdict.anchor_id, None)
-
-    def lasting(self, at_least_s: float) -> list[str]:
-        """Ids of the anchors whose ranges have been occluded so long, in the order in which that began."""
-        runs = sorted(self._runs.items(), key=lambda run: run[1])
-        return [anchor_id for anchor_id, (since_s, until_s) in runs if until_s - since_s >= at_least_s]
 
 
 class Watcher:
@@ -82,36 +72,62 @@ class Watcher:
             self.lost.set()
 
 
+@dataclass(slots=True)
+class _Driven:
+    """A path that is followed; changed in place. at_m: how far along it the rover was last; advised_s: when."""
+
+    drive: Drive
+    movable: tuple[str, ...]
+    at_m: float | None = None
+    advised_s: float = -math.inf
+
+    @classmethod
+    def of(cls, asked: DriveIn | None) -> _Driven | None:
+        """Raises WatchError."""
+        return None if asked is None else cls(asked.drive(), tuple(asked.movable or ()))
+
+    def is_due(self, time_s: float) -> bool:
+        """Whether advice is due, by the clock of the epochs; it counts as given then."""
+        due = not abs(time_s - self.advised_s) < ADVISED_S
+        if due:
+            self.advised_s = time_s
+        return due
+
+
 class DetectorSession:
     """A session. Epochs are handled one after the other under ``turn``, whoever sends them.
 
-    bench: shared by all sessions. grid: of the DEM that it looks at; None = none.
-    Raises DetectionInputError, WatchError, LimitError.
+    kept: what it was opened with. memory: of its detector. bench: shared by all sessions. folder: where it is kept so
+    that it outlives the service; None = nowhere.
     """
 
     def __init__(
         self,
-        id: str,
-        asked: DetectorIn,
+        kept: Kept,
+        memory: Memory,
         limits: DetectorLimits,
         bench: Bench,
         clock: Callable[[], float],
-        idle_timeout_s: float,
-        grid: ElevationGrid | None = None,
+        folder: SessionFolder | None = None,
     ) -> None:
-        limits.check_detector(asked)
-        self.id = id
+        asked = kept.asked
+        self.id = kept.id
         self.name = asked.name
-        self.created_at = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
-        self.idle_timeout_s = idle_timeout_s
+        self.created_at = kept.created_at
+        self.restored_at = kept.restored_at
+        self.idle_timeout_s = kept.idle_timeout_s
         self.turn = asyncio.Lock()
         self.closed = asyncio.Event()
         self.malformed_messages = 0
         self._anchor_ids = [anchor.id for anchor in asked.anchors]
         self._settings = asked.settings.model_dump()
-        self.occlusions = Occlusions()
         self._dem_id = asked.dem_id
-        self._detector = detector_of(asked, grid)
+        self.memory = memory
+        self._kept = kept
+        if asked.drive is not None:
+            self._check_drive(asked.drive)
+        self._drive = _Driven.of(asked.drive)
+        self.folder = folder
         self.limits = limits
         self._bench = bench
         self._judging = asyncio.Lock()
@@ -129,18 +145,23 @@ class DetectorSession:
 
     def answer(self, asked: EpochIn) -> bytes:
         """The detector's answer to one epoch that was checked, as JSON; every watcher gets it too."""
-        return self._told(asked, self._detector.process(asked.epoch()))
+        return self._told(asked, self.memory.process(asked))
 
     async def answer_in_turn(self, asked: EpochIn) -> bytes:
         """The same where others have to be answered meanwhile."""
         async with self._judging:
-            watched = await self._bench.judge(len(asked.ranges), lambda: self._detector.process(asked.epoch()))
-        return self._told(asked, watched)
+            watched = await self._bench.judge(len(asked.ranges), lambda: self.memory.process(asked))
+            if self.folder is not None:
+                self.folder.keep(asked, lambda: freeze(self.memory))
+            advice = None
+            if self._drive is not None and self._drive.is_due(asked.time_s):
+                advice = await self._bench.beside(self._advice)
+        return self._told(asked, watched, advice)
 
-    def _told(self, asked: EpochIn, watched: WatchedEpoch) -> bytes:
+    def _told(self, asked: EpochIn, watched: WatchedEpoch, advice: Advice | None = None) -> bytes:
         self.touch()
-        self.occlusions.take_in(watched.result)
-        answer = as_json(epoch_answer(watched.result, asked.sequence, watched if self._dem_id else None))
+        foretold = watched if self._dem_id else None
+        answer = as_json(epoch_answer(watched.result, asked.sequence, foretold, advice))
         for watcher in self._watchers:
             watcher.tell(answer)
         return answer
@@ -186,6 +207,9 @@ class DetectorSession:
             "id": self.id,
             "name": self.name,
             "created_at": self.created_at,
+            "restored_at": self.restored_at,
+            "kept": self.folder is not None and self.folder.works,
+            "acknowledged": self.memory.acknowledged,
             "idle_timeout_s": self.idle_timeout_s,
             "expires_in_s": None if left_s is None else max(0.0, left_s),
             "streams": self._streams,
@@ -193,25 +217,72 @@ class DetectorSession:
             "anchors": self._anchor_ids,
             "settings": self._settings,
             "dem_id": self._dem_id,
-            "map_warnings": self._detector.warnings,
+            "map_warnings": self.memory.detector.warnings,
             "links": {
                 "self": path,
                 "epochs": f"{path}/epochs",
                 "stream": f"{path}/stream",
-                **({"map_doubts": f"{path}/map-doubts"} if self._dem_id else {}),
+                **({name: f"{path}/{ends}" for name, ends in WITH_MAP.items()} if self._dem_id else {}),
             },
         }
 
     async def state_between_epochs(self) -> dict[str, object]:
         """``state``, not while an epoch is judged: the detector is half in the one before it then."""
         async with self._judging:
-            return self.state()
+            return await self._bench.beside(self.state)
+
+    async def follow(self, asked: DriveIn) -> None:
+        """Take another path from now on. Raises RequestError without a map or for strange anchors, WatchError."""
+        self._check_drive(asked)
+        async with self._judging:
+            self._drive = _Driven.of(asked)
+            self._kept = replace(self._kept, asked=self._kept.asked.model_copy(update={"drive": asked}))
+            if self.folder is not None:
+                self.folder.rewrite(self._kept)
+
+    def _check_drive(self, asked: DriveIn) -> None:
+        if self._dem_id is None:
+            raise RequestError(NO_MAP)
+        strange = next((name for name in asked.movable or () if name not in self._anchor_ids), None)
+        if strange is not None:
+            raise RequestError(f"movable: the session has no anchor {strange[:64]!r}.")
+
+    async def advise(self) -> dict[str, object]:
+        """What lies ahead, with a drone to move, in the words of ``FullAdviceOut``.
+
+        Raises RequestError without map, path or place.
+        """
+        async with self._judging:
+            advice = await self._bench.beside(self._advice)
+            if self._drive is None or advice is None:
+                raise RequestError(NO_PATH if self._drive is None else NO_PLACE)
+            driven, move = self._drive, None
+        if advice.stretches and driven.movable:
+            detector, first = self.memory.detector, advice.stretches[0]
+            found = await asyncio.to_thread(detector.advise_move, driven.drive, first, driven.movable)
+            move = move_answer(found)
+        return {**advice_answer(advice), "move": move}
+
+    def _advice(self) -> Advice | None:
+        if self._drive is None:
+            return None
+        advice = self.memory.detector.advise(self._drive.drive, self._drive.at_m)
+        if advice is not None:
+            self._drive.at_m = advice.at_m
+        return advice
+
+    async def calibration(self, what: Calibrated) -> dict[str, object]:
+        """What its latest epochs say its ranges are off, in the words of ``CalibrationOut``; nothing is applied."""
+        async with self._judging:
+            found = await self._bench.beside(lambda: self.memory.detector.calibration(what))
+        return calibration_answer(what, found)
 
     async def map_doubts(self) -> bytes:
         """Where its ranges contradict the map, as GeoJSON. Raises RequestError where it looks at none."""
         async with self._judging:
-            return self._detector.map_doubts()
+            return self.memory.detector.map_doubts()
 
     def state(self) -> dict[str, object]:
         """The same with what the detector remembers, in the words of ``DetectorStateful``."""
-        return {**self.description(), "state": state_answer(self._detector.state, self._detector.suspicions())}
+        detector = self.memory.detector
+        return {**self.description(), "state": state_answer(detector.state, detector.suspicions())}

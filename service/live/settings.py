@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from detection import DetectorSettings
-from service.parts.points import Metres, Number, StrictModel
+from service.parts.points import Metres, Number, Positive, StrictModel
 
-__all__ = ["DetectorSettingsIn"]
+__all__ = ["CalibrationIn", "DetectorSettingsIn"]
 
 DEFAULTS = DetectorSettings()
 
@@ -22,6 +22,16 @@ Sigma = "One-sigma error of "
 def _degrees(angle_rad: float) -> float:
     """Without the rounding of the way there and back."""
     return round(math.degrees(angle_rad), 9)
+
+
+class CalibrationIn(StrictModel):
+    """By how much ranges are off: a range is scale times the distance plus an offset."""
+
+    scale: Positive = Field(1.0, description="How many times too long ranges are (no unit).")
+    offset_m: Metres = Field(0.0, description="How much too long all ranges are, metres.")
+    anchor_offsets_m: dict[str, Metres] = Field(
+        {}, max_length=62, description="The same by anchor id, metres, in place of offset_m."
+    )
 
 
 class DetectorSettingsIn(StrictModel):

@@ -4,20 +4,32 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from detection import Detector, DetectorState, RangeEpoch, Suspicion
-from planning.watching import GroundErrors, MapDetector, MapDoubt, WatchedEpoch, forecast_sight
+from detection import Calibrated, Calibration, Detector, DetectorState, EpochResult, RangeEpoch, Suspicion
+from planning.watching import (
+    Advice,
+    DarkStretch,
+    Drive,
+    GroundErrors,
+    MapDetector,
+    MapDoubt,
+    MoveAdvice,
+    WatchedEpoch,
+    forecast_sight,
+)
 from service.errors import RequestError
 from service.files.geojson import Feature, collection_of, coordinates_of, feature
 from service.files.layer import replacing
-from service.live.request import DetectorIn
+from service.live.request import DetectorIn, EpochIn
 from service.parts.map_area import area_shape
 from terrain import ElevationGrid
 
-__all__ = ["NO_MAP", "MaybeMapped", "detector_of", "looked_at", "write_doubts"]
+__all__ = ["NO_MAP", "MaybeMapped", "Memory", "Occlusions", "looked_at", "memory_of", "write_doubts"]
 
 NO_MAP = "The detector looks at no map: open one with dem_id."
 
@@ -50,21 +62,89 @@ class MaybeMapped:
         """As ``Detector.suspicions``."""
         return self._detector.suspicions()
 
+    def calibration(self, what: Calibrated) -> Calibration | None:
+        """As ``Detector.calibration``."""
+        return self._detector.calibration(what)
+
     def process(self, epoch: RangeEpoch) -> WatchedEpoch:
         """The answer to one epoch."""
         if isinstance(self._detector, MapDetector):
             return self._detector.process(epoch)
         return WatchedEpoch(self._detector.process(epoch), None, (), {})
 
-    def map_doubts(self) -> bytes:
-        """Where ranges contradict the map, as GeoJSON. Raises RequestError where there is no map."""
+    def advise(self, drive: Drive, last_m: float | None) -> Advice | None:
+        """What lies ahead on a path; None while there is no place. Raises RequestError where there is no map."""
+        return self._mapped().advise(drive, last_m)
+
+    def advise_move(self, drive: Drive, stretch: DarkStretch, movable: Sequence[str]) -> MoveAdvice:
+        """The drone to move before a stretch. Raises RequestError where there is no map, PlacementError."""
+        return self._mapped().advise_move(drive, stretch, movable)
+
+    def _mapped(self) -> MapDetector:
         if not isinstance(self._detector, MapDetector):
             raise RequestError(NO_MAP)
-        collection = _doubts_collection(self._detector.grid, self._detector.map_doubts())
+        return self._detector
+
+    def map_doubts(self) -> bytes:
+        """Where ranges contradict the map, as GeoJSON. Raises RequestError where there is no map."""
+        mapped = self._mapped()
+        collection = _doubts_collection(mapped.grid, mapped.map_doubts())
         return json.dumps(collection, allow_nan=False).encode()
 
 
-def detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
+class Occlusions:
+    """For each anchor, from when to when every one of its ranges has been occluded."""
+
+    def __init__(self) -> None:
+        self._runs: dict[str, tuple[float, float]] = {}
+
+    def take_in(self, result: EpochResult) -> None:
+        """Verdicts of one epoch; one that is unknown neither ends a run nor begins one."""
+        for verdict in result.verdicts:
+            if verdict.occluded:
+                since_s, _ = self._runs.get(verdict.anchor_id, (result.time_s, result.time_s))
+                self._runs[verdict.anchor_id] = since_s, result.time_s
+            elif verdict.sight in ("clear", "too short"):
+                self._runs.pop(verdict.anchor_id, None)
+
+    def lasting(self, at_least_s: float) -> list[str]:
+        """Ids of the anchors whose ranges have been occluded so long, in the order in which that began."""
+        runs = sorted(self._runs.items(), key=lambda run: run[1])
+        return [anchor_id for anchor_id, (since_s, until_s) in runs if until_s - since_s >= at_least_s]
+
+
+@dataclass(slots=True)
+class Memory:
+    """What a session remembers: its detector, since when which anchors have been occluded, the last epoch that came.
+
+    calibration: is applied to every range first. Changed in place.
+    """
+
+    detector: MaybeMapped
+    occlusions: Occlusions = field(default_factory=Occlusions)
+    acknowledged: dict[str, float | int | None] | None = None
+    calibration: Calibration | None = None
+
+    def process(self, asked: EpochIn) -> WatchedEpoch:
+        """The answer to one epoch."""
+        epoch = asked.epoch()
+        watched = self.detector.process(epoch if self.calibration is None else self.calibration.applied(epoch))
+        if watched.result.rejection is None:
+            self.occlusions.take_in(watched.result)
+            self.acknowledged = {"time_s": asked.time_s, "sequence": asked.sequence}
+        return watched
+
+
+def memory_of(asked: DetectorIn, grid: ElevationGrid | None) -> Memory:
+    """What a new session remembers. Raises DetectionInputError, WatchError, AreaError."""
+    given = asked.calibration
+    if given is None:
+        return Memory(_detector_of(asked, grid))
+    offsets_m = {one.id: given.anchor_offsets_m.get(one.id, given.offset_m) for one in asked.anchors}
+    return Memory(_detector_of(asked, grid), calibration=Calibration(given.scale, 0.0, offsets_m))
+
+
+def _detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
     """The detector that a session asks for; grid: of its dem_id. Raises DetectionInputError, WatchError, AreaError."""
     anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
     if grid is None:

@@ -6,14 +6,14 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from service.errors import RequestError
 
 from .options import GROUP, WHOLE, Reading, option, told
 
 if TYPE_CHECKING:
-    from detection import DetectorSettings, RangingAnchor
+    from detection import Calibration, DetectorSettings, RangeEpoch, RangingAnchor
     from planning.watching import MapDetector
     from service.files.logs.form import LogForm
     from service.live.settings import DetectorSettingsIn
@@ -41,6 +41,27 @@ class DetectorOptions:
         tuple[str, ...], option("Any other setting of the detector. Repeatable.", "NAME=VALUE", "--set")
     ] = ()
 
+    calibrate: Annotated[
+        Literal["offset", "scale", "anchors"] | None,
+        option("Estimate, apply and tell what ranges are off: one offset, one scale, or an offset of each anchor."),
+    ] = None
+
+    def calibrated(
+        self, anchors: Sequence[RangingAnchor], epochs: Sequence[RangeEpoch], settings: DetectorSettings
+    ) -> Calibration | None:
+        """What ranges are off, where that was asked for. Raises RequestError where the log does not tell."""
+        from detection import calibrate
+
+        if self.calibrate is None:
+            return None
+        found = calibrate(anchors, epochs, settings, self.calibrate)
+        if found is None:
+            raise RequestError(
+                f"--calibrate {self.calibrate}: the log does not tell; it takes epochs of more ranges than a place "
+                "needs, from many places."
+            )
+        return found
+
     def asked(self) -> DetectorSettingsIn:
         """The settings in the words of a request. Raises RequestError."""
         from pydantic import ValidationError
@@ -49,7 +70,8 @@ class DetectorOptions:
         from service.parts.sentences import sentence_of
 
         fields = told(self)
-        fields.pop("more", None)
+        for own in ("more", "calibrate"):
+            fields.pop(own, None)
         for text in self.more:
             name, equals, value = text.partition("=")
             if not equals or name.strip() not in DetectorSettingsIn.model_fields:

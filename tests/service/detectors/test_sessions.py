@@ -156,7 +156,7 @@ def test_a_deleted_session_is_gone_and_an_unknown_one_was_never_there() -> None:
     detectors.delete(session.id)
     with pytest.raises(GoneError, match="was deleted"):
         detectors.get(session.id)
-    with pytest.raises(NotFoundError, match="do not survive a restart"):
+    with pytest.raises(NotFoundError, match="may have expired before the service"):
         detectors.get("never")
 
 
