@@ -25,7 +25,7 @@ __all__ = ["Ground", "loop_speed", "map_loop"]
 
 Floats = npt.NDArray[np.float64]
 
-SEED = 15
+SEED = 7_015  # drives, anchors and settings were shaped on seed 15; on this one nothing was
 WITHOUT, WITH, WRONG = "without", "right map", "wrong map"
 WRONG_M, WRONG_CELLS = 5.0, 10.0  # sigma of the wrong map's heights, over how many cells it is alike
 NOTE = f"""\

@@ -99,7 +99,7 @@ def _by_anchor(
         return None
     numbers = {anchor_id: number for number, anchor_id in enumerate(ids)}
     offsets_m = np.full(len(ids), common.offset_m)
-    covariance = np.zeros((len(ids), len(ids)))
+    covariance: Floats = np.zeros((len(ids), len(ids)))
     for _ in range(ROUNDS):
         freed = [
             replace(one, ranges_m=one.ranges_m - offsets_m[[numbers[anchor_id] for anchor_id in one.ids]])
@@ -112,7 +112,7 @@ def _by_anchor(
         normal, right = np.zeros((len(ids), len(ids))), np.zeros(len(ids))
         for block, place_m, residual_m in zip(freed, fit.places_m, fit.residuals_m, strict=True):
             index = np.array([numbers[anchor_id] for anchor_id in block.ids])
-            left = _left(block.anchors_m[:, :d], place_m, residual_m[: len(index)], usual_m)
+            left: Floats = _left(block.anchors_m[:, :d], place_m, residual_m[: len(index)], usual_m)
             normal[np.ix_(index, index)] += left
             right[index] += left @ residual_m[: len(index)]
         known, _ = np.linalg.eigh(normal)

@@ -19,9 +19,12 @@ __all__ = ["ENOUGH", "HARDLY", "SPACE", "shared_cause"]
 FEW = 0.8  # share of epochs with a position, or of ranges that are clear, under which something is likely wrong
 HARDLY = 0.2  # share of epochs with a position, or of ranges that are clear, under which something is said in any case
 HALF = 0.5
+FITS_NATS = 2.25  # for each degree of freedom; half a nat is noise
+LIKE = 0.25  # share by which what a quarter of a log says may differ from what the whole does
 # Share of what is gained by a cause that every quarter of the log has to have, and nats.
 LASTS, LASTS_NATS = 0.01, 2.0
 SPACE: Literal[3] = 3
+PLANE_AND_SPACE: tuple[Literal[2, 3], ...] = (2, 3)
 ENOUGH = 10  # epochs, and blocks of ranges, before all this means anything
 # A cause is named that leaves so little of what ranges are off without it, and so little of them off at all.
 EXPLAINS = 0.5
@@ -70,7 +73,8 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
         meets = in_space.sigma_m < SURELY * sigma_m
         better = meets if given or sense > HALF else in_space.sigma_m < EXPLAINS * left_m
         in_plane = shared_fit(many, d, sigma_m, speed, "nothing")
-        if better and in_plane is not None and _lasts(in_space, in_plane, max(sigma_m, in_space.sigma_m)):
+        lasts = in_plane is not None and _lasts(in_space, in_plane, max(sigma_m, in_space.sigma_m))
+        if better and lasts and (_fits(in_space, sigma_m) or _needs_space(many, sigma_m, speed)):
             return [Suspicion(Cause.DIMENSION, _IN_SPACE)]
         best = replace(best, sentence=best.sentence + _OR_IN_SPACE)
     at_once = not any(block.late_s.any() for block in blocks)
@@ -82,7 +86,9 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
     if causes and not level and left_m < SURELY * sigma_m:
         fit, _, sigmas = causes[0]
         explained |= sigmas > SMALL_SIGMAS and plain.misfit(usual_m) - fit.misfit(usual_m) > SMALL_NATS
-    explained &= bool(causes) and _lasts(causes[0][0], plain, usual_m)
+    if explained and causes:
+        fit = causes[0][0]
+        explained = _lasts(fit, plain, usual_m) and (_fits(fit, usual_m) or _stays(fit, blocks, settings, speed))
     if explained and left_m < SURELY * sigma_m:
         return [best]
     misplaced = None if level else misplaced_cause(blocks, plain, d, sigma_m, speed)
@@ -108,6 +114,39 @@ def _lasts(fit: SharedFit, plain: SharedFit, sigma_m: float) -> bool:
     gained = plain.misfits(sigma_m) - fit.misfits(sigma_m)
     least = min(float(quarter.sum()) for quarter in np.array_split(gained, 4))
     return least > max(LASTS * float(gained.sum()), LASTS_NATS)
+
+
+def _fits(fit: SharedFit, sigma_m: float) -> bool:
+    """Whether few ranges are far off with this cause: then what it leaves is noise, and some occlusion."""
+    free = int(np.isfinite(fit.residuals_m).sum()) - fit.places_m.size - 1
+    return fit.misfit(sigma_m) < FITS_NATS * free
+
+
+def _quarters(blocks: Sequence[Block]) -> list[list[Block]]:
+    return [[blocks[number] for number in quarter] for quarter in np.array_split(np.arange(len(blocks)), 4)]
+
+
+def _stays(fit: SharedFit, blocks: Sequence[Block], settings: DetectorSettings, speed_m_per_s: float) -> bool:
+    """Whether every quarter of the log by itself says about the same size: ranges that are occluded alike do not."""
+    what: Literal["offset", "scale"] = "offset" if fit.scale == 1.0 else "scale"
+    for part in _quarters(blocks):
+        own = shared_fit(part, settings.dimension, settings.range_sigma_m, speed_m_per_s, what)
+        if own is None:
+            return False
+        apart = own.offset_m - fit.offset_m if what == "offset" else own.scale - fit.scale
+        whole = fit.offset_m if what == "offset" else fit.scale - 1.0
+        if abs(apart) > max(LIKE * abs(whole), 4.0 * max(own.offset_sigma_m, own.scale_sigma)):
+            return False
+    return True
+
+
+def _needs_space(blocks: Sequence[Block], sigma_m: float, speed_m_per_s: float) -> bool:
+    """Whether the ranges of every quarter of the log by itself meet far better in space than in the plane."""
+    for part in _quarters(blocks):
+        plane, space = (shared_fit(part, d, sigma_m, speed_m_per_s, "nothing") for d in PLANE_AND_SPACE)
+        if plane is None or space is None or not space.sigma_m < EXPLAINS * plane.sigma_m:
+            return False
+    return True
 
 
 _ALTITUDES = Suspicion(
