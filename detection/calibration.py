@@ -98,7 +98,7 @@ def _by_anchor(
     if common is None or any(block.late_s.any() for block in blocks):
         return None
     numbers = {anchor_id: number for number, anchor_id in enumerate(ids)}
-    offsets_m = np.full(len(ids), common.offset_m)
+    offsets_m: Floats = np.full(len(ids), common.offset_m)
     covariance: Floats = np.zeros((len(ids), len(ids)))
     for _ in range(ROUNDS):
         freed = [

@@ -29,7 +29,8 @@ FEWEST = 12  # ranges of an anchor
 # Share of its ranges within three sigmas where its place is right, and of those of either half of the log: the rest may
 # be occluded.
 FITS, FITS_HALF = 0.5, 0.2
-FITS_HARDLY = 0.15  # share of them, in either half, where its place is wrong
+# Share of them, in either half, where its place is wrong; of two that are swapped, which a rover may be as far from.
+FITS_HARDLY, FITS_SOME = 0.15, 0.4
 # Where hardly any is too short, the anchor may be occluded for long: more has to fit, for longer than that takes.
 SHORT, FITS_LONG, LONG_S = 0.2, 0.7, 60.0
 VARIES = 6.0  # sigmas by which what such ranges are off has to vary, as it does with a rover's way
@@ -131,9 +132,9 @@ def _all_along(fits: npt.NDArray[np.bool_]) -> bool:
     return bool(fits.mean() >= FITS and min(half.mean() for half in np.array_split(fits, 2)) >= FITS_HALF)
 
 
-def _never(fits: npt.NDArray[np.bool_]) -> bool:
-    """Whether hardly any range fits, in both halves of the log."""
-    return max(float(half.mean()) for half in np.array_split(fits, 2)) <= FITS_HARDLY
+def _never(fits: npt.NDArray[np.bool_], most: float) -> bool:
+    """Whether no more of the ranges fit, in both halves of the log."""
+    return max(float(half.mean()) for half in np.array_split(fits, 2)) <= most
 
 
 def _swapped(block: Block, one: str, other: str) -> Block:
@@ -158,7 +159,7 @@ def _swap(
     fit = _fit(swapped, d, range_sigma_m, speed_m_per_s)
     if fit is None or not _lasts(swapped, fit, pair, min(max(range_sigma_m, fit.sigma_m), 2.0 * range_sigma_m)):
         return None
-    if not all(_never(np.abs(_from_own(blocks, fit, one)) < NEAR * 2.0 * range_sigma_m) for one in pair):
+    if not all(_never(np.abs(_from_own(blocks, fit, one)) < NEAR * 2.0 * range_sigma_m, FITS_SOME) for one in pair):
         return None
     apart_m = math.dist(blocks[-1].places_m[one], blocks[-1].places_m[other])
     sentence = (
@@ -178,7 +179,10 @@ def _elsewhere(
     fit = _fit([others[number] for number in kept], d, range_sigma_m, speed_m_per_s) if len(kept) >= FEWEST else None
     if fit is None or fit.sigma_m > 2.0 * range_sigma_m:
         return None
-    meeting = (np.abs(fit.residuals_m) < NEAR * max(range_sigma_m, fit.sigma_m)).sum(axis=1) > d
+    heard_by = np.isfinite(fit.residuals_m).sum(axis=1)
+    agree = (np.abs(fit.residuals_m) < NEAR * max(range_sigma_m, fit.sigma_m)).sum(axis=1)
+    # one more than a place needs may meet by chance
+    meeting = agree >= np.minimum(heard_by, d + 2)
     if meeting.sum() < FEWEST:
         return None
     columns = [blocks[number].ids.index(anchor_id) for number in kept]
@@ -192,7 +196,7 @@ def _elsewhere(
     before = float(plain.misfits(range_sigma_m)[numbers].sum() - fit.misfits(range_sigma_m)[meeting].sum())
     told_m = heard.off_m(np.zeros(d))
     length_m = float(np.median(told_m))
-    if not _never(np.abs(told_m) < NEAR * sigma_m):
+    if not _never(np.abs(told_m) < NEAR * sigma_m, FITS_HARDLY):
         return None
     long = float((told_m < -NEAR * sigma_m).mean()) < SHORT
     lasts_s = blocks[kept[-1]].time_s - blocks[kept[0]].time_s
