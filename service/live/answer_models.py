@@ -67,6 +67,10 @@ class PositionOut(PlaceOut):
     covariance_m2: list[list[float | None]] = Field(
         description="Covariance, square metres; rows and columns: east, north and, in three dimensions, up."
     )
+    bubble_m: float | None = Field(
+        description="Radius of the safety bubble about it, three sigmas (root of the covariance's trace), metres; null "
+        "in two dimensions."
+    )
     checked: bool = Field(description="Whether more ranges than unknowns confirm it.")
     mirror: PlaceOut | None = Field(description="The other solution where no hint settles which is the rover's.")
 

@@ -19,10 +19,13 @@ from detection import (
     SearchReport,
     Suspicion,
 )
+from navigation import bubble_radius_m
 from planning.watching import Advice, WatchedEpoch
 from service.live.drives import advice_answer
 
 __all__ = ["as_json", "calibration_answer", "epoch_answer", "state_answer"]
+
+SIGMAS = 3.0  # in the radius of a bubble
 
 
 def as_json(answer: dict[str, object]) -> bytes:
@@ -149,6 +152,7 @@ def _position(fix: PositionFix) -> dict[str, object]:
     return {
         **_place(fix.position_m),
         "covariance_m2": fix.covariance_m2.tolist(),
+        "bubble_m": float(bubble_radius_m(fix.covariance_m2, SIGMAS)) if len(fix.position_m) == 3 else None,
         "checked": fix.checked,
         "mirror": None if fix.mirror_m is None else _place(fix.mirror_m),
     }

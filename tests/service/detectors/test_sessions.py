@@ -85,6 +85,10 @@ def test_answers_are_those_of_the_detector_in_the_documented_words() -> None:
         told = EpochOut.model_validate_json(session.answer(epoch(time_s, sequence=int(10 * time_s))))
         here = detector.process(epoch(time_s, sequence=int(10 * time_s)).epoch())
         assert told.model_dump(mode="json") == json.loads(as_json(epoch_answer(here, int(10 * time_s))))
+        if told.position is not None:
+            # three sigmas of the place in space (De Vivo et al., eq. 27)
+            trace_m2 = sum(told.position.covariance_m2[axis][axis] or 0.0 for axis in range(3))
+            assert told.position.bubble_m == pytest.approx(3.0 * math.sqrt(trace_m2))
     assert told.rejection is Rejection.OUT_OF_ORDER
     state = DetectorStateful.model_validate_json(as_json(session.state())).state
     assert state.epochs == 2
