@@ -118,8 +118,8 @@ def _by_anchor(
         known, _ = np.linalg.eigh(normal)
         if not known[0] > DETERMINED * known[-1]:
             return None
-        covariance = usual_m**2 * np.linalg.inv(normal)
-        offsets_m = offsets_m + np.linalg.solve(normal, right)
+        covariance[...] = usual_m**2 * np.linalg.inv(normal)
+        offsets_m += np.linalg.solve(normal, right)
     sigmas_m = np.sqrt(covariance.diagonal()).tolist()
     return Calibration(1.0, 0.0, dict(zip(ids, offsets_m.tolist(), strict=True)), dict(zip(ids, sigmas_m, strict=True)))
 
