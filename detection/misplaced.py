@@ -31,9 +31,10 @@ FEWEST = 12  # ranges of an anchor
 FITS, FITS_HALF = 0.5, 0.2
 # Share of them, in either half, where its place is wrong; of two that are swapped, which a rover may be as far from.
 FITS_HARDLY, FITS_SOME = 0.15, 0.4
-# Where hardly any is too short, the anchor may be occluded for long: more has to fit, for longer than that takes.
+# Where hardly any is too short, the anchor may be occluded all along: more has to fit, for longer than that takes, and
+# ranges be longer by more sigmas than any detour is likely to make them.
 SHORT, FITS_LONG, LONG_S = 0.2, 0.7, 60.0
-VARIES = 6.0  # sigmas by which what such ranges are off has to vary, as it does with a rover's way
+BEYOND_OCCLUSION = 120.0
 NEAR = 3.0  # sigmas
 STARTS, STEPS = 12, 20
 TELLS = 2.0  # tolerances of a range, nearer than which a place is as good as the one told
@@ -211,8 +212,7 @@ def _elsewhere(
     fits = np.abs(off_m) < NEAR * sigma_m
     if not _all_along(fits) or size_m < TELLS * NEAR * range_sigma_m:
         return None
-    varies_m = float(np.ptp(np.quantile(told_m, [0.1, 0.9])))
-    surely = fits.mean() >= FITS_LONG and lasts_s >= LONG_S and varies_m > VARIES * sigma_m
+    surely = fits.mean() >= FITS_LONG and lasts_s >= LONG_S and length_m > BEYOND_OCCLUSION * range_sigma_m
     if long and not (surely and _cost(off_m, sigma_m) < FITS_LONG * simpler):
         return None
     moved = _moved(anchor_id, heard.told_m[-1] + shift_m, size_m, float(sigmas_m.max()))
