@@ -151,8 +151,8 @@ class CalibrationOut(Exact):
 
     of: Calibrated = Field(description="What was estimated: one offset of all, one scale, or an offset of each anchor.")
     determined: bool = Field(description="Whether the epochs tell it at all.")
-    scale: float | None = Field(description="How many times too long ranges are; null: not asked, or not told.")
-    scale_sigma: float | None = Field(description="One sigma of that.")
+    scale: float | None = Field(description="How many times too long ranges are (no unit); null: not told.")
+    scale_sigma: float | None = Field(description="One sigma of that (no unit).")
     anchors: list[AnchorOffsetOut] = Field(description="Offsets; all the same where one offset was asked for.")
 
 

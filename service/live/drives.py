@@ -84,7 +84,7 @@ class AdviceOut(Exact):
     speed: SpeedOut | None = Field(description="A better speed; null: none is clearly better.")
 
 
-class MoveOut(Exact):
+class AdvisedMoveOut(Exact):
     """A drone to move before the first stretch."""
 
     anchor_id: str | None = Field(description="Which drone; null: no move helps.")
@@ -100,7 +100,9 @@ class MoveOut(Exact):
 class FullAdviceOut(AdviceOut):
     """The same with a move."""
 
-    move: MoveOut | None = Field(description="For the first stretch, where drones may be moved; null: nothing to move.")
+    move: AdvisedMoveOut | None = Field(
+        description="For the first stretch, where drones may be moved; null: nothing to move."
+    )
 
 
 def advice_answer(advice: Advice) -> dict[str, object]:
@@ -136,7 +138,7 @@ def advice_answer(advice: Advice) -> dict[str, object]:
 
 
 def move_answer(advised: MoveAdvice) -> dict[str, object]:
-    """In the words of ``MoveOut``."""
+    """In the words of ``AdvisedMoveOut``."""
     move, found = advised.found.move, advised.found
     return {
         "anchor_id": None if move is None else move.anchor.id,
