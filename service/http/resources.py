@@ -238,10 +238,11 @@ def _add_files(router: APIRouter, product: Product) -> None:
         if layer not in layers or not has_layer(job, layers[layer]):
             raise NotFoundError("layer", layer)
         assert job.digest is not None
-        path = service.folder.result(job.digest) / layer
+        path, version = service.folder.result(job.digest) / layer, f"{job.digest}-{layer}"
         if product.finished is not None:
             path = await service.drawings.layer(job.digest, layer, job.summary or {})
-        return await file_answer(request, path, layers[layer].media_type, f"{job.digest}-{layer}")
+            version += f"-{path.parent.name}"  # of the Sightline that drew it
+        return await file_answer(request, path, layers[layer].media_type, version)
 
     if product.inline is not None:
         router.add_api_route(

@@ -8,7 +8,7 @@ work/<token>/            what a task is writing                                 
 inputs/<job>/            big inputs of a job that is not finished
 dems/<id>/               heights and geometry of a DEM; pictures/ holds its hillshade, levels/ its
                          heights as bare numbers
-results/<digest>/        files of a finished result, named by their content; layers/ holds drawn layers
+results/<digest>/        files of a finished result, named by their content; layers/<version>/ what that one drew
 detectors/<id>/          a detector session, while it is open
 quarantine/              what lay in one of these folders and the store does not know
 """
@@ -18,6 +18,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import hashlib
+import importlib.metadata
 import logging
 import os
 import re
@@ -36,6 +37,7 @@ from .store_file import SIDE_FILES
 __all__ = ["DataFolder", "digest_of", "is_full", "make_durable", "move_into_place"]
 
 # What the system says when a disk, a quota or a file-size limit is full.
+VERSION = importlib.metadata.version("sightline")
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 # numpy's own words for the same, without the system's number
 NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
@@ -152,8 +154,8 @@ class DataFolder:
         return self.root / "results" / digest
 
     def layer(self, digest: str, file_name: str) -> Path:
-        """A drawn layer of a finished result."""
-        return self.result(digest) / "layers" / file_name
+        """A layer of a finished result as this version draws it; another may draw it otherwise."""
+        return self.result(digest) / "layers" / VERSION / file_name
 
     @property
     def detectors(self) -> Path:

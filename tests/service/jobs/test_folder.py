@@ -149,3 +149,11 @@ def test_a_grid_comes_back_as_it_was(tmp_path: Path, crs: str | None) -> None:
     assert again.provenance == provenance
     assert again.vertical_datum == "EGM96"
     assert not again.heights_m.flags.writeable
+
+
+def test_what_another_version_drew_is_another_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = DataFolder(tmp_path)
+    path = folder.layer("a" * 32, "map.png")
+    monkeypatch.setattr("service.jobs.folder.VERSION", "999.0")
+    assert folder.layer("a" * 32, "map.png") != path
+    assert folder.layer("a" * 32, "map.png").parent.name == "999.0"
