@@ -266,8 +266,13 @@ def test_the_brief_is_two_to_four_pages_with_map_frames_and_decision(page: Brows
     assert [row[:2] for row in rows] == ["D1", "D2", "D3"]
     assert page.value("document.querySelector('#sheet img').naturalWidth") == 1000
     sheet = page.value("document.getElementById('sheet').textContent")
-    for words in ("On paper", "open", "above mean sea level", "fewer than 1 in sight", "start", "trees, buildings"):
+    for words in ("On paper", "open", "above mean sea level", "fewer than the 3 anchors", "start", "trees, buildings"):
         assert words in sheet
+    longest = page.value(
+        "[...document.querySelectorAll('#sheet-dark tbody tr')].map((row) => row.children[2].textContent)"
+    )
+    decided = page.value("document.querySelectorAll('#sheet-checks tr')[4].children[1].textContent")
+    assert decided in longest, "the longest stretch is that of the service"
     assert page.value("getComputedStyle(document.getElementById('sheet')).display") == "none", "paper alone shows it"
     told = page.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
     paper = base64.b64decode(told["data"])

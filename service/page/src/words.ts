@@ -100,7 +100,7 @@ export const words = {
       `East and north in ${crs}; altitudes in ${datum === null ? "the DEM's own heights, of which nobody knows what they count from" : datum}, above mean sea level (EGM96) and above the ellipsoid (WGS 84) where that is known. All in metres.`,
     columns: ["Anchor", "East", "North", "Latitude", "Longitude", "Above ground", "Altitude", "MSL", "Ellipsoid", "Range"],
     decision: "Go or no-go",
-    dark: (least: number) => `Radio-dark stretches: fewer than ${least} in sight`,
+    dark: (least: number) => `Radio-dark stretches: fewer than the ${least} anchors in sight that a fix needs`,
     darkColumns: ["From", "To", "Lasts", "Fewest in sight", "Begins at east, north"],
     noDark: "None along the path.",
     noPath: "No path was planned for the mission as it is, so nobody knows where it is dark.",

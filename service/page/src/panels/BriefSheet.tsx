@@ -1,7 +1,7 @@
 // The brief on paper, two to four pages: seen in print alone.
 import { dilution, isDilutionCurrent } from "../products/dilution";
 import { sheet, type AnchorRow, type Sheet } from "../products/brief";
-import { darkStretches } from "../products/dark";
+import { darkStretches, fixNeeds } from "../products/dark";
 import { isPathCurrent, planned } from "../products/path";
 import { ground, mission } from "../state";
 import { distance, duration, figure } from "../units";
@@ -110,7 +110,7 @@ function AnchorFrames({ rows }: { rows: readonly AnchorRow[] }) {
 
 function DarkTable() {
   const path = planned.value;
-  const least = Math.max(mission.value.route.min_anchors, 1);
+  const least = fixNeeds(mission.value.positioning);
   if (!path || !isPathCurrent() || path.vertices.length === 0) return <p>{paper.noPath}</p>;
   const dark = darkStretches(path.vertices, least);
   return (

@@ -1,4 +1,5 @@
 // Where along a path too few anchors are in sight.
+import type { Positioning } from "../mission/mission";
 import type { Vertex } from "./path";
 
 export interface Dark {
@@ -7,16 +8,21 @@ export interface Dark {
   readonly fewest: number;
 }
 
-/** The stretches of a path where fewer anchors are in sight than there must be. */
+/** How many anchors a fix needs: one for each unknown of place, one more where a clock is unknown too. */
+export function fixNeeds({ kind, on_surface }: Positioning): number {
+  return (kind === "ranging" ? 3 : 4) - (on_surface ? 1 : 0);
+}
+
+/** The stretches of a path with fewer anchors in sight; a piece between two places is dark when one of its ends is. */
 export function darkStretches(vertices: readonly Vertex[], least: number): readonly Dark[] {
   const found: Dark[] = [];
   let before = false;
-  for (const vertex of vertices) {
-    const dark = vertex.anchor_count < least;
-    const last = before ? found.pop() : undefined;
-    if (last && !dark) found.push(last);
-    else if (dark) found.push({ from: last?.from ?? vertex, to: vertex, fewest: Math.min(last?.fewest ?? Infinity, vertex.anchor_count) });
-    before = dark;
+  for (let at = 1; at < vertices.length; at += 1) {
+    const [from, to] = [vertices[at - 1] as Vertex, vertices[at] as Vertex];
+    const fewest = Math.min(from.anchor_count, to.anchor_count);
+    const last = before && fewest < least ? found.pop() : undefined;
+    before = fewest < least;
+    if (before) found.push({ from: last?.from ?? from, to, fewest: Math.min(last?.fewest ?? Infinity, fewest) });
   }
   return found;
 }
