@@ -164,8 +164,6 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
 def serve(settings: Settings) -> None:
     """Serve HTTP until SIGINT or SIGTERM. Raises AddressError, KeysError, DataFolderError, DataFolderInUseError."""
     set_up_logging(settings.log_format)
-    fits, told = sentence_of_memory(settings, this_machine())
-    logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
     with _listening(settings.host, settings.port) as listener:
         gate = Gate(settings)
         gate.check_off_loopback(listener.getsockname()[0], insecure=settings.insecure)
@@ -173,6 +171,8 @@ def serve(settings: Settings) -> None:
         try:
             # a store that cannot be used ends here with one sentence, within the app with a traceback
             Store(folder.database).close()
+            fits, told = sentence_of_memory(settings, this_machine())
+            logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
             config = uvicorn.Config(
                 create_app(settings, folder, gate),
                 # one event loop everywhere, whatever else is installed
