@@ -34,6 +34,7 @@ NEARLY, NEARLY_MOVING = 4.0, 10.0
 # Where a cause leaves a range as sure as it was said to be, a small one is told too: of so many sigmas of itself, and
 # of so many nats that the ranges become likelier by.
 SMALL_SIGMAS, SMALL_NATS = 6.0, 15.0
+SURE_SIGMAS, SURE_LEFT = 20.0, 0.65  # sigmas of itself, and the share of the misfit that it leaves at most
 SURELY = 1.5  # sigmas of a range: so little is left where a cause explains all
 FEET = 3.28084
 NEAR_FEET = 0.03
@@ -86,6 +87,10 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
     if causes and not level and left_m < SURELY * sigma_m:
         fit, _, sigmas = causes[0]
         explained |= sigmas > SMALL_SIGMAS and plain.misfit(usual_m) - fit.misfit(usual_m) > SMALL_NATS
+    if causes and not level and sense <= HALF and left_m < near_m:
+        # of ranges from several moments the rover's turns leave much with any cause; then how sure it is has to tell
+        fit, _, sigmas = causes[0]
+        explained |= sigmas > SURE_SIGMAS and fit.misfit(usual_m) < SURE_LEFT * plain.misfit(usual_m)
     if explained and causes:
         fit = causes[0][0]
         explained = _lasts(fit, plain, usual_m) and (_fits(fit, usual_m) or _stays(fit, blocks, settings, speed))

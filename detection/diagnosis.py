@@ -32,6 +32,7 @@ Heard = tuple[str, float, float, Places]  # anchor, range, when, where anchors s
 
 NOTABLE_REJECTIONS, FEW_LATE = 0.05, 4  # share and number of late epochs that are no stragglers any more
 BLOCKS = 80
+ABSURD = 1e12  # no range is so long in any unit
 BLOCK_S = 15.0
 
 
@@ -147,7 +148,7 @@ def _heard(note: EpochNote) -> list[Heard]:
     return [
         (one.anchor_id, one.range_m, note.time_s, note.places_m)
         for one in note.measured
-        if one.anchor_id in note.places_m and math.isfinite(one.range_m) and one.range_m > 0.0
+        if one.anchor_id in note.places_m and 0.0 < one.range_m < ABSURD
     ]
 
 
