@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, str] = {
     "detect": "service.cli.detect:detect",
     "log": "service.cli.field.log:log",
     "sites": "service.cli.sites:sites",
+    "bridge": "service.cli.field.bridge:bridge",
     "place": "service.cli.place:place",
     "plan": "service.cli.plan:plan",
     "fly": "service.cli.fly:fly",
@@ -156,7 +157,7 @@ def main(more: Mapping[str, str] | None = None) -> None:
         if not words or words[0] in ("--help", "-h"):
             for name in {**COMMANDS, **(more or {})}:
                 _ = app[name]  # imported, so that the list has what each of them says of itself
-        if not words or words in (["store"], ["ground"], ["keys"]):
+        if not words or words in (["store"], ["ground"], ["keys"], ["bridge"]):
             app.help_print(words)
             code = usage("No command was given; sightline --help lists them.")
         else:

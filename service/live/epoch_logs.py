@@ -21,7 +21,7 @@ from service.files.range_log import Row, read_range_log
 from service.live.request import EpochIn
 from service.parts.sentences import sentence_of
 
-__all__ = ["SUFFIXES", "EpochLog", "epochs_of", "read_epochs"]
+__all__ = ["SUFFIXES", "EpochLog", "epochs_of", "read_epochs", "sum_of"]
 
 SUFFIXES = (".jsonl", ".ndjson")
 
@@ -53,7 +53,7 @@ def _close(epochs: list[RangeEpoch], ranges: Sequence[Row], motions: Sequence[Ro
     later = [row for row in motions if row.time_s > end_s]
     until = [row.motion for row in motions if row.motion is not None and not row.time_s > end_s]
     measured = tuple(row.measured for row in ranges if row.measured is not None)
-    epochs.append(RangeEpoch(end_s, measured, _sum(until)))
+    epochs.append(RangeEpoch(end_s, measured, sum_of(until)))
     return later
 
 
@@ -65,7 +65,7 @@ def _belongs(row: Row, before: Sequence[Row], epoch_s: float) -> bool:
     return 0.0 <= since_s <= epoch_s and row.measured.anchor_id not in known
 
 
-def _sum(motions: Sequence[OdometryIncrement]) -> OdometryIncrement | None:
+def sum_of(motions: Sequence[OdometryIncrement]) -> OdometryIncrement | None:
     """One motion out of several in a row: displacements add up as vectors; what one of them lacks the sum lacks."""
     if not motions:
         return None

@@ -28,6 +28,7 @@ from service.errors import ServiceError
 from service.live.epoch_logs import read_epochs
 from terrain import ElevationGrid, TerrainError, read_dem, write_npz
 from tests.fuzzing.mutations import damaged
+from tests.service.logs.recorded import RECORDED
 from tests.service.skies import almanac
 from tests.terrain.files import UTM_32N, hill, write_asc, write_tif
 from tests.visibility.meshes import box, level
@@ -207,3 +208,15 @@ def test_any_other_damaged_file_is_read_or_refused(tmp_path: Path, little_memory
     (tmp_path / name).write_bytes(whole)
     assert read(tmp_path / name)
     assert read_damaged(tmp_path / name, whole, read) > 0
+
+
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("name", RECORDED)
+def test_a_damaged_recording_is_read_or_refused(
+    tmp_path: Path, little_memory: None, capfd: pytest.CaptureFixture[str], name: str
+) -> None:
+    path = RECORDED[name](tmp_path / "log")
+    path = next(path.glob("*.[dm][bc]*")) if path.is_dir() else path
+    assert read_epochs(path).epochs
+    read_damaged(path, path.read_bytes(), read_epochs)
+    assert capfd.readouterr() == ("", "")

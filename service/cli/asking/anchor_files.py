@@ -21,7 +21,7 @@ from service.parts.sentences import sentence_of
 from .foreign_files import foreign_document, is_foreign
 from .texts import ANCHOR_FORM, anchor_from_text
 
-__all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "tracks_from_file"]
+__all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "ranging_datum", "tracks_from_file"]
 
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine
@@ -168,8 +168,7 @@ def ranging_anchors(
 
     level: heights do not matter. Raises RequestError.
     """
-    asked = [_from_text(text, level) for text in texts]
-    asked += [anchor for path in files for anchor in anchors_from_file(path, level=level)]
+    asked = _asked(texts, files, level)
     if not asked:
         raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,612msl or --anchors FILE.")
     twice = sorted(anchor_id for anchor_id, count in Counter(anchor.id for anchor in asked).items() if count > 1)
@@ -190,6 +189,17 @@ def ranging_anchors(
             f"Anchor {in_degrees[0].id} is in degrees and {metric.id} in metres; a detector takes all in one frame."
         )
     return _in_local_frame(asked, level)
+
+
+def ranging_datum(texts: Sequence[str], files: Sequence[Path], *, level: bool) -> str | None:
+    """What the altitudes of the same anchors count from; None where none says it. Raises RequestError."""
+    named = [anchor.altitude_datum for anchor in _asked(texts, files, level) if anchor.altitude_datum is not None]
+    return named[0] if named else None
+
+
+def _asked(texts: Sequence[str], files: Sequence[Path], level: bool) -> list[AnchorIn]:
+    asked = [_from_text(text, level) for text in texts]
+    return asked + [anchor for path in files for anchor in anchors_from_file(path, level=level)]
 
 
 def _from_text(text: str, level: bool) -> AnchorIn:
@@ -224,7 +234,8 @@ def _in_local_frame(asked: Sequence[AnchorIn], level: bool) -> tuple[list[Rangin
         _made(anchor, east_m, north_m, altitude_m)
         for anchor, (east_m, north_m, _), altitude_m in zip(asked, enu_m.tolist(), ups_m.tolist(), strict=True)
     ]
-    return anchors, {"lon_deg": (lon_deg + 180.0) % 360.0 - 180.0, "lat_deg": lat_deg}
+    place = {"lon_deg": (lon_deg + 180.0) % 360.0 - 180.0, "lat_deg": lat_deg, "up_m": middle.height_m}
+    return anchors, place
 
 
 def _altitude_m(anchor: AnchorIn) -> float:

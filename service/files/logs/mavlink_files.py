@@ -21,6 +21,21 @@ SIGNED, SIGNATURE_BYTES = 1, 13
 NOT_DATA = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "BAD_DATA"}
 
 
+class _QuietReader(DFReader_binary):  # type: ignore[misc] # pymavlink ships no types
+    """Reads without the compiled indexer, which writes a line on the terminal for each broken byte."""
+
+    def __init__(self, filename: str) -> None:
+        try:
+            super().__init__(filename)
+        except BaseException:
+            self.close()
+            raise
+
+    def init_arrays_fast(self, progress_callback: Callable[[int], None] | None = None) -> None:
+        """As where there is no such indexer."""
+        self.init_arrays(progress_callback)
+
+
 def opened(path: Path, kind: str) -> MessageLog:
     """The kinds of messages of a log."""
     if kind == TELEMETRY:
@@ -46,7 +61,7 @@ def _log(path: Path, kind: str, family: str, messages: Callable[[], Iterator[Mes
 
 
 def _dataflash(path: Path, kind: str) -> Iterator[Message]:
-    log = DFReader_text(str(path)) if kind == DATAFLASH_TEXT else DFReader_binary(str(path))
+    log = DFReader_text(str(path)) if kind == DATAFLASH_TEXT else _QuietReader(str(path))
     with log:
         while (message := log.recv_msg()) is not None:
             name = message.get_type()

@@ -39,7 +39,7 @@ PACKET = (0xFD, 0xFE)  # MAVLink 2 and 1, after eight bytes of time
 # what libraries raise for files that are damaged
 DAMAGED: tuple[type[Exception], ...] = (
     ValueError, LookupError, TypeError, AttributeError, ArithmeticError, EOFError, OSError, AssertionError,
-    RuntimeError, struct.error,
+    RuntimeError, struct.error, MemoryError,
 )  # fmt: skip
 
 
@@ -85,7 +85,9 @@ def reading(path: Path, kind: str) -> Iterator[None]:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         try:
             yield
-        except DAMAGED as error:
+        except Exception as error:
+            if not isinstance(error, DAMAGED) and type(error) is not Exception:  # pymavlink raises that itself
+                raise
             raise RequestError(f"The log {path.name} is no whole {kind}: {_one_line(error)}.") from error
 
 

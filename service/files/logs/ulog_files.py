@@ -16,7 +16,8 @@ __all__ = ["opened"]
 
 def opened(path: Path, kind: str) -> MessageLog:
     """The topics of a ULog; instances of one beyond the first are called topic[1], topic[2] …"""
-    log = ULog(str(path))
+    with path.open("rb") as file:
+        log = ULog(file)
     topics = {f"{one.name}[{one.multi_id}]" if one.multi_id else one.name: one for one in log.data_list}
     streams = tuple(
         Stream(name, one.name, len(one.data["timestamp"]), {key: values[0].item() for key, values in one.data.items()})

@@ -42,7 +42,7 @@ BAD_MAPS = {
     "'mile' is no unit": {
         "streams": [{"stream": "a", "role": "ranges", "fields": {"range_m": "r"}, "units": {"range_m": "mile"}}]
     },
-    "time-unit: Input should be 's', 'ms', 'us' or 'ns'": {"time_unit": "h"},
+    "time_unit: Input should be 's', 'ms', 'us' or 'ns'": {"time_unit": "h"},
     "colums: this field is not known here": {"colums": {}},
 }
 

@@ -1,0 +1,307 @@
+"""MAVLink: ranges and motion in; position, occlusions, beacon parameters and targets out, by what pymavlink reads."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pyproj
+import pytest
+from pymavlink.dialects.v20 import all as dialect
+
+from detection import RangingAnchor
+from gnss import Place
+from service.errors import RequestError
+from service.live.bridges.running import mavlink_bridge, site_of
+from service.live.bridges.true_north import GridFrame, LocalFrame, origin_of
+from terrain import ElevationGrid, egm96_height_m
+from tests.service.bridges.running import ANCHORS, PLACES, SETTINGS, Judge, free_port, rover_m, running, site
+from tests.service.bridges.vehicle import BOOT_S, Vehicle, beacons, distances
+
+MIDDLE = {"lon_deg": 10.94, "lat_deg": 46.37, "up_m": 0.0}
+TO_SPHEROID = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
+EARTH = pyproj.Geod(ellps="WGS84")
+
+
+def bridge_at(port, judge=None, where=None, ids=None, drones=None, round_s=0.25, **told):
+    made = where if where is not None else site(MIDDLE)
+    return mavlink_bridge(made, f"tcpin:127.0.0.1:{port}", round_s, judge or Judge(), told, ids or {}, drones or {})
+
+
+def degrees_of(place_m):
+    """(lon, lat) of a place east and north of MIDDLE by the geodesic, without the frame under test."""
+    azimuth_deg, way_m = math.degrees(math.atan2(place_m[0], place_m[1])), math.hypot(*place_m[:2])
+    return EARTH.fwd(MIDDLE["lon_deg"], MIDDLE["lat_deg"], azimuth_deg, way_m)[:2]
+
+
+def test_a_position_goes_back_for_each_epoch_of_beacons():
+    port, judge = free_port(), Judge()
+    where = site(MIDDLE)
+    with running(bridge_at(port, judge, where)):
+        vehicle = Vehicle(port).connect()
+        for second in range(10):
+            vehicle.send(*beacons(second))
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") == 10 and vehicle.count("HEARTBEAT"))
+        vehicle.close()
+    east_m, north_m, up_m = where.origin.at_m
+    for second, told in enumerate(vehicle.told["VISION_POSITION_ESTIMATE"]):
+        at_m = rover_m(second)
+        assert told.usec == round(1e6 * (BOOT_S + second))
+        assert math.hypot(told.x - (at_m[1] - north_m), told.y - (at_m[0] - east_m)) < 0.5
+        assert told.z == pytest.approx(up_m - at_m[2], abs=1.0)
+        variances = np.array(told.covariance)[[0, 6, 11]]
+        assert (variances > 0.0).all()
+        assert (variances < 1.0).all()
+        assert math.isnan(told.covariance[20])
+    assert all(len(asked.epoch.ranges) == 6 for asked, _ in judge.epochs)
+
+
+def test_an_occlusion_is_told_once_in_words():
+    port = free_port()
+    with running(bridge_at(port)):
+        vehicle = Vehicle(port).connect()
+        for second in range(20):
+            vehicle.send(*beacons(second, hidden=("4",) if second >= 8 else ()))
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") == 20)
+        vehicle.close()
+    (text,) = (told for told in vehicle.told["STATUSTEXT"] if told.text.startswith("4 "))
+    assert text.severity == dialect.MAV_SEVERITY_WARNING
+    assert text.text.startswith("4 occluded +")
+    assert float(text.text.split()[2]) == pytest.approx(6.0, abs=0.5)
+
+
+def test_ranges_of_distance_sensors_are_taken_until_beacons_come():
+    port, judge = free_port(), Judge()
+    with running(bridge_at(port, judge)):
+        vehicle = Vehicle(port).connect()
+        altimeter = dialect.MAVLink_distance_sensor_message(1, 10, 5000, 321, 0, 9, 25, 255)
+        for second in range(3):
+            vehicle.send(altimeter, *distances(second))
+        for second in range(3, 6):
+            vehicle.send(*distances(second), *beacons(second))
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") >= 6)
+        vehicle.close()
+    used = [(asked.key, len(result.verdicts)) for asked, result in judge.epochs if result.rejection is None]
+    assert [ranges for _, ranges in used] == [6] * 6
+    assert [key for key, _ in used] == pytest.approx([BOOT_S + second for second in range(6)])
+
+
+def test_motion_comes_from_the_best_message_that_is_sent():
+    port, judge = free_port(), Judge()
+    with running(bridge_at(port, judge)):
+        vehicle = Vehicle(port).connect()
+        for second in range(8):
+            boot_ms = round(1000.0 * (BOOT_S + second))
+            north_m, east_m = 5.0 * second, 5.0 * second
+            vehicle.send(dialect.MAVLink_local_position_ned_message(boot_ms, north_m, east_m, 0.0, 0.0, 0.0, 0.0))
+            vehicle.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, math.radians(90.0), 0.0, 0.0, 0.0))
+            if second >= 4:
+                ways_m = [1.0 * second, 1.2 * second, *14 * [0.0]]
+                vehicle.send(dialect.MAVLink_wheel_distance_message(1000 * boot_ms, 2, ways_m))
+            vehicle.send(*beacons(second))
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") == 8)
+        vehicle.close()
+    motions = [asked.epoch.odometry for asked, _ in judge.epochs]
+    assert motions[0] is None
+    for motion in motions[1:4]:
+        assert motion.duration_s == pytest.approx(1.0)
+        assert math.hypot(*motion.wheel_m) == pytest.approx(math.hypot(5.0, 5.0))
+        assert motion.heading_rad == pytest.approx(math.radians(45.0))
+    for motion in motions[5:]:
+        assert math.hypot(*motion.wheel_m) == pytest.approx(1.1)
+        assert motion.heading_rad == pytest.approx(math.radians(90.0))
+
+
+def test_beacon_parameters_are_sent_until_the_vehicle_says_it_has_them():
+    port = free_port()
+    where = site(MIDDLE)
+    with running(bridge_at(port, where=where, beacons=True, origin=True)):
+        vehicle = Vehicle(port).connect()
+        vehicle.until(lambda: vehicle.count("HEARTBEAT") >= 2)
+        assert not {"PARAM_SET", "SET_GPS_GLOBAL_ORIGIN"} & vehicle.told.keys(), "nobody is there yet"
+        vehicle.send(dialect.MAVLink_heartbeat_message(10, 3, 0, 0, 4, 3))
+        vehicle.until(lambda: vehicle.count("PARAM_SET") >= 8)  # nothing was confirmed, so they come again
+        origin = vehicle.told["SET_GPS_GLOBAL_ORIGIN"][0]
+        vehicle.send(dialect.MAVLink_gps_global_origin_message(origin.latitude, origin.longitude, origin.altitude))
+        wanted = {told.param_id: told.param_value for told in vehicle.told["PARAM_SET"]}
+        for name, value in wanted.items():
+            vehicle.send(dialect.MAVLink_param_value_message(name.encode(), value, 9, 4, 0))
+        beats = vehicle.count("HEARTBEAT")
+        vehicle.until(lambda: vehicle.count("HEARTBEAT") > beats + 1)
+        before = vehicle.count("PARAM_SET"), vehicle.count("SET_GPS_GLOBAL_ORIGIN")
+        vehicle.until(lambda: vehicle.count("HEARTBEAT") > beats + 3)
+        vehicle.close()
+    assert (vehicle.count("PARAM_SET"), vehicle.count("SET_GPS_GLOBAL_ORIGIN")) == before
+    assert wanted["BCN_ORIENT_YAW"] == 0.0
+    # what 32 bits hold is what offsets are counted from
+    assert (wanted["BCN_LATITUDE"], wanted["BCN_LONGITUDE"]) == (where.origin.lat_deg, where.origin.lon_deg)
+    assert origin.latitude == round(1e7 * wanted["BCN_LATITUDE"])
+
+
+# the anchors of a placement over a UTM grid whose north is 1.42 degrees off the meridian: id, lon, lat, east, north
+GRID = [
+    ("P1", 10.955655699816226, 46.38076139224386),
+    ("P2", 10.939295440313531, 46.359440111431056),
+    ("P3", 10.954500135325011, 46.34838111655986),
+    ("P4", 10.940442461324622, 46.39182061694004),
+]
+
+
+def test_offsets_from_a_grid_are_turned_to_true_north():
+    to_grid = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True)
+    places = {name: to_grid.transform(lon_deg, lat_deg) for name, lon_deg, lat_deg in GRID}
+    anchors = [RangingAnchor(name, *places[name], 1100.0) for name in places]
+    east_m, north_m = places["P2"]
+    grid = ElevationGrid(np.zeros((2, 2), np.float32), 5000.0, 5000.0, east_m, north_m + 4000.0, crs="EPSG:32632")
+    origin = origin_of(GridFrame(grid), anchors, ellipsoid=False)
+    for name, lon_deg, lat_deg in GRID:
+        azimuth_deg, _, way_m = EARTH.inv(origin.lon_deg, origin.lat_deg, lon_deg, lat_deg)
+        told_m = origin.ned_m((*places[name], 1100.0))
+        true_m = way_m * math.cos(math.radians(azimuth_deg)), way_m * math.sin(math.radians(azimuth_deg))
+        assert math.dist(told_m[:2], true_m) < 0.01
+        along_grid_m = places[name][1] - origin.at_m[1], places[name][0] - origin.at_m[0]
+        assert math.dist(along_grid_m, true_m) > 15.0, "so far off it is without"
+    # sigma along the grid's east is told along where that lies
+    covariance = origin.ned_covariance_m2(np.diag([4.0, 1.0, 9.0]))
+    turn_rad = origin.frame.turn_rad()
+    assert math.degrees(turn_rad) == pytest.approx(1.42, abs=0.03)
+    along_east = np.array([-math.sin(turn_rad), math.cos(turn_rad), 0.0])
+    assert along_east @ covariance @ along_east == pytest.approx(4.0)
+    assert covariance[2, 2] == pytest.approx(9.0)
+
+
+def test_degrees_come_back_as_they_were_given():
+    frame = LocalFrame(Place(10.94, 46.37, 1000.0))
+    for lon_deg, lat_deg, altitude_m in ((10.95, 46.38, 1200.0), (10.90, 46.36, 900.0)):
+        place_m = frame.place(lon_deg, lat_deg, altitude_m)
+        assert frame.degrees(*place_m) == pytest.approx((lon_deg, lat_deg), abs=1e-9)
+
+
+def test_a_position_goes_out_as_gps_above_the_sea():
+    port = free_port()
+    geoid_m = float(egm96_height_m([MIDDLE["lon_deg"]], [MIDDLE["lat_deg"]])[0])
+    assert geoid_m > 40.0
+    with running(bridge_at(port, where=site(MIDDLE, datum="hae"), position="gps")):
+        vehicle = Vehicle(port).connect()
+        vehicle.send(*beacons(0))
+        vehicle.until(lambda: vehicle.count("GPS_INPUT") == 1)
+        vehicle.close()
+    (told,) = vehicle.told["GPS_INPUT"]
+    lon_deg, lat_deg = degrees_of(rover_m(0))
+    assert EARTH.inv(1e-7 * told.lon, 1e-7 * told.lat, lon_deg, lat_deg)[2] < 0.5
+    assert told.alt == pytest.approx(rover_m(0)[2] - geoid_m, abs=1.0)
+    assert 0.0 < told.horiz_accuracy < 1.0
+    assert told.fix_type == 3
+
+
+def test_anchors_are_shown_as_targets():
+    port = free_port()
+    with running(bridge_at(port, targets=True)):
+        vehicle = Vehicle(port).connect()
+        vehicle.until(lambda: vehicle.count("ADSB_VEHICLE") >= 6)
+        vehicle.close()
+    targets = {told.callsign: told for told in vehicle.told["ADSB_VEHICLE"]}
+    assert targets.keys() == PLACES.keys()
+    assert len({told.ICAO_address for told in targets.values()}) == 6
+    for name, told in targets.items():
+        assert EARTH.inv(1e-7 * told.lon, 1e-7 * told.lat, *degrees_of(PLACES[name]))[2] < 0.05
+        assert 1e-3 * told.altitude == pytest.approx(PLACES[name][2], abs=0.01)
+
+
+@pytest.mark.parametrize("way", ["a drone says where it is", "a beacon says where it is"])
+def test_an_anchor_that_flies_is_followed(way):
+    port, judge = free_port(), Judge()
+    moved_m = (PLACES["4"][0] + 40.0, PLACES["4"][1] - 30.0, PLACES["4"][2])
+    with running(bridge_at(port, judge, drones={44: "4"})):
+        vehicle = Vehicle(port).connect()
+        vehicle.send(*beacons(0))
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") == 1)
+        lon_deg, lat_deg = degrees_of(moved_m)
+        if way == "a drone says where it is":
+            drone = Vehicle(port, system=44).connect()
+            millimetres = round(1000.0 * moved_m[2])
+            drone.send(
+                dialect.MAVLink_global_position_int_message(
+                    1, round(1e7 * lat_deg), round(1e7 * lon_deg), millimetres, 0, 0, 0, 0, 0
+                )
+            )
+            vehicle.until(lambda: drone.hear() or True)
+            drone.close()
+            vehicle.send(*beacons(1))
+        else:
+            told = {name: (*degrees_of(place), place[2]) for name, place in PLACES.items()}
+            vehicle.send(*beacons(1, places={**told, "4": (lon_deg, lat_deg, moved_m[2])}))
+        vehicle.until(lambda: len(judge.epochs) == 2)
+        vehicle.close()
+    (anchor,) = judge.epochs[1][0].epoch.moved
+    assert anchor.id == "4"
+    assert math.dist((anchor.east_m, anchor.north_m, anchor.altitude_m), moved_m) < 0.1
+
+
+def drive(port, count, cuts, hear):
+    """A vehicle that sends an epoch until a position of that time comes; broken bytes between, links cut."""
+    draw = random.Random(7)
+    cut_after = set(draw.sample(range(1, count), cuts))
+    vehicle = Vehicle(port).connect()
+    connections, second = 1, 0
+    acknowledged = set()
+    while second < count:
+        data = vehicle.packed(*beacons(second, hidden=("4",) if second % 60 > 40 else ()))
+        if second % 5 == 0:
+            data = draw.randbytes(draw.randrange(1, 80)) + data
+        if second in cut_after:
+            cut_after.discard(second)
+            vehicle.line.sendall(data[: draw.choice([len(data) // 2, len(data)])])
+            vehicle.close()
+            vehicle.connect()
+            connections += 1
+            continue
+        vehicle.line.sendall(data)
+        hear(vehicle, second, acknowledged, data)
+        second += 1
+    vehicle.close()
+    return acknowledged, connections
+
+
+def heard(vehicle, second, acknowledged, data):
+    """Waits for the answer; sends again what garbage before it has swallowed."""
+    usec = round(1e6 * (BOOT_S + second))
+    tries = 0
+    while second not in acknowledged:
+        tries += 1
+        assert tries < 2000
+        if tries % 100 == 0:
+            vehicle.line.sendall(data)
+        vehicle.hear()
+        acknowledged.update(second for told in vehicle.told.pop("VISION_POSITION_ESTIMATE", ()) if told.usec == usec)
+
+
+def test_nothing_acknowledged_is_lost_while_the_link_is_cut_and_garbled():
+    port, judge = free_port(), Judge()
+    bridge = bridge_at(port, judge)
+    with running(bridge):
+        acknowledged, connections = drive(port, 240, 20, heard)
+    assert connections == 21
+    assert acknowledged == set(range(240))
+    judged = {round(asked.key - BOOT_S) for asked, result in judge.epochs if result.rejection is None}
+    assert acknowledged <= judged
+    assert bridge.bad > 500
+    assert bridge.counts.lost == bridge.link_counts.unsent == 0
+
+
+def test_an_anchor_that_is_none_is_refused():
+    with pytest.raises(RequestError, match="There is no anchor 'D9'"):
+        bridge_at(free_port(), ids={"7": "D9"})
+
+
+def test_anchors_of_nowhere_send_positions_alone():
+    port = free_port()
+    nowhere = site_of(ANCHORS, SETTINGS, None, None, None, None)
+    assert "north is taken for true north" in nowhere.told[0]
+    with running(bridge_at(port, where=nowhere, targets=True, beacons=True, origin=True)):
+        vehicle = Vehicle(port).connect()
+        vehicle.send(*beacons(0))
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") == 1 and vehicle.count("HEARTBEAT") > 1)
+        vehicle.close()
+    assert not {"ADSB_VEHICLE", "PARAM_SET", "SET_GPS_GLOBAL_ORIGIN"} & vehicle.told.keys()
