@@ -1,9 +1,10 @@
-"""A dashboard in the terminal: watches a session of the service, whoever feeds it, and shows the last word on each anchor.
+"""A dashboard in the terminal: watches a session of the service, whoever feeds it, and shows the word on each anchor.
 
-    python examples/dashboard.py http://127.0.0.1:8000 DETECTOR_ID [EPOCHS]
+python examples/dashboard.py http://127.0.0.1:8000 DETECTOR_ID [EPOCHS]
 """
 
 import json
+import os
 import sys
 from itertools import count, islice
 
@@ -15,9 +16,11 @@ COLOURS = {"clear": "\033[32m", "occluded": "\033[31m", "too short": "\033[35m",
 
 def main(url: str, detector_id: str, epochs: int | None = None) -> None:
     """Show so many epochs, or all there will be."""
-    with httpx.Client(base_url=url, trust_env=False) as http:
+    headers = {"Authorization": f"Bearer {key}"} if (key := os.environ.get("SIGHTLINE_KEY")) else {}
+    with httpx.Client(base_url=url, trust_env=False, headers=headers) as http:
         links = http.get(f"/detectors/{detector_id}").raise_for_status().json()["links"]
-    with connect(f"{url.replace('http', 'ws', 1)}{links['stream']}?watch=true", proxy=None) as stream:
+    address = f"{url.replace('http', 'ws', 1)}{links['stream']}?watch=true"
+    with connect(address, proxy=None, additional_headers=headers) as stream:
         print("watching", detector_id, flush=True)
         for _ in islice(count(), epochs):
             answer = json.loads(stream.recv())

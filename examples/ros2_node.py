@@ -2,13 +2,15 @@
 
     python examples/ros2_node.py http://127.0.0.1:8000 DETECTOR_ID
 
-It subscribes to sensor_msgs/Range on /uwb/ID/range for each anchor of the session (or reads the id from frame_id) and to
-nav_msgs/Odometry on /odom; it publishes geometry_msgs/PoseWithCovarianceStamped on /sightline/pose and std_msgs/String
-on /sightline/verdicts. What is sent and answered is told in docs/detection-service.md; rclpy comes with ROS.
+It subscribes to sensor_msgs/Range on /uwb/ID/range for each anchor of the session (the id is the frame_id, if there is
+one) and to nav_msgs/Odometry on /odom. It publishes geometry_msgs/PoseWithCovarianceStamped on /sightline/pose and
+std_msgs/String on /sightline/verdicts. What is sent and answered is told in docs/detection-service.md; rclpy comes with
+ROS.
 """
 
 import json
 import math
+import os
 import sys
 from collections.abc import Iterable
 
@@ -75,8 +77,11 @@ def main(url: str, detector_id: str) -> None:
     from std_msgs.msg import String
     from websockets.sync.client import connect
 
-    session = httpx.get(f"{url}/detectors/{detector_id}", trust_env=False).raise_for_status().json()
-    stream = connect(url.replace("http", "ws", 1) + session["links"]["stream"], proxy=None)
+    headers = {"Authorization": f"Bearer {key}"} if (key := os.environ.get("SIGHTLINE_KEY")) else {}
+    got = httpx.get(f"{url}/detectors/{detector_id}", trust_env=False, headers=headers)
+    session = got.raise_for_status().json()
+    address = url.replace("http", "ws", 1) + session["links"]["stream"]
+    stream = connect(address, proxy=None, additional_headers=headers)
     rclpy.init()
     node = Node("sightline")
     poses = node.create_publisher(PoseWithCovarianceStamped, "/sightline/pose", 10)
