@@ -99,7 +99,7 @@ def _json_entries(path: Path) -> list[tuple[str, object]]:
         return [
             (f"{name}, feature {number}", _fields_of(name, number, shape)) for number, shape in enumerate(shapes, 1)
         ]
-    entries = document.get("anchors") if isinstance(document, dict) else document
+    entries = _listed_anchors(document)
     if not isinstance(entries, list):
         raise RequestError(
             f"The anchors file {name} must hold a list of anchors, an object with a list 'anchors', or a GeoJSON "
@@ -115,6 +115,29 @@ def _foreign_entries(path: Path) -> list[tuple[str, object]]:
         (f"{path.name}, point {number}", _fields_of(path.name, number, shape))
         for number, shape in enumerate(shapes_of(document, called), 1)
     ]
+
+
+def _listed_anchors(document: JsonValue) -> JsonValue:
+    """The anchors of a list, a request, a mission, or an answer of ours, which tells more of each than was asked."""
+    if not isinstance(document, dict):
+        return document
+    placed, asked = document.get("placed"), document.get("anchors")
+    if "timing" not in document and "format" not in document:
+        return asked
+    entries = placed if isinstance(placed, list) else asked
+    return [_as_asked(one) for one in entries] if isinstance(entries, list) else entries
+
+
+def _as_asked(told: JsonValue) -> JsonValue:
+    """Of what an answer or a mission tells of an anchor the fields of a request; of two heights the altitude."""
+    if not isinstance(told, dict):
+        return told
+    fields = {name: value for name, value in told.items() if name in FIELDS and value is not None}
+    if isinstance(height_from := told.get("height_from"), str):
+        fields[height_from] = told.get("height_m")
+    if "altitude_m" in fields:
+        fields.pop("above_ground_m", None)
+    return fields
 
 
 def _fields_of(name: str, number: int, shape: GeoJsonShape) -> dict[str, object]:
