@@ -113,7 +113,9 @@ def test_the_node_says_in_ros_what_the_stream_answers(tmp_path: Path) -> None:
         answer["position"]["altitude_m"],
     )
     assert np.array_equal(back.covariance.reshape(6, 6)[:3, :3], answer["position"]["covariance_m2"])
-    assert json.loads(node.verdicts_of(answer)) == {"planning": "checked", "excluded": [], "excess_m": {}}
+    (hidden,) = (one for one in answer["verdicts"] if one["occluded"])
+    said = {"planning": "degraded", "excluded": ["D4"], "excess_m": {"D4": hidden["excess_m"]}}
+    assert json.loads(node.verdicts_of(answer)) == said
     assert node.pose_of({**answer, "position": None}) is None
 
 
@@ -138,5 +140,6 @@ def test_the_dashboard_shows_what_another_client_sends(tmp_path: Path) -> None:
             watching.kill()
     assert (watching.returncode, problems) == (0, "")
     assert len(said.splitlines()) == 3
-    assert "checked" in said
-    assert all(f"\033[32m{anchor['id']} " in said for anchor in ANCHORS)
+    assert said.count("degraded") == 3
+    assert said.count("\033[31mD4 ") == 3, "occluded is red"
+    assert all(f"\033[32m{anchor['id']} " in said for anchor in ANCHORS if anchor["id"] != "D4")

@@ -8,7 +8,7 @@ from service.cli.asking.anchor_files import anchors_from_file
 from service.cli.asking.path_files import path_fields, polygon_fields
 from service.cli.asking.texts import anchor_from_text
 from service.errors import RequestError
-from service.missions.document import Mission
+from service.missions.document import MissionIn
 from service.parts.anchors import AnchorIn
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products.visibility import VISIBILITY_MAP
@@ -60,6 +60,9 @@ def test_anchors_of_a_result_can_be_the_next_input(tmp_path, crs):
         assert anchor.altitude_m == original.altitude_m
 
 
+GROUND = {"dem_id": "0" * 32, "name": "valley.npz", "sha256": "0f3c2d"}
+
+
 def test_anchors_of_an_answer_and_of_a_mission_can_be_the_next_input(tmp_path):
     finished = small_map("EPSG:32611")
     (tmp_path / "visibility.json").write_text(finished.answer.model_dump_json())
@@ -73,7 +76,9 @@ def test_anchors_of_an_answer_and_of_a_mission_can_be_the_next_input(tmp_path):
         {"id": "D2", "east_m": -3.5, "north_m": 4e3, "kind": "mast", "height_m": 612.0, "height_from": "altitude_m",
          "azimuth_from_deg": 350.0, "azimuth_to_deg": 90.0, "ranging_sigma_m": 0.1},
     ]  # fmt: skip
-    (tmp_path / "mission.json").write_text(Mission.model_validate({"anchors": anchors}).model_dump_json())
+    (tmp_path / "mission.json").write_text(
+        MissionIn.model_validate({"ground": GROUND, "anchors": anchors}).model_dump_json()
+    )
     assert anchors_from_file(tmp_path / "mission.json") == [
         one.model_copy(update={"ranging_sigma_m": 0.1}) for one in (D1, D2)
     ]

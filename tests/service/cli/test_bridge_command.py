@@ -53,13 +53,12 @@ BAD_LINES = [
     (["lines", "tcp:nowhere", *TEXTS], "is no address of a link: take udp:HOST:PORT"),
     (["lines", ADDRESS], "At least one anchor is needed"),
     (["lines", ADDRESS, *TEXTS, "--round", "0"], "--round must be a number of seconds > 0"),
-    (["lines", ADDRESS, *TEXTS, "--crs", "EPSG:4326"], "metric"),
+    (["lines", ADDRESS, *TEXTS, "--crs", "EPSG:4326"], "a grid needs metres east and north"),
     (["mavlink", ADDRESS, *TEXTS, "--beacon", "7"], "--beacon '7' is not of the form NUMBER=ID"),
     (["mavlink", ADDRESS, *TEXTS, "--beacon", "7=D9"], "There is no anchor 'D9'"),
     (["mavlink", ADDRESS, *TEXTS, "--drone", "x=1"], "--drone takes the number of a MAVLink system"),
     (["mavlink", ADDRESS, *TEXTS, "--position", "pigeon"], "'pigeon' is not one of"),
     (["pigeon", ADDRESS], "No such command: pigeon"),
-    ([], "No command was given"),
 ]
 
 
