@@ -132,7 +132,7 @@ def _as_asked(told: JsonValue) -> JsonValue:
     """Of what an answer or a mission tells of an anchor the fields of a request; of two heights the altitude."""
     if not isinstance(told, dict):
         return told
-    fields = {name: value for name, value in told.items() if name in FIELDS and value is not None}
+    fields: dict[str, JsonValue] = {name: told[name] for name in told if name in FIELDS and told[name] is not None}
     if isinstance(height_from := told.get("height_from"), str):
         fields[height_from] = told.get("height_m")
     if "altitude_m" in fields:

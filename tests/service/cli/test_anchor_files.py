@@ -76,9 +76,8 @@ def test_anchors_of_an_answer_and_of_a_mission_can_be_the_next_input(tmp_path):
         {"id": "D2", "east_m": -3.5, "north_m": 4e3, "kind": "mast", "height_m": 612.0, "height_from": "altitude_m",
          "azimuth_from_deg": 350.0, "azimuth_to_deg": 90.0, "ranging_sigma_m": 0.1},
     ]  # fmt: skip
-    (tmp_path / "mission.json").write_text(
-        MissionIn.model_validate({"ground": GROUND, "anchors": anchors}).model_dump_json()
-    )
+    mission = MissionIn.model_validate({"ground": GROUND, "anchors": anchors})
+    (tmp_path / "mission.json").write_text(mission.model_dump_json())
     assert anchors_from_file(tmp_path / "mission.json") == [
         one.model_copy(update={"ranging_sigma_m": 0.1}) for one in (D1, D2)
     ]
