@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -123,7 +123,7 @@ def leapfrog(
         raise PlacementError(f"stretch_m and rover_m_per_s must be > 0, not {stretch_m} and {rover_m_per_s}.")
     check_anchors(grid, anchors)
     rules, flight = rules or PlacementRules(), flight or Flight()
-    options = sight or SightOptions()
+    options = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
     path = np.asarray(path_m, np.float64)
     length_m = path_length_m(path)
     edges_m = np.linspace(0.0, length_m, max(math.ceil(length_m / stretch_m - 1e-9), 1) + 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -62,7 +62,8 @@ def plan_repositioning(
 
     Arguments as for those. Raises PlacementError, AnchorError.
     """
-    path, sight = np.asarray(path_m, np.float64), sight or SightOptions()
+    path, rules = np.asarray(path_m, np.float64), rules or PlacementRules()
+    sight = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
     if stretch_m is None:
         one = reposition(
             grid, anchors, path, goal, occluded=occluded, movable=movable, share=share, above_ground_m=above_ground_m,

@@ -209,3 +209,13 @@ def test_a_flight_that_cannot_be_flown_is_refused() -> None:
         Flight(speed_m_per_s=0.0)
     with pytest.raises(PlacementError, match="clearance_m"):
         replace(Flight(), max_flight_m=0.0)
+
+
+@pytest.mark.parametrize("stretch_m", [None, 1250.0])
+def test_no_range_is_measured_beyond_its_limit_in_one_move_or_many(stretch_m: float | None) -> None:
+    level = ElevationGrid(np.zeros((60, 60), np.float32), 50.0, 50.0)
+    anchors = [Anchor(f"D{n}", 100.0 + 700.0 * n, -1500.0, 80.0) for n in range(4)]
+    path_m, rules = [(200.0, -1500.0), (2700.0, -1500.0)], PlacementRules(max_range_m=600.0)
+    plan = plan_repositioning(level, anchors, path_m, Goal(min_anchors=2), rules=rules, movable=[], stretch_m=stretch_m)
+    assert plan.schedule.share_unmoved == pytest.approx(0.6, abs=0.05)
+    assert plan.good[:, 0].mean() == pytest.approx(plan.schedule.share_unmoved, abs=0.05)
