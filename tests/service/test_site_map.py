@@ -50,7 +50,7 @@ def test_in_an_area_the_same_is_told_and_sites_stand_there() -> None:
         AREA["west_m"] <= site.east_m <= AREA["east_m"] and AREA["south_m"] <= site.north_m <= AREA["north_m"]
         for site in part.answer.sites
     )
-    assert any("is of an area" in warning for warning in part.answer.warnings)
+    assert any("is for an area of" in warning for warning in part.answer.warnings)
 
 
 def test_only_the_target_area_counts() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +48,22 @@ class SiteMap:
         """(rows, cols) float32: part of the target ground surely in sight, 0..1; NaN over unknown ground."""
         share: Floats = self.seen_m2 / np.float32(self.target_m2)
         return share
+
+    @property
+    def undecided_share(self) -> Floats:
+        """(rows, cols) float32: part of it in sight only if unknown ground hides nothing, 0..1; NaN likewise."""
+        share: Floats = self.undecided_m2 / np.float32(self.target_m2)
+        return share
+
+    def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> SiteMap:
+        """The sites of a box of posts, both ends within it; what they see stays that of the whole ground."""
+        box = (slice(first_row, last_row + 1), slice(first_col, last_col + 1))
+        return replace(
+            self,
+            grid=self.grid.window(first_row, last_row, first_col, last_col),
+            seen_m2=np.ascontiguousarray(self.seen_m2[box]),
+            undecided_m2=np.ascontiguousarray(self.undecided_m2[box]),
+        )
 
 
 def site_map(

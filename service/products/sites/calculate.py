@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib.metadata
 import math
 from dataclasses import dataclass
@@ -93,15 +92,13 @@ def calculate_site_map(grid: ElevationGrid, parameters: SiteMapParameters, work:
         )
 
     sees, seen = looked(heights_m, target.over_all(), 0.0), looked(heights_m[::-1], area.over_all(), 0.5)
-    box = area.box
-    boxed = dataclasses.replace(
-        sees, grid=box, seen_m2=area.cut(sees.seen_m2), undecided_m2=area.cut(sees.undecided_m2)
-    )
+    sees, seen = sees.window(*area.window), seen.window(*area.window)
+    box = sees.grid
     apart_m = parameters.min_separation_m
     if apart_m is None:
         apart_m = 0.1 * min(box.rows * box.cell_north_m, box.cols * box.cell_east_m)
     known = area.known()
-    named = best_sites(boxed, parameters.sites, apart_m, known) if parameters.sites else ()
+    named = best_sites(sees, parameters.sites, apart_m, known) if parameters.sites else ()
     sites = [
         SiteOut(
             id=f"S{number}",
@@ -113,7 +110,7 @@ def calculate_site_map(grid: ElevationGrid, parameters: SiteMapParameters, work:
         )
         for number, site in enumerate(named, start=1)
     ]
-    share = boxed.seen_share
+    share = sees.seen_share
     quantiles = {**QUANTILES, "most": 1.0}
     answer = SiteMapSummary(
         version=importlib.metadata.version("sightline"),
@@ -140,9 +137,9 @@ def calculate_site_map(grid: ElevationGrid, parameters: SiteMapParameters, work:
         parameters,
         answer,
         share,
-        boxed.undecided_m2 / np.float32(sees.target_m2),
-        area.cut(seen.seen_share),
-        area.cut(np.divide(seen.undecided_m2, seen.target_m2, dtype=np.float32)),
+        sees.undecided_share,
+        seen.seen_share,
+        seen.undecided_share,
     )
 
 

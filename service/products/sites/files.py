@@ -93,6 +93,13 @@ LAYERS = (
         PNG,
         "The same as pixels to lay over a map, clear where no ground is known.",
         partial(_write_picture, what="overlay"),
+        for_screens=True,
     ),
-    Layer("legend.json", JSON, "Classes of both with colour and posts.", partial(_write_picture, what="legend")),
+    Layer(
+        "legend.json",
+        JSON,
+        "Classes of both with colour and posts.",
+        partial(_write_picture, what="legend"),
+        for_screens=True,
+    ),
 )

@@ -10,7 +10,7 @@ def test_named_sites_are_the_next_commands_anchors(sightline, dem_file, tmp_path
     words = ("--height", 30, "--count", 3, "--separation", 150, "--directions", 32, "--out", out)
     told = sightline("sites", dem_file, *words, "--json").told()
     names = {path.name for path in out.iterdir()}
-    rasters, pictures = {"seen.tif", "seen_from.tif"}, {"map.png", "overlay.png", "legend.json"}
+    rasters, pictures = {"seen.tif", "seen_from.tif"}, {"map.png"}
     assert names == {"sites.json", "sites.csv", "sites.geojson"} | rasters | pictures
     seen = sightline("visibility", dem_file, "--anchors", out / "sites.csv", "--json").told()
     assert [anchor["id"] for anchor in seen["anchors"]] == [site["id"] for site in told["sites"]] == ["S1", "S2", "S3"]
