@@ -195,6 +195,18 @@ class Settings(BaseSettings):
     max_pairs: int = Field(default=100_000, ge=1, description="Point pairs in one lines-of-sight request.")
     max_path_points: int = Field(default=100_000, ge=1, description="Points of one path of safety bubbles.")
     max_queued_jobs: int = Field(default=256, ge=1, description="Jobs that wait for a worker.")
+    max_tenant_queued_jobs: int = Field(
+        default=64, ge=1, description="Jobs of one tenant that wait or run, where keys are demanded."
+    )
+    max_tenant_calculation_s_per_hour: float | None = Field(
+        default=None, gt=0.0, description="Seconds of calculation that one tenant may use in an hour; none unless set."
+    )
+    max_tenant_storage_bytes: int | None = Field(
+        default=None, ge=1, description="Bytes of DEMs and results that one tenant may keep; none unless set."
+    )
+    max_tenant_detectors: int = Field(
+        default=50, ge=0, description="Detector sessions of one tenant, where keys are demanded."
+    )
     max_job_s: float = Field(default=900.0, gt=0.0, description="Seconds that one calculation may run.")
     max_file_task_s: float = Field(
         default=120.0, gt=0.0, description="Seconds that reading a DEM or drawing a layer may take."

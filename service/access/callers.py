@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import re
+from contextvars import ContextVar
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["DEFAULT_TENANT", "LOCAL", "TENANT", "Caller", "Scope"]
+__all__ = [
+    "CALLER",
+    "DEFAULT_TENANT",
+    "LOCAL",
+    "NOBODY",
+    "TENANT",
+    "Caller",
+    "Scope",
+    "acting_client",
+    "acting_tenant",
+    "seen_tenant",
+]
 
 DEFAULT_TENANT = "default"
 TENANT = re.compile(r"[a-z0-9][a-z0-9._-]{0,62}")
@@ -29,13 +41,14 @@ class Scope(StrEnum):
 class Caller:
     """Whose the request is, under which name, and what it may do.
 
-    key_id: of the key that it came with, empty where it came without one.
+    key_id: of the key that it came with, empty where it came without one. address: where no keys are demanded, whence.
     """
 
     tenant: str
     name: str
     scopes: tuple[Scope, ...]
     key_id: str = ""
+    address: str = ""
 
     def may(self, needed: Scope) -> bool:
         """Whether one of its scopes is enough."""
@@ -44,3 +57,25 @@ class Caller:
 
 # whoever asks a service that demands no keys
 LOCAL = Caller(DEFAULT_TENANT, "local", tuple(Scope))
+# whoever asks without a key for what is open to all
+NOBODY = Caller("", "nobody", ())
+# Whose request is being handled. What keeps things looks here, so that no route can forget to ask whose they are;
+# where no request is handled (at the start, in jobs, at the command line) it is None, and everything is seen.
+CALLER: ContextVar[Caller | None] = ContextVar("caller", default=None)
+
+
+def seen_tenant() -> str | None:
+    """The tenant whose things may be seen now; None: those of all."""
+    caller = CALLER.get()
+    return None if caller is None else caller.tenant
+
+
+def acting_client() -> str:
+    """Among whom work is shared out now: tenants, or addresses where no keys are demanded; empty for no request."""
+    caller = CALLER.get()
+    return "" if caller is None else caller.address or caller.tenant
+
+
+def acting_tenant() -> str:
+    """The tenant whose is what is made now."""
+    return seen_tenant() or DEFAULT_TENANT

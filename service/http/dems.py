@@ -16,12 +16,14 @@ from fastapi.responses import FileResponse
 from pydantic import JsonValue
 
 from dem_samples import sample_manifest
+from service.access.callers import acting_tenant
 from service.errors import BusyError, NotFoundError, RequestError
 from service.ground.coverage import Coverage
 from service.ground.levels import Levels, levels_of
 from service.ground.request import GroundIn
 from service.jobs.channel import BodyArguments, ReadDemArguments, ReadingOptions
 from service.jobs.folder import move_into_place
+from service.jobs.marker import write_owner
 from service.jobs.pool import Lane
 from service.jobs.records import DemRecord
 from service.jobs.recovery import note_dem
@@ -264,17 +266,20 @@ async def keep_dem(
     service: Service, dem_id: str, name: str, task: str, arguments: Mapping[str, object], file_bytes: int | None
 ) -> tuple[DemRecord, bool]:
     """The DEM of that id, read now unless it is there already, and whether it is new."""
+    dem_id = await service.supervisor.in_store(service.store.own_id, dem_id)
     known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
     # its files may have been lost; then they are read again
     if known is not None and service.folder.dem(dem_id).is_dir():
         return known, False
     service.supervisor.space.refuse_when_low()
+    await service.supervisor.in_store(service.supervisor.quotas.refuse_storage)
     token = uuid.uuid4().hex
     summary = dict(cast(Mapping[str, JsonValue], await service.supervisor.ask(task, arguments, token)))
     called = str(summary.pop("name", name))
-    dem = DemRecord(dem_id, called, time.time(), {**summary, "file_bytes": file_bytes})
+    dem = DemRecord(dem_id, called, time.time(), {**summary, "file_bytes": file_bytes}, acting_tenant())
 
     def keep() -> DemRecord:
+        write_owner(service.folder.work(token), service.store.salt(dem.tenant))
         move_into_place(service.folder.work(token), service.folder.dem(dem_id))
         service.store.add_dem(dem)
         note_dem(service.store, service.folder, dem_id)

@@ -84,10 +84,11 @@ class Start(TypedDict):
 
 @final
 class Order(TypedDict):
-    """A task by its name, its work folder by the token, and what it may take on top of the warm process."""
+    """A task by name, its work folder by token, whose DEMs it may read by the tenant's salt, and what memory it has."""
 
     task: str
     token: str
+    salt: str
     memory_bytes: int
     arguments: Mapping[str, object]
 

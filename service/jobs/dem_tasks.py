@@ -23,6 +23,7 @@ from service.ground.remote.windows import fetch_area, source_named
 from service.ground.request import GroundIn
 from service.jobs.folder import DataFolder, make_durable
 from service.jobs.kept_files import load_grid, save_grid
+from service.jobs.marker import is_owned
 from service.parts.map_facts import ground_of
 from service.products import Product
 from service.settings import Settings
@@ -49,6 +50,7 @@ class TaskContext:
     """Limits, where things lie, the task's own work folder (not made yet), and whom to tell the finished share.
 
     stop: whether somebody wants the best so far instead of all; a task that knows no such thing does not ask.
+    salt: of the tenant that the task is for.
     """
 
     settings: Settings
@@ -57,16 +59,18 @@ class TaskContext:
     work: Path
     progress: Callable[[float], None]
     stop: Callable[[], bool]
+    salt: str = ""
 
     def grid(self, dem_id: str) -> ElevationGrid:
-        """The DEM of that id; raises NotFoundError, DataFolderError."""
+        """The tenant's DEM of that id; raises NotFoundError, DataFolderError."""
         # the id may come straight from a request: it must not lead out of the folder
-        if not DEM_ID.fullmatch(dem_id):
+        if not DEM_ID.fullmatch(dem_id) or not is_owned(self.folder.dem(dem_id), self.salt):
+            self.folder.check_usable()  # where the whole folder is gone, that is what to tell
             raise NotFoundError("DEM", dem_id)
         try:
             return _grid(self.folder.dem(dem_id))
         except FileNotFoundError as error:
-            self.folder.check_usable()  # where the whole folder is gone, that is what to tell
+            self.folder.check_usable()
             raise NotFoundError("DEM", dem_id) from error
 
 

@@ -27,16 +27,19 @@ __all__ = [
     "Marker",
     "Quarantine",
     "claimed",
+    "is_owned",
     "kind_of",
     "mark",
     "read_marker",
     "sentence_of_parts",
     "size_bytes",
+    "write_owner",
 ]
 
 MARKER = "sightline-folder.json"
 STORE = "sightline.sqlite3"
 LAYOUT = 1
+OWNER = "owner"
 # a disk of its own has this when it is new
 NOBODYS = frozenset({"lost+found"})
 CALLED = {"dems": "DEM", "results": "result", "inputs": "input of a job", "store": "store"}
@@ -97,6 +100,20 @@ def read_marker(root: Path) -> Marker:
     if layout > LAYOUT or kind not in (FolderKind.DATA, FolderKind.BACKUP):
         raise DataFolderError(f"{root} was made by a newer Sightline (layout {layout}, this one knows {LAYOUT}).")
     return Marker(kind, layout, bool(words.get("complete")))
+
+
+def write_owner(folder: Path, salt: str) -> None:
+    """Say in a folder's own files whose it is, by the salt of its tenant; what is the default tenant's has no word."""
+    if salt:
+        (folder / OWNER).write_text(salt, encoding="ascii")
+
+
+def is_owned(folder: Path, salt: str) -> bool:
+    """Whether a folder is of the tenant with that salt."""
+    try:
+        return (folder / OWNER).read_text(encoding="ascii") == salt
+    except FileNotFoundError:
+        return not salt
 
 
 def claimed(root: Path) -> Path:

@@ -53,6 +53,21 @@ STEPS = (
         document TEXT NOT NULL, PRIMARY KEY (mission_id, version)
     ) STRICT, WITHOUT ROWID;
     """,
+    # whose everything is: what was there belongs to the tenant of whoever needs no key
+    """
+    ALTER TABLE dems ADD COLUMN tenant TEXT NOT NULL DEFAULT 'default';
+    ALTER TABLE jobs ADD COLUMN tenant TEXT NOT NULL DEFAULT 'default';
+    ALTER TABLE missions ADD COLUMN tenant TEXT NOT NULL DEFAULT 'default';
+    CREATE INDEX dems_of_tenants ON dems (tenant, created_at_s DESC, id);
+    DROP INDEX jobs_newest;
+    CREATE INDEX jobs_of_tenants ON jobs (tenant, kind, created_at_s DESC, id);
+    DROP INDEX missions_newest;
+    CREATE INDEX missions_of_tenants ON missions (tenant, saved_at_s DESC, id);
+    CREATE TABLE tenants (name TEXT PRIMARY KEY, salt TEXT NOT NULL) STRICT;
+    CREATE TABLE spent (
+        tenant TEXT NOT NULL, hour INTEGER NOT NULL, seconds REAL NOT NULL, PRIMARY KEY (tenant, hour)
+    ) STRICT, WITHOUT ROWID;
+    """,
 )
 SCHEMA_VERSION = len(STEPS)
 

@@ -15,6 +15,7 @@ from service.settings import Settings
 from .channel import Order
 from .folder import DataFolder
 from .process import TaskFailed, WorkerDied, WorkerProcess
+from .turns import Turns
 
 __all__ = ["Lane", "WorkerPool"]
 
@@ -51,12 +52,12 @@ class WorkerPool:
         self._settings = settings
         self._folder = folder
         self._size = settings.workers + settings.file_workers + settings.spare_workers
-        files = asyncio.Semaphore(settings.file_workers)
+        files = Turns(settings.file_workers)
         self._lanes = {
-            Lane.CALCULATIONS: asyncio.Semaphore(settings.workers),
+            Lane.CALCULATIONS: Turns(settings.workers),
             Lane.FILES: files,
             Lane.CHECKS: files,
-            Lane.PROBES: asyncio.Semaphore(max(settings.spare_workers, 1)),
+            Lane.PROBES: Turns(max(settings.spare_workers, 1)),
         }
         self._limits_s = {
             Lane.CALCULATIONS: settings.max_job_s,
@@ -101,6 +102,10 @@ class WorkerPool:
         """Tasks that wait in a lane."""
         return self._waiting[lane]
 
+    def waiting_of(self, client: str, lane: Lane) -> int:
+        """Tasks that wait in a lane for that client."""
+        return self._lanes[lane].waiting(client)
+
     async def run(
         self,
         lane: Lane,
@@ -108,21 +113,24 @@ class WorkerPool:
         arguments: Mapping[str, object],
         *,
         token: str | None = None,
+        salt: str = "",
+        client: str = "",
         on_start: Callable[[], Awaitable[None]] | None = None,
         on_progress: Callable[[float], None] | None = None,
     ) -> Mapping[str, object]:
-        """Do a task in a lane, first come, first served; cancelling it kills the process that is at it.
+        """Do a task in a lane, one of each client after another; cancelling it kills the process that is at it.
 
+        salt: of the tenant that it is for. client: with whom it takes turns.
         token: names the work folder; whoever gives one takes the folder over when all went well.
         Raises TaskFailed, WorkerDied, TimeLimitError, and JobInterruptedError when no process gets warm.
         """
         self._waiting[lane] += 1
         try:
-            await self._lanes[lane].acquire()
+            await self._lanes[lane].acquire(client)
         finally:
             self._waiting[lane] -= 1
         try:
-            return await self._run_now(lane, task, arguments, token or uuid.uuid4().hex, on_start, on_progress)
+            return await self._run_now(lane, task, arguments, token or uuid.uuid4().hex, salt, on_start, on_progress)
         finally:
             self._lanes[lane].release()
 
@@ -143,11 +151,12 @@ class WorkerPool:
         task: str,
         arguments: Mapping[str, object],
         token: str,
+        salt: str,
         on_start: Callable[[], Awaitable[None]] | None,
         on_progress: Callable[[float], None] | None,
     ) -> Mapping[str, object]:
         memory_bytes = share_of(lane.value, self._settings.max_worker_memory_bytes)
-        order = Order(task=task, token=token, memory_bytes=memory_bytes, arguments=dict(arguments))
+        order = Order(task=task, token=token, salt=salt, memory_bytes=memory_bytes, arguments=dict(arguments))
         worker = await self._take_idle()
         try:
             if on_start is not None:

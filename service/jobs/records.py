@@ -9,6 +9,8 @@ from typing import NotRequired, TypedDict
 
 from pydantic import JsonValue
 
+from service.access.callers import DEFAULT_TENANT
+
 __all__ = ["ACTIVE", "OLDER_WITH_INPUTS", "DemRecord", "Failure", "JobRecord", "JobRequest", "JobStatus", "Known"]
 
 
@@ -79,12 +81,13 @@ class Known:
 
 @dataclass(frozen=True, slots=True)
 class DemRecord:
-    """An uploaded DEM: its id, the name it came under, when (seconds since 1970 UTC), and what was read."""
+    """An uploaded DEM: its id, the name it came under, when (seconds since 1970 UTC), what was read, whose it is."""
 
     id: str
     name: str
     created_at_s: float
     summary: Mapping[str, JsonValue]
+    tenant: str = DEFAULT_TENANT
 
 
 class JobRequest(TypedDict):
@@ -120,6 +123,7 @@ class JobRecord:
     summary: Mapping[str, JsonValue] | None = None
     failure: Failure | None = None
     pinned: bool = False
+    tenant: str = DEFAULT_TENANT
 
     @property
     def has_inputs(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sqlite3
 import threading
@@ -18,7 +17,9 @@ from service.errors import DataFolderError, InUseError, NotFoundError
 
 from .migrations import SCHEMA_VERSION, migrate, version_of
 from .records import DemRecord, Failure, JobRecord, JobStatus, Known
+from .rows import as_json, dem_of, failure_text, job_of
 from .store_file import IS_ACTIVE, StoredRow, read_known
+from .tenants import own_id, salt_of, seen, spend
 
 __all__ = ["Store"]
 
@@ -63,8 +64,9 @@ class Store:
         """Remember a DEM; one that is known already stays as it is."""
         with self._transaction() as connection:
             connection.execute(
-                "INSERT INTO dems (id, name, created_at_s, summary) VALUES (?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
-                (dem.id, dem.name, dem.created_at_s, _json(dem.summary)),
+                "INSERT INTO dems (id, name, created_at_s, summary, tenant) VALUES (?, ?, ?, ?, ?) "
+                "ON CONFLICT (id) DO NOTHING",
+                (dem.id, dem.name, dem.created_at_s, as_json(dem.summary), dem.tenant),
             )
 
     def dem(self, dem_id: str) -> DemRecord:
@@ -76,22 +78,28 @@ class Store:
 
     def dem_or_none(self, dem_id: str) -> DemRecord | None:
         """The DEM, when there is one of that id."""
+        mine, whose = seen()
         with self._reading() as connection:
-            row = connection.execute("SELECT * FROM dems WHERE id = ?", (dem_id,)).fetchone()
-        return None if row is None else _dem(row)
+            row = connection.execute(f"SELECT * FROM dems WHERE id = ? AND {mine}", (dem_id, *whose)).fetchone()
+        return None if row is None else dem_of(row)
 
     def dems(self, limit: int, offset: int) -> tuple[list[DemRecord], int]:
         """One page, newest first, and how many there are in all."""
+        mine, whose = seen()
         with self._reading() as connection:
-            total = connection.execute("SELECT count(*) FROM dems").fetchone()[0]
+            total = connection.execute(f"SELECT count(*) FROM dems WHERE {mine}", whose).fetchone()[0]
             rows = connection.execute(
-                "SELECT * FROM dems ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?", (limit, offset)
+                f"SELECT * FROM dems WHERE {mine} ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?",
+                (*whose, limit, offset),
             ).fetchall()
-        return [_dem(row) for row in rows], total
+        return [dem_of(row) for row in rows], total
 
     def remove_dem(self, dem_id: str) -> None:
         """Forget a DEM; raises NotFoundError, and InUseError while jobs on it wait or run."""
+        mine, whose = seen()
         with self._transaction() as connection:
+            if connection.execute(f"SELECT 1 FROM dems WHERE id = ? AND {mine}", (dem_id, *whose)).fetchone() is None:
+                raise NotFoundError("DEM", dem_id)
             users = connection.execute(
                 f"SELECT count(*) FROM jobs WHERE dem_id = ? AND {IS_ACTIVE}", (dem_id,)
             ).fetchone()[0]
@@ -100,38 +108,54 @@ class Store:
                     f"DEM {dem_id} is needed by {users} job{'s' if users > 1 else ''} that "
                     f"{'are' if users > 1 else 'is'} not finished; delete {'them' if users > 1 else 'it'} first."
                 )
-            if not connection.execute("DELETE FROM dems WHERE id = ?", (dem_id,)).rowcount:
-                raise NotFoundError("DEM", dem_id)
+            connection.execute("DELETE FROM dems WHERE id = ?", (dem_id,))
+
+    # -- tenants
+
+    def own_id(self, id: str) -> str:
+        """The acting tenant's own id of a DEM that has this one by its content."""
+        with self._transaction() as connection:
+            return own_id(connection, id)
+
+    def salt(self, tenant: str) -> str:
+        """What sets the digests of a tenant's results apart."""
+        with self._transaction() as connection:
+            return salt_of(connection, tenant)
 
     # -- jobs
 
     def add_job(self, job: JobRecord) -> None:
         """Remember a new job; raises NotFoundError when its DEM is gone."""
+        columns = (job.id, job.kind, job.dem_id, as_json(job.request), job.status, job.created_at_s, job.tenant)
+        of_the_job = "SELECT 1 FROM dems WHERE id = ? AND tenant = ?"
         with self._transaction() as connection:
-            if connection.execute("SELECT 1 FROM dems WHERE id = ?", (job.dem_id,)).fetchone() is None:
+            if connection.execute(of_the_job, (job.dem_id, job.tenant)).fetchone() is None:
                 raise NotFoundError("DEM", job.dem_id)
             connection.execute(
-                "INSERT INTO jobs (id, kind, dem_id, request, status, created_at_s) VALUES (?, ?, ?, ?, ?, ?)",
-                (job.id, job.kind, job.dem_id, _json(job.request), job.status, job.created_at_s),
+                "INSERT INTO jobs (id, kind, dem_id, request, status, created_at_s, tenant) VALUES (?,?,?,?,?,?,?)",
+                columns,
             )
 
     def job(self, kind: str, job_id: str) -> JobRecord:
         """Raises NotFoundError."""
+        mine, whose = seen()
+        query = f"SELECT * FROM jobs WHERE id = ? AND kind = ? AND {mine}"
         with self._reading() as connection:
-            row = connection.execute("SELECT * FROM jobs WHERE id = ? AND kind = ?", (job_id, kind)).fetchone()
+            row = connection.execute(query, (job_id, kind, *whose)).fetchone()
         if row is None:
             raise NotFoundError(kind, job_id)
-        return _job(row)
+        return job_of(row)
 
     def jobs(self, kind: str, limit: int, offset: int) -> tuple[list[JobRecord], int]:
         """One page, newest first, and how many there are in all."""
+        mine, whose = seen()
+        query = f"FROM jobs WHERE {mine} AND kind = ?"
         with self._reading() as connection:
-            total = connection.execute("SELECT count(*) FROM jobs WHERE kind = ?", (kind,)).fetchone()[0]
+            total = connection.execute(f"SELECT count(*) {query}", (*whose, kind)).fetchone()[0]
             rows = connection.execute(
-                "SELECT * FROM jobs WHERE kind = ? ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?",
-                (kind, limit, offset),
+                f"SELECT * {query} ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?", (*whose, kind, limit, offset)
             ).fetchall()
-        return [_job(row) for row in rows], total
+        return [job_of(row) for row in rows], total
 
     def start_job(self, job_id: str) -> None:
         """A worker takes the job: one attempt more."""
@@ -159,15 +183,17 @@ class Store:
         failure: Failure | None = None,
     ) -> None:
         """The job is over, one way or another."""
+        now_s = time.time()
         with self._transaction() as connection:
+            spend(connection, job_id, now_s)
             connection.execute(
                 "UPDATE jobs SET status = ?, finished_at_s = ?, digest = ?, summary = ?, failure = ? WHERE id = ?",
                 (
                     status,
-                    time.time(),
+                    now_s,
                     digest,
-                    None if summary is None else _json(summary),
-                    None if failure is None else _failure(failure),
+                    None if summary is None else as_json(summary),
+                    None if failure is None else failure_text(failure),
                     job_id,
                 ),
             )
@@ -185,7 +211,7 @@ class Store:
         """Jobs that wait or run, oldest first."""
         with self._reading() as connection:
             rows = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE} ORDER BY created_at_s, id").fetchall()
-        return [_job(row) for row in rows]
+        return [job_of(row) for row in rows]
 
     def look_for_results(self, is_there: Callable[[str], bool], missing: Failure) -> list[str]:
         """Ids of the jobs whose result's files are not there any more; files that are there again make jobs whole.
@@ -197,7 +223,7 @@ class Store:
             lost = [row["id"] for row in rows if row["status"] == JobStatus.SUCCEEDED and not is_there(row["digest"])]
             back = [row["id"] for row in rows if row["status"] != JobStatus.SUCCEEDED and is_there(row["digest"])]
             for status, failure, jobs in (
-                (JobStatus.INTERRUPTED, _failure(missing), lost),
+                (JobStatus.INTERRUPTED, failure_text(missing), lost),
                 (JobStatus.SUCCEEDED, None, back),
             ):
                 told = [(status, failure, job) for job in jobs]
@@ -266,35 +292,3 @@ class Store:
                 "backup in its place."
             )
         migrate(self._connection, path)
-
-
-def _json(value: Mapping[str, object]) -> str:
-    return json.dumps(dict(value), allow_nan=False)
-
-
-def _failure(failure: Failure) -> str:
-    return _json({"error": failure.error, "detail": failure.detail, "data": failure.data})
-
-
-def _dem(row: sqlite3.Row) -> DemRecord:
-    return DemRecord(row["id"], row["name"], row["created_at_s"], json.loads(row["summary"]))
-
-
-def _job(row: sqlite3.Row) -> JobRecord:
-    # a job whose files are not at hand keeps its result in the store, and has none to show
-    at_hand = row["status"] == JobStatus.SUCCEEDED
-    return JobRecord(
-        row["id"],
-        row["kind"],
-        row["dem_id"],
-        json.loads(row["request"]),
-        JobStatus(row["status"]),
-        row["created_at_s"],
-        row["started_at_s"],
-        row["finished_at_s"],
-        row["attempts"],
-        row["digest"] if at_hand else None,
-        json.loads(row["summary"]) if at_hand and row["summary"] is not None else None,
-        None if row["failure"] is None else Failure(**json.loads(row["failure"])),
-        bool(row["pinned"]),
-    )

@@ -9,11 +9,13 @@ import time
 import uuid
 from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from functools import partial
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
+from service.access.callers import DEFAULT_TENANT, acting_client, acting_tenant
 from service.errors import (
-    BusyError,
     DataFolderError,
     InternalError,
     JobCancelledError,
@@ -27,6 +29,7 @@ from .channel import CalculateArguments, Calculated
 from .folder import DataFolder, move_into_place
 from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied
+from .quotas import Quotas
 from .records import Failure, JobRecord, JobRequest, JobStatus
 from .recovery import interrupted, note_job, recover
 from .store import Store
@@ -59,6 +62,9 @@ class Supervisor:
         self._store_thread = ThreadPoolExecutor(1, thread_name_prefix="store")
         self._running: dict[str, asyncio.Task[None]] = {}
         self._progress: dict[str, float] = {}
+        self.quotas = Quotas(settings, store)
+        self._tenants: dict[str, str] = {}
+        self._salts: dict[str, str] = {DEFAULT_TENANT: ""}
         self._admitting = 0
         self._stopping = False
 
@@ -85,6 +91,14 @@ class Supervisor:
         """Jobs that are being calculated."""
         return len(self._running) - self.queued
 
+    def queued_of(self, tenant: str) -> int:
+        """Jobs of a tenant that wait for a worker."""
+        return self._pool.waiting_of(tenant, Lane.CALCULATIONS)
+
+    def unfinished_of(self, tenant: str) -> int:
+        """Jobs of a tenant that wait or run."""
+        return sum(one == tenant for one in self._tenants.values())
+
     def progress(self, job: JobRecord) -> float:
         """Finished share of a job, 0..1."""
         if job.status is JobStatus.SUCCEEDED:
@@ -93,8 +107,9 @@ class Supervisor:
 
     async def in_store(self, work: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Do something with store or files, after all that was asked for before; it is done even if cancelled."""
-        loop = asyncio.get_running_loop()
-        return await asyncio.shield(loop.run_in_executor(self._store_thread, lambda: work(*args, **kwargs)))
+        loop, context = asyncio.get_running_loop(), copy_context()  # whose request it is decides what is seen
+        todo = partial(context.run, work, *args, **kwargs)
+        return await asyncio.shield(loop.run_in_executor(self._store_thread, todo))
 
     async def ask(
         self, task: str, arguments: Mapping[str, object], token: str | None = None, lane: Lane = Lane.FILES
@@ -104,21 +119,25 @@ class Supervisor:
         Raises BusyError, TaskFailed, TimeLimitError, JobInterruptedError.
         """
         waiting = sum(self._pool.waiting(lane) for lane in (Lane.FILES, Lane.CHECKS, Lane.PROBES))
-        self._refuse_when_busy(waiting, "requests")
+        self.quotas.refuse_when_busy(waiting, "requests")
+        client = acting_client()
+        self.quotas.refuse_waiting(self._pool.waiting_of(client, lane), "requests")
+        salt = await self._salt(acting_tenant())
         for _ in range(self._settings.max_attempts):
             try:
-                return await self._pool.run(lane, task, arguments, token=token)
+                return await self._pool.run(lane, task, arguments, token=token, salt=salt, client=client)
             except WorkerDied as died:
                 logger.warning("task %s: its worker ended with %s", task, died)
         raise interrupted(self._settings.max_attempts)
 
     async def submit(self, kind: str, dem_id: str, request: JobRequest, inputs: Path | None = None) -> JobRecord:
-        """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, NotFoundError (the DEM is gone),
-        DataFolderError, StorageFullError.
+        """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, TooManyError, StorageFullError
+        (a quota), NotFoundError (the DEM is gone), DataFolderError.
         """
         self.space.refuse_when_low()
-        self._refuse_when_busy(len(self._running) + self._admitting - self._settings.workers, "jobs")
-        job = JobRecord(uuid.uuid4().hex, kind, dem_id, request, JobStatus.QUEUED, time.time())
+        self.quotas.refuse_when_busy(len(self._running) + self._admitting - self._settings.workers, "jobs")
+        self.quotas.refuse_waiting(self.unfinished_of(acting_tenant()), "jobs")
+        job = JobRecord(uuid.uuid4().hex, kind, dem_id, request, JobStatus.QUEUED, time.time(), tenant=acting_tenant())
         self._admitting += 1
         try:
             if inputs is not None:
@@ -167,10 +186,17 @@ class Supervisor:
             )
         return job
 
+    async def _salt(self, tenant: str) -> str:
+        if tenant not in self._salts:
+            self._salts[tenant] = await self.in_store(self._store.salt, tenant)
+        return self._salts[tenant]
+
     def _begin(self, job: JobRecord) -> None:
         task = asyncio.create_task(self._see_through(job))
-        self._running[job.id] = task
-        task.add_done_callback(lambda _: (self._running.pop(job.id, None), self._progress.pop(job.id, None)))
+        self._running[job.id], self._tenants[job.id] = task, job.tenant
+        task.add_done_callback(
+            lambda _: [of.pop(job.id, None) for of in (self._running, self._progress, self._tenants)]
+        )
 
     async def _see_through(self, job: JobRecord) -> None:
         """Get one job done, whatever happens to its worker."""
@@ -184,6 +210,7 @@ class Supervisor:
             self.telling.begun(job, attempts)
 
         try:
+            salt, client = await self._salt(job.tenant), acting_client() or job.tenant
             while True:
                 try:
                     result = await self._pool.run(
@@ -191,6 +218,8 @@ class Supervisor:
                         job.kind,
                         CalculateArguments(dem_id=job.dem_id, job_id=job.id, **job.request),
                         token=token,
+                        salt=salt,
+                        client=client,
                         on_start=on_start,
                         on_progress=lambda share: self._progress.__setitem__(job.id, share),
                     )
@@ -256,6 +285,7 @@ class Supervisor:
     def _admit(self, job: JobRecord) -> None:
         # an open database is written without an error even where its file was deleted
         self._folder.check_usable()
+        self.quotas.refuse_work()
         self._store.add_job(job)
 
     def _keep(self, job_id: str, token: str, result: Calculated) -> None:
@@ -270,14 +300,6 @@ class Supervisor:
         self._store.finish_job(job_id, status, failure=failure)
         self._folder.remove(self._folder.inputs(job_id))
 
-    def _refuse_when_busy(self, waiting: int, what: str) -> None:
-        if waiting >= self._settings.max_queued_jobs:
-            raise BusyError(
-                f"{waiting} {what} wait already, which is the limit; try again in a moment",
-                limit_name="max_queued_jobs",
-                limit=self._settings.max_queued_jobs,
-                given=waiting + 1,
-            )
 
 
 async def _to_its_end(work: Coroutine[Any, Any, None]) -> None:

@@ -11,6 +11,7 @@ from service.errors import NotFoundError, NotReadyError, NotValidError
 from service.jobs.channel import model_of
 from service.jobs.folder import digest_of, make_durable
 from service.jobs.kept_files import load, save
+from service.jobs.marker import write_owner
 from service.jobs.records import JobRequest
 from service.live.request import DetectorLimits, EpochsIn
 from service.parts.altitude_datums import in_dem_datum
@@ -139,6 +140,7 @@ def calculation_of(product: Product) -> Task:
                 layer.write(finished, context.work / layer.name)
         else:
             save(product, finished, context.work)
+        write_owner(context.work, context.salt)
         make_durable(context.work)
         return {"digest": digest_of(context.work), "summary": finished.answer.model_dump(mode="json")}
 

@@ -89,7 +89,7 @@ def main() -> None:
         order = orders.get()
         token, progress = order["token"], _Progress(answers)
         work = folder.work(token)
-        context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token))
+        context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token), order["salt"])
         _limit_memory(order["memory_bytes"])
         _tell(answers, _done(tasks[order["task"]], order, context))
         stopped.discard(token)

@@ -22,6 +22,7 @@ from typing import Self
 
 from pydantic import ValidationError
 
+from service.access.callers import DEFAULT_TENANT
 from service.live.request import DetectorIn, EpochIn
 
 __all__ = ["Kept", "Part", "SessionFolder", "kept_in"]
@@ -41,6 +42,7 @@ class Kept:
     idle_timeout_s: float
     asked: DetectorIn
     restored_at: str | None = None
+    tenant: str = DEFAULT_TENANT
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +145,7 @@ class SessionFolder:
 
     def _write_facts(self, kept: Kept) -> None:
         asked = kept.asked.model_dump(mode="json", exclude_unset=True)
-        facts = {"id": kept.id, "created_at": kept.created_at, "idle_timeout_s": kept.idle_timeout_s, "asked": asked}
+        facts = {"id": kept.id, "created_at": kept.created_at, "tenant": kept.tenant, "idle_timeout_s": kept.idle_timeout_s, "asked": asked}
         self._write(self._root / SESSION, json.dumps(facts, allow_nan=False).encode())
 
     def _write(self, path: Path, data: bytes) -> None:
@@ -161,7 +163,7 @@ def kept_in(root: Path, restored_at: str) -> Iterator[tuple[Kept, SessionFolder]
         try:
             facts = json.loads((path / SESSION).read_text(encoding="utf-8"))
             asked = DetectorIn.model_validate_json(json.dumps(facts["asked"]))
-            kept = Kept(str(facts["id"]), str(facts["created_at"]), float(facts["idle_timeout_s"]), asked, restored_at)
+            kept = Kept(str(facts["id"]), str(facts["created_at"]), float(facts["idle_timeout_s"]), asked, restored_at, str(facts.get("tenant", DEFAULT_TENANT)))
         except (OSError, ValueError, KeyError, TypeError) as error:
             logger.warning("%s is no session that can be gone on with: %s", path, error)
             continue

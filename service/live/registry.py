@@ -13,7 +13,8 @@ from pathlib import Path
 
 from detection import DetectionError
 from planning import PlanningError
-from service.errors import BusyError, GoneError, LimitError, NotFoundError, ServiceError
+from service.access.callers import CALLER, acting_tenant, seen_tenant
+from service.errors import BusyError, GoneError, LimitError, NotFoundError, ServiceError, TooManyError
 from service.live.keeping import Kept, SessionFolder, kept_in
 from service.live.request import DetectorIn, DetectorLimits
 from service.live.sessions import Bench, DetectorSession
@@ -30,6 +31,7 @@ SWEEP_EVERY_S = 1.0
 logger = logging.getLogger("sightline.http")
 # of so many sessions that are over it is remembered how they ended
 REMEMBERED = 10_000
+UNKNOWN = "it may have expired before the service was started again"
 
 
 class Detectors:
@@ -41,23 +43,33 @@ class Detectors:
         self._folder = folder
         self.limits = DetectorLimits.of(settings)
         self._max_sessions = settings.max_detectors
+        self._max_of_tenant = settings.max_tenant_detectors
         self._max_idle_s = settings.max_detector_idle_s
         self._clock = clock
         self.bench = Bench()
         self._sessions: dict[str, DetectorSession] = {}
+        self._tenants: dict[str, str] = {}
         self._over: OrderedDict[str, str] = OrderedDict()
 
     def __len__(self) -> int:
-        return len(self._sessions)
+        """How many there are that may be seen now."""
+        return sum(self._is_seen(id) for id in self._sessions)
 
     def open(self, asked: DetectorIn, grid: ElevationGrid | None = None) -> DetectorSession:
-        """A new session; grid: of its dem_id. Raises BusyError, LimitError, DetectionInputError, WatchError."""
+        """A new session; grid: of its dem_id. Raises LimitError and its kinds, DetectionInputError, WatchError."""
         self.sweep()
         if len(self._sessions) >= self._max_sessions:
             raise BusyError(
                 f"{self._max_sessions} detectors are open, as many as there may be; delete one",
                 limit_name="max_detectors",
                 limit=self._max_sessions,
+            )
+        caller = CALLER.get()
+        if caller is not None and not caller.address and len(self) >= self._max_of_tenant:
+            raise TooManyError(
+                f"{self._max_of_tenant} detectors of this tenant are open, as many as there may be; delete one",
+                limit_name="max_tenant_detectors",
+                limit=self._max_of_tenant,
             )
         idle_s = self._max_idle_s if asked.idle_timeout_s is None else asked.idle_timeout_s
         if idle_s > self._max_idle_s:
@@ -68,13 +80,14 @@ class Detectors:
                 given=idle_s,
             )
         self.limits.check_detector(asked)
-        kept, memory = Kept(uuid.uuid4().hex, _now(), idle_s, asked), memory_of(asked, grid)
+        kept, memory = Kept(uuid.uuid4().hex, _now(), idle_s, asked, tenant=acting_tenant()), memory_of(asked, grid)
         where = None
         if self._folder is not None:
             try:
                 where = SessionFolder.of(self._folder / kept.id, kept, freeze(memory))
             except OSError as error:
                 logger.error("detector %s is not kept: %s", kept.id, error)
+        self._tenants[kept.id] = kept.tenant
         return self._take(DetectorSession(kept, memory, self.limits, self.bench, self._clock, where))
 
     def restore(self, grid_of: Callable[[str], ElevationGrid]) -> None:
@@ -82,6 +95,7 @@ class Detectors:
         if self._folder is None:
             return
         for kept, folder in kept_in(self._folder, _now()):
+            self._tenants[kept.id] = kept.tenant
             dem_id = kept.asked.dem_id
             try:
                 grid = None if dem_id is None else grid_of(dem_id)
@@ -106,6 +120,8 @@ class Detectors:
 
     def get(self, id: str) -> DetectorSession:
         """The session, which is in use now. Raises NotFoundError, or GoneError where it is over."""
+        if not self._is_seen(id):
+            raise NotFoundError("detector", id, UNKNOWN)
         session = self._sessions.get(id)
         if session is not None and _expired(session):
             self._end(session, _why_expired(session))
@@ -113,14 +129,16 @@ class Detectors:
         if session is None:
             if id in self._over:
                 raise GoneError(f"Detector {id[:80]!r} {self._over[id]}; make a new one.")
-            raise NotFoundError("detector", id, "it may have expired before the service was started again")
+            raise NotFoundError("detector", id, UNKNOWN)
         session.touch()
         return session
 
     def page(self, limit: int, offset: int) -> list[DetectorSession]:
         """Sessions, newest first."""
         self.sweep()
-        return list(reversed(self._sessions.values()))[offset : offset + limit]
+        return [session for session in reversed(self._sessions.values()) if self._is_seen(session.id)][
+            offset : offset + limit
+        ]
 
     def delete(self, id: str) -> None:
         """End the session and its streams. Raises NotFoundError, GoneError."""
@@ -153,7 +171,12 @@ class Detectors:
             session.folder.remove()
         self._over[session.id] = how
         if len(self._over) > REMEMBERED:
-            self._over.popitem(last=False)
+            forgotten, _ = self._over.popitem(last=False)
+            self._tenants.pop(forgotten, None)
+
+    def _is_seen(self, id: str) -> bool:
+        tenant = seen_tenant()
+        return tenant is None or self._tenants.get(id) == tenant
 
 
 def _recalled(kept: Kept, folder: SessionFolder, grid: ElevationGrid | None) -> Memory:

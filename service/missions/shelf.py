@@ -14,6 +14,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
+from service.access.callers import acting_tenant, seen_tenant
 from service.errors import EditConflictError, LimitError, NotFoundError
 
 __all__ = ["MissionRecord", "MissionShelf", "Sheet", "VersionRecord"]
@@ -79,7 +80,9 @@ class MissionShelf:
         """Keep a new mission. name: of its first version. Raises LimitError when there are as many as may be."""
         mission_id, now_s = uuid.uuid4().hex, time.time()
         with self._transaction(WRITE) as connection:
-            total = connection.execute("SELECT count(*) FROM missions").fetchone()[0]
+            tenant = acting_tenant()
+            query = "SELECT count(*) FROM missions WHERE tenant = ?"
+            total = connection.execute(query, (tenant,)).fetchone()[0]
             if total >= self._most_missions:
                 raise LimitError(
                     f"There are {total:,} missions already, which is the limit; delete one first",
@@ -88,8 +91,8 @@ class MissionShelf:
                     given=total + 1,
                 )
             connection.execute(
-                "INSERT INTO missions VALUES (?, ?, ?, ?, ?, ?, ?, 0, NULL)",
-                (mission_id, *_columns(sheet), now_s, now_s),
+                "INSERT INTO missions VALUES (?, ?, ?, ?, ?, ?, ?, 0, NULL, ?)",
+                (mission_id, *_columns(sheet), now_s, now_s, tenant),
             )
             return self._append(connection, mission_id, sheet, 1, now_s, saved_by, name)
 
@@ -100,10 +103,11 @@ class MissionShelf:
 
     def missions(self, limit: int, offset: int) -> tuple[list[MissionRecord], int]:
         """One page, last saved first, and how many there are in all."""
+        mine, whose = _seen("tenant")
         with self._transaction(READ) as connection:
-            total = connection.execute("SELECT count(*) FROM missions").fetchone()[0]
+            total = connection.execute(f"SELECT count(*) FROM missions WHERE {mine}", whose).fetchone()[0]
             rows = connection.execute(
-                f"{MISSION} ORDER BY saved_at_s DESC, m.id LIMIT ? OFFSET ?", (limit, offset)
+                f"{MISSION} WHERE {mine} ORDER BY saved_at_s DESC, m.id LIMIT ? OFFSET ?", (*whose, limit, offset)
             ).fetchall()
         return [MissionRecord(*row) for row in rows], total
 
@@ -161,7 +165,7 @@ class MissionShelf:
     def dem_with_digest(self, sha256: str) -> str | None:
         """Id of the newest DEM of those heights; None where there is none."""
         with self._transaction(READ) as connection:
-            row = connection.execute(f"SELECT {DEM_OF.format('?')}", (sha256,)).fetchone()
+            row = connection.execute(f"SELECT {DEM_OF.format('?', '?')}", (sha256, acting_tenant())).fetchone()
         return None if row[0] is None else str(row[0])
 
     def _append(
@@ -214,11 +218,20 @@ class MissionShelf:
             )
 
 
-DEM_OF = "(SELECT id FROM dems WHERE json_extract(summary, '$.sha256') = {} ORDER BY created_at_s DESC, id LIMIT 1)"
-MISSION = (
-    f"SELECT m.id, m.name, {DEM_OF.format('m.dem_sha256')}, m.ground, m.anchors, m.created_at_s, m.saved_at_s, "
-    "m.version, m.saved_by FROM missions m"
+DEM_OF = (
+    "(SELECT id FROM dems WHERE json_extract(summary, '$.sha256') = {} AND dems.tenant = {} "
+    "ORDER BY created_at_s DESC, id LIMIT 1)"
 )
+MISSION = (
+    f"SELECT m.id, m.name, {DEM_OF.format('m.dem_sha256', 'm.tenant')}, m.ground, m.anchors, m.created_at_s, "
+    "m.saved_at_s, m.version, m.saved_by FROM missions m"
+)
+
+
+def _seen(column: str) -> tuple[str, tuple[str, ...]]:
+    """A condition that missions meet which may be seen now, and its values."""
+    tenant = seen_tenant()
+    return ("1", ()) if tenant is None else (f"{column} = ?", (tenant,))
 
 
 def _columns(sheet: Sheet) -> tuple[str, str | None, str | None, int]:
@@ -226,7 +239,8 @@ def _columns(sheet: Sheet) -> tuple[str, str | None, str | None, int]:
 
 
 def _found(connection: sqlite3.Connection, mission_id: str) -> MissionRecord:
-    row = connection.execute(f"{MISSION} WHERE m.id = ?", (mission_id,)).fetchone()
+    mine, whose = _seen("m.tenant")
+    row = connection.execute(f"{MISSION} WHERE m.id = ? AND {mine}", (mission_id, *whose)).fetchone()
     if row is None:
         raise NotFoundError("mission", mission_id)
     return MissionRecord(*row)

@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import replace
 from urllib.parse import parse_qs
 
-from fastapi import Depends, Request
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.access.callers import Caller
+from service.access.callers import CALLER, LOCAL, NOBODY
 from service.access.callers import Scope as KeyScope
 from service.access.gate import Gate, is_open
 from service.errors import ForbiddenError, ServiceError
 from service.http.problems import answer_to
 
-__all__ = ["Access", "CallerDep", "caller_of"]
+__all__ = ["Access"]
 
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 FOR_OPERATORS = frozenset({"/metrics"})
 
 
 class Access:
-    """ASGI middleware: requests without a key that holds get 401, with one that does not allow them 403."""
+    """ASGI middleware: requests without a key that holds get 401, with one that does not allow them 403.
+
+    Whoever asks is in ``CALLER`` for as long as the request is handled.
+    """
 
     def __init__(self, app: ASGIApp, gate: Gate) -> None:
         self._app = app
         self._gate = gate
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handle one connection; routes find the caller in the request's state."""
-        if scope["type"] in ("http", "websocket") and not is_open(scope["path"]):
+        """Handle one connection."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        caller = NOBODY
+        if not is_open(scope["path"]):
             try:
                 caller = await self._gate.caller(Headers(scope=scope))
                 needed = _needed(scope)
@@ -42,8 +48,14 @@ class Access:
             except ServiceError as error:
                 await answer_to(error, scope["path"])(scope, receive, send)
                 return
-            scope.setdefault("state", {})["caller"] = caller
-        await self._app(scope, receive, send)
+        if caller is LOCAL:
+            host, _ = scope.get("client") or ("unknown", 0)
+            caller = replace(caller, address=host)
+        before = CALLER.set(caller)
+        try:
+            await self._app(scope, receive, send)
+        finally:
+            CALLER.reset(before)
 
 
 def _needed(scope: Scope) -> KeyScope:
@@ -53,12 +65,3 @@ def _needed(scope: Scope) -> KeyScope:
         watches = parse_qs(scope["query_string"].decode("latin-1")).get("watch", ["false"])[-1]
         return KeyScope.READ if watches.lower() in ("true", "1", "yes", "on") else KeyScope.CALCULATE
     return KeyScope.READ if scope["method"] in SAFE else KeyScope.CALCULATE
-
-
-def caller_of(request: Request) -> Caller:
-    """Whoever sent the request."""
-    caller: Caller = request.state.caller
-    return caller
-
-
-CallerDep = Annotated[Caller, Depends(caller_of)]
