@@ -15,7 +15,7 @@ from service.settings import Settings
 from .channel import Order
 from .folder import DataFolder
 from .process import TaskFailed, WorkerDied, WorkerProcess
-from .turns import Turns
+from .sharing.turns import Turns
 
 __all__ = ["Lane", "WorkerPool"]
 

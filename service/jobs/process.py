@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Coroutine, Callable, Mapping
 from pathlib import Path
 from typing import Self
 
@@ -15,7 +15,7 @@ from service.settings import Settings
 from .channel import MAX_LINE_BYTES, FromWorker, Order, Start, Stop, ToWorker, decode, encode
 from .records import Failure
 
-__all__ = ["TaskFailed", "WorkerDied", "WorkerProcess"]
+__all__ = ["TaskFailed", "WorkerDied", "WorkerProcess", "to_its_end"]
 
 PACKAGE_ROOT = Path(__file__).parents[2]
 
@@ -137,3 +137,13 @@ def _threads() -> dict[str, str]:
 def _import_path() -> list[str]:
     inherited = os.environ.get("PYTHONPATH", "")
     return [str(PACKAGE_ROOT), *(part for part in inherited.split(os.pathsep) if part)]
+
+
+async def to_its_end(work: Coroutine[Any, Any, None]) -> None:
+    """Wait for something that has to be finished even if we are cancelled."""
+    task = asyncio.ensure_future(work)
+    while not task.done():
+        try:
+            await asyncio.shield(task)
+        except asyncio.CancelledError:
+            continue

@@ -1,7 +1,9 @@
-"""What is remembered of DEMs and jobs."""
+"""What is remembered of DEMs and jobs, and how rows of the store hold it."""
 
 from __future__ import annotations
 
+import json
+import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -11,7 +13,20 @@ from pydantic import JsonValue
 
 from service.access.callers import DEFAULT_TENANT
 
-__all__ = ["ACTIVE", "OLDER_WITH_INPUTS", "DemRecord", "Failure", "JobRecord", "JobRequest", "JobStatus", "Known"]
+__all__ = [
+    "ACTIVE",
+    "OLDER_WITH_INPUTS",
+    "DemRecord",
+    "Failure",
+    "JobRecord",
+    "JobRequest",
+    "JobStatus",
+    "Known",
+    "as_json",
+    "dem_of",
+    "failure_text",
+    "job_of",
+]
 
 
 class JobStatus(StrEnum):
@@ -134,3 +149,40 @@ class JobRecord:
     def active(self) -> bool:
         """Whether it still waits or runs."""
         return self.status in ACTIVE
+
+
+def as_json(value: Mapping[str, object]) -> str:
+    """The text of a column that holds JSON."""
+    return json.dumps(dict(value), allow_nan=False)
+
+
+def failure_text(failure: Failure) -> str:
+    """A failure as its column holds it."""
+    return as_json({"error": failure.error, "detail": failure.detail, "data": failure.data})
+
+
+def dem_of(row: sqlite3.Row) -> DemRecord:
+    """The DEM of a row."""
+    return DemRecord(row["id"], row["name"], row["created_at_s"], json.loads(row["summary"]), row["tenant"])
+
+
+def job_of(row: sqlite3.Row) -> JobRecord:
+    """The job of a row."""
+    # a job whose files are not at hand keeps its result in the store, and has none to show
+    at_hand = row["status"] == JobStatus.SUCCEEDED
+    return JobRecord(
+        row["id"],
+        row["kind"],
+        row["dem_id"],
+        json.loads(row["request"]),
+        JobStatus(row["status"]),
+        row["created_at_s"],
+        row["started_at_s"],
+        row["finished_at_s"],
+        row["attempts"],
+        row["digest"] if at_hand else None,
+        json.loads(row["summary"]) if at_hand and row["summary"] is not None else None,
+        None if row["failure"] is None else Failure(**json.loads(row["failure"])),
+        bool(row["pinned"]),
+        row["tenant"],
+    )

@@ -16,10 +16,9 @@ from pydantic import JsonValue
 from service.errors import DataFolderError, InUseError, NotFoundError
 
 from .migrations import SCHEMA_VERSION, migrate, version_of
-from .records import DemRecord, Failure, JobRecord, JobStatus, Known
-from .rows import as_json, dem_of, failure_text, job_of
+from .records import DemRecord, Failure, JobRecord, JobStatus, Known, as_json, dem_of, failure_text, job_of
+from .sharing.tenants import own_id, salt_of, seen, spend
 from .store_file import IS_ACTIVE, StoredRow, read_known
-from .tenants import own_id, salt_of, seen, spend
 
 __all__ = ["Store"]
 

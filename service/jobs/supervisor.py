@@ -28,10 +28,11 @@ from service.settings import Settings
 from .channel import CalculateArguments, Calculated
 from .folder import DataFolder, move_into_place
 from .pool import Lane, WorkerPool
-from .process import TaskFailed, WorkerDied
-from .quotas import Quotas
+from .process import TaskFailed, WorkerDied, to_its_end
 from .records import Failure, JobRecord, JobRequest, JobStatus
 from .recovery import interrupted, note_job, recover
+from .recovery import interrupted, note_job, recover, unnote_job
+from .sharing.quotas import Quotas
 from .store import Store
 from .upkeep.retention import Retention
 from .upkeep.space import Space
@@ -247,7 +248,7 @@ class Supervisor:
             await self._over(job, JobStatus.FAILED, InternalError(reference))
         else:
             # a result is a result, also when it is cancelled this very moment
-            await _to_its_end(self._surely(self._keep, job.id, token, cast(Calculated, result)))
+            await to_its_end(self._surely(self._keep, job.id, token, cast(Calculated, result)))
             self.telling.over(job, JobStatus.SUCCEEDED)
 
     async def _over(self, job: JobRecord, status: JobStatus, why: Failure | ServiceError) -> None:
@@ -300,16 +301,6 @@ class Supervisor:
         self._store.finish_job(job_id, status, failure=failure)
         self._folder.remove(self._folder.inputs(job_id))
 
-
-
-async def _to_its_end(work: Coroutine[Any, Any, None]) -> None:
-    """Wait for something that has to be finished even if we are cancelled."""
-    task = asyncio.ensure_future(work)
-    while not task.done():
-        try:
-            await asyncio.shield(task)
-        except asyncio.CancelledError:
-            continue
 
 
 def _cancelled() -> JobCancelledError:

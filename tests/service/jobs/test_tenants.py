@@ -10,8 +10,8 @@ import pytest
 
 from service.access.callers import CALLER, LOCAL, Caller, Scope
 from service.errors import InUseError, NotFoundError, StorageFullError, TooManyError
-from service.jobs.quotas import Quotas
 from service.jobs.records import DemRecord, JobRecord, JobStatus
+from service.jobs.sharing.quotas import Quotas
 from service.jobs.store import Store
 from service.missions.shelf import MissionShelf, Sheet
 from service.settings import Settings

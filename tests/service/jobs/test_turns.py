@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from service.jobs.turns import Turns
+from service.jobs.sharing.turns import Turns
 
 
 async def _take(turns: Turns, client: str, order: list[str]) -> None:

@@ -6,7 +6,7 @@ from service.access.callers import CALLER, Caller
 from service.errors import BusyError, StorageFullError, TooManyError
 from service.settings import Settings
 
-from .store import Store
+from ..store import Store
 from .tenants import kept_bytes, spent_s
 
 __all__ = ["Quotas"]
