@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.callers import CALLER, Scope
 from service.errors import BusyError
+from service.jobs.pool import Lane, WorkerPool
 from service.jobs.supervisor import Supervisor
 from service.machine.limits import Machine, this_machine
 from service.machine.shares import Processes, budget_bytes, share_of
@@ -202,18 +203,18 @@ async def health(request: Request, service: ServiceDep) -> Health:
         version=request.app.version,
         uptime_s=time.monotonic() - service.started_at_s,
         workers=WorkerCounts(warm=pool.warm, wanted=pool.size),
-        jobs=_jobs_seen(supervisor),
+        jobs=_jobs_seen(supervisor, pool),
         store_writable=service.store_writable,
         quarantined=service.quarantined,
     )
 
 
-def _jobs_seen(supervisor: Supervisor) -> JobCounts:
+def _jobs_seen(supervisor: Supervisor, pool: WorkerPool) -> JobCounts:
     """All of them for who runs the service; else the tenant's own, for those of others are not its business."""
     caller = CALLER.get()
     if caller is None or caller.may(Scope.ADMIN):
         return JobCounts(queued=supervisor.queued, running=supervisor.running)
-    queued = supervisor.queued_of(caller.tenant)
+    queued = pool.waiting_of(caller.tenant, Lane.CALCULATIONS)
     return JobCounts(queued=queued, running=supervisor.unfinished_of(caller.tenant) - queued)
 
 

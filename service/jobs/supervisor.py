@@ -7,7 +7,7 @@ import logging
 import sqlite3
 import time
 import uuid
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from functools import partial
@@ -31,7 +31,6 @@ from .pool import Lane, WorkerPool
 from .process import TaskFailed, WorkerDied, to_its_end
 from .records import Failure, JobRecord, JobRequest, JobStatus
 from .recovery import interrupted, note_job, recover
-from .recovery import interrupted, note_job, recover, unnote_job
 from .sharing.quotas import Quotas
 from .store import Store
 from .upkeep.retention import Retention
@@ -92,10 +91,6 @@ class Supervisor:
         """Jobs that are being calculated."""
         return len(self._running) - self.queued
 
-    def queued_of(self, tenant: str) -> int:
-        """Jobs of a tenant that wait for a worker."""
-        return self._pool.waiting_of(tenant, Lane.CALCULATIONS)
-
     def unfinished_of(self, tenant: str) -> int:
         """Jobs of a tenant that wait or run."""
         return sum(one == tenant for one in self._tenants.values())
@@ -132,9 +127,7 @@ class Supervisor:
         raise interrupted(self._settings.max_attempts)
 
     async def submit(self, kind: str, dem_id: str, request: JobRequest, inputs: Path | None = None) -> JobRecord:
-        """Take in a job; inputs: a folder that becomes the job's. Raises BusyError, TooManyError, StorageFullError
-        (a quota), NotFoundError (the DEM is gone), DataFolderError.
-        """
+        """Take in a job; inputs: its folder. Raises LimitError, NotFoundError, DataFolderError, StorageFullError."""
         self.space.refuse_when_low()
         self.quotas.refuse_when_busy(len(self._running) + self._admitting - self._settings.workers, "jobs")
         self.quotas.refuse_waiting(self.unfinished_of(acting_tenant()), "jobs")
@@ -300,7 +293,6 @@ class Supervisor:
     def _end(self, job_id: str, status: JobStatus, failure: Failure) -> None:
         self._store.finish_job(job_id, status, failure=failure)
         self._folder.remove(self._folder.inputs(job_id))
-
 
 
 def _cancelled() -> JobCancelledError:

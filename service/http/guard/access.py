@@ -17,7 +17,7 @@ from service.http.problems import answer_to
 __all__ = ["Access"]
 
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
-FOR_OPERATORS = frozenset({"/metrics"})
+FOR_OPERATORS = frozenset({"/about", "/metrics"})
 
 
 class Access:
