@@ -145,7 +145,13 @@ class SessionFolder:
 
     def _write_facts(self, kept: Kept) -> None:
         asked = kept.asked.model_dump(mode="json", exclude_unset=True)
-        facts = {"id": kept.id, "created_at": kept.created_at, "tenant": kept.tenant, "idle_timeout_s": kept.idle_timeout_s, "asked": asked}
+        facts = {
+            "id": kept.id,
+            "created_at": kept.created_at,
+            "tenant": kept.tenant,
+            "idle_timeout_s": kept.idle_timeout_s,
+            "asked": asked,
+        }
         self._write(self._root / SESSION, json.dumps(facts, allow_nan=False).encode())
 
     def _write(self, path: Path, data: bytes) -> None:
@@ -163,7 +169,14 @@ def kept_in(root: Path, restored_at: str) -> Iterator[tuple[Kept, SessionFolder]
         try:
             facts = json.loads((path / SESSION).read_text(encoding="utf-8"))
             asked = DetectorIn.model_validate_json(json.dumps(facts["asked"]))
-            kept = Kept(str(facts["id"]), str(facts["created_at"]), float(facts["idle_timeout_s"]), asked, restored_at, str(facts.get("tenant", DEFAULT_TENANT)))
+            kept = Kept(
+                str(facts["id"]),
+                str(facts["created_at"]),
+                float(facts["idle_timeout_s"]),
+                asked,
+                restored_at,
+                str(facts.get("tenant", DEFAULT_TENANT)),
+            )
         except (OSError, ValueError, KeyError, TypeError) as error:
             logger.warning("%s is no session that can be gone on with: %s", path, error)
             continue
