@@ -13,7 +13,7 @@ from tests.service.running import Server
 from tests.stories.planner import at, in_view, open_planner, place_anchors, settled, take
 
 AXE = Path(__file__).parents[2] / "service" / "page" / "testing" / "axe.min.js"
-MODES = ("ground", "anchors", "coverage", "path", "air", "brief")
+MODES = ("ground", "anchors", "coverage", "path", "air", "live", "brief")
 SERIOUS = ("serious", "critical")
 
 

@@ -9,6 +9,7 @@ import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
 import { BriefPanel } from "./panels/BriefPanel";
 import { BriefSheet } from "./panels/BriefSheet";
 import { CoveragePanel } from "./panels/CoveragePanel";
+import { LivePanel } from "./panels/LivePanel";
 import { GroundPanel, takeFile } from "./panels/GroundPanel";
 import { Conflict, Keeping } from "./panels/Keeping";
 import { awaitsLegend, Layers } from "./panels/Layers";
@@ -28,7 +29,7 @@ import { unit } from "./units";
 import { words } from "./words";
 
 const { ui } = words;
-const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoveragePanel, path: PathPanel, air: AirPanel, brief: BriefPanel };
+const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoveragePanel, path: PathPanel, air: AirPanel, live: LivePanel, brief: BriefPanel };
 const MOVES: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** Whether everything on the page is of the mission as it stands: what a test waits for, and a script. */

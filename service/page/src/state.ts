@@ -6,7 +6,7 @@ import type { Ground } from "./geo/grid";
 import { begin, changed, type History, redone, undone } from "./mission/history";
 import { type Anchor, type Mission, NEW_MISSION } from "./mission/mission";
 
-export const MODES = ["ground", "anchors", "coverage", "path", "air", "brief"] as const;
+export const MODES = ["ground", "anchors", "coverage", "path", "air", "live", "brief"] as const;
 export type Mode = (typeof MODES)[number];
 export const TOOLS = ["look", "anchor", "start", "goal", "way-point", "no-go", "keep-in", "area"] as const;
 export type Tool = (typeof TOOLS)[number];

@@ -14,6 +14,7 @@ import { markedPlace } from "../products/profile";
 import { sightOf } from "../products/readout";
 import { cursor, mission, pinned, selected } from "../state";
 import { words } from "../words";
+import { liveLayer } from "./liveFeatures";
 import { areaStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle } from "./styles";
 
 const anchors = new VectorSource();
@@ -43,7 +44,7 @@ export function vectorLayers(): VectorLayer[] {
   effect(drawPath);
   effect(drawGhosts);
   effect(drawSight);
-  return [area, path, lines, placeLayer, ghostLayer, anchorLayer];
+  return [area, path, lines, liveLayer(), placeLayer, ghostLayer, anchorLayer];
 }
 
 function drawAnchors(): void {

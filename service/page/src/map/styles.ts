@@ -40,6 +40,7 @@ const PINS: Readonly<Record<string, { readonly colour: string; readonly points: 
   blocked: { colour: "#000000", points: 4 },
   marked: { colour: "#0072b2", points: 32 },
   pin: { colour: "#ff00aa", points: 4 },
+  rover: { colour: "#1b1b1b", points: 32 },
 };
 
 export function pinStyle(what: string, text: string): Style {
@@ -95,4 +96,29 @@ export function lineStyle(verdict: Verdict): Style[] {
     new Style({ stroke: new Stroke({ color: "rgba(0,0,0,0.55)", width: 3.5 }) }),
     new Style({ stroke: new Stroke({ color, width: 2, ...(lineDash ? { lineDash } : {}) }) }),
   ];
+}
+
+type Measured = "clear" | "occluded" | "too short" | "unknown";
+const MEASURED: Readonly<Record<Measured, string>> = { clear: "#00e08a", occluded: "#ff4d3d", "too short": "#ffb000", unknown: "#dddddd" };
+
+/** A range as a ring round its anchor. */
+export function ringStyle(sight: Measured): Style {
+  return new Style({ stroke: new Stroke({ color: MEASURED[sight], width: 1.5, ...(sight === "clear" ? {} : { lineDash: [6, 5] }) }) });
+}
+
+/** The line to an anchor: its colour is what was measured, dashes are what the map foretold as hidden. */
+export function measuredStyle(sight: Measured, foretold: number | null): Style[] {
+  const hidden = foretold !== null && foretold < 0.5;
+  return [
+    new Style({ stroke: new Stroke({ color: "rgba(0,0,0,0.55)", width: 4 }) }),
+    new Style({ stroke: new Stroke({ color: MEASURED[sight], width: 2.4, ...(hidden ? { lineDash: [10, 8] } : {}) }) }),
+  ];
+}
+
+export function trailStyle(): Style[] {
+  return [new Style({ stroke: new Stroke({ color: PAPER, width: 5 }) }), new Style({ stroke: new Stroke({ color: "#0b5cad", width: 2.6 }) })];
+}
+
+export function ellipseStyle(): Style {
+  return new Style({ stroke: new Stroke({ color: INK, width: 1.6 }), fill: new Fill({ color: "rgba(255,255,255,0.45)" }) });
 }

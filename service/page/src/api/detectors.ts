@@ -1,0 +1,83 @@
+// Detector sessions: opened, listened to, and fed with the epochs of a log.
+import { ask, askJson, posted, Refusal } from "./http";
+import { words } from "../words";
+
+export interface DetectorLinks {
+  readonly self: string;
+  readonly epochs: string;
+  readonly stream: string;
+}
+
+export interface Detector {
+  readonly id: string;
+  readonly name: string | null;
+  readonly anchors: readonly string[];
+  readonly dem_id: string | null;
+  readonly map_warnings: readonly string[];
+  readonly links: DetectorLinks;
+}
+
+export interface Verdict {
+  readonly anchor_id: string;
+  readonly sight: "clear" | "occluded" | "too short" | "unknown";
+  readonly probability: number | null;
+  readonly range_m: number | null;
+  readonly excess_m: number | null;
+  readonly reason: string;
+}
+
+export interface Epoch {
+  readonly time_s: number | null;
+  readonly rejection: string | null;
+  readonly verdicts: readonly Verdict[];
+  readonly position: {
+    readonly east_m: number | null;
+    readonly north_m: number | null;
+    readonly altitude_m: number | null;
+    readonly covariance_m2: readonly (readonly (number | null)[])[];
+    readonly checked: boolean;
+  } | null;
+  readonly planning: string;
+  readonly summary: string;
+  readonly needed: string;
+  readonly predicted: readonly { readonly anchor_id: string; readonly p_sight: number; readonly clearance_m: number | null }[] | null;
+}
+
+export interface AskedEpoch {
+  readonly time_s: number;
+  readonly ranges: readonly { readonly anchor_id: string; readonly range_m: number | null; readonly sigma_m?: number }[];
+}
+
+const WAIT_S = 30;
+
+export async function listDetectors(): Promise<readonly Detector[]> {
+  return (await askJson<{ detectors: readonly Detector[] }>("/detectors")).detectors;
+}
+
+export function openDetector(body: unknown): Promise<Detector> {
+  return askJson<Detector>("/detectors", posted(body, WAIT_S));
+}
+
+export async function sendEpochs(links: DetectorLinks, epochs: readonly AskedEpoch[]): Promise<readonly Epoch[]> {
+  return (await askJson<{ answers: readonly Epoch[] }>(links.epochs, posted({ epochs }, WAIT_S))).answers;
+}
+
+export async function closeDetector(links: DetectorLinks): Promise<void> {
+  await ask(links.self, { method: "DELETE" });
+}
+
+/** Every answer of a session as it is given; over is called once, with why, when there will be no more. */
+export function watchDetector(links: DetectorLinks, told: (epoch: Epoch) => void, over: (why: Error) => void): () => void {
+  const socket = new WebSocket(`${location.origin.replace(/^http/, "ws")}${links.stream}?watch=true`);
+  let wanted = true;
+  socket.addEventListener("message", (event) => {
+    told(JSON.parse(String(event.data)) as Epoch);
+  });
+  socket.addEventListener("close", (event) => {
+    if (wanted) over(new Refusal(words.streamOver(event.reason), 0, ""));
+  });
+  return () => {
+    wanted = false;
+    socket.close();
+  };
+}

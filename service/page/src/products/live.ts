@@ -1,0 +1,141 @@
+// A detector session on the map: its answers as they come, or those of a log, and which of them is looked at.
+import { computed, signal } from "@preact/signals";
+import { type AskedEpoch, closeDetector, type Detector, type Epoch, listDetectors, openDetector, sendEpochs, watchDetector } from "../api/detectors";
+import type { Place } from "../api/types";
+import { heightAt } from "../geo/grid";
+import type { Anchor } from "../mission/mission";
+import { tableOf } from "../mission/tables";
+import { ground, mission, notice, refuse, setBusy } from "../state";
+import { words } from "../words";
+
+export const sessions = signal<readonly Detector[]>([]);
+/** What is watched: a session, or a log by its name. */
+export const watched = signal<{ readonly name: string; readonly detector: Detector | null } | null>(null);
+export const epochs = signal<readonly Epoch[]>([]);
+/** Number of the epoch that is looked at; null: the newest, whatever comes. */
+export const lookedAt = signal<number | null>(null);
+const MOST_EPOCHS = 20_000;
+const EPOCHS_AT_ONCE = 100;
+let stop: (() => void) | null = null;
+
+export const epoch = computed<Epoch | null>(() => epochs.value[lookedAt.value ?? epochs.value.length - 1] ?? null);
+
+export interface Sighted {
+  readonly anchor: Anchor;
+  readonly sight: "clear" | "occluded" | "too short" | "unknown";
+  readonly rangeM: number | null;
+  readonly excessM: number | null;
+  readonly reason: string;
+  /** Probability of sight that the map foretold, 0..1; null without a map. */
+  readonly foretold: number | null;
+}
+
+/** The anchors of the epoch that the mission knows, each with what was measured and what was foretold. */
+export const sighted = computed<readonly Sighted[]>(() => {
+  const now = epoch.value;
+  if (!now) return [];
+  return now.verdicts.flatMap(({ anchor_id, sight, range_m, excess_m, reason }) => {
+    const anchor = mission.value.anchors.find(({ id }) => id === anchor_id);
+    const foretold = now.predicted?.find((one) => one.anchor_id === anchor_id)?.p_sight ?? null;
+    return anchor ? [{ anchor, sight, rangeM: range_m, excessM: excess_m, reason, foretold }] : [];
+  });
+});
+
+export const trail = computed<readonly Place[]>(() => {
+  const last = lookedAt.value ?? epochs.value.length - 1;
+  return epochs.value.slice(0, last + 1).flatMap((one) => placeOf(one) ?? []);
+});
+
+export function placeOf(one: Epoch): Place | null {
+  const { east_m, north_m } = one.position ?? { east_m: null, north_m: null };
+  return east_m === null || north_m === null ? null : { east_m, north_m };
+}
+
+/** Altitude of an anchor in the DEM's datum, metres; NaN over unknown ground. */
+export function altitudeOf(anchor: Anchor): number {
+  const here = ground.value;
+  if (anchor.height_from === "altitude_m") return anchor.height_m;
+  return here ? heightAt(here, anchor) + anchor.height_m : NaN;
+}
+
+function question(name: string): Record<string, unknown> {
+  const here = ground.peek();
+  const { anchors, rover } = mission.peek();
+  if (!here) throw new Error(words.chooseGround);
+  if (anchors.length === 0) throw new Error(words.placeAnchors);
+  const placed = anchors.map((anchor) => ({ id: anchor.id, east_m: anchor.east_m, north_m: anchor.north_m, altitude_m: altitudeOf(anchor) }));
+  const lost = placed.find(({ altitude_m }) => Number.isNaN(altitude_m));
+  if (lost) throw new Error(words.noAltitude(lost.id));
+  const range_sigma_m = Math.max(...anchors.map((anchor) => anchor.ranging_sigma_m));
+  return { name, anchors: placed, dem_id: here.dem.id, antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
+}
+
+export async function refreshSessions(): Promise<void> {
+  sessions.value = await listDetectors();
+}
+
+/** A session with the mission's anchors and ground, for a rover to send its ranges to. */
+export async function openSession(): Promise<void> {
+  const detector = await openDetector(question(mission.peek().name));
+  await refreshSessions();
+  watch(detector);
+}
+
+export function watch(detector: Detector): void {
+  leave();
+  watched.value = { name: detector.name ?? detector.id, detector };
+  stop = watchDetector(
+    detector.links,
+    (told) => {
+      if (told.rejection === null) epochs.value = [...epochs.value, told].slice(-MOST_EPOCHS);
+    },
+    (why) => refuse("live", why),
+  );
+}
+
+/** Listen no more; the session itself goes on. */
+export function leave(): void {
+  stop?.();
+  stop = null;
+  [watched.value, epochs.value, lookedAt.value] = [null, [], null];
+}
+
+/** A range log judged by a session of its own, from its first epoch to its last. */
+export async function replay(file: File): Promise<void> {
+  const rounds = roundsOf(await file.text());
+  leave();
+  setBusy("replay", 0);
+  const detector = await openDetector(question(file.name));
+  try {
+    const answers: Epoch[] = [];
+    for (let at = 0; at < rounds.length; at += EPOCHS_AT_ONCE) {
+      answers.push(...(await sendEpochs(detector.links, rounds.slice(at, at + EPOCHS_AT_ONCE))));
+      setBusy("replay", answers.length / rounds.length);
+    }
+    watched.value = { name: file.name, detector: null };
+    epochs.value = answers.filter(({ rejection }) => rejection === null);
+    lookedAt.value = 0;
+    notice.value = words.replayed(file.name, answers.length, answers.length - epochs.value.length);
+  } finally {
+    setBusy("replay", undefined);
+    await closeDetector(detector.links);
+  }
+}
+
+/** Ranges of one time belong together. Raises a sentence where the text is no such table. */
+export function roundsOf(text: string): AskedEpoch[] {
+  const rows = tableOf(text);
+  const needed = ["time_s", "anchor_id", "range_m"].filter((name) => !(name in (rows[0] ?? {})));
+  if (needed.length > 0) throw new Error(words.noRangeLog(needed));
+  const rounds = new Map<number, AskedEpoch["ranges"][number][]>();
+  for (const row of rows) {
+    const time_s = Number(row["time_s"]);
+    if (!Number.isFinite(time_s) || row["time_s"] === "") throw new Error(words.noTime(row["time_s"] ?? ""));
+    if (row["anchor_id"] === "") continue; // a motion, not a range
+    const metres = row["range_m"] === "" ? NaN : Number(row["range_m"]);
+    const round = rounds.get(time_s) ?? [];
+    round.push({ anchor_id: row["anchor_id"] ?? "", range_m: Number.isFinite(metres) ? metres : null });
+    rounds.set(time_s, round);
+  }
+  return [...rounds].sort(([a], [b]) => a - b).map(([time_s, ranges]) => ({ time_s, ranges }));
+}

@@ -1,0 +1,128 @@
+"""A drive seen on the planner's page: a session that is watched as it judges, and a log played back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import dem_samples
+from terrain import ElevationGrid, height_at
+from tests.service.browser import Browser, browsing
+from tests.service.running import Server
+from tests.stories.planner import mission, open_planner, place_anchors, settled, take
+
+PLACES = (
+    (646500.0, 5136500.0),
+    (649500.0, 5138500.0),
+    (648000.0, 5135800.0),
+    (647200.0, 5138200.0),
+    (648900.0, 5137000.0),
+)
+ANTENNA_M, TOO_LONG_M = 1.5, 25.0
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browsing(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def page(browser: Browser, server: Server) -> Iterator[Browser]:
+    open_planner(browser, server)
+    browser.complaints.clear()
+    yield browser
+    assert browser.complaints == []
+
+
+@pytest.fixture(scope="module")
+def valley() -> ElevationGrid:
+    return dem_samples.load_sample("valley")
+
+
+def rounds(
+    valley: ElevationGrid, anchors: list[dict[str, Any]], seconds: int
+) -> Iterator[tuple[float, dict[str, float]]]:
+    """Time and true ranges of a rover that drives east, the first anchor's 25 m too long from half the drive on."""
+    for second in range(seconds):
+        east_m, north_m = 648000.0 + second, 5136500.0
+        altitude_m = float(height_at(valley, east_m, north_m)) + ANTENNA_M
+        ranges = {}
+        for anchor in anchors:
+            up_m = float(height_at(valley, anchor["east_m"], anchor["north_m"])) + anchor["height_m"] - altitude_m
+            ranges[anchor["id"]] = math.hypot(anchor["east_m"] - east_m, anchor["north_m"] - north_m, up_m)
+        if second >= seconds // 2:
+            ranges[anchors[0]["id"]] += TOO_LONG_M
+        yield float(second), ranges
+
+
+def told(page: Browser) -> tuple[float, float]:
+    """East and north of the rover as the panel tells it."""
+    cells = page.value("[...document.querySelectorAll('#live-answer dd')].slice(0, 2).map((one) => one.textContent)")
+    return float(cells[0]), float(cells[1])
+
+
+def verdict(page: Browser, number: int) -> str:
+    return str(page.value(f"document.querySelectorAll('#verdicts tbody tr')[{number}].cells[1].textContent"))
+
+
+def test_a_rover_is_watched_while_its_session_judges(page: Browser, server: Server, valley: ElevationGrid) -> None:
+    take(page, "valley")
+    place_anchors(page, PLACES)
+    page.click("#mode-live")
+    page.click("#open-session")
+    page.until("(document.querySelector('.inspector code')?.textContent ?? '').endsWith('/stream')")
+    session = str(page.value("document.querySelector('.inspector code').textContent")).removesuffix("/stream")
+    for time_s, ranges in rounds(valley, mission(page)["anchors"], 12):
+        measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
+        body = {"epochs": [{"time_s": time_s, "ranges": measured}]}
+        assert server.client.post(f"{session}/epochs", json=body).is_success
+    page.until("(document.querySelector('.inspector .slider output')?.textContent ?? '').startsWith('12 of 12')")
+    assert told(page) == pytest.approx((648011.0, 5136500.0), abs=2.0)
+    assert [verdict(page, number) for number in range(5)] == ["occluded", *["in sight"] * 4]
+    assert "%" in page.value("document.querySelector('#verdicts tbody tr').cells[2].textContent")
+    drawn = "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures().length"
+    assert page.value(drawn) == 5 + 5 + 3  # rings, lines; trail, ellipse, rover
+
+
+def test_a_log_is_played_back_on_a_time_bar(
+    page: Browser, server: Server, valley: ElevationGrid, tmp_path: Path
+) -> None:
+    take(page, "valley")
+    place_anchors(page, PLACES)
+    log = tmp_path / "drive.csv"
+    rows = [
+        f"{time_s},{name},{range_m:.3f}"
+        for time_s, ranges in rounds(valley, mission(page)["anchors"], 20)
+        for name, range_m in ranges.items()
+    ]
+    log.write_text("\n".join(["time_s,anchor_id,range_m", *rows]))
+    before = server.client.get("/detectors").json()["total"]
+    page.click("#mode-live")
+    page.upload("#log-file", log)
+    page.until("(document.getElementById('notice')?.textContent ?? '').includes('20 epochs')")
+    settled(page)
+    assert told(page) == pytest.approx((648000.0, 5136500.0), abs=2.0)
+    assert verdict(page, 0) == "in sight"
+    page.value(
+        "(() => { const e = document.querySelector('.inspector input[type=range]'); e.value = '19'; "
+        "e.dispatchEvent(new Event('input', {bubbles: true})); })()"
+    )
+    page.until("document.querySelector('.inspector .slider output').textContent.startsWith('20 of 20, 19.0 s')")
+    assert told(page) == pytest.approx((648019.0, 5136500.0), abs=2.0)
+    assert verdict(page, 0) == "occluded"
+    assert server.client.get("/detectors").json()["total"] == before, "the session of a log is closed behind it"
+
+
+def test_a_file_that_is_no_log_is_refused_by_what_it_lacks(page: Browser, tmp_path: Path) -> None:
+    take(page, "valley")
+    place_anchors(page, PLACES[:3])
+    wrong = tmp_path / "anchors.csv"
+    wrong.write_text("id,east_m\nD1,3\n")
+    page.click("#mode-live")
+    page.upload("#log-file", wrong)
+    page.until("(document.getElementById('refusal')?.textContent ?? '').includes('time_s, anchor_id, range_m')")
