@@ -42,8 +42,9 @@ def unfinished_raster(
         "nodata": nodata,
         "crs": None if dem.crs is None else rasterio.crs.CRS.from_wkt(dem.crs.to_wkt()),
         "transform": Affine(dem.cell_east_m, 0.0, west_m, 0.0, -dem.cell_north_m, north_m),
-        "tiled": True, "blockxsize": BLOCK, "blockysize": BLOCK, "compress": "ZSTD", "zstd_level": 1,
-        "sparse_ok": True, "bigtiff": "IF_SAFER", "interleave": "band", "num_threads": "ALL_CPUS",
+        # not compressed: it is read once, and soon goes
+        "tiled": True, "blockxsize": BLOCK, "blockysize": BLOCK,
+        "sparse_ok": True, "bigtiff": "IF_SAFER", "interleave": "band",
     }  # fmt: skip
     with rasterio.Env(GDAL_CACHEMAX=CACHE_MB), rasterio.open(path, "w", **profile) as dataset:
         for number, description in enumerate(descriptions, 1):

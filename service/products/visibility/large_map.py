@@ -6,6 +6,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +35,8 @@ __all__ = ["COUNT", "LOWEST", "MEMORY_LIMIT_BYTES", "make_large_map"]
 
 COUNT, LOWEST = "count.tif", "min_visible_altitude.tif"
 MEMORY_LIMIT_BYTES = 2 << 30
-# an anchor's altitudes and classes on disk until all block rows that they touch are written
-DISK_BYTES_PER_POST = 5
+# an anchor's altitudes and classes on disk until all block rows that they touch are written, and those rows
+DISK_BYTES_PER_POST = 5 + 6
 MOST_ANCHORS = 254  # of what a byte counts, 255 means nothing
 # of the whole way, what is done once all block rows are written
 SHARE_OF_ROWS = 0.9
@@ -88,9 +89,8 @@ def make_large_map(
         ]
         facts = _write(dem, parcels, Path(parts), work)
         calculated_s = time.perf_counter()
-        for name in (COUNT, LOWEST):
-            with replacing(folder / name) as whole:
-                to_cog(Path(parts) / name, whole)
+        with ThreadPoolExecutor(2) as pool:  # GDAL's work needs no interpreter
+            list(pool.map(lambda name: _finish(Path(parts) / name, folder / name), (COUNT, LOWEST)))
     finished_s = time.perf_counter()
     work.progress(1.0)
     by_anchor = {parcel.anchor.id: facts[parcel.number] for parcel in parcels}
@@ -99,6 +99,11 @@ def make_large_map(
         read_by="this process" if work.scheduler is None else f"workers of the Dask scheduler {work.scheduler}",
         timing={"calculation_s": calculated_s - started_s, "files_s": finished_s - calculated_s},
     )  # fmt: skip
+
+
+def _finish(unfinished: Path, path: Path) -> None:
+    with replacing(path) as whole:
+        to_cog(unfinished, whole)
 
 
 def _write(dem: LargeDem, parcels: Sequence[Parcel], parts: Path, work: Work) -> dict[int, ParcelFacts]:

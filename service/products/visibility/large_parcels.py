@@ -91,7 +91,8 @@ def distance_within(
     row, col = dem.post_at(anchor.east_m, anchor.north_m)
     north_m = (np.arange(*rows) - row) * dem.cell_north_m
     east_m = (np.arange(*cols) - col) * dem.cell_east_m
-    return np.add.outer(north_m * north_m, east_m * east_m) <= anchor.limits.max_range_m**2
+    within: npt.NDArray[np.bool_] = east_m * east_m <= (anchor.limits.max_range_m**2 - north_m * north_m)[:, None]
+    return within
 
 
 def stored(parcel: Parcel) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
