@@ -83,6 +83,7 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "pillow": "PIL",
         "pyserial": "serial",
         "PyJWT": "jwt",
+        "prometheus-client": "prometheus_client",
     }
     project = pyproject()["project"]
     asked = [*project["dependencies"], *project["optional-dependencies"]["logs"]]
