@@ -16,7 +16,6 @@ from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
 from service.products.in_common import QUANTILES
 from terrain import ElevationGrid
-from visibility import Anchor
 from visibility.sites import SiteMap, best_sites, site_map
 
 from .request import SiteMapParameters
@@ -63,7 +62,7 @@ class FinishedSiteMap:
     """
 
     grid: ElevationGrid
-    anchors: tuple[Anchor, ...]
+    anchors: tuple[()]
     parameters: SiteMapParameters
     answer: SiteMapSummary
     seen: Floats
@@ -130,10 +129,9 @@ def calculate_site_map(grid: ElevationGrid, parameters: SiteMapParameters, work:
         sites=sites,
     )
     work.progress(1.0)
-    marks = tuple(Anchor(site.id, site.east_m, site.north_m, site.altitude_m) for site in sites)
     return FinishedSiteMap(
         box,
-        marks,
+        (),
         parameters,
         answer,
         share,

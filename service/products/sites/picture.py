@@ -12,6 +12,7 @@ from service.drawing import class_map
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels, class_shares
 from service.drawing.sheet import ground_figure, save_png
 from service.parts.map_facts import dem_name
+from visibility import Anchor
 
 from .calculate import FinishedSiteMap
 
@@ -28,10 +29,11 @@ def write_map(finished: FinishedSiteMap, path: Path) -> None:
     parameters, grid = finished.parameters, finished.grid
     numbers, classes = _classes(finished)
     reach = "" if parameters.max_range_m is None else f", within {parameters.max_range_m:g} m"
+    sites = [Anchor(site.id, site.east_m, site.north_m, site.altitude_m) for site in finished.answer.sites]
     figure, axes = ground_figure(
         grid,
         class_pixels(grid, numbers, classes),
-        finished.anchors,
+        sites,
         f"Sites: {dem_name(grid)}",
         f"sites {parameters.site_above_ground_m:g} m, receivers {parameters.receiver_above_ground_m:g} m above "
         f"ground{reach}",

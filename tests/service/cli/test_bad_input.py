@@ -219,7 +219,7 @@ def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("a.txt", "x", "must end in .json, .geojson or .csv"),
+        ("a.txt", "x", "must end in .json, .geojson, .csv, .kml, .kmz, .gpx or .plan"),
         ("a.json", "{", "is not JSON"),
         ("a.json", "[]", "holds no anchors"),
         ("a.json", "{}", "must hold a list of anchors"),
