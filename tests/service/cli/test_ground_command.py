@@ -115,7 +115,7 @@ def test_of_one_large_file_only_area_and_margin_are_read(sightline: Any, tmp_pat
     read = json.loads(sightline("visibility", path, *words, "--margin", "300").stdout)
     assert read["count_histogram"] == whole["count_histogram"], "the anchor lies in the area, so nothing else hides"
     assert read["dem"]["sha256"] == whole["dem"]["sha256"] == part["sha256"]
-    assert "of an area of" in " ".join(read["warnings"])
+    assert "is for an area of" in " ".join(read["warnings"])
     refused = sightline("visibility", path, *words, "--margin", "300", "--band", "1")
     assert (refused.code, "--band is for a DEM in one file" in refused.stderr) == (2, True)
 

@@ -10,7 +10,7 @@ from terrain import height_at, read_dem, to_lon_lat
 from tests.service.small_maps import NORTH_M, WEST_M
 from visibility import FLAT, Anchor, AntennaLimits, min_visible_altitude
 
-FILES = {"visibility.json", "visible.tif", "min_visible_altitude.tif", "count.tif", "map.png"}
+FILES = {"visibility.json", "visible.tif", "min_visible_altitude.tif", "count.tif", "map.png", "map.kml"}
 D1 = f"D1,{WEST_M + 95},{NORTH_M - 305},12agl"
 D2 = f"D2,{WEST_M + 750},{NORTH_M - 200},90msl"
 

@@ -109,7 +109,7 @@ def test_what_is_drawn_later_counts(place: Place) -> None:
     place.finished(1, hours_ago=1.0)
     retention = place.retention(max_bytes=5000)
     layer = place.folder.layer(f"{1:032x}", "map.png")
-    layer.parent.mkdir()
+    layer.parent.mkdir(parents=True)
     layer.write_bytes(b"\0" * 9000)
     retention.measure_again(f"{1:032x}")
     assert retention.measure() == 1
