@@ -87,7 +87,7 @@ def _dragging(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> list[
             first_s.append(time.perf_counter() - began_s)
         began_s = time.perf_counter()
         page.mouse("mouseReleased", start[0] + 4.0 * STEPS, start[1] + 2.0 * STEPS, button="left", clickCount=1)
-        page.until("planner.atRest()")
+        page.until("planner.mapAtRest()")
         full_s.append(first_s[-1] + time.perf_counter() - began_s)
     probes_s = list[float]()
     for number in range(10):

@@ -33,7 +33,8 @@ const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoverageP
 const MOVES: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** Whether everything on the page is of the mission as it stands: what a test waits for, and a script. */
-const atRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsLegend() && !awaitsKeeping();
+const mapAtRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsLegend();
+const atRest = (): boolean => mapAtRest() && !awaitsKeeping();
 
 function enter(next: Mode): void {
   mode.value = next;
@@ -115,7 +116,7 @@ function MapArea() {
     if (!target.current) return;
     const map = makeMap(target.current);
     remember(map);
-    Object.assign(window, { planner: { map, atRest, mission: () => mission.peek(), times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
+    Object.assign(window, { planner: { map, atRest, mapAtRest, mission: () => mission.peek(), times: { frameTimesMs, surfaceTimesMs, dilutionTimesMs, probeTimesMs } } });
     return () => map.setTarget(undefined);
   }, []);
   return (
