@@ -20,7 +20,7 @@ def open_planner(page: Browser, server: Server) -> None:
     """The page as somebody sees it who has never been here."""
     page.forget(server.url.rstrip("/"))
     page.open(server.url)
-    page.until("!!document.getElementById('mode-ground')")
+    page.until("!!document.getElementById('mode-ground') && !!window.planner")
 
 
 def take(page: Browser, sample: str) -> None:
@@ -63,7 +63,7 @@ def place_anchors(page: Browser, places: tuple[tuple[float, float], ...] = VALLE
 
 def settled(page: Browser) -> None:
     """Wait until nothing is being calculated, nor about to be, and the legend says what the map shows."""
-    page.until("planner.atRest()")
+    page.until("window.planner?.atRest()")
 
 
 def shares(page: Browser) -> list[float]:

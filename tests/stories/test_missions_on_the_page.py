@@ -42,7 +42,7 @@ def page(browser: Browser, server: Server) -> Iterator[Browser]:
 
 def kept_at(page: Browser) -> str:
     """The path of the mission that the page keeps, once all is saved."""
-    page.until("planner.atRest() && location.search.startsWith('?mission=')")
+    page.until("window.planner?.atRest() && location.search.startsWith('?mission=')")
     return "/missions/" + str(page.value("new URLSearchParams(location.search).get('mission')"))
 
 
@@ -73,7 +73,7 @@ def test_every_change_is_saved_by_itself_and_the_address_opens_it(page: Browser,
     assert "Crossing: saved" in page.text("#keeping")
     page.value("localStorage.clear()")
     page.open(f"{server.url}/?mission={path.rpartition('/')[2]}")
-    page.until("planner.mission().name === 'Crossing' && planner.mission().anchors.length === 2")
+    page.until("window.planner?.mission().name === 'Crossing' && planner.mission().anchors.length === 2")
 
 
 def test_versions_are_named_opened_and_undone(page: Browser, server: Server) -> None:
@@ -92,7 +92,7 @@ def test_versions_are_named_opened_and_undone(page: Browser, server: Server) -> 
         "[...document.querySelectorAll('#versions li button')].find((b) => b.textContent.includes('before the rain'))"
     )
     page.value(f"{find}.click()")
-    page.until("planner.mission().name === 'as briefed'")
+    page.until("window.planner?.mission().name === 'as briefed'")
     settled(page)
     assert of_service(server, path)["name"] == "as briefed"
     page.click("#undo")
@@ -130,9 +130,9 @@ def test_of_two_that_were_saved_against_each_other_theirs_is_taken_and_mine_come
     rename(page, "Mine")
     page.until("!!document.getElementById('conflict')")
     press_button(page, "Take theirs")
-    page.until("planner.mission().name === 'Theirs'")
+    page.until("window.planner?.mission().name === 'Theirs'")
     page.click("#undo")
-    page.until("planner.mission().name === 'Mine'")
+    page.until("window.planner?.mission().name === 'Mine'")
     settled(page)
     assert of_service(server, path)["name"] == "Mine"
     page.complaints.clear()
@@ -146,7 +146,7 @@ def test_missions_are_listed_duplicated_and_deleted(page: Browser, server: Serve
     item = "[...document.querySelectorAll('#missions li')].find((li) => li.textContent.includes({!r}))"
     page.until(f"!!{item.format('To be copied')}")
     page.value(f"{item.format('To be copied')}.querySelectorAll('button')[1].click()")
-    page.until("planner.mission().name === 'To be copied (copy)'")
+    page.until("window.planner?.mission().name === 'To be copied (copy)'")
     copy = kept_at(page)
     assert copy != path
     delete = f"{item.format('To be copied (copy)')}.querySelectorAll('button')[2]"
@@ -193,7 +193,7 @@ def test_a_mission_opens_elsewhere_with_its_ground_or_asks_for_it(
         page.upload("#mission-file", tmp_path / "mission.json")
         page.until("(document.getElementById('refusal')?.textContent ?? '').includes('Upload that file')")
         take(page, "valley")
-        page.until("planner.mission().name === 'Travelling'")
+        page.until("window.planner?.mission().name === 'Travelling'")
         assert mission(page)["anchors"] == json.loads(files["mission.json"])["anchors"]
         page.click("#mode-brief")
         page.upload("#mission-file", tmp_path / "mission.zip")
@@ -226,7 +226,7 @@ def test_anchors_route_and_areas_come_from_other_programs_and_go_to_them(
     (tmp_path / "fence.plan").write_text(json.dumps(PLAN))
     page.click("#mode-anchors")
     page.upload("#anchor-file", tmp_path / "tour.gpx")
-    page.until("planner.mission().anchors.length === 1")
+    page.until("window.planner?.mission().anchors.length === 1")
     (anchor,) = mission(page)["anchors"]
     assert (anchor["id"], anchor["height_from"]) == ("Peak", "altitude_m")
     assert "GPX: 1 anchors, 1 lines" in page.text("#notice")
