@@ -103,3 +103,15 @@ def test_every_file_and_folder_of_ours_that_the_documents_name_is_there() -> Non
             named = ours.findall((ROOT / path).read_text(encoding="utf-8"))
             gone += [f"{path}: {name}" for name in named if not ((ROOT / name).exists() or "__pycache__" in name)]
     assert gone == []
+
+
+def test_every_exemption_from_types_and_from_ruff_says_why() -> None:
+    bare = re.compile(r"#\s*(?:type:\s*ignore|noqa)\b(?:\[[\w, -]+\]|:\s*[A-Z0-9, ]+)?\s*$")
+    found = [
+        f"{path.as_posix()}:{number}"
+        for path in project_files()
+        if path.suffix == ".py"
+        for number, line in enumerate((ROOT / path).read_text(encoding="utf-8").splitlines(), start=1)
+        if bare.search(line)
+    ]
+    assert found == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pyproj
@@ -81,9 +82,9 @@ def test_over_the_antimeridian_a_box_and_a_ring_take_the_short_way() -> None:
         (lambda: area_window(grid(), Box(0.0, 0.0, 5.0, 5.0, frame="metres")), "lies beside the DEM"),
     ],
 )
-def test_what_is_no_area_is_refused(make: object, sentence: str) -> None:
+def test_what_is_no_area_is_refused(make: Callable[[], object], sentence: str) -> None:
     with pytest.raises(AreaError, match=sentence):
-        make()  # type: ignore[operator]
+        make()
 
 
 def test_degrees_have_no_place_in_a_local_frame_nor_a_dems_metres_on_earth() -> None:

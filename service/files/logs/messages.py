@@ -89,7 +89,7 @@ def _number(value: object) -> float | None:
     if isinstance(value, str | bytes) or value is None:
         return None
     try:
-        return float(value)  # type: ignore[arg-type]
+        return float(value)  # type: ignore[arg-type] # what is no number is caught
     except (TypeError, ValueError):
         return None
 

@@ -144,7 +144,7 @@ def mavlink_bridge(
     strange = sorted({*ids.values(), *drones.values()} - set(known))
     if strange:
         raise RequestError(f"There is no anchor {strange[0]!r}; there are {', '.join(known[:12])}.")
-    outgoing = Outgoing(Told(**told), site.origin, site.anchors)  # type: ignore[arg-type]
+    outgoing = Outgoing(Told(**told), site.origin, site.anchors)  # type: ignore[arg-type] # fields of the options, by name
     flying = Drones(drones, site.frame, -site.origin.sea_level_m, site.geoid_m)
     codec: Codec = MavlinkCodec(site.anchors, Rounds(known, round_s), outgoing, ids, flying)
     return Bridge(transport, codec, site.detector.process, recorder.judged)

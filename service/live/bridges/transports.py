@@ -196,20 +196,20 @@ class SerialLine:
     def close(self) -> None:
         """Close the device."""
         if self._line is not None:
-            self._line.close()  # type: ignore[attr-defined]
+            self._line.close()  # type: ignore[attr-defined] # pyserial is optional and ships no types
             self._line = None
 
     def poll(self, wait_s: float) -> Received:
         """What came."""
         assert self._line is not None
-        self._line.timeout = wait_s  # type: ignore[attr-defined]
-        data = self._line.read(max(1, min(MOST_BYTES, self._line.in_waiting)))  # type: ignore[attr-defined]
+        self._line.timeout = wait_s  # type: ignore[attr-defined] # pyserial is optional and ships no types
+        data = self._line.read(max(1, min(MOST_BYTES, self._line.in_waiting)))  # type: ignore[attr-defined] # pyserial is optional and ships no types
         return [(self.device, bytes(data))] if data else []
 
     def write(self, data: bytes) -> None:
         """All of it."""
         assert self._line is not None
-        self._line.write(data)  # type: ignore[attr-defined]
+        self._line.write(data)  # type: ignore[attr-defined] # pyserial is optional and ships no types
 
 
 def _read(line: socket.socket) -> bytes:
@@ -226,7 +226,7 @@ def transport_of(address: str) -> Transport:
     if kind in ("udp", "udpout", "tcp", "tcpin", "serial") and place and number.isdecimal():
         if kind == "serial":
             try:
-                import serial  # noqa: F401
+                import serial  # noqa: F401 - loads it to see that it is there
             except ImportError as error:
                 raise RequestError("Serial lines need pyserial: pip install 'sightline[logs]'.") from error
             return SerialLine(place, int(number))

@@ -75,7 +75,7 @@ def test_a_session_without_a_map_foretells_nothing() -> None:
     answer = json.loads(session.answer(epoch(0, {})))
     EpochOut.model_validate(answer)
     assert answer["predicted"] is None
-    assert "map_doubts" not in session.description()["links"]  # type: ignore[operator]
+    assert "map_doubts" not in session.description()["links"]  # type: ignore[operator] # links are a mapping
     with pytest.raises(RequestError, match="no map"):
         asyncio.run(session.map_doubts())
 

@@ -28,6 +28,7 @@ ANCHORS = [
     for n in range(16)
 ]
 END = {"lon_deg": -84.36, "lat_deg": 36.4, "above_ground_m": 2.0}
+ELSEWHERE = {"lon_deg": 9.0, "lat_deg": 9.0, "above_ground_m": 1.0}
 PLACES = [{"lon_deg": -84.25 + 0.012 * n, "lat_deg": 36.25 + 0.007 * n} for n in range(5)]
 
 
@@ -154,7 +155,8 @@ def test_sixteen_anchors_are_answered_in_a_moment_and_nothing_is_kept(
         ("/probe", {"points": PLACES, "receiver_altitude_m": 1.0, "receiver_above_ground_m": 1.0}, 422, "only one"),
         ("/probe", {"points": PLACES, "anchors": [{**ANCHORS[0], "lon_deg": 9.0}]}, 422, "outside the DEM"),
         ("/profiles", {"pairs": []}, 422, "at least 1 item"),
-        ("/profiles", {"pairs": [{"from": {**PLACES[0], "above_ground_m": 1.0}, "to": {"lon_deg": 9.0, "lat_deg": 9.0, "above_ground_m": 1.0}}]}, 422, "pairs[0].to lies outside the DEM"),  # noqa: E501
+        ("/profiles", {"pairs": [{"from": {**PLACES[0], "above_ground_m": 1.0}, "to": ELSEWHERE}]}, 422,
+         "pairs[0].to lies outside the DEM"),
         ("/probe", {"dem_id": "0" * 32, "points": PLACES}, 404, "There is no DEM"),
     ],
 )  # fmt: skip

@@ -14,6 +14,7 @@ from terrain import (
     Circle,
     DemTooLargeError,
     DemUnsupportedError,
+    ElevationGrid,
     GroundChangedError,
     NoGroundError,
     plan_mosaic,
@@ -43,8 +44,8 @@ def both(folder: Path, fine: np.ndarray | None = None, **profile: object) -> lis
     ]
 
 
-def told(grid: object) -> str:
-    provenance = grid.provenance  # type: ignore[attr-defined]
+def told(grid: ElevationGrid) -> str:
+    provenance = grid.provenance
     return " ".join((*provenance.conversions, *provenance.warnings))
 
 

@@ -81,7 +81,7 @@ def test_a_page_elsewhere_opens_no_stream(server: Server) -> None:
     with pytest.raises(InvalidStatus) as refused:
         connect(url, proxy=None, origin="http://evil.example")  # type: ignore[arg-type] # a NewType of str
     assert refused.value.response.status_code == 403
-    with connect(url, proxy=None, origin=server.url) as own:  # type: ignore[arg-type]
+    with connect(url, proxy=None, origin=server.url) as own:  # type: ignore[arg-type] # an origin is any text
         own.ping()
 
 
