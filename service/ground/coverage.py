@@ -8,12 +8,23 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from pydantic import BaseModel, Field, JsonValue
 
 from service.files.geojson import cut
-from terrain import GroundLibrary, MosaicPlan, Tile, read_library
+from terrain import GroundLibrary, MosaicPlan, Tile, area_in_degrees, read_library
 
-__all__ = ["LIBRARY", "STORE", "Coverage", "PlanOut", "coverage_of", "fingerprint", "library_in", "plan_told"]
+__all__ = [
+    "LIBRARY",
+    "STORE",
+    "Coverage",
+    "PlanOut",
+    "coverage_of",
+    "fingerprint",
+    "library_in",
+    "plan_told",
+    "posts_about",
+]
 
 # in a data folder, beside the store: an index of tiles, which stay where they are; and what was read of remote sources
 LIBRARY, STORE = "ground.json", "ground-store"
@@ -101,6 +112,17 @@ def fingerprint(plan: MosaicPlan) -> str:
     for tile in plan.tiles:
         sha.update(f"{tile.path}\0{tile.size_bytes}\0{tile.modified_ns}\0".encode("utf-8", "surrogateescape"))
     return sha.hexdigest()
+
+
+def posts_about(plan: MosaicPlan, cell_m: float | None) -> float:
+    """About how many posts the grid of a plan has, before any height is read; cell_m: between them, if it is given."""
+    finest = plan.layers[0].layer
+    ellipsoid = finest.crs.ellipsoid
+    assert plan.area is not None, "a request names its area"
+    assert ellipsoid is not None, "reading the tiles has measured their cells on it"
+    west, south, east, north = np.radians(area_in_degrees(plan.area, finest.crs).bounds).tolist()
+    across_m = ellipsoid.semi_major_metre * np.array([north - south, (east - west) * np.cos((north + south) / 2.0)])
+    return float(np.prod(across_m / (cell_m or finest.cell_m)))
 
 
 def plan_told(plan: MosaicPlan) -> PlanOut:

@@ -98,12 +98,15 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                 await service.supervisor.start()
                 service.quarantined = opened.count_quarantined()
                 await service.supervisor.in_store(service.detectors.restore, service.grid)
-                upkeep = (service.watch_store(), service.supervisor.keep_sweeping(), service.detectors.keep_sweeping())
+                supervisor = service.supervisor
+                retained = supervisor.retention.keep_sweeping(supervisor.in_store, supervisor.space)
+                upkeep = (service.watch_store(), retained, service.detectors.keep_sweeping())
                 tasks += [asyncio.create_task(work) for work in upkeep]
                 yield
             finally:
                 for task in tasks:
                     task.cancel()
+                await service.grounds.stop()
                 await service.supervisor.stop()
                 await service.pool.stop()
                 service.detectors.close()

@@ -27,6 +27,8 @@ from service.products.registry import all_products
 from service.settings import Settings
 from terrain import ElevationGrid
 
+from .grounds import Grounds
+
 __all__ = ["Service", "ServiceDep"]
 
 logger = logging.getLogger("sightline.http")
@@ -49,6 +51,7 @@ class Service:
     detectors: Detectors
     products: Mapping[str, Product]
     uploads: asyncio.Semaphore
+    grounds: Grounds
     started_at_s: float
     store_writable: bool = True
     quarantined: int = 0
@@ -66,7 +69,7 @@ class Service:
         detectors = Detectors(settings, folder=folder.detectors)
         products = all_products(settings.more_products)
         parts = (settings, folder, store, missions, pool, supervisor, drawings, checks, detectors, products, uploads)
-        return cls(*parts, time.monotonic())
+        return cls(*parts, Grounds(), time.monotonic())
 
     def grid(self, dem_id: str) -> ElevationGrid:
         """The ground of a DEM for a detector, its heights mapped from the file. Raises NotFoundError, OSError."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Self
+from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.jobs.records import DemRecord
 
 from .answers import Page
+from .grounds import GroundUnderWay
 
-__all__ = ["Bounds", "BoundsDegrees", "DemList", "DemOut"]
+__all__ = ["Bounds", "BoundsDegrees", "DemList", "DemOut", "DemUnderWay"]
 
 EXAMPLE: dict[str, JsonValue] = {
     "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
@@ -132,6 +133,29 @@ def _transform(dem: DemOut) -> list[float]:
     """The transform of any DEM, also of one that an older Sightline read and told less about."""
     east_m, north_m, bounds = dem.cell_east_m, dem.cell_north_m, dem.bounds_of_posts_m
     return [east_m, 0.0, bounds.west - east_m / 2.0, 0.0, -north_m, bounds.north + north_m / 2.0]
+
+
+class DemUnderWay(BaseModel):
+    """A DEM that is being made from the ground library or a source."""
+
+    id: str = Field(description="Names the DEM once it is made, and its making until then.")
+    status: Literal["running", "cancelled"] = Field(
+        description="running: it waits or is made; cancelled: it was ended."
+    )
+    progress: float = Field(ge=0.0, le=1.0, description="Finished share, 0..1.")
+    created_at: datetime = Field(description="When it was asked for.")
+    links: dict[str, str] = Field(description="Paths of what belongs to it; self is the DEM once it is made.")
+
+    @classmethod
+    def of(cls, ground: GroundUnderWay) -> Self:
+        """How one stands."""
+        return cls(
+            id=ground.dem_id,
+            status="cancelled" if ground.making.cancelled() else "running",
+            progress=min(max(ground.progress, 0.0), 1.0),
+            created_at=datetime.fromtimestamp(ground.since_s, UTC),
+            links={"self": f"/dems/{ground.dem_id}"},
+        )
 
 
 class DemList(Page):

@@ -2,40 +2,32 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import time
-import uuid
-from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.responses import FileResponse
-from pydantic import JsonValue
+from fastapi.responses import FileResponse, JSONResponse
 
 from dem_samples import sample_manifest
-from service.access.callers import acting_tenant
 from service.errors import BusyError, NotFoundError, RequestError
 from service.ground.coverage import Coverage
 from service.ground.levels import Levels, levels_of
 from service.ground.request import GroundIn
-from service.jobs.channel import BodyArguments, ReadDemArguments, ReadingOptions
-from service.jobs.folder import move_into_place
-from service.jobs.marker import write_owner
+from service.jobs.channel import ReadDemArguments, ReadingOptions
 from service.jobs.pool import Lane
 from service.jobs.records import DemRecord
-from service.jobs.recovery import note_dem
 
 from .answers import Limit, Offset
-from .bodies import is_json, receive
+from .bodies import WaitDep, is_json, receive
 from .context import Service, ServiceDep
-from .dem_answers import DemList, DemOut
+from .dem_answers import DemList, DemOut, DemUnderWay
+from .dem_keeping import dem_id_of, ground_of_library, keep_dem, under_way_answer
 from .jobs import file_answer
 from .meta import LOCATION, problem_responses
 
-__all__ = ["dem_id_of", "ground", "keep_dem", "router"]
+__all__ = ["ground", "router"]
 
 router = APIRouter(prefix="/dems", tags=["DEMs"])
 DATUM = (
@@ -65,9 +57,15 @@ UPLOAD_BODY = {
 @router.post(
     "",
     status_code=201,
+    response_model=DemOut,
     summary="Upload a DEM, or ask for ground",
     responses={
         201: {"description": "The DEM was read.", "headers": LOCATION},
+        202: {
+            "description": "Ground that takes long is being made; follow Location.",
+            "headers": LOCATION,
+            "model": DemUnderWay,
+        },
         200: {"description": "The same DEM was there already.", "headers": LOCATION, "model": DemOut},
         **problem_responses(400, 404, 409, 413, 422, 502, 503, 507),
     },
@@ -105,14 +103,17 @@ async def upload_dem(
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,
     vertical_datum: Annotated[str | None, Query(max_length=120, description=DATUM)] = None,
-) -> DemOut:
+    wait_s: WaitDep = None,
+) -> DemOut | Response:
     """Read a GeoTIFF, COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file and keep it.
 
     Send the file as a multipart form (`curl -F file=@dem.tif`) or as the body (`curl --data-binary @dem.tif` with
     `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told.
 
     With a body in JSON (`{"area": …}`) the DEM is made from the operator's ground library, see `GET /ground`: the
-    finest tiles first, voids filled from the next, everything told in `conversions` and `warnings`.
+    finest tiles first, voids filled from the next, everything told in `conversions` and `warnings`. Many posts, or a
+    remote source, take long: then the answer is 202 (after the wait that `Prefer` asks for), `GET /dems/{id}` tells the
+    progress until the DEM is there, and `DELETE` ends it.
     """
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
@@ -131,7 +132,10 @@ async def upload_dem(
     elif is_json(request):
         if options or filename is not None:
             raise RequestError("Ground from the library is asked for in the body alone; leave out the query.")
-        dem, is_new = await _from_library(request, service)
+        found = await ground_of_library(request, response, service, wait_s)
+        if isinstance(found, Response):
+            return found
+        dem, is_new = found
     else:
         dem, is_new = await _uploaded(request, service, filename, options)
     response.status_code = 201 if is_new else 200
@@ -146,10 +150,26 @@ async def list_dems(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) 
     return DemList(dems=[DemOut.of(dem) for dem in dems], total=total, limit=limit, offset=offset)
 
 
-@router.get("/{dem_id}", summary="Look at a DEM", responses=problem_responses(404))
-async def get_dem(dem_id: str, service: ServiceDep) -> DemOut:
-    """What was read, what was converted, and every warning."""
-    return DemOut.of(await service.supervisor.in_store(service.store.dem, dem_id))
+@router.get(
+    "/{dem_id}",
+    summary="Look at a DEM",
+    response_model=DemOut,
+    responses={
+        202: {"description": "It is being made: how far it is.", "model": DemUnderWay},
+        **problem_responses(404, 409, 413, 422, 502, 503, 507),
+    },
+)
+async def get_dem(dem_id: str, service: ServiceDep) -> DemOut | Response:
+    """What was read, what was converted, and every warning; of one that could not be made, why."""
+    under_way = service.grounds.known(dem_id)
+    if under_way is not None and not under_way.making.done():
+        return under_way_answer(under_way)
+    dem = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
+    if dem is None:
+        dem = under_way.outcome() if under_way is not None else None
+    if dem is None:
+        raise NotFoundError("DEM", dem_id)
+    return DemOut.of(dem)
 
 
 @router.get(
@@ -216,15 +236,28 @@ async def get_heights(
     return await file_answer(request, path, "application/octet-stream", f"{dem.summary['sha256']}-{level}")
 
 
-@router.delete("/{dem_id}", status_code=204, summary="Delete a DEM", responses=problem_responses(404, 409))
-async def delete_dem(dem_id: str, service: ServiceDep) -> None:
+@router.delete(
+    "/{dem_id}",
+    status_code=204,
+    summary="Delete a DEM",
+    responses={
+        200: {"description": "It was being made, and is not any more.", "model": DemUnderWay},
+        204: {"description": "It is gone."},
+        **problem_responses(404, 409),
+    },
+)
+async def delete_dem(dem_id: str, service: ServiceDep) -> Response:
     """Free its space. Refused (409) while jobs on it wait or run; finished results keep what they need."""
+    ended = await service.grounds.end(dem_id)
+    if ended is not None:
+        return JSONResponse(DemUnderWay.of(ended).model_dump(mode="json"))
 
     def remove() -> None:
         service.store.remove_dem(dem_id)
         service.folder.remove(service.folder.dem(dem_id))
 
     await service.supervisor.in_store(service.supervisor.space.freeing, remove)
+    return Response(status_code=204)
 
 
 @ground.get("", summary="See what ground there is", responses=problem_responses(422))
@@ -253,41 +286,3 @@ async def _uploaded(
         dem_id = dem_id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
         arguments = ReadDemArguments(path=str(upload.path), options=options)
         return await keep_dem(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)
-
-
-async def _from_library(request: Request, service: Service) -> tuple[DemRecord, bool]:
-    limit = service.settings.max_json_bytes
-    async with receive(request, service.folder, limit, "max_json_bytes", "body.json") as body:
-        planned = await service.checks.ask("plan-ground", BodyArguments(path=str(body.path)))
-    return await keep_dem(service, str(planned["dem_id"]), "ground", "read-ground", planned, None)
-
-
-async def keep_dem(
-    service: Service, dem_id: str, name: str, task: str, arguments: Mapping[str, object], file_bytes: int | None
-) -> tuple[DemRecord, bool]:
-    """The DEM of that id, read now unless it is there already, and whether it is new."""
-    dem_id = await service.supervisor.in_store(service.store.own_id, dem_id)
-    known = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
-    # its files may have been lost; then they are read again
-    if known is not None and service.folder.dem(dem_id).is_dir():
-        return known, False
-    service.supervisor.space.refuse_when_low()
-    await service.supervisor.in_store(service.supervisor.quotas.refuse_storage)
-    token = uuid.uuid4().hex
-    summary = dict(cast(Mapping[str, JsonValue], await service.supervisor.ask(task, arguments, token)))
-    called = str(summary.pop("name", name))
-    dem = DemRecord(dem_id, called, time.time(), {**summary, "file_bytes": file_bytes}, acting_tenant())
-
-    def keep() -> DemRecord:
-        write_owner(service.folder.work(token), service.store.salt(dem.tenant))
-        move_into_place(service.folder.work(token), service.folder.dem(dem_id))
-        service.store.add_dem(dem)
-        note_dem(service.store, service.folder, dem_id)
-        return service.store.dem(dem_id)
-
-    return await service.supervisor.in_store(keep), True
-
-
-def dem_id_of(*parts: str) -> str:
-    """The id of a DEM that these words name: what kind, which bytes, how they are read."""
-    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:32]

@@ -24,6 +24,7 @@ from .context import Service
 from .problems import FailedJob, problem_of
 
 __all__ = [
+    "RETRY_AFTER_S",
     "after_waiting",
     "answer_of",
     "events_of",

@@ -172,10 +172,11 @@ class LevelArguments(DemArguments):
 
 
 class GroundArguments(TypedDict):
-    """Ground to read: the fields of the request, and the id of the DEM that it means."""
+    """Ground to read: the fields of the request, the id of the DEM that it means, and whether it takes long."""
 
     dem_id: str
     asked: Mapping[str, JsonValue]
+    takes_long: bool
 
 
 class BodyArguments(TypedDict, total=False):

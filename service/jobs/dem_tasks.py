@@ -16,7 +16,7 @@ from pydantic import JsonValue
 
 from dem_samples import sample_path
 from service.errors import NotFoundError
-from service.ground.coverage import STORE, coverage_of, fingerprint, library_in
+from service.ground.coverage import STORE, coverage_of, fingerprint, library_in, posts_about
 from service.ground.levels import place_of, write_level
 from service.ground.remote.blocks import BlockStore
 from service.ground.remote.windows import fetch_area, source_named
@@ -42,6 +42,8 @@ __all__ = [
     "write_dem_level",
 ]
 
+# of ground that is made while its request waits: a second or two
+AT_ONCE_POSTS = 4_000_000
 DEM_ID = re.compile(r"[0-9a-f]{32}")
 
 
@@ -147,7 +149,13 @@ def plan_ground(context: TaskContext, arguments: BodyArguments) -> GroundArgumen
     asked = read_body(GroundIn, body_in(arguments), context.settings)
     asked.area_asked()
     state = _state(context, asked)
-    return {"dem_id": _id_of(asked, state), "asked": asked.model_dump(mode="json", exclude_none=True)}
+    takes_long = True  # how soon a source answers nobody knows
+    if asked.source is None:
+        # what is beyond the limit is refused before any height is read
+        about = posts_about(_plan(context, asked), asked.cell_m)
+        takes_long = AT_ONCE_POSTS < about <= context.settings.max_dem_cells
+    fields = asked.model_dump(mode="json", exclude_none=True)
+    return {"dem_id": _id_of(asked, state), "asked": fields, "takes_long": takes_long}
 
 
 def read_ground(context: TaskContext, arguments: GroundArguments) -> Mapping[str, object]:

@@ -42,7 +42,6 @@ __all__ = ["Supervisor"]
 logger = logging.getLogger("sightline.jobs")
 
 STORE_RETRY_S = 1.0
-SWEEP_EVERY_S = 10.0
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -108,23 +107,33 @@ class Supervisor:
         return await asyncio.shield(loop.run_in_executor(self._store_thread, todo))
 
     async def ask(
-        self, task: str, arguments: Mapping[str, object], token: str | None = None, lane: Lane = Lane.FILES
+        self,
+        task: str,
+        arguments: Mapping[str, object],
+        token: str | None = None,
+        lane: Lane = Lane.FILES,
+        on_progress: Callable[[float], None] | None = None,
     ) -> Mapping[str, object]:
-        """Have a short task done beside the calculations, once more if its worker dies.
+        """Have a task done beside the jobs, once more if its worker dies; a long one waits with the calculations.
 
         Raises BusyError, TaskFailed, TimeLimitError, JobInterruptedError.
         """
-        waiting = sum(self._pool.waiting(lane) for lane in (Lane.FILES, Lane.CHECKS, Lane.PROBES))
-        self.quotas.refuse_when_busy(waiting, "requests")
-        client = acting_client()
-        self.quotas.refuse_waiting(self._pool.waiting_of(client, lane), "requests")
-        salt = await self._salt(acting_tenant())
+        self.refuse_requests(lane)
+        salt, client = await self._salt(acting_tenant()), acting_client()
         for _ in range(self._settings.max_attempts):
             try:
-                return await self._pool.run(lane, task, arguments, token=token, salt=salt, client=client)
+                return await self._pool.run(
+                    lane, task, arguments, token=token, salt=salt, client=client, on_progress=on_progress
+                )
             except WorkerDied as died:
                 logger.warning("task %s: its worker ended with %s", task, died)
         raise interrupted(self._settings.max_attempts)
+
+    def refuse_requests(self, lane: Lane) -> None:
+        """Raises BusyError, TooManyError where too many tasks wait, of all or of the client."""
+        waiting = sum(self._pool.waiting(one) for one in {Lane.FILES, Lane.CHECKS, Lane.PROBES, lane})
+        self.quotas.refuse_when_busy(waiting, "requests")
+        self.quotas.refuse_waiting(self._pool.waiting_of(acting_client(), lane), "requests")
 
     async def submit(self, kind: str, dem_id: str, request: JobRequest, inputs: Path | None = None) -> JobRecord:
         """Take in a job; inputs: its folder. Raises LimitError, NotFoundError, DataFolderError, StorageFullError."""
@@ -261,18 +270,6 @@ class Supervisor:
                 await asyncio.sleep(STORE_RETRY_S)
             else:
                 return
-
-    async def keep_sweeping(self) -> None:
-        """Measure results and delete those whose time is over, a few at a time, again and again."""
-        while True:
-            try:
-                while await self.in_store(self.retention.measure) or await self.in_store(
-                    self.space.freeing, self.retention.sweep
-                ):
-                    await asyncio.sleep(0)
-            except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
-                logger.error("results are not swept (%s); next try in %g s", error, SWEEP_EVERY_S)
-            await asyncio.sleep(SWEEP_EVERY_S)
 
     # -- what follows runs in the store thread
 

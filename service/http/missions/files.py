@@ -20,7 +20,7 @@ from service.missions.shelf import Sheet
 
 from ..bodies import Upload, receive
 from ..context import Service, ServiceDep
-from ..dems import dem_id_of, keep_dem
+from ..dem_keeping import dem_id_of, keep_dem
 from ..meta import problem_responses
 
 __all__ = ["imports", "opened_mission", "router"]

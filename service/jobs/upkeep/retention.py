@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import sqlite3
 import time
+from collections.abc import Awaitable, Callable
 
+from service.errors import DataFolderError
 from service.jobs.folder import DataFolder
 from service.jobs.marker import size_bytes
 from service.jobs.records import JobRecord, JobStatus
@@ -13,16 +16,19 @@ from service.jobs.recovery import note_job, unnote_job
 from service.jobs.store import Store
 from service.settings import Settings
 
+from .space import Space
+
 __all__ = ["Retention"]
 
 logger = logging.getLogger("sightline.retention")
 
 # so many at a time, that others come to the store in between
 BATCH = 50
+SWEEP_EVERY_S = 10.0
 
 
 class Retention:
-    """Every method is work for the store thread, and short."""
+    """Every method but ``keep_sweeping`` is work for the store thread, and short."""
 
     def __init__(self, settings: Settings, store: Store, folder: DataFolder) -> None:
         self._keep_s = settings.keep_results_s
@@ -30,6 +36,16 @@ class Retention:
         self._store = store
         self._folder = folder
         self.results_bytes = 0
+
+    async def keep_sweeping(self, in_store: Callable[..., Awaitable[int]], space: Space) -> None:
+        """Measure results and delete those whose time is over, a few at a time, again and again."""
+        while True:
+            try:
+                while await in_store(self.measure) or await in_store(space.freeing, self.sweep):
+                    await asyncio.sleep(0)
+            except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
+                logger.error("results are not swept (%s); next try in %g s", error, SWEEP_EVERY_S)
+            await asyncio.sleep(SWEEP_EVERY_S)
 
     def expires_at_s(self, job: JobRecord) -> float | None:
         """When a job is deleted for its age, seconds since 1970 UTC; None when it is not."""
