@@ -13,7 +13,7 @@ CREATED := $(VENV)/.sightline-created
 PRODUCT := $(VENV)/.sightline-product
 INSTALLED := $(VENV)/.sightline-installed
 WARM := $(VENV)/.sightline-warm
-KERNELS := $(wildcard compiled/*.py */kernels/*.py */*/kernels/*.py service/warm_up.py)
+KERNELS := $(wildcard compiled/*.py */kernels/*.py */*/kernels/*.py service/warm_up.py service/products/*/__init__.py)
 # the first Python on PATH that is new enough; PYTHON=/path/to/python overrides
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v $$p; break; }; done)

@@ -91,7 +91,7 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
 
     given: what the request refers to; without it ``needs`` comes back where there is something to find first. What is
     long of the parameters goes into the work folder. Raises NotJsonError, NotValidError, NotFoundError, LimitError, and
-    what the product's check raises.
+    what the product refuses.
     """
     product = context.products[arguments["product"]]
     asked: Any = read_body(product.asked, body_in(arguments["body"]), context.settings)
@@ -104,7 +104,7 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
     grid = context.grid(asked.dem_id)
     parameters, told = in_dem_datum(grid, parameters)
-    product.check(grid, parameters, context.settings)
+    product.refuse(grid, parameters, context.settings)
     packed = product.pack(grid, parameters, context.work)
     if context.work.exists():
         make_durable(context.work)

@@ -20,6 +20,7 @@ import tempfile
 import threading
 import time
 import uuid
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
@@ -30,8 +31,8 @@ import pyproj
 from service.error_roots import domain_errors
 from service.errors import DataFolderError, InternalError, MemoryLimitError, ServiceError, StorageFullError
 from service.logs import set_up_logging
-from service.products import Work
-from service.products.registry import PRODUCTS, all_products
+from service.products import Product, Work
+from service.products.registry import all_products
 from service.settings import GIB, Rehearsal, Settings
 from service.warm_up import warm_up
 from terrain import ElevationGrid
@@ -77,13 +78,13 @@ def main() -> None:
     told = started.get()
     settings = Settings.model_validate(told["settings"])
     set_up_logging(settings.log_format)
+    folder, products = DataFolder(settings.data_folder), all_products(settings.more_products)
     try:
-        rehearse(settings.rehearse, first=told["first"])
+        rehearse(settings.rehearse, products, first=told["first"])
     except OSError as error:
         # without a place for temporary files the first task is slower, nothing else
         logger.warning("could not rehearse: %s", error)
     _tell(answers, Ready(ready=True))
-    folder, products = DataFolder(settings.data_folder), all_products(settings.more_products)
     tasks = tasks_for(products)
     while True:
         order = orders.get()
@@ -95,21 +96,21 @@ def main() -> None:
         stopped.discard(token)
 
 
-def rehearse(what: Rehearsal, *, first: bool) -> None:
+def rehearse(what: Rehearsal, products: Mapping[str, Product], *, first: bool) -> None:
     """Load kernels, projections and raster drivers by using each once; one small map goes from start to end.
 
     first: of all workers; it also compiles what the processes of sampled plans need, for itself and all others.
     Raises OSError when nothing can be written.
     """
-    warm_up(what, own_processes=first)
+    warm_up(what, products, own_processes=first)
     utm = pyproj.CRS.from_epsg(32611)
     grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
     anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}
-    product = PRODUCTS["visibility-map"]
+    product = products["visibility-map"]
     with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
         finished = product.calculate(grid, product.parameters.model_validate({"anchors": [anchor]}), Work())
         save(product, finished, Path(folder))
-        _, kept = load(PRODUCTS, Path(folder))
+        _, kept = load(products, Path(folder))
         product.layer["visible.tif"].write(kept, Path(folder) / "visible.tif")
 
 

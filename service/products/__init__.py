@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from pydantic import BaseModel, JsonValue
 
 from service.errors import RequestError
+from service.estimates import Demand, refuse_beyond
 from service.files.layer import Layer
 from service.settings import Settings
 from terrain import ElevationGrid
 
-__all__ = ["UNWATCHED", "Finished", "Given", "Inline", "Needs", "Product", "Work"]
+__all__ = ["UNWATCHED", "Finished", "Given", "Inline", "Needs", "Product", "WarmUp", "Work"]
 
 
 class Finished(Protocol):
@@ -89,6 +90,27 @@ class Inline:
     description: str
 
 
+@dataclass(frozen=True, slots=True)
+class WarmUp:
+    """Calls that compile a product's kernels, on a tiny grid with an unknown post, with the types of real requests.
+
+    when: "maps" holds what a fast visibility map calls, and so most products; "beside" may be compiled at the same
+    time, since it makes no maps; "after" waits for them. own_processes: it starts some, which compile for themselves.
+    """
+
+    call: Callable[[ElevationGrid], None]
+    when: Literal["maps", "beside", "after"] = "after"
+    own_processes: bool = False
+
+
+def _takes_nothing(grid: ElevationGrid, parameters: Any) -> Iterable[Demand]:
+    return ()
+
+
+def _refuses_nothing(grid: ElevationGrid, parameters: Any, settings: Settings) -> None:
+    """Whatever the parameters can say can be calculated."""
+
+
 def _needs_nothing(asked: Any) -> Needs | None:
     return None
 
@@ -104,7 +126,8 @@ class Product:
 
     name: of its jobs, as in ``dop-map``; plural: the field of its lists and, with hyphens, its path. model: the stem of
     the names in OpenAPI. asked: the body of POST; parameters: the same without what names things of the service.
-    check: refuses what cannot be calculated or is beyond the limits, before anything big is allocated.
+    estimate: what it takes of what an operator limits, what is known soonest first; check: refuses what else cannot be
+    calculated. Both allocate nothing big. warm_up: what compiles its kernels.
     load: the inverse of what ``calculate`` left on disk; None where all layers are written at once and nothing is kept.
     pack, unpack: what of the parameters stays in the store, and the whole of them again in the worker.
     needs, complete: what a request refers to, and the parameters with it. searches: it can be ended early.
@@ -120,9 +143,11 @@ class Product:
     asked: type[BaseModel]
     parameters: type[BaseModel]
     answer: type[BaseModel]
-    check: Callable[[ElevationGrid, Any, Settings], None]
     calculate: Callable[[ElevationGrid, Any, Work], Finished]
     layers: tuple[Layer, ...]
+    estimate: Callable[[ElevationGrid, Any], Iterable[Demand]] = _takes_nothing
+    check: Callable[[ElevationGrid, Any, Settings], None] = _refuses_nothing
+    warm_up: tuple[WarmUp, ...] = ()
     example: Mapping[str, Any] = field(default_factory=dict)
     finished: Callable[..., Finished] | None = None
     arrays: tuple[str, ...] = ()
@@ -144,6 +169,11 @@ class Product:
     def layer(self) -> Mapping[str, Layer]:
         """Its layers by file name."""
         return MappingProxyType({layer.name: layer for layer in self.layers})
+
+    def refuse(self, grid: ElevationGrid, parameters: Any, settings: Settings) -> None:
+        """Raises LimitError for what would take too much, and what ``estimate`` and ``check`` raise."""
+        refuse_beyond(self.estimate(grid, parameters), settings)
+        self.check(grid, parameters, settings)
 
     def completed(self, asked: Any, given: Given) -> Any:
         """The parameters that a request makes, with what it refers to. Raises RequestError, ValidationError."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 import types
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -48,7 +49,11 @@ def packages_on_disk() -> set[str]:
 
 
 def test_the_distribution_carries_every_package_on_disk() -> None:
-    assert set(pyproject()["tool"]["setuptools"]["packages"]) == packages_on_disk()
+    how = pyproject()["tool"]["setuptools"]["packages"]["find"]
+    assert how["namespaces"] is False
+    others = {".".join(path.parent.relative_to(ROOT).parts) for path in (ROOT / "tests").rglob("__init__.py")}
+    every = {*packages_on_disk(), *others, "benchmarks"}
+    assert {name for name in every if any(fnmatch(name, like) for like in how["include"])} == packages_on_disk()
 
 
 def test_every_package_folder_is_a_package() -> None:

@@ -17,7 +17,7 @@ MAY_KNOW = {
     "machine": set(),
     "settings": {"logs", "machine"},
     "estimates": {"errors", "settings"},
-    "warm_up": {"settings"},
+    "warm_up": {"settings", "products"},
     "access": {"errors", "settings"},
     "parts": {"errors"},
     "files": {"errors", "parts"},

@@ -85,7 +85,7 @@ OUTSIDE: dict[str, tuple[dict[str, Any], str]] = {
 def calculated(product: Product, grid: ElevationGrid, asked: dict[str, Any], folder: Path) -> Finished:
     """As a worker does it, its check before."""
     parameters, _ = in_dem_datum(grid, product.parameters.model_validate(asked))
-    product.check(grid, parameters, Settings())
+    product.refuse(grid, parameters, Settings())
     inputs = folder / f"inputs-{len(list(folder.iterdir()))}"
     return product.calculate(grid, product.unpacked(product.pack(grid, parameters, inputs), inputs))
 

@@ -163,7 +163,7 @@ def test_start_and_goal_must_differ_and_be_in_air_that_may_be_flown():
 def test_a_budget_beyond_the_limit_of_a_job_is_refused():
     asked = FlightParameters.model_validate(flight_request(budget={"seconds": 1e6}))
     with pytest.raises(LimitError, match="more than the limit"):
-        FLIGHT.check(small_grid(), asked, Settings())
+        FLIGHT.refuse(small_grid(), asked, Settings())
 
 
 def test_a_finished_morphing_map_is_flown_above_unless_it_has_frames():

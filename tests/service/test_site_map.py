@@ -77,7 +77,7 @@ def test_fewer_sites_than_asked_are_told() -> None:
 
 def test_what_would_take_too_long_or_lies_elsewhere_is_refused() -> None:
     with pytest.raises(LimitError, match=r"directions of .* steps over .* cells would take about"):
-        SITE_MAP.check(small_grid(), SiteMapParameters(directions=7200), Settings(max_job_s=0.1))
+        SITE_MAP.refuse(small_grid(), SiteMapParameters(directions=7200), Settings(max_job_s=0.1))
     far = {name: value + 1e6 for name, value in AREA.items()}
     with pytest.raises(AreaError):
-        SITE_MAP.check(small_grid(), SiteMapParameters.model_validate({"target_area": far}), Settings())
+        SITE_MAP.refuse(small_grid(), SiteMapParameters.model_validate({"target_area": far}), Settings())

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from pydantic import Field
 
+from service.estimates import Demand, calculation
 from service.files.layer import Layer
 from service.parts.map_facts import DemId, MapSummary, ground_of
 from service.parts.points import Metres, StrictModel
-from service.products import Product, Work
+from service.products import Product, WarmUp, Work
 from service.settings import Settings
 from terrain import ElevationGrid, TerrainError
 
-__all__ = ["HIGH_GROUND"]
+__all__ = ["HIGH_GROUND", "TOO_MUCH_M", "warmed"]
+
+TOO_MUCH_M = 8_848.0  # takes more memory than any machine gives a calculation
+warmed: list[tuple[int, int]] = []  # the grids that this process has been warmed up with
 
 
 class HighGroundParameters(StrictModel):
@@ -47,6 +52,11 @@ class HighGround:
     high: np.ndarray
 
 
+def _estimate(grid: ElevationGrid, parameters: HighGroundParameters) -> Iterable[Demand]:
+    cells = grid.heights_m.size
+    return calculation(f"{cells:,} cells", 1e18 * (parameters.above_m == TOO_MUCH_M), 1e-9 * cells, "a smaller DEM")
+
+
 def _check(grid: ElevationGrid, parameters: HighGroundParameters, settings: Settings) -> None:
     if parameters.above_m < 0.0:
         raise TerrainError(f"No ground is asked for below 0 m, and {parameters.above_m:g} m is.")
@@ -70,6 +80,10 @@ def _write_posts(finished: HighGround, path: Path) -> None:
     path.write_text(f"posts\n{finished.answer.posts}\n", encoding="utf-8")
 
 
+def _warm_up(grid: ElevationGrid) -> None:
+    warmed.append(grid.shape)
+
+
 HIGH_GROUND = Product(
     name="high-ground",
     title="map of high ground",
@@ -81,7 +95,9 @@ HIGH_GROUND = Product(
     asked=HighGroundIn,
     parameters=HighGroundParameters,
     answer=HighGroundSummary,
+    estimate=_estimate,
     check=_check,
+    warm_up=(WarmUp(_warm_up, "maps"),),
     calculate=_calculate,
     layers=(Layer("posts.csv", "text/csv", "How many posts.", _write_posts),),
     finished=HighGround,

@@ -33,6 +33,8 @@ def serve(*, options: ServiceOptions = ServiceOptions()) -> None:
 
 def warm_up() -> None:
     """Compile every kernel into the cache, so that nothing waits for a compiler later."""
+    from service.products.registry import all_products
+    from service.settings import Settings
     from service.warm_up import warm_up_on_all_cores
 
-    warm_up_on_all_cores()
+    warm_up_on_all_cores(all_products(Settings().more_products))

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from service.estimates import refuse_map, refuse_volume
+from collections.abc import Iterator
+
+from service.estimates import Demand, sight_lines
 from service.parts.map_area import map_area
-from service.products import Product
+from service.products import Product, WarmUp
 from service.settings import Settings
 from terrain import ElevationGrid
+from visibility import (
+    Anchor,
+    altitude_layers,
+    control_volume,
+    dop,
+    dop_map,
+    min_visible_altitude,
+    position_error_map,
+)
+from visibility.air import whole_volume
+from visibility.dilution import position_error, position_error_along
 
 from .calculate import DopMapSummary, FinishedDopMap, calculate_dop_map, check_dop_map, path_points
 from .files import LAYERS
@@ -16,12 +29,33 @@ from .volumes import check_air
 __all__ = ["DOP_MAP"]
 
 
-def _check(grid: ElevationGrid, parameters: DopMapParameters, settings: Settings) -> None:
+def _estimate(grid: ElevationGrid, parameters: DopMapParameters) -> Iterator[Demand]:
     cells = grid.heights_m.size
-    refuse_map(cells, len(parameters.anchors), parameters.mode, settings)
+    yield from sight_lines(cells, len(parameters.anchors), parameters.mode)
+    yield from sight_lines(cells, len(check_dop_map(grid, parameters).all), parameters.mode)
+    voxels = check_air(map_area(grid, parameters.area).box, parameters)
+    remedy = "; ask for thicker layers, a lower ceiling or smaller bounds"
+    yield Demand("max_voxels", voxels, f"The volume has {voxels:,} voxels,", remedy)
+
+
+def _check(grid: ElevationGrid, parameters: DopMapParameters, settings: Settings) -> None:
     path_points(grid, parameters)
-    refuse_map(cells, len(check_dop_map(grid, parameters).all), parameters.mode, settings)
-    refuse_volume(check_air(map_area(grid, parameters.area).box, parameters), settings)
+
+
+def _maps_and_air(grid: ElevationGrid) -> None:
+    corners = ((10.0, -10.0, 90.0), (250.0, -20.0, 120.0), (20.0, -260.0, 70.0), (240.0, -240.0, 100.0))
+    surfaces = min_visible_altitude(grid, [Anchor(f"A{n}", *at) for n, at in enumerate(corners)])
+    for on_surface in (False, True):
+        dop_map(surfaces, 1.5, on_surface=on_surface)
+        position_error_map(surfaces, 1.5, on_surface=on_surface)
+        position_error_along(surfaces, [[100.0, -100.0, 90.0]], on_surface=on_surface)
+    whole_volume(control_volume(surfaces, altitude_layers(0.0, 40.0, 20.0, above_ground=True)))
+
+
+def _points(grid: ElevationGrid) -> None:
+    anchors_m, places_m = [[0.0, 0.0, 90.0], [90.0, 0.0, 80.0], [0.0, -90.0, 70.0]], [[10.0, -10.0, 60.0]] * 2
+    dop(anchors_m, places_m)
+    position_error(anchors_m, places_m, 0.1)
 
 
 DOP_MAP = Product(
@@ -36,7 +70,9 @@ DOP_MAP = Product(
     parameters=DopMapParameters,
     answer=DopMapSummary,
     example=REQUEST,
+    estimate=_estimate,
     check=_check,
+    warm_up=(WarmUp(_maps_and_air), WarmUp(_points)),
     calculate=calculate_dop_map,
     layers=LAYERS,
     finished=FinishedDopMap,

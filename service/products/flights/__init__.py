@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+from planning.paths import FlightProblem, PlanBudget, plan_flight
 from service.errors import RequestError
-from service.estimates import refuse_budget, refuse_map
+from service.estimates import Demand, budget, sight_lines
 from service.parts.sentences import on_morphing_map
-from service.products import Given, Needs, Product
-from service.settings import Settings
+from service.products import Given, Needs, Product, WarmUp
 from terrain import ElevationGrid
 
 from .calculate import FinishedFlight, FlightSummary, calculate_flight, check_flight_request
@@ -30,12 +32,17 @@ def _complete(asked: FlightParameters, given: Given) -> FlightParameters:
     return FlightParameters.model_validate(fields)
 
 
-def _check(grid: ElevationGrid, asked: FlightParameters, settings: Settings) -> None:
+def _estimate(grid: ElevationGrid, asked: FlightParameters) -> Iterator[Demand]:
     cells, above = grid.heights_m.size, asked.morphing_map
-    refuse_map(cells, check_flight_request(grid, asked), asked.mode, settings)
-    refuse_budget(asked.budget.seconds, settings)
+    yield from sight_lines(cells, check_flight_request(grid, asked), asked.mode)
+    yield budget(asked.budget.seconds)
     if above is not None:
-        refuse_map(cells, len(above.anchors), above.mode, settings)
+        yield from sight_lines(cells, len(above.anchors), above.mode)
+
+
+def _sampled(grid: ElevationGrid) -> None:
+    few = PlanBudget(iterations=200)
+    plan_flight(FlightProblem(grid, (60.0, -50.0, 90.0), (60.0, -225.0, 90.0), budget=few))
 
 
 FLIGHT = Product(
@@ -50,7 +57,8 @@ FLIGHT = Product(
     parameters=FlightParameters,
     answer=FlightSummary,
     example=REQUEST,
-    check=_check,
+    estimate=_estimate,
+    warm_up=(WarmUp(_sampled, own_processes=True),),
     calculate=calculate_flight,
     layers=LAYERS,
     finished=FinishedFlight,

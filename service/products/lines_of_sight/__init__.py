@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from service.products import Inline, Product
-from service.settings import Settings
+from service.products import Inline, Product, WarmUp
 from terrain import ElevationGrid
+from visibility import line_of_sight, lines_of_sight, profile
 
 from .calculate import LAYERS, LineOut, LinesOfSightSummary, calculate_lines, pack_lines, unpack_lines
 from .request import PAIRS, LinesOfSightIn, LinesOfSightParameters
@@ -12,10 +12,14 @@ from .request import PAIRS, LinesOfSightIn, LinesOfSightParameters
 __all__ = ["LINES_OF_SIGHT"]
 
 
-def _check(grid: ElevationGrid, asked: LinesOfSightParameters, settings: Settings) -> None:
-    """Pairs are counted where the body is read, and their ends judged where they are packed."""
+def _pairs(grid: ElevationGrid) -> None:
+    starts_m, ends_m = [[10.0, -10.0, 60.0]] * 2, [[200.0, -150.0, 5.0], [-50.0, 20.0, 90.0]]
+    lines_of_sight(grid, starts_m, ends_m, wavelength_m=0.1, dem_sigma_m=3.0, excess_path=True)
+    line_of_sight(grid, starts_m[0], ends_m[0])
+    profile(grid, starts_m[0], ends_m[0])
 
 
+# pairs are counted where the body is read, and their ends judged where they are packed
 LINES_OF_SIGHT = Product(
     name="lines-of-sight",
     title="lines of sight",
@@ -28,7 +32,7 @@ LINES_OF_SIGHT = Product(
     parameters=LinesOfSightParameters,
     answer=LinesOfSightSummary,
     example=PAIRS,
-    check=_check,
+    warm_up=(WarmUp(_pairs),),
     calculate=calculate_lines,
     layers=LAYERS,
     pack=pack_lines,

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from pydantic import ConfigDict, JsonValue
 
-from service.estimates import refuse_frames, refuse_map
+from service.estimates import Demand, sight_lines
 from service.parts.map_area import map_area
 from service.parts.map_facts import DemId
 from service.parts.positioning import POSITIONING_EXAMPLE, MorphingMapParameters
 from service.parts.ranging_sources import check_moving_sources, check_sources, moving_sources, ranging_sources
-from service.products import Product
-from service.settings import Settings
+from service.products import Product, WarmUp
 from terrain import ElevationGrid
+from visibility import Anchor, FlightLimit, min_visible_altitude, morphing_map
 from visibility.air.morphing_maps import check_ceiling
 
 from .calculate import FinishedMorphingMap, MorphingMapSummary, calculate_morphing_map
 from .files import LAYERS
+from .frames import frames_demand
 
 __all__ = ["MORPHING_MAP", "REQUEST", "MorphingMapIn"]
 
@@ -30,19 +33,25 @@ class MorphingMapIn(MorphingMapParameters):
     dem_id: DemId
 
 
-def _check(grid: ElevationGrid, parameters: MorphingMapParameters, settings: Settings) -> None:
+def _estimate(grid: ElevationGrid, parameters: MorphingMapParameters) -> Iterator[Demand]:
     cells, mode, frames = grid.heights_m.size, parameters.mode, parameters.frames
-    refuse_map(cells, len(parameters.anchors), mode, settings)
+    yield from sight_lines(cells, len(parameters.anchors), mode)
     check_ceiling(map_area(grid, parameters.area).box, *parameters.ceiling())
     if frames is None:
         sources = ranging_sources(grid, parameters).all
         check_sources(grid, sources, parameters)
-        refuse_map(cells, len(sources), mode, settings)
+        yield from sight_lines(cells, len(sources), mode)
         return
     most = max(len(here) for here in check_moving_sources(grid, parameters, frames))
-    refuse_map(cells, most, mode, settings)
+    yield from sight_lines(cells, most, mode)
     moving = moving_sources(grid, parameters, frames).moving
-    refuse_frames(cells, len(frames.times_s()), moving, mode, settings)
+    yield from frames_demand(cells, len(frames.times_s()), moving, mode)
+
+
+def _columns(grid: ElevationGrid) -> None:
+    corners = ((10.0, -10.0, 90.0), (250.0, -20.0, 120.0), (20.0, -260.0, 70.0), (240.0, -240.0, 100.0))
+    surfaces = min_visible_altitude(grid, [Anchor(f"A{n}", *at) for n, at in enumerate(corners)])
+    morphing_map(surfaces, FlightLimit(3.0), ceiling_m=200.0)
 
 
 MORPHING_MAP = Product(
@@ -57,9 +66,10 @@ MORPHING_MAP = Product(
     parameters=MorphingMapParameters,
     answer=MorphingMapSummary,
     example=REQUEST,
-    check=_check,
     calculate=calculate_morphing_map,
     layers=LAYERS,
+    estimate=_estimate,
+    warm_up=(WarmUp(_columns),),
     finished=FinishedMorphingMap,
     arrays=(
         *("altitude_m", "safe_above_m", "state", "no_flight_intervals", "dop", "no_go"),

@@ -6,11 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, Field
 
+from service.estimates import BYTES_PER_CELL, SECONDS_PER_CELL_AND_ANCHOR, Demand, calculation
 from service.parts.anchors import FramesIn
 from service.parts.map_area import MapArea
 from service.parts.map_facts import curvature_of, share_of
@@ -20,9 +22,28 @@ from visibility import Anchor, MinimumVisibleAltitude
 from visibility.air import Availability, ColumnState, MorphingFrame, availability, morphing_frames
 from visibility.sight import SurfaceCache
 
-__all__ = ["AVAILABLE_BANDS", "FoundFrames", "FrameFacts", "TimeFacts", "available_at", "find_frames", "frame_words"]
+__all__ = [
+    "AVAILABLE_BANDS",
+    "FoundFrames",
+    "FrameFacts",
+    "TimeFacts",
+    "available_at",
+    "find_frames",
+    "frame_words",
+    "frames_demand",
+]
+
+# of a frame: altitude and state of a column, and working it out
+BYTES_PER_FRAME, SECONDS_PER_COLUMN = 5, 2e-6
 
 AVAILABLE_BANDS = ("first_s", "last_s", "longest_from_s", "longest_to_s", "share", "unknown_share")
+
+
+def frames_demand(cells: int, frames: int, moving: int, mode: Literal["fast", "exact"]) -> tuple[Demand, Demand]:
+    """What a map over time takes; moving: anchors and satellites, whose sight lines each frame makes anew."""
+    memory_bytes = cells * (frames * BYTES_PER_FRAME + BYTES_PER_CELL)
+    seconds = cells * frames * (moving * SECONDS_PER_CELL_AND_ANCHOR[mode] + SECONDS_PER_COLUMN)
+    return calculation(f"{frames} frames over {cells:,} cells", memory_bytes, seconds, "fewer frames, or a smaller DEM")
 
 
 class FrameFacts(BaseModel):

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from service.estimates import refuse_budget, refuse_map
+import contextlib
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from planning import PathError
+from planning.paths import PathLimits, PathProblem, PlanBudget, RoverModel, plan_path
+from service.estimates import Demand, budget, sight_lines
 from service.parts.sentences import MAP_KINDS, with_map
-from service.products import Given, Needs, Product
-from service.settings import Settings
+from service.products import Given, Needs, Product, WarmUp
 from terrain import ElevationGrid
+from visibility import Anchor
+from visibility.sight import AnchorTrack
 
 from .answer import FinishedPath, PathSummary
 from .calculate import calculate_path, check_path_request
@@ -28,13 +37,34 @@ def _complete(asked: PathQuestion, given: Given) -> PathParameters:
     return PathParameters.model_validate(fields)
 
 
-def _check(grid: ElevationGrid, asked: PathParameters, settings: Settings) -> None:
+def _estimate(grid: ElevationGrid, asked: PathParameters) -> Iterator[Demand]:
     cells, on = grid.heights_m.size, asked.morphing_map
-    refuse_map(cells, len(asked.anchors), asked.mode, settings)
-    refuse_map(cells, check_path_request(grid, asked), asked.mode, settings)
-    refuse_budget(asked.budget.seconds, settings)
+    yield from sight_lines(cells, len(asked.anchors), asked.mode)
+    yield from sight_lines(cells, check_path_request(grid, asked), asked.mode)
+    yield budget(asked.budget.seconds)
     if on is not None:
-        refuse_map(cells, len(on.anchors), on.mode, settings)
+        yield from sight_lines(cells, len(on.anchors), on.mode)
+
+
+def _on_the_grid(grid: ElevationGrid) -> None:
+    anchors = tuple(Anchor(f"A{n}", 60.0 * n, -50.0 * n, 90.0 + n) for n in range(4))
+    rover = RoverModel(max_slope_rad=1.2, max_step_m=80.0)
+    plan = partial(PathProblem, budget=PlanBudget(sampling=False))
+    for dop_limit, goal in ((1e6, (60.0, -225.0)), (1e6, (210.0, -225.0)), (0.1, (60.0, -225.0))):
+        limits = PathLimits(min_anchors=0, dop_limit=dop_limit)
+        with contextlib.suppress(PathError):
+            plan_path(plan(grid, (60.0, -50.0), goal, rover=rover, anchors=anchors, limits=limits))
+    cliff_m = np.zeros((12, 10), np.float32)
+    cliff_m[6:] = 900.0
+    plan_path(plan(ElevationGrid(cliff_m, 30.0, 25.0), (60.0, -50.0), (60.0, -225.0)))
+    track = AnchorTrack("T", np.array([0.0, 900.0]), np.array([[60.0, -50.0, 90.0], [90.0, -50.0, 90.0]]))
+    plan_path(plan(grid, (60.0, -50.0), (60.0, -225.0), anchors=(track,)))
+
+
+def _sampled(grid: ElevationGrid) -> None:
+    plan = partial(PathProblem, grid, (60.0, -50.0), (60.0, -225.0), budget=PlanBudget(iterations=200))
+    plan_path(plan())
+    plan_path(plan(rover=RoverModel(min_turning_radius_m=5.0)))
 
 
 PATH = Product(
@@ -49,7 +79,8 @@ PATH = Product(
     parameters=PathParameters,
     answer=PathSummary,
     example=REQUEST,
-    check=_check,
+    estimate=_estimate,
+    warm_up=(WarmUp(_on_the_grid), WarmUp(_sampled, own_processes=True)),
     calculate=calculate_path,
     layers=LAYERS,
     finished=FinishedPath,

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
-from planning.placement import feasible_candidates
+import numpy as np
+
+from planning.placement import (
+    Goal,
+    PlacementRules,
+    area_targets,
+    candidate_grid,
+    check_placement,
+    feasible_candidates,
+    path_targets,
+    place_anchors,
+)
 from planning.placement.placing import require_enough, require_sight
-from service.estimates import refuse_map, refuse_placement
+from service.estimates import SECONDS_PER_CELL_AND_ANCHOR, Demand, calculation, sight_lines
 from service.parts.sentences import told_as_asked
-from service.products import Product
+from service.products import Product, WarmUp
 from service.settings import Settings
 from terrain import ElevationGrid
+from visibility import Anchor
 from visibility.sight import check_anchors
 
 from .calculate import FinishedPlacement, calculate_placement, cluster_of
@@ -21,11 +34,23 @@ from .request import REQUEST, PlacementIn, PlacementParameters
 __all__ = ["PLACEMENT"]
 
 
+# places, normals, weights and what each target has in sight
+BYTES_PER_TARGET = 320
+
+
+def _estimate(grid: ElevationGrid, parameters: PlacementParameters) -> Iterator[Demand]:
+    """Surfaces are held for a few candidates at a time; what grows with both is one bit of sight for each pair."""
+    cells = grid.heights_m.size
+    yield from sight_lines(cells, len(parameters.anchors), parameters.mode)
+    candidates = _candidates_left(grid, parameters)
+    yield Demand("max_candidates", candidates, f"{candidates:,} candidates are")
+    what, memory_bytes = f"{candidates:,} candidates over {cells:,} cells", cells * (BYTES_PER_TARGET + candidates // 4)
+    seconds = cells * candidates * SECONDS_PER_CELL_AND_ANCHOR[parameters.mode]
+    yield from calculation(what, memory_bytes, seconds, "fewer candidates, or a smaller DEM")
+
+
 def _check(grid: ElevationGrid, parameters: PlacementParameters, settings: Settings) -> None:
     cluster_of(parameters, settings.dask_scheduler)
-    cells = grid.heights_m.size
-    refuse_map(cells, len(parameters.anchors), parameters.mode, settings)
-    refuse_placement(cells, _candidates_left(grid, parameters), parameters.mode, settings)
 
 
 @told_as_asked
@@ -42,6 +67,19 @@ def _candidates_left(grid: ElevationGrid, parameters: PlacementParameters) -> in
     return len(feasible.candidates)
 
 
+def _goals(grid: ElevationGrid) -> None:
+    candidates = candidate_grid(grid, 110.0, above_ground_m=[30.0])
+    fixed = Anchor("F", 101.0, -77.0, 60.0)
+    weights = np.linspace(1.0, 2.0, grid.heights_m.size).reshape(grid.shape)
+    rules = PlacementRules(max_range_m=1000.0)
+    for goal, targets in (
+        (Goal(), area_targets(grid, weight=weights)),
+        (Goal("dop", spare=1), path_targets(grid, [(40.0, -40.0), (200.0, -200.0)])),
+        (Goal("mean_error"), area_targets(grid)),
+    ):
+        check_placement(grid, place_anchors(grid, candidates, targets, 4, goal, rules, fixed=[fixed]))
+
+
 PLACEMENT = Product(
     name="placement",
     title="placement",
@@ -54,7 +92,9 @@ PLACEMENT = Product(
     parameters=PlacementParameters,
     answer=PlacementSummary,
     example=REQUEST,
+    estimate=_estimate,
     check=_check,
+    warm_up=(WarmUp(_goals),),
     calculate=calculate_placement,
     layers=LAYERS,
     finished=FinishedPlacement,

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from planning.placement import path_length_m, path_targets
-from service.errors import LimitError
-from service.estimates import refuse_map
+from collections.abc import Iterator
+
+from planning.placement import Goal, path_length_m, path_targets, reposition, straight_ahead
+from service.estimates import Demand, sight_lines
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import resolve_anchor
-from service.products import Given, Needs, Product
+from service.products import Given, Needs, Product, WarmUp
 from service.products.placements.question import goal_of, rules_of
-from service.settings import Settings
 from terrain import ElevationGrid
+from visibility import Anchor
 from visibility.sight import check_anchors
 
 from .calculate import FinishedRepositioning, RepositioningSummary, calculate_repositioning, path_ahead
@@ -24,23 +25,17 @@ SECONDS_PER_CELL_AND_SWEEP = 40e-9
 SECONDS_PER_CELL_AND_SEARCH = 4e-6
 
 
-def _check(grid: ElevationGrid, parameters: RepositioningParameters, settings: Settings) -> None:
+def _estimate(grid: ElevationGrid, parameters: RepositioningParameters) -> Iterator[Demand]:
     cells, anchors = grid.heights_m.size, len(parameters.anchors)
-    refuse_map(cells, anchors, parameters.mode, settings)
+    yield from sight_lines(cells, anchors, parameters.mode)
     _check_question(grid, parameters)
     stretches = 1.0
     if parameters.stretch_m is not None:
         stretches = max(1.0, path_length_m(path_ahead(grid, parameters)) / parameters.stretch_m)
     per_cell_s = SWEEPS_PER_STRETCH * SECONDS_PER_CELL_AND_SWEEP + anchors * SECONDS_PER_CELL_AND_SEARCH
     seconds = cells * stretches * per_cell_s
-    if seconds > settings.max_job_s:
-        raise LimitError(
-            f"{stretches:,.0f} stretches over {cells:,} cells would take about {seconds:,.3g} s, more than the limit "
-            f"of {settings.max_job_s:g} s; take longer stretches, a shorter max_flight_m or a smaller DEM",
-            limit_name="max_job_s",
-            limit=settings.max_job_s,
-            given=seconds,
-        )
+    what = f"{stretches:,.0f} stretches over {cells:,} cells would take about {seconds:,.3g} s,"
+    yield Demand("max_job_s", seconds, what, "; take longer stretches, a shorter max_flight_m or a smaller DEM")
 
 
 @told_as_asked
@@ -50,6 +45,11 @@ def _check_question(grid: ElevationGrid, parameters: RepositioningParameters) ->
     goal_of(parameters.goal)
     rules_of(grid, parameters.rules)
     check_anchors(grid, [resolve_anchor(grid, anchor) for anchor in parameters.anchors])
+
+
+def _ahead(grid: ElevationGrid) -> None:
+    ahead = straight_ahead(101.0, -100.0, 1.0, 60.0)
+    reposition(grid, [Anchor("F", 101.0, -77.0, 60.0)], ahead, Goal("dop"), above_ground_m=[30.0])
 
 
 def _needs(asked: RepositioningIn) -> Needs | None:
@@ -81,7 +81,8 @@ REPOSITIONING = Product(
     parameters=RepositioningParameters,
     answer=RepositioningSummary,
     example=REQUEST,
-    check=_check,
+    estimate=_estimate,
+    warm_up=(WarmUp(_ahead),),
     calculate=calculate_repositioning,
     layers=LAYERS,
     finished=FinishedRepositioning,

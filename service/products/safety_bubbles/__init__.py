@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 from pydantic import JsonValue
 
-from service.errors import LimitError
-from service.estimates import estimate_map, refuse_beyond_limits
+import navigation
+from service.estimates import Demand, sight_lines
 from service.parts.positioning import ORBIT_TEXTS
-from service.products import Inline, Product
-from service.settings import Settings
-from terrain import ElevationGrid
+from service.products import Inline, Product, WarmUp
+from terrain import ElevationGrid, nearest_surface
+from visibility import Anchor, Buildings, min_visible_altitude, visible_sets
+from visibility.cover import nearest_building
+from visibility.dilution import dop_at_points, pack_sets
 
 from .calculate import BubbleOut, SafetyBubblesSummary, calculate_bubbles
 from .files import LAYERS
@@ -24,17 +27,35 @@ REQUEST = "request.json"
 LONG = ("points", "points_m", "times_s", "covariances_m2")
 
 
-def _check(grid: ElevationGrid, asked: BubbleParameters, settings: Settings) -> None:
-    sources = check_bubble_question(grid, asked)[0]
-    if sources > settings.max_anchors:
-        raise LimitError(
-            f"{sources} anchors and satellites are more than the limit of {settings.max_anchors} in one request",
-            limit_name="max_anchors",
-            limit=settings.max_anchors,
-            given=sources,
+def _estimate(grid: ElevationGrid, asked: BubbleParameters) -> list[Demand]:
+    anchors, *lines = sight_lines(grid.heights_m.size, check_bubble_question(grid, asked)[0], asked.mode)
+    return [anchors] if asked.covariances_m2 is not None else [anchors, *lines]
+
+
+def _along_a_path(grid: ElevationGrid) -> None:
+    nearest_surface(grid, [[10.0, -10.0, 60.0]])
+    corners_m = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], float)
+    tent = Buildings(corners_m, np.array([(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]))
+    nearest_building(tent, [[1.0, 1.0, 1.0]])
+    navigation.bubble_confidence(np.eye(3), 1.0)
+    navigation.radius_of_confidence(np.eye(3), 0.9)
+    points_m, anchors_m = [[10.0, -10.0, 60.0], [20.0, -20.0, 60.0]], [[100.0, -200.0, 90.0]]
+    surfaces = min_visible_altitude(grid, [Anchor("A", 100.0, -200.0, 90.0)])
+    dop_at_points(points_m, anchors_m, pack_sets(visible_sets(surfaces, points_m).visible()))
+    motion = navigation.MotionNoise()
+    for clock_m in (None, (0.0, 0.0)):
+        state = navigation.predict(navigation.initial_state(0.0, points_m[0], clock_m=clock_m), 1.0, motion)
+        navigation.update_ranges(state, anchors_m, [200.0], 1.0)
+        navigation.filter_ranges(state, motion, [2.0], [0], [200.0], 1.0, anchors_m)
+        navigation.predict_bubble(
+            points_m,
+            [0.0, 1.0],
+            anchors_m,
+            [[True], [True]],
+            1.0,
+            clock=clock_m is not None,
+            ground_slope=[[0.0, 0.0]] * 2,
         )
-    if asked.covariances_m2 is None:
-        refuse_beyond_limits(estimate_map(grid.heights_m.size, sources, asked.mode), settings)
 
 
 def _pack(grid: ElevationGrid, asked: BubbleParameters, folder: Path) -> dict[str, JsonValue]:
@@ -66,7 +87,8 @@ SAFETY_BUBBLES = Product(
     parameters=BubbleParameters,
     answer=SafetyBubblesSummary,
     example=PATH,
-    check=_check,
+    estimate=_estimate,
+    warm_up=(WarmUp(_along_a_path),),
     calculate=calculate_bubbles,
     layers=LAYERS,
     pack=_pack,

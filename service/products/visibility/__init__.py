@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from service.estimates import refuse_map
+from collections.abc import Iterable
+from typing import Literal
+
+from dem_samples import load_sample
+from service.estimates import Demand, sight_lines
 from service.parts.map_area import map_area
 from service.parts.shapes_in_grid import resolve_anchor
-from service.products import Product
+from service.products import Product, WarmUp
 from service.settings import Settings
-from terrain import ElevationGrid
+from terrain import ElevationGrid, height_at
+from visibility import FLAT, Anchor, AntennaLimits, Curvature, min_visible_altitude
 from visibility.sight import check_anchors
 
 from .calculate import VisibilityMap, VisibilityMapSummary, calculate_visibility_map
@@ -17,10 +22,35 @@ from .request import REQUEST, VisibilityMapIn, VisibilityMapParameters
 __all__ = ["VISIBILITY_MAP"]
 
 
+def _estimate(grid: ElevationGrid, parameters: VisibilityMapParameters) -> Iterable[Demand]:
+    return sight_lines(grid.heights_m.size, len(parameters.anchors), parameters.mode)
+
+
 def _check(grid: ElevationGrid, parameters: VisibilityMapParameters, settings: Settings) -> None:
-    refuse_map(grid.heights_m.size, len(parameters.anchors), parameters.mode, settings)
     map_area(grid, parameters.area)
     check_anchors(grid, [resolve_anchor(grid, anchor) for anchor in parameters.anchors])
+
+
+def _fast_maps(grid: ElevationGrid) -> None:
+    load_sample("jacksboro")  # in degrees, so it is warped
+    height_at(grid, [10.0, 20.0], [-30.0, -40.0])
+    _minimum_altitudes(grid, "fast")
+
+
+def _exact_maps(grid: ElevationGrid) -> None:
+    _minimum_altitudes(grid, "exact")
+
+
+def _minimum_altitudes(grid: ElevationGrid, mode: Literal["fast", "exact"]) -> None:
+    anchors = (
+        # from four on the fast sweep turns the whole grid
+        *(Anchor(f"inside {n}", 101.0, -77.0 - n, 60.0) for n in range(3)),
+        Anchor("outside", -400.0, 90.0, 300.0, limits=AntennaLimits(max_range_m=5_000.0)),
+    )
+    for curvature in (FLAT, Curvature(6_371_000.0, 4.0 / 3.0)):
+        answer = min_visible_altitude(grid, anchors, mode, curvature)
+        answer.visible(above_ground_m=1.5)
+        answer.margin_m(altitude_m=50.0)
 
 
 VISIBILITY_MAP = Product(
@@ -35,7 +65,9 @@ VISIBILITY_MAP = Product(
     parameters=VisibilityMapParameters,
     answer=VisibilityMapSummary,
     example=REQUEST,
+    estimate=_estimate,
     check=_check,
+    warm_up=(WarmUp(_fast_maps, "maps"), WarmUp(_exact_maps, "beside")),
     calculate=calculate_visibility_map,
     layers=LAYERS,
     finished=VisibilityMap,

@@ -15,10 +15,12 @@ import pytest
 
 from service.cli import main
 from service.http.app import create_app
-from service.products.registry import all_products
+from service.jobs.worker import rehearse
+from service.products.registry import PRODUCTS, all_products
 from service.settings import Settings
 from tests.service.running import Server, running
 from tests.service.small_maps import small_grid
+from tests.service.toy_product import TOO_MUCH_M, warmed
 
 TOY = "tests.service.toy_product:HIGH_GROUND"
 TOY_COMMAND = {"high-ground": "tests.service.toy_command:high_ground"}
@@ -57,6 +59,23 @@ def test_what_it_refuses_is_a_problem_before_a_job_exists(server: Server, dem_id
     unknown = server.client.post("/high-grounds", json={"dem_id": dem_id, "above_m": 1.0, "below_m": 2.0})
     assert (unknown.status_code, unknown.json()["type"]) == (422, "/problems/validation")
     assert server.client.get("/high-grounds").json()["total"] == 0
+
+
+def test_what_takes_too_much_by_its_estimate_is_refused_before_a_job_exists(server: Server, dem_id: str) -> None:
+    refused = server.client.post("/high-grounds", json={"dem_id": dem_id, "above_m": TOO_MUCH_M})
+    told = refused.json()
+    assert (refused.status_code, told["type"]) == (422, "/problems/limit")
+    assert told["limit_name"] == "max_worker_memory_bytes"
+    assert told["detail"].startswith(f"{small_grid().heights_m.size:,} cells would take about 9.3e+08 GiB of memory")
+    assert server.client.get("/high-grounds").json()["total"] == 0
+
+
+def test_workers_warm_it_up_with_the_others() -> None:
+    warmed.clear()
+    rehearse("maps", all_products((TOY,)), first=False)
+    assert len(warmed) == 1
+    rehearse("maps", PRODUCTS, first=False)
+    assert len(warmed) == 1
 
 
 def test_openapi_has_its_routes_its_tag_and_its_models() -> None:

@@ -11,6 +11,7 @@ import service.http.app
 import service.jobs.worker
 from service.http.app import create_app
 from service.jobs.worker import rehearse
+from service.products.registry import PRODUCTS
 from service.settings import Rehearsal, Settings
 
 
@@ -33,12 +34,14 @@ def test_detectors_are_rehearsed_where_everything_is(
 
 @pytest.mark.parametrize("what", ["everything", "maps"])
 def test_workers_warm_up_what_the_setting_says(what: Rehearsal, monkeypatch: pytest.MonkeyPatch) -> None:
-    warmed: list[tuple[str, bool]] = []
+    warmed: list[tuple[str, object, bool]] = []
     monkeypatch.setattr(
-        service.jobs.worker, "warm_up", lambda what, *, own_processes: warmed.append((what, own_processes))
+        service.jobs.worker,
+        "warm_up",
+        lambda what, products, *, own_processes: warmed.append((what, products, own_processes)),
     )
-    rehearse(what, first=False)
-    assert warmed == [(what, False)]
+    rehearse(what, PRODUCTS, first=False)
+    assert warmed == [(what, PRODUCTS, False)]
 
 
 def test_everything_is_rehearsed_unless_told_otherwise() -> None:
