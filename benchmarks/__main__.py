@@ -37,6 +37,7 @@ from . import (
     planner_page,
     planning,
     plans_over_http,
+    quality_monitor,
     report,
     sites,
     situations,
@@ -74,6 +75,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         bubbles.consistency,
         bubbles.bubble_speed,
     ),
+    "monitor": (quality_monitor.steps_found, quality_monitor.monitor_speed),
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "ground": (ground.tiles_to_map, ground.probes),
@@ -139,6 +141,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(bubbles.consistency, runs=50, steps=50),
         partial(bubbles.bubble_speed, points=1000),
     ),
+    "monitor": (partial(quality_monitor.steps_found, epochs=4000), partial(quality_monitor.monitor_speed, epochs=2000)),
     "memory": (partial(memory.memory, posts=512),),
     "service": (
         first_request.first_request,
