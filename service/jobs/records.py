@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -12,19 +11,21 @@ from typing import NotRequired, TypedDict
 from pydantic import JsonValue
 
 from service.access.callers import DEFAULT_TENANT
+from service.database import Row
 
 __all__ = [
     "ACTIVE",
-    "OLDER_WITH_INPUTS",
     "DemRecord",
     "Failure",
     "JobRecord",
     "JobRequest",
     "JobStatus",
     "Known",
+    "Place",
     "as_json",
     "dem_of",
     "failure_text",
+    "has_inputs",
     "job_of",
 ]
 
@@ -95,6 +96,14 @@ class Known:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Where something stands in lists, which are newest first and by id within the same moment."""
+
+    created_at_s: float
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
 class DemRecord:
     """An uploaded DEM: its id, the name it came under, when (seconds since 1970 UTC), what was read, whose it is."""
 
@@ -143,12 +152,17 @@ class JobRecord:
     @property
     def has_inputs(self) -> bool:
         """Whether what it was asked is too big for the store, and lies in a folder of its own until it is over."""
-        return bool(self.request.get("has_inputs", self.kind in OLDER_WITH_INPUTS))
+        return has_inputs(self.kind, self.request)
 
     @property
     def active(self) -> bool:
         """Whether it still waits or runs."""
         return self.status in ACTIVE
+
+
+def has_inputs(kind: str, request: JobRequest) -> bool:
+    """Whether a job of that kind, which is asked that, has a folder of inputs."""
+    return bool(request.get("has_inputs", kind in OLDER_WITH_INPUTS))
 
 
 def as_json(value: Mapping[str, object]) -> str:
@@ -161,12 +175,12 @@ def failure_text(failure: Failure) -> str:
     return as_json({"error": failure.error, "detail": failure.detail, "data": failure.data})
 
 
-def dem_of(row: sqlite3.Row) -> DemRecord:
+def dem_of(row: Row) -> DemRecord:
     """The DEM of a row."""
     return DemRecord(row["id"], row["name"], row["created_at_s"], json.loads(row["summary"]), row["tenant"])
 
 
-def job_of(row: sqlite3.Row) -> JobRecord:
+def job_of(row: Row) -> JobRecord:
     """The job of a row."""
     # a job whose files are not at hand keeps its result in the store, and has none to show
     at_hand = row["status"] == JobStatus.SUCCEEDED

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import re
 import sqlite3
 from collections.abc import Iterable
@@ -21,12 +22,16 @@ from .records import Failure, JobRecord, JobStatus
 from .store import Store
 from .store_file import StoredRow
 
-__all__ = ["NOTES", "adopt", "interrupted", "note_all", "note_dem", "note_job", "recover", "unnote_job"]
+__all__ = ["NOTES", "adopt", "interrupted", "note_dem", "note_job", "note_some", "recover", "unnote_job"]
 
 logger = logging.getLogger("sightline.jobs")
 
 NOTES = "notes"
 TABLES = {"dems": "dems", "results": "jobs"}
+# others come to the store in between
+AT_A_TIME = 200
+# of many that are missing, the log names some
+TOLD_ONE_BY_ONE = 20
 ID = re.compile(r"[0-9a-f]{32}")
 
 
@@ -45,14 +50,16 @@ def unnote_job(folder: DataFolder, job_id: str, digest: str) -> None:
     (folder.result(digest) / NOTES / f"{job_id}.json").unlink(missing_ok=True)
 
 
-def note_all(store: Store, folder: DataFolder) -> None:
-    """Note what was finished before there were notes, and what was when the service was killed."""
-    for dem_id in store.known().dems:
-        if not (folder.dem(dem_id) / NOTES / f"{dem_id}.json").exists():
-            note_dem(store, folder, dem_id)
-    for job_id, digest in store.succeeded():
+def note_some(store: Store, folder: DataFolder, after: str) -> str | None:
+    """Note some jobs that have no note: from before there were any, or from when the service was killed.
+
+    Those whose ids follow on ``after``; the last of them comes back, None when there are no more.
+    """
+    some = store.succeeded(after, AT_A_TIME)
+    for job_id, digest in some:
         if not (folder.result(digest) / NOTES / f"{job_id}.json").exists():
             note_job(store, folder, job_id, digest)
+    return some[-1][0] if some else None
 
 
 def adopt(store: Path, folders: Iterable[Path]) -> int:
@@ -109,6 +116,8 @@ def recover(store: Store, folder: DataFolder, max_attempts: int) -> list[JobReco
     for dem_id in sorted(known.dems):
         if not folder.dem(dem_id).is_dir():
             logger.error("DEM %s: its files are missing from the data folder; upload it again", dem_id)
+        elif not (folder.dem(dem_id) / NOTES / f"{dem_id}.json").exists():
+            note_dem(store, folder, dem_id)
     again = []
     for job in store.active_jobs():
         if job.status is JobStatus.RUNNING and job.attempts >= max_attempts:
@@ -119,9 +128,13 @@ def recover(store: Store, folder: DataFolder, max_attempts: int) -> list[JobReco
             if job.status is JobStatus.RUNNING:
                 store.requeue_job(job.id)
             again.append(job)
-    for job_id in store.look_for_results(lambda digest: folder.result(digest).is_dir(), _missing("Its result")):
+    with os.scandir(folder.result("any").parent) as results:  # at one look, however many there are
+        there = frozenset(entry.name for entry in results if entry.is_dir())
+    lost = store.look_for_results(there, _missing("Its result"))
+    for job_id in lost[:TOLD_ONE_BY_ONE]:
         logger.error("job %s: its result is missing from the data folder", job_id)
-    note_all(store, folder)
+    if len(lost) > TOLD_ONE_BY_ONE:
+        logger.error("%d jobs in all: their results are missing from the data folder", len(lost))
     held = folder.count_quarantined()
     if held:
         logger.warning("%d in quarantine, where nothing is deleted; `sightline store check` lists it", held)

@@ -1,61 +1,49 @@
-"""The memory of the service: DEMs and jobs in SQLite, one connection, every change one transaction."""
+"""The memory of the service: DEMs and jobs in a database, every change one transaction."""
 
 from __future__ import annotations
 
-import os
-import sqlite3
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Set
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Literal
 
 from pydantic import JsonValue
 
-from service.errors import DataFolderError, InUseError, NotFoundError
+from service.database import READ, WRITE, Begin, Connection, Database
+from service.database.sqlite import SqliteDatabase
+from service.errors import InUseError, NotFoundError
 
-from .migrations import SCHEMA_VERSION, migrate, version_of
-from .records import DemRecord, Failure, JobRecord, JobStatus, Known, as_json, dem_of, failure_text, job_of
+from .records import DemRecord, Failure, JobRecord, JobStatus, Known, Place, as_json, dem_of, failure_text, job_of
 from .sharing.tenants import own_id, salt_of, seen, spend
 from .store_file import IS_ACTIVE, StoredRow, read_known
 
 __all__ = ["Store"]
 
+NEWEST = "ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?"
+
 
 class Store:
     """DEMs and jobs. Every method is one transaction and safe to call from any thread.
 
-    Raises DataFolderError when the file is not a store, of a newer version, or was removed since. sqlite3.DatabaseError
-    passes through when the disk is full, or another program holds the file: ``store_errors`` tells which.
+    where: the file of SQLite, or another database. Raises DataFolderError when it is not a store, of a newer version,
+    or was removed since. sqlite3.DatabaseError passes through when the disk is full, or another program holds the
+    file: ``error_of_store`` tells which.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._lock = threading.Lock()
-        self._path = path
-        try:
-            self._connection = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
-            self._connection.row_factory = sqlite3.Row
-            self._connection.execute("PRAGMA busy_timeout = 5000")
-            self._connection.execute("PRAGMA journal_mode = WAL")
-            # an accepted job must outlive a power cut, not only a crash
-            self._connection.execute("PRAGMA synchronous = FULL")
-            self._prepare(path)
-            self._file = path.stat()
-        except (sqlite3.DatabaseError, OSError) as error:
-            locked = isinstance(error, sqlite3.OperationalError | OSError)  # or a right is missing: that is no damage
-            cure = "" if locked else "; `sightline store restore` puts a backup in its place"
-            raise DataFolderError(f"{path} cannot be used as the job store: {error}{cure}.") from error
+    def __init__(self, where: Path | Database) -> None:
+        self._database = SqliteDatabase(where) if isinstance(where, Path) else where
+        # by tenant and kind; nobody else writes while the service has the store
+        self._counts: Counter[tuple[str, str]] | None = None
 
     def close(self) -> None:
-        """Close the file."""
-        with self._lock:
-            self._connection.close()
+        """Close the database."""
+        self._database.close()
 
     def check_writable(self) -> None:
-        """Raise sqlite3.OperationalError when nothing can be written."""
-        with self._transaction() as connection:
-            connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+        """Raises what a write would."""
+        self._database.check_writable()
 
     # -- DEMs
 
@@ -82,14 +70,14 @@ class Store:
             row = connection.execute(f"SELECT * FROM dems WHERE id = ? AND {mine}", (dem_id, *whose)).fetchone()
         return None if row is None else dem_of(row)
 
-    def dems(self, limit: int, offset: int) -> tuple[list[DemRecord], int]:
-        """One page, newest first, and how many there are in all."""
+    def dems(self, limit: int, offset: int = 0, after: Place | None = None) -> tuple[list[DemRecord], int]:
+        """One page, newest first, and how many there are in all. after: the last of the page before, if it is known."""
         mine, whose = seen()
+        older, than = _after(after)
         with self._reading() as connection:
             total = connection.execute(f"SELECT count(*) FROM dems WHERE {mine}", whose).fetchone()[0]
             rows = connection.execute(
-                f"SELECT * FROM dems WHERE {mine} ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?",
-                (*whose, limit, offset),
+                f"SELECT * FROM dems WHERE {mine} AND {older} {NEWEST}", (*whose, *than, limit, offset)
             ).fetchall()
         return [dem_of(row) for row in rows], total
 
@@ -127,13 +115,14 @@ class Store:
         """Remember a new job; raises NotFoundError when its DEM is gone."""
         columns = (job.id, job.kind, job.dem_id, as_json(job.request), job.status, job.created_at_s, job.tenant)
         of_the_job = "SELECT 1 FROM dems WHERE id = ? AND tenant = ?"
-        with self._transaction() as connection:
+        with self._changing_number() as connection:
             if connection.execute(of_the_job, (job.dem_id, job.tenant)).fetchone() is None:
                 raise NotFoundError("DEM", job.dem_id)
             connection.execute(
                 "INSERT INTO jobs (id, kind, dem_id, request, status, created_at_s, tenant) VALUES (?,?,?,?,?,?,?)",
                 columns,
             )
+            self._counted((job.tenant, job.kind), 1)
 
     def job(self, kind: str, job_id: str) -> JobRecord:
         """Raises NotFoundError."""
@@ -145,16 +134,29 @@ class Store:
             raise NotFoundError(kind, job_id)
         return job_of(row)
 
-    def jobs(self, kind: str, limit: int, offset: int) -> tuple[list[JobRecord], int]:
-        """One page, newest first, and how many there are in all."""
+    def jobs(self, kind: str, limit: int, offset: int = 0, after: Place | None = None) -> tuple[list[JobRecord], int]:
+        """One page, newest first, and how many there are in all.
+
+        after: the last of the page before, where it is known; a page is then as quick however deep it lies.
+        """
         mine, whose = seen()
-        query = f"FROM jobs WHERE {mine} AND kind = ?"
+        older, than = _after(after)
         with self._reading() as connection:
-            total = connection.execute(f"SELECT count(*) {query}", (*whose, kind)).fetchone()[0]
+            total = self._count(connection, kind)
             rows = connection.execute(
-                f"SELECT * {query} ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?", (*whose, kind, limit, offset)
+                f"SELECT * FROM jobs WHERE {mine} AND kind = ? AND {older} {NEWEST}",
+                (*whose, kind, *than, limit, offset),
             ).fetchall()
         return [job_of(row) for row in rows], total
+
+    def _count(self, connection: Connection, kind: str) -> int:
+        if self._counts is None:
+            rows = connection.execute("SELECT tenant, kind, count(*) FROM jobs GROUP BY tenant, kind").fetchall()
+            self._counts = Counter({(row[0], row[1]): row[2] for row in rows})
+        _, whose = seen()
+        if whose:
+            return self._counts[whose[0], kind]
+        return sum(number for (_, of), number in self._counts.items() if of == kind)
 
     def start_job(self, job_id: str) -> None:
         """A worker takes the job: one attempt more."""
@@ -168,7 +170,8 @@ class Store:
         """A running job waits again; forget_attempt when it was not its fault."""
         with self._transaction() as connection:
             connection.execute(
-                "UPDATE jobs SET status = ?, started_at_s = NULL, attempts = max(0, attempts - ?) WHERE id = ?",
+                "UPDATE jobs SET status = ?, started_at_s = NULL, "
+                "attempts = CASE WHEN attempts > 0 THEN attempts - ? ELSE 0 END WHERE id = ?",
                 (JobStatus.QUEUED, int(forget_attempt), job_id),
             )
 
@@ -199,9 +202,13 @@ class Store:
 
     def remove_job(self, job_id: str) -> str | None:
         """Forget a job; the digest of its result comes back when no other job shares it."""
-        with self._transaction() as connection:
-            row = connection.execute("DELETE FROM jobs WHERE id = ? RETURNING digest", (job_id,)).fetchone()
-            if row is None or row["digest"] is None:
+        gone = "DELETE FROM jobs WHERE id = ? RETURNING digest, tenant, kind"
+        with self._changing_number() as connection:
+            row = connection.execute(gone, (job_id,)).fetchone()
+            if row is None:
+                return None
+            self._counted((row["tenant"], row["kind"]), -1)
+            if row["digest"] is None:
                 return None
             shared = connection.execute("SELECT 1 FROM jobs WHERE digest = ?", (row["digest"],)).fetchone()
         return None if shared else str(row["digest"])
@@ -212,15 +219,15 @@ class Store:
             rows = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE} ORDER BY created_at_s, id").fetchall()
         return [job_of(row) for row in rows]
 
-    def look_for_results(self, is_there: Callable[[str], bool], missing: Failure) -> list[str]:
+    def look_for_results(self, there: Set[str], missing: Failure) -> list[str]:
         """Ids of the jobs whose result's files are not there any more; files that are there again make jobs whole.
 
-        What the store knows of such a job stays, so that its files can come back. is_there: told a digest.
+        What the store knows of such a job stays, so that its files can come back. there: digests.
         """
         with self._transaction() as connection:
             rows = connection.execute("SELECT id, digest, status FROM jobs WHERE digest IS NOT NULL").fetchall()
-            lost = [row["id"] for row in rows if row["status"] == JobStatus.SUCCEEDED and not is_there(row["digest"])]
-            back = [row["id"] for row in rows if row["status"] != JobStatus.SUCCEEDED and is_there(row["digest"])]
+            lost = [row["id"] for row in rows if row["status"] == JobStatus.SUCCEEDED and row["digest"] not in there]
+            back = [row["id"] for row in rows if row["status"] != JobStatus.SUCCEEDED and row["digest"] in there]
             for status, failure, jobs in (
                 (JobStatus.INTERRUPTED, failure_text(missing), lost),
                 (JobStatus.SUCCEEDED, None, back),
@@ -229,11 +236,12 @@ class Store:
                 connection.executemany("UPDATE jobs SET status = ?, failure = ? WHERE id = ?", told)
         return lost
 
-    def succeeded(self) -> list[tuple[str, str]]:
-        """(job id, digest) of every job whose result is at hand."""
+    def succeeded(self, after: str, limit: int) -> list[tuple[str, str]]:
+        """(job id, digest) of jobs whose result is at hand, by id, those that follow on a job's."""
         with self._reading() as connection:
             rows = connection.execute(
-                "SELECT id, digest FROM jobs WHERE status = ? AND digest IS NOT NULL", (JobStatus.SUCCEEDED,)
+                "SELECT id, digest FROM jobs WHERE id > ? AND status = ? AND digest IS NOT NULL ORDER BY id LIMIT ?",
+                (after, JobStatus.SUCCEEDED, limit),
             ).fetchall()
         return [(row["id"], row["digest"]) for row in rows]
 
@@ -245,49 +253,38 @@ class Store:
 
     def known(self) -> Known:
         """Everything that the store knows."""
-        with self._lock:
-            self._check_in_place()
-            return read_known(self._connection)
+        with self._reading() as connection:
+            return read_known(connection)
 
-    def _reading(self) -> AbstractContextManager[sqlite3.Connection]:
-        """A transaction that only reads; another program that writes does not hold it up."""
-        return self._transaction("BEGIN")
-
-    @contextmanager
-    def transaction(self, begin: str = "BEGIN IMMEDIATE") -> Iterator[sqlite3.Connection]:
-        """All or nothing, also for what others keep in the same file. "BEGIN" only reads."""
-        with self._lock:
-            self._check_in_place()
-            self._connection.execute(begin)
-            try:
-                yield self._connection
-                self._connection.execute("COMMIT")
-            finally:
-                # SQLite has rolled back by itself when the disk was full
-                if self._connection.in_transaction:
-                    self._connection.execute("ROLLBACK")
+    def transaction(self, begin: Begin = WRITE) -> AbstractContextManager[Connection]:
+        """All or nothing, also for what others keep in the same database. "BEGIN" only reads."""
+        return self._database.transaction(begin)
 
     _transaction = transaction
 
-    def _check_in_place(self) -> None:
-        # of a file that was deleted SQLite reads and writes what is left, and all seems well but incomplete
+    @contextmanager
+    def _changing_number(self) -> Iterator[Connection]:
+        """A transaction that adds or removes jobs."""
         try:
-            in_place = os.path.samestat(self._path.stat(), self._file)
-        except OSError:
-            in_place = False
-        if not in_place:
-            raise DataFolderError(
-                f"The job store {self._path} is gone, or is not the one that the service started with; put the data "
-                "folder back, or restart the service."
-            )
+            with self._database.transaction() as connection:
+                yield connection
+        except BaseException:
+            self._counts = None
+            raise
 
-    def _prepare(self, path: Path) -> None:
-        version_of(self._connection, path)
-        # pages of two stores, where one was put back beside the other's write-ahead log, would be written on
-        (told,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
-        if told != "ok":
-            raise DataFolderError(
-                f"{path} is damaged ({' '.join(told.split())}) and left as it is; `sightline store restore` puts a "
-                "backup in its place."
-            )
-        migrate(self._connection, path)
+    def _counted(self, whose: tuple[str, str], more: int) -> None:
+        if self._counts is not None:
+            self._counts[whose] += more
+
+    def _reading(self) -> AbstractContextManager[Connection]:
+        """A transaction that only reads; another program that writes does not hold it up."""
+        return self._database.transaction(READ)
+
+
+def _after(place: Place | None) -> tuple[str, tuple[float | str, ...]]:
+    """A condition that whatever stands behind a place in lists meets, and its values."""
+    if place is None:
+        return "1 = 1", ()
+    # the first half leads into the index
+    condition = "created_at_s <= ? AND (created_at_s < ? OR id > ?)"
+    return condition, (place.created_at_s, place.created_at_s, place.id)

@@ -11,10 +11,11 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 
+from service.database import READ, Connection
+from service.database.migrations import STEPS, version_of
 from service.errors import DataFolderError, ServiceError, StorageFullError, StoreLockedError
 
-from .migrations import STEPS, version_of
-from .records import ACTIVE, OLDER_WITH_INPUTS, Known
+from .records import ACTIVE, Known, has_inputs
 
 __all__ = [
     "IS_ACTIVE",
@@ -36,11 +37,6 @@ __all__ = [
 StoredRow = Mapping[str, str | int | float | None]
 
 IS_ACTIVE = f"status IN ({', '.join(repr(str(status)) for status in ACTIVE)})"
-HAS_INPUTS = (
-    "coalesce(json_extract(request, '$.has_inputs'), kind IN "
-    f"({', '.join(repr(kind) for kind in sorted(OLDER_WITH_INPUTS))}))"
-)
-
 HAS_MISSIONS = "SELECT name FROM sqlite_schema WHERE name = 'missions'"  # stores before version 3 have none
 
 LOCKED = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED})
@@ -62,24 +58,22 @@ WAIT_MS = 5000
 ID = re.compile(r"[0-9a-f]{32}")
 
 
-def read_known(connection: sqlite3.Connection) -> Known:
-    """Every DEM, job and result that a store knows."""
+def read_known(connection: Connection, *, missions: bool = True) -> Known:
+    """Every DEM, job and result that a store knows, within a transaction. missions: whether it has a table of them."""
 
     def column(query: str) -> frozenset[str]:
         return frozenset(str(row[0]) for row in connection.execute(query))
 
-    connection.execute("BEGIN")
-    try:
-        return Known(
-            dems=column("SELECT id FROM dems"),
-            jobs=column("SELECT id FROM jobs"),
-            jobs_over=column(f"SELECT id FROM jobs WHERE NOT {IS_ACTIVE}"),
-            digests=column("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL"),
-            inputs=column(f"SELECT id FROM jobs WHERE {IS_ACTIVE} AND {HAS_INPUTS}"),
-            missions=len(column("SELECT id FROM missions")) if column(HAS_MISSIONS) else 0,
-        )
-    finally:
-        connection.execute("COMMIT")
+    active = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE}").fetchall()
+    jobs = column("SELECT id FROM jobs")
+    return Known(
+        dems=column("SELECT id FROM dems"),
+        jobs=jobs,
+        jobs_over=jobs - {str(row["id"]) for row in active},
+        digests=column("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL"),
+        inputs=frozenset(str(row["id"]) for row in active if has_inputs(row["kind"], json.loads(row["request"]))),
+        missions=connection.execute("SELECT count(*) FROM missions").fetchone()[0] if missions else 0,
+    )
 
 
 def error_of_store(error: sqlite3.DatabaseError) -> ServiceError | None:
@@ -137,7 +131,9 @@ def known_to(path: Path) -> Known:
             version_of(connection, path)
             if told != "ok" or not _tables(connection) >= _tables_of_ours():
                 raise DataFolderError(f"The job store {path} is damaged ({' '.join(str(told).split())}).")
-            known = read_known(connection)
+            connection.execute(READ)
+            known = read_known(connection, missions=connection.execute(HAS_MISSIONS).fetchone() is not None)
+            connection.execute("COMMIT")
             for name in known.dems | known.jobs | known.digests:
                 if not ID.fullmatch(name):
                     raise DataFolderError(f"The job store {path} is damaged (it calls something {name[:80]!r}).")
@@ -202,6 +198,7 @@ def rewrite(path: Path) -> tuple[int, int]:
 def _opened(path: Path) -> sqlite3.Connection:
     # an address, because a path would make a new file where there is none
     connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True, isolation_level=None)
+    connection.row_factory = sqlite3.Row
     connection.execute(f"PRAGMA busy_timeout = {WAIT_MS}")
     return connection
 

@@ -41,6 +41,7 @@ __all__ = ["Supervisor"]
 
 logger = logging.getLogger("sightline.jobs")
 
+CANCELLED = "The job was cancelled before it was finished."
 STORE_RETRY_S = 1.0
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -169,7 +170,7 @@ class Supervisor:
             await asyncio.wait({task})
             job = await self.in_store(self._store.job, kind, job_id)
             if job.active:  # cancelled before it took its first step
-                await self._over(job, JobStatus.CANCELLED, _cancelled())
+                await self._over(job, JobStatus.CANCELLED, JobCancelledError(CANCELLED))
                 job = await self.in_store(self._store.job, kind, job_id)
             if job.status is JobStatus.CANCELLED:
                 return job
@@ -241,7 +242,7 @@ class Supervisor:
             await self._over(job, JobStatus.FAILED, error)
         except asyncio.CancelledError:
             if not self._stopping:
-                await self._over(job, JobStatus.CANCELLED, _cancelled())
+                await self._over(job, JobStatus.CANCELLED, JobCancelledError(CANCELLED))
             elif attempts > job.attempts:
                 await self._surely(self._store.requeue_job, job.id, forget_attempt=True)
         except Exception:
@@ -290,7 +291,3 @@ class Supervisor:
     def _end(self, job_id: str, status: JobStatus, failure: Failure) -> None:
         self._store.finish_job(job_id, status, failure=failure)
         self._folder.remove(self._folder.inputs(job_id))
-
-
-def _cancelled() -> JobCancelledError:
-    return JobCancelledError("The job was cancelled before it was finished.")

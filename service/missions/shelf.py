@@ -6,7 +6,6 @@ closest in time to the one before them make room.
 
 from __future__ import annotations
 
-import sqlite3
 import time
 import uuid
 from collections.abc import Callable
@@ -15,6 +14,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from service.access.callers import acting_tenant, seen_tenant
+from service.database import READ, WRITE, Begin, Connection
 from service.errors import EditConflictError, LimitError, NotFoundError
 
 __all__ = ["MissionRecord", "MissionShelf", "Sheet", "VersionRecord"]
@@ -22,8 +22,7 @@ __all__ = ["MissionRecord", "MissionShelf", "Sheet", "VersionRecord"]
 ANYTHING = "*"
 # so many versions without a name are never thinned out
 NEWEST = 20
-Transaction = Callable[[str], AbstractContextManager[sqlite3.Connection]]
-READ, WRITE = "BEGIN", "BEGIN IMMEDIATE"
+Transaction = Callable[[Begin], AbstractContextManager[Connection]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +65,7 @@ class VersionRecord:
 
 
 class MissionShelf:
-    """Every method is one transaction and safe to call from any thread. Raises sqlite3.DatabaseError as the store does.
+    """Every method is one transaction and safe to call from any thread. Raises what the store's do.
 
     transaction: begins one of the store's; most_missions, most_versions: limits of the settings.
     """
@@ -170,7 +169,7 @@ class MissionShelf:
 
     def _append(
         self,
-        connection: sqlite3.Connection,
+        connection: Connection,
         mission_id: str,
         sheet: Sheet,
         version: int,
@@ -192,7 +191,7 @@ class MissionShelf:
         self._thin_out(connection, mission_id)
         return _found(connection, mission_id)
 
-    def _refuse_many_names(self, connection: sqlite3.Connection, mission_id: str, version: int) -> None:
+    def _refuse_many_names(self, connection: Connection, mission_id: str, version: int) -> None:
         query = "SELECT count(*) FROM mission_versions WHERE mission_id = ? AND name IS NOT NULL AND version != ?"
         named = connection.execute(query, (mission_id, version)).fetchone()[0]
         if named >= self._most_versions:
@@ -203,7 +202,7 @@ class MissionShelf:
                 given=named + 1,
             )
 
-    def _thin_out(self, connection: sqlite3.Connection, mission_id: str) -> None:
+    def _thin_out(self, connection: Connection, mission_id: str) -> None:
         rows = connection.execute(
             "SELECT version, saved_at_s FROM mission_versions WHERE mission_id = ? AND name IS NULL ORDER BY version",
             (mission_id,),
@@ -231,14 +230,14 @@ MISSION = (
 def _seen(column: str) -> tuple[str, tuple[str, ...]]:
     """A condition that missions meet which may be seen now, and its values."""
     tenant = seen_tenant()
-    return ("1", ()) if tenant is None else (f"{column} = ?", (tenant,))
+    return ("1 = 1", ()) if tenant is None else (f"{column} = ?", (tenant,))
 
 
 def _columns(sheet: Sheet) -> tuple[str, str | None, str | None, int]:
     return sheet.name, sheet.dem_sha256, sheet.ground, sheet.anchors
 
 
-def _found(connection: sqlite3.Connection, mission_id: str) -> MissionRecord:
+def _found(connection: Connection, mission_id: str) -> MissionRecord:
     mine, whose = _seen("m.tenant")
     row = connection.execute(f"{MISSION} WHERE m.id = ? AND {mine}", (mission_id, *whose)).fetchone()
     if row is None:
@@ -246,7 +245,7 @@ def _found(connection: sqlite3.Connection, mission_id: str) -> MissionRecord:
     return MissionRecord(*row)
 
 
-def _version(connection: sqlite3.Connection, mission_id: str, version: int) -> tuple[VersionRecord, str]:
+def _version(connection: Connection, mission_id: str, version: int) -> tuple[VersionRecord, str]:
     row = connection.execute(
         "SELECT version, name, saved_at_s, saved_by, document FROM mission_versions WHERE mission_id = ? AND "
         "version = ?",
@@ -257,7 +256,7 @@ def _version(connection: sqlite3.Connection, mission_id: str, version: int) -> t
     return VersionRecord(*row[:4]), str(row[4])
 
 
-def _unchanged(connection: sqlite3.Connection, mission_id: str, builds_on: str) -> MissionRecord:
+def _unchanged(connection: Connection, mission_id: str, builds_on: str) -> MissionRecord:
     """The mission, when it is still the one that a change builds on. Raises NotFoundError, EditConflictError."""
     mission = _found(connection, mission_id)
     if builds_on not in (ANYTHING, str(mission.version)):

@@ -7,12 +7,14 @@ import logging
 import sqlite3
 import time
 from collections.abc import Awaitable, Callable
+from typing import Any
 
+from service.database import READ, Row
 from service.errors import DataFolderError
 from service.jobs.folder import DataFolder
 from service.jobs.marker import size_bytes
 from service.jobs.records import JobRecord, JobStatus
-from service.jobs.recovery import note_job, unnote_job
+from service.jobs.recovery import note_job, note_some, unnote_job
 from service.jobs.store import Store
 from service.settings import Settings
 
@@ -35,12 +37,21 @@ class Retention:
         self._max_bytes = settings.max_results_bytes
         self._store = store
         self._folder = folder
-        self.results_bytes = 0
+        self._known_bytes: int | None = None
+        self._measured_to = ""
 
-    async def keep_sweeping(self, in_store: Callable[..., Awaitable[int]], space: Space) -> None:
-        """Measure results and delete those whose time is over, a few at a time, again and again."""
+    @property
+    def results_bytes(self) -> int:
+        """What results take, as far as they have been measured."""
+        return self._known_bytes or 0
+
+    async def keep_sweeping(self, in_store: Callable[..., Awaitable[Any]], space: Space) -> None:
+        """Note what has no note, measure results and delete those whose time is over, a few at a time, on and on."""
+        noted: str | None = ""
         while True:
             try:
+                while noted is not None:
+                    noted = await in_store(note_some, self._store, self._folder, noted)
                 while await in_store(self.measure) or await in_store(space.freeing, self.sweep):
                     await asyncio.sleep(0)
             except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
@@ -76,18 +87,25 @@ class Retention:
         """The files of a result are more than they were, or gone."""
         with self._store.transaction() as connection:
             row = connection.execute("DELETE FROM results WHERE digest = ? RETURNING bytes", (digest,)).fetchone()
-        self.results_bytes -= 0 if row is None else row["bytes"]
+        if row is not None and self._known_bytes is not None:
+            self._known_bytes -= row["bytes"]
 
     def measure(self) -> int:
         """See how big some results are whose size is not known; how many those were. Sets ``results_bytes``."""
         found = self._rows(
-            "SELECT DISTINCT digest FROM jobs WHERE status = ? AND digest NOT IN (SELECT digest FROM results) LIMIT ?",
-            *(JobStatus.SUCCEEDED, BATCH),
+            "SELECT DISTINCT digest FROM jobs WHERE status = ? AND digest > ? AND NOT EXISTS "
+            "(SELECT 1 FROM results WHERE results.digest = jobs.digest) ORDER BY digest LIMIT ?",
+            *(JobStatus.SUCCEEDED, self._measured_to, BATCH),
         )
+        # the next look goes on from here, or begins anew
+        self._measured_to = found[-1]["digest"] if found else ""
         sizes = [(row["digest"], size_bytes(self._folder.result(row["digest"]))) for row in found]
         with self._store.transaction() as connection:
+            if self._known_bytes is None:
+                total = connection.execute("SELECT coalesce(sum(bytes), 0) FROM results").fetchone()[0]
+                self._known_bytes = int(total)
             connection.executemany("INSERT INTO results (digest, bytes) VALUES (?, ?)", sizes)
-            self.results_bytes = connection.execute("SELECT coalesce(sum(bytes), 0) FROM results").fetchone()[0]
+        self._known_bytes += sum(size for _, size in sizes)
         return len(sizes)
 
     def sweep(self) -> int:
@@ -98,7 +116,7 @@ class Retention:
         if self._keep_s is None:
             return 0
         old = self._rows(
-            "SELECT id, kind, digest FROM jobs WHERE finished_at_s < ? AND NOT pinned ORDER BY finished_at_s LIMIT ?",
+            "SELECT id, kind, digest FROM jobs WHERE finished_at_s < ? AND pinned = 0 ORDER BY finished_at_s LIMIT ?",
             *(time.time() - self._keep_s, BATCH),
         )
         for row in old:
@@ -111,7 +129,7 @@ class Retention:
             return 0
         oldest = self._rows(
             "SELECT id, kind, digest FROM jobs JOIN results USING (digest) WHERE finished_at_s IS NOT NULL "
-            "AND digest NOT IN (SELECT digest FROM jobs WHERE pinned AND digest IS NOT NULL) "
+            "AND digest NOT IN (SELECT digest FROM jobs WHERE pinned = 1 AND digest IS NOT NULL) "
             "ORDER BY finished_at_s LIMIT ?",
             BATCH,
         )
@@ -128,6 +146,6 @@ class Retention:
             gone += 1
         return gone
 
-    def _rows(self, query: str, *values: float | str) -> list[sqlite3.Row]:
-        with self._store.transaction("BEGIN") as connection:
+    def _rows(self, query: str, *values: float | str) -> list[Row]:
+        with self._store.transaction(READ) as connection:
             return connection.execute(query, values).fetchall()

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from service.database import migrations
+from service.database.migrations import SCHEMA_VERSION, STEPS, copy_before
 from service.errors import DataFolderError
-from service.jobs import migrations
-from service.jobs.migrations import SCHEMA_VERSION, STEPS, copy_before
 from service.jobs.records import JobStatus
 from service.jobs.store import Store
 from service.jobs.store_file import is_store, known_to

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 from pathlib import Path
 
 import pytest
 
 from service.errors import DataFolderError, InUseError, NotFoundError
-from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus
+from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus, Place
 from service.jobs.store import Store
 
 MAPS = "visibility-map"
@@ -100,12 +101,46 @@ def test_a_job_whose_files_are_away_has_no_result_until_they_are_back(store: Sto
     store.add_job(queued("j1"))
     store.finish_job("j1", JobStatus.SUCCEEDED, digest="abc", summary={"share": 0.5})
     missing = Failure("service.JobInterruptedError", "Its result is missing.")
-    assert store.look_for_results(lambda digest: digest != "abc", missing) == ["j1"]
+    assert store.look_for_results(frozenset({"def"}), missing) == ["j1"]
     away = store.job(MAPS, "j1")
     assert (away.status, away.digest, away.summary, away.failure) == (JobStatus.INTERRUPTED, None, None, missing)
-    assert store.look_for_results(lambda digest: True, missing) == []
+    assert store.look_for_results(frozenset({"abc", "def"}), missing) == []
     back = store.job(MAPS, "j1")
     assert (back.status, back.digest, back.summary, back.failure) == (JobStatus.SUCCEEDED, "abc", {"share": 0.5}, None)
+
+
+def test_pages_that_follow_on_each_other_are_the_list_also_where_jobs_were_made_at_once(store: Store) -> None:
+    moments = [3.0, 1.0, 2.0, 2.0, 2.0, 1.0, 4.0]
+    for number, moment in enumerate(moments):
+        store.add_job(queued(f"j{number}", moment))
+        store.add_dem(DemRecord(f"dem{number}", "hill.tif", 10.0 + moment, {}))
+    whole, total = store.jobs(MAPS, 100)
+    assert total == 7
+    assert [job.id for job in whole] == ["j6", "j0", "j2", "j3", "j4", "j1", "j5"]
+    found, after = [], None
+    while page := store.jobs(MAPS, 2, after=after)[0]:
+        found += page
+        after = Place(page[-1].created_at_s, page[-1].id)
+        # what is deleted, and what is new, leaves out and repeats nothing of what is behind
+        store.remove_job(page[-1].id)
+        store.add_job(queued(f"new{after.id}", 9.0))
+    assert found == whole
+    page, total = store.dems(3, after=Place(12.0, "dem3"))
+    assert ([dem.id for dem in page], total) == (["dem4", "dem1", "dem5"], 8)
+
+
+def test_how_many_there_are_is_told_after_every_change(store: Store) -> None:
+    assert store.jobs(MAPS, 1)[1] == 0
+    store.add_job(queued("j1"))
+    store.add_job(queued("j2"))
+    with pytest.raises(sqlite3.IntegrityError):
+        store.add_job(queued("j2"))
+    with pytest.raises(NotFoundError):
+        store.add_job(JobRecord("j3", MAPS, "no-such-dem", {"parameters": {}}, JobStatus.QUEUED, 1.0))
+    assert (store.jobs(MAPS, 1)[1], store.jobs("dop-map", 1)[1]) == (2, 0)
+    store.remove_job("j1")
+    store.remove_job("j1")
+    assert store.jobs(MAPS, 1)[1] == 1
 
 
 def test_threads_do_not_get_in_each_others_way(store: Store) -> None:

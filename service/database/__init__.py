@@ -1,0 +1,63 @@
+"""Where the store keeps its tables: one interface, and a database for each kind of server behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from typing import Any, Literal, Protocol
+
+__all__ = ["READ", "WRITE", "Begin", "Connection", "Cursor", "Database", "Row"]
+
+# how a transaction begins: one that only reads holds up nobody
+Begin = Literal["BEGIN", "BEGIN IMMEDIATE"]
+READ: Begin = "BEGIN"
+WRITE: Begin = "BEGIN IMMEDIATE"
+# a value of a column; by number or by name
+Row = Any
+
+
+class Cursor(Protocol):
+    """What comes of a statement."""
+
+    @property
+    def rowcount(self) -> int:
+        """Rows that were changed."""
+        ...
+
+    def fetchone(self) -> Row:
+        """The next row, or None."""
+        ...
+
+    def fetchall(self) -> list[Row]:
+        """All rows that are left."""
+        ...
+
+    def __iter__(self) -> Iterator[Row]: ...
+
+
+class Connection(Protocol):
+    """An open transaction. Statements have ``?`` for each value."""
+
+    def execute(self, sql: str, parameters: Sequence[Any] = ..., /) -> Cursor:
+        """Do one statement."""
+        ...
+
+    def executemany(self, sql: str, parameters: Iterable[Sequence[Any]], /) -> Cursor:
+        """Do one statement for many rows of values."""
+        ...
+
+
+class Database(Protocol):
+    """Tables of the store. Safe to use from any thread; one transaction at a time."""
+
+    def transaction(self, begin: Begin = WRITE) -> AbstractContextManager[Connection]:
+        """All or nothing. Raises DataFolderError where the database is not the one that was opened, or is gone."""
+        ...
+
+    def check_writable(self) -> None:
+        """Raises what a write would."""
+        ...
+
+    def close(self) -> None:
+        """Let go of it."""
+        ...

@@ -1,0 +1,88 @@
+"""The store's tables in a file of SQLite: one connection, every change one transaction."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from service.database.migrations import SCHEMA_VERSION, migrate, version_of
+from service.errors import DataFolderError
+
+from . import WRITE, Begin
+
+__all__ = ["SqliteDatabase"]
+
+
+class SqliteDatabase:
+    """A file. sqlite3.DatabaseError passes through when the disk is full, or another program holds the file.
+
+    Raises DataFolderError when the file is not a store, of a newer version, damaged, or was removed since.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._lock = threading.Lock()
+        self._path = path
+        try:
+            self._connection = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
+            self._connection.row_factory = sqlite3.Row
+            self._connection.execute("PRAGMA busy_timeout = 5000")
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            # an accepted job must outlive a power cut, not only a crash
+            self._connection.execute("PRAGMA synchronous = FULL")
+            self._prepare(path)
+            self._file = path.stat()
+        except (sqlite3.DatabaseError, OSError) as error:
+            locked = isinstance(error, sqlite3.OperationalError | OSError)  # or a right is missing: that is no damage
+            cure = "" if locked else "; `sightline store restore` puts a backup in its place"
+            raise DataFolderError(f"{path} cannot be used as the job store: {error}{cure}.") from error
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            self._connection.close()
+
+    def check_writable(self) -> None:
+        """Raise sqlite3.OperationalError when nothing can be written."""
+        with self.transaction() as connection:
+            connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+    @contextmanager
+    def transaction(self, begin: Begin = WRITE) -> Iterator[sqlite3.Connection]:
+        """All or nothing, also for what others keep in the same file."""
+        with self._lock:
+            self._check_in_place()
+            self._connection.execute(begin)
+            try:
+                yield self._connection
+                self._connection.execute("COMMIT")
+            finally:
+                # SQLite has rolled back by itself when the disk was full
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+
+    def _check_in_place(self) -> None:
+        # of a file that was deleted SQLite reads and writes what is left, and all seems well but incomplete
+        try:
+            in_place = os.path.samestat(self._path.stat(), self._file)
+        except OSError:
+            in_place = False
+        if not in_place:
+            raise DataFolderError(
+                f"The job store {self._path} is gone, or is not the one that the service started with; put the data "
+                "folder back, or restart the service."
+            )
+
+    def _prepare(self, path: Path) -> None:
+        version_of(self._connection, path)
+        # pages of two stores, where one was put back beside the other's write-ahead log, would be written on
+        (told,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
+        if told != "ok":
+            raise DataFolderError(
+                f"{path} is damaged ({' '.join(told.split())}) and left as it is; `sightline store restore` puts a "
+                "backup in its place."
+            )
+        migrate(self._connection, path)
