@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
-from typing import Annotated, Protocol
+from typing import Annotated, Any, Protocol, TypedDict
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
@@ -19,6 +20,7 @@ __all__ = [
     "DemId",
     "Ground",
     "MapSummary",
+    "Preamble",
     "altitude_datum_of",
     "body_name",
     "check_bodies",
@@ -27,6 +29,7 @@ __all__ = [
     "dem_name",
     "grid_north_deg",
     "ground_of",
+    "preamble",
     "share_of",
 ]
 
@@ -82,6 +85,33 @@ class MapSummary(BaseModel):
     parameters: dict[str, JsonValue] = Field(description="What was asked, defaults filled in.")
 
 
+class Preamble(TypedDict):
+    """The fields of ``MapSummary``, but how long what took."""
+
+    version: str
+    mode: str
+    error_statement: str
+    curvature: str
+    unknown: str
+    dem: Ground
+    warnings: list[str]
+    parameters: dict[str, JsonValue]
+
+
+class SightLines(Protocol):
+    """Sight lines, or a map of them, that say how far to trust them."""
+
+    @property
+    def error_statement(self) -> str:
+        """Measured error of their mode."""
+        ...
+
+    @property
+    def curvature(self) -> Curvature:
+        """Curvature and refraction that were used."""
+        ...
+
+
 class AskedCurvature(Protocol):
     """A request that says how the ground curves."""
 
@@ -125,6 +155,33 @@ def ground_of(grid: ElevationGrid) -> Ground:
         heights_count_from=height_reference_of(grid).value,
         unknown_posts=grid.unknown_posts,
         conversions=list(grid.provenance.conversions),
+    )
+
+
+def preamble(
+    grid: ElevationGrid,
+    asked: BaseModel,
+    lines: SightLines | None,
+    warnings: Iterable[str],
+    *,
+    mode: str,
+    unknown: str,
+    besides: Mapping[str, Any] | None = None,
+) -> Preamble:
+    """How far to trust an answer, and what it was made from.
+
+    lines: what it stands on, None where nothing is ranged to; mode, unknown: how they were made. warnings: besides
+    those of the grid's provenance; each is told once. besides: what of the parameters is too long to be told.
+    """
+    return Preamble(
+        version=importlib.metadata.version("sightline"),
+        mode=mode,
+        error_statement="" if lines is None else lines.error_statement,
+        curvature="" if lines is None else lines.curvature.sentence(),
+        unknown=unknown,
+        dem=ground_of(grid),
+        warnings=list(dict.fromkeys((*grid.provenance.warnings, *warnings))),
+        parameters=asked.model_dump(mode="json", exclude_none=True, exclude=None if besides is None else dict(besides)),
     )
 
 

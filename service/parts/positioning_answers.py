@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from pydantic import BaseModel, Field
 
-from service.parts.map_facts import MapSummary, ground_of
+from service.parts.map_facts import MapSummary, preamble
 from service.parts.positioning import ORBIT_TEXTS, PositioningParameters
 from service.parts.ranging_sources import RangingSources
 from terrain import ElevationGrid, height_at
@@ -128,23 +128,18 @@ def positioning_summary(
 
     elapsed_s, warnings: of the calculation that followed them, besides their own.
     """
-    grid = lines.grid
     return PositioningSummary(
-        version=lines.version,
-        mode=parameters.mode,
-        error_statement=lines.error_statement,
-        curvature=lines.curvature.sentence(),
-        unknown=parameters.unknown,
-        dem=ground_of(grid),
-        warnings=[*grid.provenance.warnings, *lines.warnings, *warnings, *sources.warnings],
-        timing={"calculation_s": lines.elapsed_s + elapsed_s},
-        parameters=parameters.model_dump(
-            mode="json", exclude_none=True, exclude={"satellites": set(ORBIT_TEXTS), "path": True, "tracks": True}
+        **preamble(
+            *(lines.grid, parameters, lines, (*lines.warnings, *warnings, *sources.warnings)),
+            mode=parameters.mode,
+            unknown=parameters.unknown,
+            besides={"satellites": set(ORBIT_TEXTS), "path": True, "tracks": True},
         ),
+        timing={"calculation_s": lines.elapsed_s + elapsed_s},
         kind=parameters.kind,
         measure=parameters.measure,
         dop_limit=parameters.dop_limit,
-        anchors=placed_anchors(grid, lines.anchors),
+        anchors=placed_anchors(lines.grid, lines.anchors),
         satellites=placed_satellites(lines.anchors),
         unhealthy_satellites=list(sources.unhealthy),
     )

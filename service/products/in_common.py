@@ -1,38 +1,32 @@
-"""What products that lie on a grid have in common: the preamble of their answers, rasters, arrays, features."""
+"""What files of products that lie on a grid have in common: rasters, arrays, features."""
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypedDict, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 import rasterio
-from pydantic import JsonValue
 from rasterio.transform import Affine
 
-from service.parts.anchors import SightParameters
-from service.parts.map_facts import Ground, MapSummary, ground_of
+from service.parts.map_facts import MapSummary
 from terrain import ElevationGrid, to_lon_lat
-from visibility import Curvature
 
 __all__ = [
     "BYTES",
     "FLOATS",
     "QUANTILES",
     "Feature",
-    "Preamble",
     "Raster",
     "add_array",
     "common_tags",
     "feature",
     "place_in_file",
-    "preamble",
     "transform_of",
     "write_cog",
 ]
@@ -113,62 +107,6 @@ class OnAGrid(Protocol):
     def grid(self) -> ElevationGrid:
         """The ground it lies on."""
         ...
-
-
-class SightLines(Protocol):
-    """Sight lines that say how far to trust them."""
-
-    @property
-    def error_statement(self) -> str:
-        """Measured error of their mode."""
-        ...
-
-    @property
-    def curvature(self) -> Curvature:
-        """Curvature and refraction that were used."""
-        ...
-
-
-class Preamble(TypedDict):
-    """The fields of ``MapSummary``, but how long what took."""
-
-    version: str
-    mode: str
-    error_statement: str
-    curvature: str
-    unknown: str
-    dem: Ground
-    warnings: list[str]
-    parameters: dict[str, JsonValue]
-
-
-def preamble(
-    grid: ElevationGrid,
-    asked: SightParameters,
-    lines: SightLines | None,
-    warnings: Iterable[str],
-    *,
-    shown: SightParameters | None = None,
-    besides: Mapping[str, Any] | None = None,
-) -> Preamble:
-    """How far to trust an answer, and what it was made from.
-
-    lines: what it stands on, None where nothing is ranged to. warnings: besides those of the grid's provenance; each
-    is told once. shown: whose parameters are told, those asked for where left out, without what
-    ``besides`` names.
-    """
-    return Preamble(
-        version=importlib.metadata.version("sightline"),
-        mode=asked.mode,
-        error_statement="" if lines is None else lines.error_statement,
-        curvature="" if lines is None else lines.curvature.sentence(),
-        unknown=asked.unknown,
-        dem=ground_of(grid),
-        warnings=list(dict.fromkeys((*grid.provenance.warnings, *warnings))),
-        parameters=(shown or asked).model_dump(
-            mode="json", exclude_none=True, exclude=None if besides is None else dict(besides)
-        ),
-    )
 
 
 Finished = TypeVar("Finished", bound=OnAGrid)

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from service.estimates import Demand, calculation
 from service.files.layer import Layer
-from service.parts.map_facts import DemId, MapSummary, ground_of
+from service.parts.map_facts import DemId, MapSummary, preamble
 from service.parts.points import Metres, StrictModel
 from service.products import Product, WarmUp, Work
 from service.settings import Settings
@@ -66,11 +66,8 @@ def _calculate(grid: ElevationGrid, parameters: HighGroundParameters, work: Work
     high = (grid.heights_m > parameters.above_m).astype(np.uint8)
     work.progress(1.0)
     answer = HighGroundSummary(
-        **{"version": "1", "mode": "exact", "error_statement": "none", "curvature": "none", "unknown": "unknown"},
-        dem=ground_of(grid),
-        warnings=[],
+        **preamble(grid, parameters, None, (), mode="exact", unknown="unknown"),
         timing={},
-        parameters=parameters.model_dump(mode="json"),
         posts=int(high.sum()),
     )
     return HighGround(grid, (), parameters, answer, high)

@@ -166,12 +166,12 @@ def _calculated(product: Product, grid: ElevationGrid, parameters: BaseModel, wo
 
 
 def _how_far_to_trust(statement: str | None, mode: JsonValue) -> list[str]:
-    """What fast sight lines may be off by; the others are exact, and a search that is fast may answer exactly."""
-    if mode == "rays" and statement:
-        return [f"{statement[0].upper()}{statement[1:]}."]
-    if mode != "fast" or not statement or statement == ERROR_STATEMENT:
+    """What the answer may be off by; exact sight lines are not, and a search that is fast may answer exactly."""
+    if mode in (None, "exact") or not statement or statement == ERROR_STATEMENT:
         return []
-    return [f"Mode fast: {statement}. Where an altitude or a single post decides, take --mode exact."]
+    if mode == "fast":
+        return [f"Mode fast: {statement}. Where an altitude or a single post decides, take --mode exact."]
+    return [f"{statement[0].upper()}{statement[1:]}."]
 
 
 def _write_files(

@@ -14,13 +14,12 @@ from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
 from service.files.layer import mission_warnings
 from service.parts.map_area import map_area, refuse_outside
-from service.parts.map_facts import MapSummary
+from service.parts.map_facts import MapSummary, preamble
 from service.parts.plan_answers import ValidationOut, finite, validation_answer
 from service.parts.ranging_sources import check_sources, limit_of, ranging_sources, sight_lines
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import resolve_point
 from service.products import UNWATCHED, Work
-from service.products.in_common import preamble
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, morphing_map
 from visibility.air import MorphingMap
@@ -161,7 +160,7 @@ def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = 
     of_files = (*area.sentences(), *(mission_warnings("flight", grid) if found else ()))
     calculated = asked if asked.morphing_map is None else asked.morphing_map
     answer = FlightSummary(
-        **preamble(area.box, calculated, lines, (*of_map, *of_files), shown=asked),
+        **preamble(*(area.box, asked, lines, (*of_map, *of_files)), mode=calculated.mode, unknown=calculated.unknown),
         timing={"calculation_s": time.perf_counter() - started_s, "plan_s": outcome.elapsed_s},
         status=outcome.status,
         sentence=outcome.sentence,

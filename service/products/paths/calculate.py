@@ -23,6 +23,7 @@ from planning.paths import (
 )
 from service.files.layer import mission_warnings
 from service.parts.map_area import MapArea, map_area, refuse_outside
+from service.parts.map_facts import preamble
 from service.parts.plan_answers import finite, place_answer, validation_answer
 from service.parts.points import PlaceIn, PolygonIn
 from service.parts.positioning import ORBIT_TEXTS
@@ -31,7 +32,6 @@ from service.parts.ranging_sources import RangingSources, limit_of, lines_to, ra
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, told_of_areas
 from service.products import UNWATCHED, Work
-from service.products.in_common import preamble
 from service.products.paths.answer import (
     FinishedPath,
     PathSummary,
@@ -253,6 +253,8 @@ def _answer(
     return PathSummary(
         **preamble(
             *(area.box, asked, lines, (*mapped.warnings, *outcome.warnings, *area.sentences(), *told)),
+            mode=asked.mode,
+            unknown=asked.unknown,
             besides={**ORBITS, "morphing_map": ORBITS},
         ),
         timing={

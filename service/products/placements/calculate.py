@@ -24,11 +24,11 @@ from planning.placement import (
 from service.errors import RequestError
 from service.files.layer import above_sea_level, mission_warnings
 from service.parts.map_area import MapArea, map_area
+from service.parts.map_facts import preamble
 from service.parts.positioning_answers import placed_anchors
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import told_of_areas
 from service.products import UNWATCHED, Work
-from service.products.in_common import preamble
 from terrain import ElevationGrid
 from visibility import Anchor
 
@@ -166,7 +166,11 @@ def _answer(
     ]
     more = (*area.sentences(), *(() if geometry.warning is None else (geometry.warning,)))
     return PlacementSummary(
-        **preamble(area.box, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),
+        **preamble(
+            *(area.box, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),
+            mode=asked.mode,
+            unknown=asked.unknown,
+        ),
         timing={"calculation_s": time.perf_counter() - started_s, **placement.timing_s},
         objective=goal.objective,
         goal=goal.sentence(),

@@ -14,12 +14,11 @@ from planning.placement import Flight, RepositioningPlan, TimedMove, plan_reposi
 from planning.placement.repositioning import USUAL_HEIGHTS_M
 from service.files.layer import mission_warnings
 from service.parts.map_area import MapArea, map_area, refuse_outside
-from service.parts.map_facts import MapSummary, curvature_of
+from service.parts.map_facts import MapSummary, curvature_of, preamble
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import places_in_grid, resolve_anchor, told_of_areas
 from service.products import UNWATCHED, Work
-from service.products.in_common import preamble
 from service.products.placements.question import areas_of_rules, goal_of, rules_of, sight_of
 from terrain import ElevationGrid
 from visibility import Anchor, Curvature
@@ -172,7 +171,11 @@ def _answer(
 ) -> RepositioningSummary:
     grid, schedule = area.grid, plan.schedule
     return RepositioningSummary(
-        **preamble(area.box, asked, ExactSight(curvature_of(asked) or Curvature.of(grid)), warnings),
+        **preamble(
+            *(area.box, asked, ExactSight(curvature_of(asked) or Curvature.of(grid)), warnings),
+            mode=asked.mode,
+            unknown=asked.unknown,
+        ),
         timing={"calculation_s": elapsed_s},
         goal=goal_of(asked.goal).sentence(),
         occluded=list(asked.occluded),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
 from dataclasses import dataclass
 
@@ -11,7 +10,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from service.parts.map_area import map_area
-from service.parts.map_facts import MapSummary, curvature_of, ground_of
+from service.parts.map_facts import MapSummary, curvature_of, preamble
 from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
 from service.products.in_common import QUANTILES
@@ -23,11 +22,6 @@ from .request import SiteMapParameters
 __all__ = ["FinishedSiteMap", "SiteMapSummary", "SiteOut", "calculate_site_map"]
 
 Floats = npt.NDArray[np.float32]
-
-ERRORS = (
-    "rays in {directions} directions, which see the ground only where they cross columns of posts: on real mountains a "
-    "site is told 0.99 to 1.04 of what exact mode counts, on ground that is rough from post to post 0.99 to 1.18"
-)
 
 
 class SiteOut(BaseModel):
@@ -112,15 +106,12 @@ def calculate_site_map(grid: ElevationGrid, parameters: SiteMapParameters, work:
     share = sees.seen_share
     quantiles = {**QUANTILES, "most": 1.0}
     answer = SiteMapSummary(
-        version=importlib.metadata.version("sightline"),
-        mode="rays",
-        error_statement=ERRORS.format(directions=sees.directions),
-        curvature=sees.curvature.sentence(),
-        unknown="unknown",
-        dem=ground_of(box),
-        warnings=[*grid.provenance.warnings, *area.sentences(), *_fewer(parameters.sites, len(sites), apart_m)],
+        **preamble(
+            *(box, parameters, sees, (*area.sentences(), *_fewer(parameters.sites, len(sites), apart_m))),
+            mode="rays",
+            unknown="unknown",
+        ),
         timing={"calculation_s": sees.elapsed_s + seen.elapsed_s},
-        parameters=parameters.model_dump(mode="json", exclude_none=True),
         target_m2=sees.target_m2,
         min_separation_m=apart_m,
         seen_share_quantiles={

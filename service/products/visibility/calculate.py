@@ -11,11 +11,10 @@ import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from service.parts.map_area import map_area
-from service.parts.map_facts import MapSummary, curvature_of, share_of
+from service.parts.map_facts import MapSummary, curvature_of, preamble, share_of
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products import UNWATCHED, Work
-from service.products.in_common import preamble
 from terrain import ElevationGrid, height_at
 from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
 
@@ -128,6 +127,8 @@ def calculate_visibility_map(
         **preamble(
             *(found.grid, parameters, found),
             (*found.warnings, *area.sentences(), *_receiver_warnings(found.grid, parameters.receiver_altitude_m)),
+            mode=parameters.mode,
+            unknown=parameters.unknown,
         ),
         timing={"calculation_s": found.elapsed_s},
         receiver=ReceiverHeight(
