@@ -6,6 +6,7 @@ from .diagnosis import diagnose
 from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .geometric import GeometricDetection, detect_2d, detect_3d
+from .odometry import Motion
 from .settings import (
     DetectorSettings,
     false_positive_rate,
@@ -47,6 +48,7 @@ __all__ = [
     "GeometricDetection",
     "GroundHeight",
     "Health",
+    "Motion",
     "OdometryCondition",
     "OdometryIncrement",
     "PlanningStatus",

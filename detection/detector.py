@@ -13,6 +13,7 @@ from .errors import DetectionInputError
 from .geometric import MOST_RANGES
 from .intake import EpochOrder, take_in
 from .judging import Judge
+from .odometry import Motion
 from .settings import DetectorSettings
 from .state import AnchorRecord, DetectorState
 from .suspicions import Suspicion
@@ -72,6 +73,11 @@ class Detector:
         then_s = max(time_s - self.settings.ranging_offset_s, track.time_s)
         place_m, covariance_m2 = foretold(track, then_s, self.settings)
         return PositionFix(place_m[:d], covariance_m2[:d, :d], checked=False)
+
+    @property
+    def motion(self) -> Motion | None:
+        """Odometry of the latest epoch as it was used: on the ranging clock, its heading set right; None without."""
+        return self._judge.motion
 
     def suspicions(self) -> tuple[Suspicion, ...]:
         """What the latest epochs as a whole suffer from: units, order, faults that all ranges share; often nothing."""

@@ -43,6 +43,7 @@ class Judge:
         self._trusted = {anchor_id: Trusted(deque(maxlen=self._settings.window)) for anchor_id in self._anchors}
         self._tracker = Tracker(len(self._anchors), self._settings)
         self._motion: Motion | None = None
+        self.motion: Motion | None = None  # of the latest epoch, as it was used
 
     @property
     def track(self) -> Track | None:
@@ -54,7 +55,7 @@ class Judge:
         self._move(epoch)
         settings = self._settings
         time_s = epoch.time_s - settings.ranging_offset_s
-        motion = self._driven(intake)
+        self.motion = motion = self._driven(intake)
         self._tracker.foretell(time_s, motion)
         if intake.ground is not None:
             self._tracker.stand(intake.ground, time_s)

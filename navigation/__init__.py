@@ -5,6 +5,7 @@ from .clearances import BubbleCheck, BubbleVerdict, check_bubbles
 from .confidence import bubble_confidence, radius_of_confidence
 from .consistency import mean_bounds, nees
 from .errors import BubbleError, MeasurementError, NavigationError, StateError, TimeOrderError
+from .estimators import ConstantVelocityEstimator, Estimator, RoverEstimate
 from .linear import FixUpdate, LinearUpdate, linear_predict, linear_update, update_fix, update_ground
 from .motion import MotionNoise
 from .prediction import PredictedBubble, predict_bubble
@@ -18,6 +19,8 @@ __all__ = [
     "BubbleCheck",
     "BubbleError",
     "BubbleVerdict",
+    "ConstantVelocityEstimator",
+    "Estimator",
     "FilterState",
     "FilteredLog",
     "FixUpdate",
@@ -27,6 +30,7 @@ __all__ = [
     "NavigationError",
     "PredictedBubble",
     "RangeUpdate",
+    "RoverEstimate",
     "StateError",
     "TimeOrderError",
     "Troposphere",

@@ -50,20 +50,22 @@ class RangeUpdate:
     @property
     def used(self) -> int:
         """How many ranges were used."""
-        return int(np.count_nonzero(self._taken()))
+        return int(np.count_nonzero(self.taken))
 
     @property
     def reacquired(self) -> bool:
         """Whether the belief was found lost, and widened."""
         return bool((self.verdict == Verdict.REACQUIRED).any())
 
-    def _taken(self) -> npt.NDArray[np.bool_]:
+    @property
+    def taken(self) -> npt.NDArray[np.bool_]:
+        """(k,) which ranges were used."""
         return np.isin(self.verdict, (Verdict.USED, Verdict.REACQUIRED))
 
     @property
     def nis(self) -> float:
         """Normalised innovations squared of the ranges used, chi-square of ``used`` degrees; NaN where none is."""
-        taken = self._taken()
+        taken = self.taken
         if not taken.any():
             return math.nan
         return float((self.innovation_m[taken] ** 2 / self.innovation_variance_m2[taken]).sum())

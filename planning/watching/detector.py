@@ -21,7 +21,6 @@ from detection import (
     DetectorSettings,
     DetectorState,
     EpochResult,
-    GroundHeight,
     PositionFix,
     RangeEpoch,
     RangeMeasurement,
@@ -29,6 +28,7 @@ from detection import (
     Suspicion,
     detect_epoch,
 )
+from navigation import Estimator, RoverEstimate
 from planning.errors import WatchError
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, AnchorError, Curvature
@@ -36,7 +36,7 @@ from visibility.sight import check_anchors
 
 from .advice import Advice, DarkStretch, Drive, MoveAdvice, advise, advise_move
 from .doubts import Doubts, MapDoubt, off_without_map
-from .forecasts import DEFAULT_ERRORS, GroundErrors, SightForecast, check_antenna, forecast_sight
+from .forecasts import DEFAULT_ERRORS, GroundErrors, SightForecast, check_antenna, forecast_sight, ground_amid
 from .heights import HeightCheck, free_height
 
 __all__ = ["MapDetector", "WatchedEpoch"]
@@ -56,13 +56,14 @@ class WatchedEpoch:
     """The answer to one epoch, with what the map foretold of it.
 
     forecast: None where the session had no place, or one off the map or outside the area. p_direct: by anchor, as the
-    detector was told it.
+    detector was told it. estimate: of the session's own filter, where it has one that has begun.
     """
 
     result: EpochResult
     forecast: SightForecast | None
     anchor_ids: tuple[str, ...]
     p_direct: Mapping[str, float]
+    estimate: RoverEstimate | None = None
 
     @property
     def p_sight(self) -> Mapping[str, float]:
@@ -78,8 +79,8 @@ class MapDetector:
 
     grid: the map, in the frame of the anchors. antenna_above_ground_m: of the rover, which stands on the ground.
     errors: how wrong the map may be. area: a polygon in the grid's frame; where the rover is outside it, the map is not
-    asked; ground outside hides all the same. A range that brings its own p_sight keeps it.
-    Raises WatchError, and DetectionInputError as Detector does.
+    asked; ground outside hides all the same. A range that brings its own p_sight keeps it. estimator: a fresh filter
+    that goes along. Raises WatchError, and DetectionInputError as Detector does.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class MapDetector:
         errors: GroundErrors = DEFAULT_ERRORS,
         curvature: Curvature | None = None,
         area: shapely.Geometry | None = None,
+        estimator: Estimator | None = None,
     ) -> None:
         if settings.dimension != 3:
             raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
@@ -103,10 +105,11 @@ class MapDetector:
         self._area = area
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
         self._strange = _strange(grid, self._anchors)
-        self._somewhere = _ground_amid(grid, anchors, antenna_above_ground_m)
+        self._somewhere = ground_amid(grid, anchors, antenna_above_ground_m)
         if settings.altitude_hint_m is None:
             settings = replace(settings, altitude_hint_m=self._somewhere.altitude_m)
         self._detector = Detector(anchors, settings)
+        self._estimator = estimator
         self._doubts = Doubts()
         self._heights = HeightCheck(errors.dem_sigma_m)
         self._right = dict.fromkeys((True, False), RIGHT)
@@ -168,20 +171,27 @@ class MapDetector:
         ids = tuple(self._anchors)
         forecast = self._foresee(epoch)
         if forecast is None:
-            return WatchedEpoch(self._detector.process(epoch), None, ids, {})
+            result = self._detector.process(epoch)
+            return WatchedEpoch(result, None, ids, {}, self._estimate(epoch, result))
         told = {
             anchor_id: self._believed(p_direct)
             for anchor_id, p_direct in zip(ids, forecast.p_direct.tolist(), strict=True)
             if not (math.isnan(p_direct) or self._doubts.stands(anchor_id))
         }
         ranges = tuple([_with_prediction(measured, told) for measured in epoch.ranges])
-        result = self._detector.process(replace(epoch, ranges=ranges, ground=epoch.ground or forecast.ground))
+        asked = replace(epoch, ranges=ranges, ground=epoch.ground or forecast.ground)
+        result = self._detector.process(asked)
         p_direct = dict(zip(ids, forecast.p_direct.tolist(), strict=True))
         self._compare(result, p_direct)
         free = free_height(result, self._anchors, p_direct, forecast.ground, self.settings.range_sigma_m)
         if free is not None:
             self._heights.note(*free, result.time_s)
-        return WatchedEpoch(result, forecast, ids, told)
+        return WatchedEpoch(result, forecast, ids, told, self._estimate(asked, result))
+
+    def _estimate(self, epoch: RangeEpoch, result: EpochResult) -> RoverEstimate | None:
+        if self._estimator is None:
+            return None
+        return self._estimator.step(epoch, result, self._detector.motion)
 
     def _foresee(self, epoch: RangeEpoch) -> SightForecast | None:
         """The map's word where the track leads; without one, where the epoch's own ranges meet on the ground."""
@@ -282,16 +292,3 @@ def _warnings(grid: ElevationGrid, anchors: Sequence[RangingAnchor]) -> tuple[st
         except AnchorError as error:
             raise WatchError(str(error)) from error
     return tuple(warnings)
-
-
-def _ground_amid(grid: ElevationGrid, anchors: Sequence[RangingAnchor], antenna_m: float) -> GroundHeight:
-    """The antenna's height somewhere amid the anchors: good enough to tell below them from above."""
-    at_m = np.array([(anchor.east_m, anchor.north_m) for anchor in anchors]).reshape(-1, 2)
-    east_m, north_m = (np.linspace(low, high, 32) for low, high in zip(at_m.min(axis=0), at_m.max(axis=0), strict=True))
-    heights_m = height_at(grid, east_m[:, None], north_m[None, :])
-    if np.isnan(heights_m).all():
-        heights_m = grid.heights_m.astype(np.float64)
-    middle_east_m, middle_north_m = at_m.mean(axis=0).tolist()
-    spread_m = float(np.nanstd(heights_m)) + 1.0
-    level_m = float(np.nanmean(heights_m)) + antenna_m
-    return GroundHeight(middle_east_m, middle_north_m, level_m, 0.0, 0.0, spread_m)

@@ -7,17 +7,18 @@ sight lines the clearance is known exactly, and the error of the ground is folde
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from detection import GroundHeight
+from detection import GroundHeight, RangingAnchor
 from planning.errors import WatchError
 from terrain import ElevationGrid, height_at
 from visibility import Curvature, lines_of_sight
 
-__all__ = ["GroundErrors", "SightForecast", "check_antenna", "forecast_sight", "sight_probability"]
+__all__ = ["GroundErrors", "SightForecast", "check_antenna", "forecast_sight", "ground_amid", "sight_probability"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -185,6 +186,19 @@ def _ground_height(
     sigma_m = math.sqrt(errors.dem_sigma_m**2 + float(np.mean(off_m**2)) + shifted_m**2)
     east_m, north_m = points_m[0].tolist()
     return GroundHeight(east_m, north_m, level_m, slope_east, slope_north, sigma_m)
+
+
+def ground_amid(grid: ElevationGrid, anchors: Sequence[RangingAnchor], antenna_m: float) -> GroundHeight:
+    """The antenna's height somewhere amid the anchors: good enough to tell below them from above."""
+    at_m = np.array([(anchor.east_m, anchor.north_m) for anchor in anchors]).reshape(-1, 2)
+    east_m, north_m = (np.linspace(low, high, 32) for low, high in zip(at_m.min(axis=0), at_m.max(axis=0), strict=True))
+    heights_m = height_at(grid, east_m[:, None], north_m[None, :])
+    if np.isnan(heights_m).all():
+        heights_m = grid.heights_m.astype(np.float64)
+    middle_east_m, middle_north_m = at_m.mean(axis=0).tolist()
+    spread_m = float(np.nanstd(heights_m)) + 1.0
+    level_m = float(np.nanmean(heights_m)) + antenna_m
+    return GroundHeight(middle_east_m, middle_north_m, level_m, 0.0, 0.0, spread_m)
 
 
 def _normal(x: Floats) -> Floats:

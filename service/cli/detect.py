@@ -66,12 +66,13 @@ def detect(
     """Replay LOG.csv, a log of ranges: which anchors were occluded when, and what position the others give.
 
     Writes verdicts.csv, positions.csv, verdicts.png and detection.json into
-    --out; with --dem also map_doubts.geojson, where ranges contradict the map.
+    --out; with --dem also map_doubts.geojson, where ranges contradict the map,
+    with --estimator also estimates.csv.
     """
     from detection import Detector
     from service.live.epoch_logs import read_epochs
     from service.live.replay import replay
-    from service.live.replay_files import DOUBTS, FILES, write_replay
+    from service.live.replay_files import DOUBTS, ESTIMATES, FILES, write_replay
     from service.live.watching import write_doubts
 
     from .asking.anchor_files import ranging_anchors
@@ -80,7 +81,8 @@ def detect(
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
     within = area_asked(area.part(in_degrees=False))
-    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m)
+    estimator = settings.filter(placed, asked.settings())
+    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator)
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
     known = [one.id for one in placed]
@@ -89,10 +91,10 @@ def detect(
         raise RequestError(f"The log {log.name} holds no ranges.")
     calibration = settings.calibrated(placed, read.epochs, asked.settings())
     epochs = read.epochs if calibration is None else [calibration.applied(epoch) for epoch in read.epochs]
-    files = FILES if mapped is None else (*FILES, DOUBTS)
+    files = (*FILES, *([] if mapped is None else [DOUBTS]), *([] if estimator is None else [ESTIMATES]))
     folder = None if output.out is None else output_folder(output.out, files)
     with progress_bar("Epochs") as progress:
-        replayed = replay(placed, epochs, asked.settings(), progress, mapped)
+        replayed = replay(placed, epochs, asked.settings(), progress, mapped, estimator)
     summary = replayed.summary()
     over_map = [] if mapped is None else [*mapped.warnings, *_doubted(replayed)]
     warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, read.form)]

@@ -101,6 +101,21 @@ class PredictedOut(Exact):
     )
 
 
+class EstimateOut(Exact):
+    """What the session's own filter makes of all epochs so far: one state, one covariance."""
+
+    east_m: float = Field(description="East, metres.")
+    north_m: float = Field(description="North, metres.")
+    altitude_m: float = Field(description="Height, metres.")
+    velocity_m_per_s: list[float] = Field(description="East, north, up, metres per second.")
+    covariance: list[list[float]] = Field(
+        description="Six rows and columns: east, north, up in metres, then their rates in metres per second."
+    )
+    bubble_m: float = Field(description="Radius of the safety bubble, three sigmas, metres.")
+    used: list[str] = Field(description="Anchors whose ranges of this epoch it leaned on.")
+    reacquired: bool = Field(description="Whether it was found lost, and begun anew or widened.")
+
+
 class EpochOut(Exact):
     """The answer to one epoch. What JSON has no number for is null."""
 
@@ -120,6 +135,9 @@ class EpochOut(Exact):
     summary: str = Field(description="The answer in a sentence.")
     advice: AdviceOut | None = Field(
         None, description="What lies ahead on the session's path, about once a second; null: no path, or not now."
+    )
+    estimate: EstimateOut | None = Field(
+        None, description="Of the session's estimator; null: it has none, or it has not begun."
     )
     predicted: list[PredictedOut] | None = Field(
         None, description="What the map foretold, of the anchors that it knows of; null: the session looks at no map."

@@ -19,7 +19,7 @@ from detection import (
     SearchReport,
     Suspicion,
 )
-from navigation import bubble_radius_m
+from navigation import RoverEstimate, bubble_radius_m
 from planning.watching import Advice, WatchedEpoch
 from service.live.drives import advice_answer
 
@@ -38,8 +38,13 @@ def epoch_answer(
     sequence: int | None = None,
     watched: WatchedEpoch | None = None,
     advice: Advice | None = None,
+    *,
+    over_map: bool = False,
 ) -> dict[str, object]:
-    """The answer to one epoch, in the words of ``EpochOut``; watched, advice: with what a map foretold."""
+    """The answer to one epoch, in the words of ``EpochOut``.
+
+    watched, advice: with what else there is to it; over_map: also with what a map foretold.
+    """
     return {
         "time_s": result.time_s,
         "sequence": sequence,
@@ -56,7 +61,8 @@ def epoch_answer(
         "needed": result.needed,
         "summary": result.summary,
         "advice": None if advice is None else advice_answer(advice),
-        "predicted": None if watched is None else _predicted(watched),
+        "predicted": _predicted(watched) if over_map and watched is not None else None,
+        "estimate": None if watched is None or watched.estimate is None else _estimate(watched.estimate),
     }
 
 
@@ -74,6 +80,17 @@ def _predicted(watched: WatchedEpoch) -> list[dict[str, object]]:
         for anchor_id, p_sight, p_direct, clearance_m in rows
         if p_sight == p_sight
     ]
+
+
+def _estimate(estimate: RoverEstimate) -> dict[str, object]:
+    return {
+        **_place(estimate.position_m),
+        "velocity_m_per_s": estimate.velocity_m_per_s.tolist(),
+        "covariance": estimate.covariance.tolist(),
+        "bubble_m": estimate.bubble_m,
+        "used": estimate.used,
+        "reacquired": estimate.reacquired,
+    }
 
 
 def calibration_answer(what: Calibrated, found: Calibration | None) -> dict[str, object]:

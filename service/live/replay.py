@@ -21,6 +21,7 @@ from detection import (
     RangeEpoch,
     RangingAnchor,
 )
+from navigation import Estimator, RoverEstimate
 from planning.watching import MapDetector, MapDoubt
 from service.live.keeping import Kept
 from service.live.request import ANCHORS, RANGES, DetectorIn, DetectorLimits, EpochIn
@@ -105,6 +106,7 @@ class Replay:
     """What came of a log. results: one per epoch, in the log's order. times_s: how long each took.
 
     p_sight: by epoch and anchor, what a map foretold, None without one. doubts: where ranges contradict it.
+    estimates: by epoch, of a filter that went along; None without one.
     """
 
     anchors: tuple[RangingAnchor, ...]
@@ -115,6 +117,7 @@ class Replay:
     state: DetectorState
     p_sight: tuple[Mapping[str, float], ...] | None = None
     doubts: tuple[MapDoubt, ...] = ()
+    estimates: tuple[RoverEstimate | None, ...] | None = None
 
     def episodes(self) -> list[Episode]:
         """Every stretch in which an anchor was called occluded, in the order of their beginnings."""
@@ -169,13 +172,14 @@ def replay(
     settings: DetectorSettings,
     progress: Callable[[float], None] | None = None,
     mapped: MapDetector | None = None,
+    estimator: Estimator | None = None,
 ) -> Replay:
     """Send the epochs through one detector, in their order; mapped: a fresh one of the same that looks at a map.
 
-    Raises DetectionInputError.
+    estimator: a fresh filter that goes along, that of ``mapped`` where there is one. Raises DetectionInputError.
     """
     rehearse()  # kernels are loaded before the first epoch is timed
-    detector = MaybeMapped(mapped or Detector(anchors, settings))
+    detector = MaybeMapped(mapped or Detector(anchors, settings), estimator)
     watched, times_s = [], []
     for number, epoch in enumerate(epochs, 1):
         begin_s = time.perf_counter()
@@ -186,7 +190,10 @@ def replay(
     results = tuple(one.result for one in watched)
     p_sight = None if mapped is None else tuple(one.p_sight for one in watched)
     doubts = () if mapped is None else mapped.map_doubts()
-    return Replay(tuple(anchors), settings, tuple(epochs), results, tuple(times_s), detector.state, p_sight, doubts)
+    estimates = None if estimator is None else tuple(one.estimate for one in watched)
+    return Replay(
+        tuple(anchors), settings, tuple(epochs), results, tuple(times_s), detector.state, p_sight, doubts, estimates
+    )
 
 
 def _episodes_of(anchor_id: str, results: Sequence[EpochResult]) -> Iterator[Episode]:

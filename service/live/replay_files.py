@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from detection import AnchorVerdict, EpochResult, PlanningStatus, Sight
+from navigation import RoverEstimate
 from service.drawing.furniture import INK
 from service.drawing.sheet import DPI, save_png
 from service.files.csv_table import TableWriter
@@ -21,7 +22,7 @@ from service.files.layer import replacing
 from service.live.replay import Replay
 from service.parts.sentences import counted
 
-__all__ = ["DOUBTS", "FILES", "draw_verdicts", "write_replay", "write_verdict_picture"]
+__all__ = ["DOUBTS", "ESTIMATES", "FILES", "draw_verdicts", "write_replay", "write_verdict_picture"]
 
 # told apart without colour too: by shape and by height in the lane
 MARKS = {
@@ -41,6 +42,7 @@ WIDTH_IN, LANE_IN, HEAD_IN, FOOT_IN = 11.0, 0.42, 0.95, 0.6
 MOST_LANES = 32
 VERDICTS, POSITIONS, PICTURE, SUMMARY = "verdicts.csv", "positions.csv", "verdicts.png", "detection.json"
 FILES = (SUMMARY, VERDICTS, POSITIONS, PICTURE)
+ESTIMATES = "estimates.csv"  # of a replay with a filter that goes along
 DOUBTS = "map_doubts.geojson"  # of a replay that looks at a map
 
 
@@ -122,11 +124,14 @@ def _short(anchor_id: str) -> str:
 
 
 def write_replay(replayed: Replay, document: Mapping[str, object], folder: Path, name: str) -> list[Path]:
-    """Write FILES, each whole or not at all; document: the summary, which comes last, so where it is new all is new.
+    """Write FILES, and ESTIMATES where there are any, each whole or not at all.
 
-    name: of the log. Raises OSError.
+    document: the summary, which comes last, so where it is new all is new. name: of the log. Raises OSError.
     """
-    for file, rows in ((VERDICTS, _verdict_rows(replayed)), (POSITIONS, _position_rows(replayed))):
+    tables = {VERDICTS: _verdict_rows(replayed), POSITIONS: _position_rows(replayed)}
+    if replayed.estimates is not None:
+        tables[ESTIMATES] = _estimate_rows(replayed.estimates)
+    for file, rows in tables.items():
         with replacing(folder / file) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
             table = TableWriter(stream, end="\r\n")
             for row in rows:
@@ -135,7 +140,7 @@ def write_replay(replayed: Replay, document: Mapping[str, object], folder: Path,
         write_verdict_picture(replayed, f"{name}: verdicts over time", unfinished)
     with replacing(folder / SUMMARY) as unfinished:
         unfinished.write_text(json.dumps(document, allow_nan=False, indent=1), encoding="utf-8")
-    return [folder / file for file in FILES]
+    return [folder / file for file in dict.fromkeys([*FILES, *tables])]
 
 
 def _verdict_rows(replayed: Replay) -> Iterator[list[object]]:
@@ -173,6 +178,20 @@ def _position_rows(replayed: Replay) -> Iterator[list[object]]:
             *_place(result), " ".join(result.excluded), " ".join(result.included), result.needed,
             result.summary,
         ]  # fmt: skip
+
+
+def _estimate_rows(estimates: Sequence[RoverEstimate | None]) -> Iterator[list[object]]:
+    """Of epochs after which the filter has begun."""
+    yield ["epoch", "time_s", "east_m", "north_m", "altitude_m", "east_m_per_s", "north_m_per_s", "up_m_per_s",
+           "sigma_m", "bubble_m", "used", "reacquired"]  # fmt: skip
+    for number, one in enumerate(estimates):
+        if one is not None:
+            numbers = [*one.position_m.tolist(), *one.velocity_m_per_s.tolist()]
+            sigma_m = math.sqrt(float(np.trace(one.covariance[:3, :3])))
+            yield [
+                number, one.time_s, *map(_cell, (*numbers, sigma_m, one.bubble_m)), " ".join(one.used),
+                int(one.reacquired),
+            ]  # fmt: skip
 
 
 def _place(result: EpochResult) -> list[object]:

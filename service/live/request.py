@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -202,6 +202,11 @@ class DetectorIn(_Detector, AreaParameters):
         None, description="One-sigma error of where the DEM lies, per axis, metres; null = half a cell."
     )
     calibration: CalibrationIn | None = Field(None, description="Is applied to every range first; null = none.")
+    estimator: Literal["constant_velocity"] | None = Field(
+        None,
+        description="A filter that goes along, in three dimensions: answers then hold its estimate of place and "
+        "velocity from verdicts, ranges, odometry and the DEM's height together. null = none.",
+    )
     drive: DriveIn | None = Field(None, description="The path to follow, for advice; needs dem_id. null = none.")
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(
         None, description="Seconds without a request after which it expires; left out = the most that is allowed."
@@ -212,20 +217,6 @@ class DetectorIn(_Detector, AreaParameters):
         if self.area is not None and self.dem_id is None:
             raise ValueError("An area is one of a DEM: give dem_id too, or leave out area.")
         return self
-
-
-class Asked(Protocol):
-    """What a stateless detection and a session have in common."""
-
-    @property
-    def anchors(self) -> list[RangingAnchorIn]:
-        """The anchors."""
-        ...
-
-    @property
-    def settings(self) -> DetectorSettingsIn:
-        """What the detector is told."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,7 +260,7 @@ class DetectorLimits:
         for epoch in epochs:
             self.refuse_long(epoch)
 
-    def check_detector(self, asked: Asked) -> None:
+    def check_detector(self, asked: _Detector) -> None:
         """Raise LimitError where there are too many anchors or the search may take too long."""
         self._check_number(len(asked.anchors), "anchors", "A detector")
         if asked.settings.search_limit > self.max_search:

@@ -160,8 +160,8 @@ class DetectorSession:
 
     def _told(self, asked: EpochIn, watched: WatchedEpoch, advice: Advice | None = None) -> bytes:
         self.touch()
-        foretold = watched if self._dem_id else None
-        answer = as_json(epoch_answer(watched.result, asked.sequence, foretold, advice))
+        over_map = self._dem_id is not None
+        answer = as_json(epoch_answer(watched.result, asked.sequence, watched, advice, over_map=over_map))
         for watcher in self._watchers:
             watcher.tell(answer)
         return answer

@@ -16,6 +16,7 @@ import numpy as np
 import shapely
 
 import detection
+import navigation
 import planning.watching
 from service.live.watching import Memory
 from terrain import ElevationGrid
@@ -23,7 +24,7 @@ from terrain import ElevationGrid
 __all__ = ["SnapshotError", "freeze", "thaw"]
 
 GRID, AREA = "grid", "area"
-OURS = ("detection", "planning.watching", "service.live", "visibility", "terrain")
+OURS = ("detection", "navigation", "planning.watching", "service.live", "visibility", "terrain")
 THEIRS = frozenset({
     ("collections", "deque"), ("collections", "Counter"), ("collections", "OrderedDict"), ("builtins", "set"),
     ("numpy", "ndarray"), ("numpy", "dtype"), ("numpy._core.multiarray", "_reconstruct"),
@@ -93,7 +94,7 @@ def _release() -> bytes:
     """Digest of all code whose objects are frozen: what another release makes of them is anyone's guess."""
     whole = hashlib.sha256(np.__version__.encode())
     here = [Path(__file__), Path(__file__).with_name("watching.py")]
-    for package in (detection, planning.watching):
+    for package in (detection, navigation, planning.watching):
         here += sorted(Path(str(package.__file__)).parent.rglob("*.py"))
     for path in here:
         whole.update(path.read_bytes())

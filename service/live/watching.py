@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from detection import Calibrated, Calibration, Detector, DetectorState, EpochResult, RangeEpoch, Suspicion
+from navigation import ConstantVelocityEstimator, Estimator
 from planning.watching import (
     Advice,
     DarkStretch,
@@ -45,8 +46,9 @@ def looked_at(grid: ElevationGrid) -> ElevationGrid:
 class MaybeMapped:
     """A detector that may look at a map; ``process`` tells what the map foretold, which may be nothing."""
 
-    def __init__(self, detector: Detector | MapDetector) -> None:
+    def __init__(self, detector: Detector | MapDetector, estimator: Estimator | None = None) -> None:
         self._detector = detector
+        self._estimator = estimator  # beside a detector without a map; one with a map has its own
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -70,7 +72,9 @@ class MaybeMapped:
         """The answer to one epoch."""
         if isinstance(self._detector, MapDetector):
             return self._detector.process(epoch)
-        return WatchedEpoch(self._detector.process(epoch), None, (), {})
+        result = self._detector.process(epoch)
+        step = None if self._estimator is None else self._estimator.step(epoch, result, self._detector.motion)
+        return WatchedEpoch(result, None, (), {}, step)
 
     def advise(self, drive: Drive, last_m: float | None) -> Advice | None:
         """What lies ahead on a path; None while there is no place. Raises RequestError where there is no map."""
@@ -136,7 +140,7 @@ class Memory:
 
 
 def memory_of(asked: DetectorIn, grid: ElevationGrid | None) -> Memory:
-    """What a new session remembers. Raises DetectionInputError, WatchError, AreaError."""
+    """What a new session remembers. Raises DetectionInputError, WatchError, StateError, AreaError."""
     given = asked.calibration
     if given is None:
         return Memory(_detector_of(asked, grid))
@@ -145,13 +149,18 @@ def memory_of(asked: DetectorIn, grid: ElevationGrid | None) -> Memory:
 
 
 def _detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
-    """The detector that a session asks for; grid: of its dem_id. Raises DetectionInputError, WatchError, AreaError."""
+    """The detector that a session asks for; grid: of its dem_id. Raises as ``memory_of``."""
     anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
+    estimator = None if asked.estimator is None else ConstantVelocityEstimator(anchors, settings)
     if grid is None:
-        return MaybeMapped(Detector(anchors, settings))
+        return MaybeMapped(Detector(anchors, settings), estimator)
     errors = GroundErrors(asked.dem_sigma_m, asked.dem_correlation_m, asked.dem_shift_sigma_m)
     return MaybeMapped(
-        MapDetector(*(grid, anchors, settings, asked.antenna_above_ground_m, errors), area=area_shape(grid, asked.area))
+        MapDetector(
+            *(grid, anchors, settings, asked.antenna_above_ground_m, errors),
+            area=area_shape(grid, asked.area),
+            estimator=estimator,
+        )
     )
 
 

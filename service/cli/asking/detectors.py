@@ -14,6 +14,7 @@ from .options import GROUP, WHOLE, Reading, option, told
 
 if TYPE_CHECKING:
     from detection import Calibration, DetectorSettings, RangeEpoch, RangingAnchor
+    from navigation import Estimator
     from planning.watching import MapDetector
     from service.files.logs.form import LogForm
     from service.live.settings import DetectorSettingsIn
@@ -46,6 +47,17 @@ class DetectorOptions:
         option("Estimate, apply and tell what ranges are off: one offset, one scale, or an offset of each anchor."),
     ] = None
 
+    estimator: Annotated[
+        Literal["constant_velocity"] | None,
+        option("A filter that goes along; its place, velocity and bubble go into estimates.csv."),
+    ] = None
+
+    def filter(self, anchors: Sequence[RangingAnchor], settings: DetectorSettings) -> Estimator | None:
+        """A fresh filter, where one was asked for. Raises StateError."""
+        from navigation import ConstantVelocityEstimator
+
+        return None if self.estimator is None else ConstantVelocityEstimator(anchors, settings)
+
     def calibrated(
         self, anchors: Sequence[RangingAnchor], epochs: Sequence[RangeEpoch], settings: DetectorSettings
     ) -> Calibration | None:
@@ -70,7 +82,7 @@ class DetectorOptions:
         from service.parts.sentences import sentence_of
 
         fields = told(self)
-        for own in ("more", "calibrate"):
+        for own in ("more", "calibrate", "estimator"):
             fields.pop(own, None)
         for text in self.more:
             name, equals, value = text.partition("=")
@@ -143,8 +155,11 @@ class MapOptions:
         settings: DetectorSettings,
         within: AnyArea | None = None,
         margin_m: float | None = None,
+        estimator: Estimator | None = None,
     ) -> MapDetector | None:
         """The detector that looks at the DEM, where one was named; within: only where the rover is in this area.
+
+        estimator: a fresh filter that goes along.
 
         Raises RequestError, TerrainError, WatchError.
         """
@@ -159,4 +174,4 @@ class MapOptions:
             raise RequestError("With --dem give the anchors in metres of the DEM's CRS, not in degrees.")
         errors = GroundErrors(dem_sigma_m=self.dem_sigma, shift_sigma_m=self.dem_shift)
         grid = Reading().read(self.dem, within, margin_m)
-        return MapDetector(grid, anchors, settings, self.antenna, errors, area=area_shape(grid, within))
+        return MapDetector(grid, anchors, settings, self.antenna, errors, None, area_shape(grid, within), estimator)

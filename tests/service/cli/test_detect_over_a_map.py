@@ -70,3 +70,26 @@ def test_what_cannot_be_is_one_sentence(sightline, log, words, sentence):
     told = sightline("detect", log, *ANCHORS, *words)
     assert told.code == 2
     assert sentence in " ".join(told.stderr.split())
+
+
+@pytest.mark.parametrize("over", [True, False])
+def test_a_filter_that_goes_along_writes_its_places_and_bubbles(sightline, log, tmp_path, over):
+    words = ["--dem", sample_path("jacksboro")] if over else []
+    told = sightline(
+        "detect", log, *ANCHORS, *words, "--estimator", "constant_velocity", "--out", tmp_path / "out", "--json"
+    )
+    assert told.code == 0, told.stderr
+    assert str(tmp_path / "out" / "estimates.csv") in json.loads(told.stdout)["files"]
+    with (tmp_path / "out" / "estimates.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [int(row["epoch"]) for row in rows] == list(range(int(rows[0]["epoch"]), 30))
+    last = rows[-1]
+    assert "D4" not in last["used"].split()
+    assert math.hypot(float(last["east_m"]) - (750609.1 - 29), float(last["north_m"]) - 4020739.0) < 3.0
+    assert 0.0 < float(last["sigma_m"]) < float(last["bubble_m"])
+
+
+def test_a_filter_in_the_plane_is_one_sentence(sightline, log):
+    told = sightline("detect", log, *ANCHORS, "--dimension", "2", "--estimator", "constant_velocity")
+    assert told.code == 2
+    assert "three dimensions" in told.stderr

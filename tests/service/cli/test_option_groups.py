@@ -46,7 +46,7 @@ GROUPS = [
     (reposition.MoveOptions, RepositioningParameters, set()),
     (reposition.DroneOptions, DroneFlightIn, set()),
     (los.LineOptions, LineOptions, set()),
-    (detect.DetectorOptions, DetectorSettingsIn, {"more", "calibrate"}),
+    (detect.DetectorOptions, DetectorSettingsIn, {"more", "calibrate", "estimator"}),
     (serve.ServiceOptions, Settings, set()),
 ]
 

@@ -9,12 +9,14 @@ from typing import Any
 
 import pytest
 
+from navigation import StateError
 from planning import WatchError
 from service.errors import RequestError
 from service.live.answer_models import DetectorStateful, EpochOut
 from service.live.registry import Detectors
 from service.live.request import DetectorIn, EpochIn
 from service.live.sessions import DetectorSession
+from service.live.snapshots import freeze, thaw
 from service.settings import Settings
 from terrain import ElevationGrid, height_at
 from tests.planning.watching.grounds import anchors, ridge
@@ -83,3 +85,40 @@ def test_a_session_without_a_map_foretells_nothing() -> None:
 def test_a_map_of_two_dimensions_is_refused() -> None:
     with pytest.raises(WatchError, match="three dimensions"):
         opened(ridge(), dem_id="ridge", settings={"dimension": 2})
+
+
+@pytest.mark.parametrize("dem_id", ["ridge", None])
+def test_position_bubble_and_verdicts_of_a_filter_come_in_one_message(dem_id: str | None) -> None:
+    grid = ridge(ridge_m=45.0)
+    session = opened(None if dem_id is None else grid, dem_id=dem_id, estimator="constant_velocity")
+    for second in range(12):
+        answer = json.loads(session.answer(epoch(second, {"A1": 4.0})))
+    told = EpochOut.model_validate(answer).estimate
+    assert told is not None
+    assert told.used == ["A2", "A3", "A4", "A5", "A6", "A7", "A8"]
+    north_m = 311.0
+    off_m = math.dist(
+        (told.east_m, told.north_m, told.altitude_m), (430.0, north_m, float(height_at(grid, 430.0, north_m)) + 1.5)
+    )
+    assert off_m < 0.3 < told.bubble_m < 3.0
+    assert told.velocity_m_per_s[1] == pytest.approx(1.0, abs=0.2)
+    assert [len(row) for row in told.covariance] == [6] * 6
+    assert (answer["predicted"] is None) == (dem_id is None)
+
+
+def test_a_filter_outlives_the_service_with_its_session() -> None:
+    grid = ridge(ridge_m=45.0)
+    session = opened(grid, dem_id="ridge", estimator="constant_velocity")
+    for second in range(6):
+        session.answer(epoch(second, {}))
+    again = thaw(freeze(session.memory), grid)
+    going_on, gone_on = session.memory.process(epoch(6, {})).estimate, again.process(epoch(6, {})).estimate
+    assert going_on is not None
+    assert gone_on is not None
+    assert gone_on.covariance.tolist() == going_on.covariance.tolist()
+    assert gone_on.position_m.tolist() == going_on.position_m.tolist()
+
+
+def test_a_filter_in_the_plane_is_refused() -> None:
+    with pytest.raises(StateError, match="three dimensions"):
+        opened(None, settings={"dimension": 2}, estimator="constant_velocity")
