@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Annotated, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AwareDatetime, ConfigDict, Field, model_validator
 
 from service.parts.anchors import AnchorId, Azimuth
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Positive, StrictModel
@@ -19,11 +19,15 @@ __all__ = [
     "GroundRef",
     "MissionAnchor",
     "MissionIn",
+    "MissionOrbits",
     "MissionPlace",
     "MissionPlacing",
     "MissionPositioning",
     "MissionRoute",
     "MissionRover",
+    "MissionRules",
+    "MissionStandOff",
+    "MissionTimes",
 ]
 
 FORMAT = "sightline-mission"
@@ -70,6 +74,10 @@ class MissionAnchor(MissionPlace):
         None, description="End of its sector, degrees clockwise from grid north; goes with azimuth_from_deg."
     )
     ranging_sigma_m: NotNegativeMetres = Field(0.1, description="One-sigma error of its ranges, metres.")
+    flies_to: list[MissionPlace] = Field(
+        [], max_length=MOST_PLACES, description="Where it flies from its place, in order; none = it stands."
+    )
+    flies_m_per_s: Positive = Field(5.0, description="How fast it flies there, metres per second.")
 
 
 class MissionRover(StrictModel):
@@ -114,6 +122,47 @@ class MissionPlacing(StrictModel):
     where: Literal["area", "path"] = Field("area", description="Whether over the area or along the path.")
 
 
+class MissionStandOff(StrictModel):
+    """What anchors keep away from."""
+
+    places: Annotated[list[MissionPlace], Field(min_length=1, max_length=MOST_PLACES)] = Field(
+        description="One place is a point, several are a line."
+    )
+    distance_m: NotNegativeMetres = Field(description="Distance to keep, metres.")
+
+
+class MissionRules(StrictModel):
+    """Where anchors that are sought may be."""
+
+    no_fly: Rings = Field([], description="Areas that no anchor is over.")
+    stand_off: Annotated[list[MissionStandOff], Field(max_length=MOST_RINGS)] = Field(
+        [], description="Distances that they keep."
+    )
+    max_above_ground_m: Positive | None = Field(None, description="Ceiling above ground, metres; null = none.")
+    max_altitude_m: Metres | None = Field(
+        None, description="Ceiling in the vertical datum of the DEM, metres; null = none."
+    )
+    max_range_m: Positive | None = Field(None, description="Longest range that they measure, metres; null = unlimited.")
+    min_separation_m: NotNegativeMetres = Field(0.0, description="Least distance between two anchors, metres.")
+
+
+class MissionOrbits(StrictModel):
+    """A file of satellites' orbits, whole, so that the mission tells all that it was calculated from."""
+
+    name: str = Field(max_length=255, description="Name of the file, for people.")
+    what: Literal["almanac", "navigation"] = Field(description="SEM or YUMA almanac, or RINEX navigation file.")
+    text: str = Field(min_length=1, description="What the file says.")
+
+
+class MissionTimes(StrictModel):
+    """The times that are looked at."""
+
+    begins_at: AwareDatetime | None = Field(None, description="Second 0 as an instant; needed with satellites.")
+    lasts_s: NotNegative = Field(3600.0, description="How long is looked at, seconds.")
+    step_s: Positive = Field(600.0, description="From frame to frame, seconds.")
+    orbits: MissionOrbits | None = Field(None, description="Satellites that are ranged to; null = none.")
+
+
 class MissionIn(StrictModel):
     """A whole mission."""
 
@@ -150,14 +199,18 @@ class MissionIn(StrictModel):
     positioning: MissionPositioning = Field(default_factory=lambda: MissionPositioning.model_validate({}))
     route: MissionRoute = Field(default_factory=lambda: MissionRoute.model_validate({}))
     placing: MissionPlacing = Field(default_factory=lambda: MissionPlacing.model_validate({}))
+    rules: MissionRules = Field(default_factory=lambda: MissionRules.model_validate({}))
     ceiling_above_ground_m: NotNegativeMetres = Field(300.0, description="Top of the air looked at, metres.")
+    times: MissionTimes = Field(default_factory=lambda: MissionTimes.model_validate({}))
 
     @model_validator(mode="after")
     def _places_need_ground_and_ids_are_unique(self) -> Self:
         twice = sorted(id for id, times in Counter(anchor.id for anchor in self.anchors).items() if times > 1)
         if twice:
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
-        placed = self.anchors or self.area or self.route.start or self.route.goal or self.route.way_points
-        if self.ground is None and (placed or self.route.no_go or self.route.keep_in):
+        route, rules = self.route, self.rules
+        placed = self.anchors or self.area or route.start or route.goal or route.way_points
+        shaped = route.no_go or route.keep_in or rules.no_fly or rules.stand_off
+        if self.ground is None and (placed or shaped):
             raise ValueError("A mission with places needs its ground, for they are metres in the CRS of it.")
         return self

@@ -73,6 +73,14 @@ def shares(page: Browser) -> list[float]:
     return [float(cell) for cell in cells]
 
 
+def slide(page: Browser, selector: str, value: str) -> None:
+    """A slider on its way to a value."""
+    page.value(
+        f"(() => {{ const e = document.querySelector({selector!r}); e.value = {value!r}; "
+        "e.dispatchEvent(new Event('input', {bubbles: true})); })()"
+    )
+
+
 def mission(page: Browser) -> dict[str, Any]:
     """The mission as it stands on the page."""
     return dict(page.value("planner.mission()"))

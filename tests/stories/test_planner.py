@@ -24,6 +24,7 @@ from tests.stories.planner import (
     requests,
     settled,
     shares,
+    slide,
     take,
 )
 
@@ -123,10 +124,7 @@ def test_sliders_recolour_the_map_without_a_request(page: Browser) -> None:
     low = page.value("planner.map.getAllLayers()[0].getSource().getRevision()")
     slider = field(page, "Antenna above ground")
     for height_m in ("5", "12", "25"):
-        page.value(
-            f"(() => {{ const e = document.querySelector('{slider}'); e.value = '{height_m}'; "
-            "e.dispatchEvent(new Event('input', {bubbles: true})); })()"
-        )
+        slide(page, slider, height_m)
     higher = shares(page)
     assert higher[0] < shown[0], "from higher up fewer places see nobody"
     assert sum(higher) == pytest.approx(100.0, abs=0.5)

@@ -15,6 +15,7 @@ import { Conflict, Keeping } from "./panels/Keeping";
 import { awaitsLegend, Layers } from "./panels/Layers";
 import { PathPanel } from "./panels/PathPanel";
 import { ProfileDrawer } from "./panels/ProfileDrawer";
+import { TimeBar } from "./panels/TimeBar";
 import { ReadoutBar } from "./panels/ReadoutBar";
 import {
   accept, attempt, busy, canRedo, canUndo, change, ground, mission, mode, type Mode, MODES, notice, overlay, redo, refusals,
@@ -79,6 +80,7 @@ export function App() {
         </div>
         <div class="below">
           <ReadoutBar />
+          <TimeBar />
           <ProfileDrawer />
         </div>
       </main>

@@ -6,8 +6,10 @@ import { frameOf } from "./geo/frames";
 import { contains, extentOf, makeGround } from "./geo/grid";
 import { type GroundRef, type Mission, moved } from "./mission/mission";
 import { air } from "./products/air";
+import { frames } from "./products/frames";
 import { forgetPath } from "./products/path";
 import { dismissGhosts } from "./products/placement";
+import { sites } from "./products/sites";
 import { attempt, busy, change, cursor, ground, mission, notice, open, overlay, pinned, setBusy, tool } from "./state";
 import { words } from "./words";
 
@@ -39,7 +41,7 @@ export async function takeGround(request: Promise<Dem>, opened?: Mission, openin
     const reference = { dem_id: dem.id, name: dem.name, sha256: dem.sha256 };
     const same = next.ground === null || next.ground.sha256 === dem.sha256;
     const { mission: kept, lost } = same ? { mission: next, lost: [] } : moved(next, carriedOver(before, dem));
-    [cursor.value, pinned.value, air.value] = [null, null, null];
+    [cursor.value, pinned.value, air.value, frames.value, sites.value] = [null, null, null, null, null];
     forgetPath();
     dismissGhosts();
     const here = makeGround(dem, heights);
@@ -52,7 +54,7 @@ export async function takeGround(request: Promise<Dem>, opened?: Mission, openin
       } else change(document);
     });
     tool.value = "look";
-    if (overlay.peek() === "air") overlay.value = "none";
+    if (["air", "frame", "available", "sites"].includes(overlay.peek())) overlay.value = "none";
     notice.value = lost.length > 0 ? words.lostOnNewGround(lost) : "";
   } finally {
     if (mine === turn) setBusy("ground", undefined);
@@ -76,7 +78,7 @@ export function followGround(): void {
       try {
         const dem = await getDem(asked);
         const heights = await heightsOf(dem);
-        [cursor.value, pinned.value, air.value, notice.value] = [null, null, null, ""];
+        [cursor.value, pinned.value, air.value, frames.value, sites.value, notice.value] = [null, null, null, null, null, ""];
         ground.value = makeGround(dem, heights);
       } finally {
         setBusy("ground", undefined);

@@ -18,6 +18,10 @@ MODELS = {
     "Positioning": document.MissionPositioning,
     "Route": document.MissionRoute,
     "Placing": document.MissionPlacing,
+    "StandOff": document.MissionStandOff,
+    "Rules": document.MissionRules,
+    "Orbits": document.MissionOrbits,
+    "Times": document.MissionTimes,
 }
 PLACE, FILE_ALONE = {"east_m", "north_m"}, {"format"}
 

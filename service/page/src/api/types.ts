@@ -117,6 +117,23 @@ export interface MorphingAnswer extends Summary {
   readonly above_ground_m: Readonly<Record<string, number | null>>;
 }
 
+export interface FrameFacts {
+  readonly time_s: number;
+  /** ISO 8601 where satellites give the time. */
+  readonly time: string | null;
+  readonly anchors: number;
+  readonly satellites: number;
+  readonly share_flyable: number | null;
+}
+
+export interface FramesAnswer extends MorphingAnswer {
+  readonly over_time: {
+    readonly frames: readonly FrameFacts[];
+    readonly share_always_available: number | null;
+    readonly share_never_available: number | null;
+  };
+}
+
 export interface ProbeAnswer {
   readonly points: readonly {
     readonly anchors: readonly {

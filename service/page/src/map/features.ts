@@ -7,21 +7,23 @@ import Polygon from "ol/geom/Polygon.js";
 import VectorLayer from "ol/layer/Vector.js";
 import VectorSource from "ol/source/Vector.js";
 import type { Place } from "../api/types";
-import type { Ring } from "../mission/mission";
+import type { Ring, StandOff } from "../mission/mission";
 import { pathLine, blockedAt, strip } from "../products/path";
+import { flies, frame, placeAt } from "../products/frames";
 import { ghosts } from "../products/placement";
 import { markedPlace } from "../products/profile";
 import { sightOf } from "../products/readout";
-import { cursor, mission, pinned, selected } from "../state";
+import { cursor, mission, mode, pinned, selected } from "../state";
 import { words } from "../words";
 import { liveLayer } from "./liveFeatures";
-import { areaStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle } from "./styles";
+import { areaStyle, flightStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle } from "./styles";
 
 const anchors = new VectorSource();
 const places = new VectorSource();
 const areas = new VectorSource();
 const planned = new VectorSource();
 const offered = new VectorSource();
+const flights = new VectorSource();
 const sight = new VectorSource();
 
 export const anchorLayer = new VectorLayer({ source: anchors, zIndex: 30, updateWhileInteracting: true });
@@ -41,10 +43,11 @@ export function vectorLayers(): VectorLayer[] {
   effect(drawAnchors);
   effect(drawPlaces);
   effect(drawAreas);
+  effect(drawFlights);
   effect(drawPath);
   effect(drawGhosts);
   effect(drawSight);
-  return [area, path, lines, liveLayer(), placeLayer, ghostLayer, anchorLayer];
+  return [area, path, lines, new VectorLayer({ source: flights, zIndex: 22 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
 }
 
 function drawAnchors(): void {
@@ -81,11 +84,17 @@ function drawPlaces(): void {
 }
 
 function drawAreas(): void {
-  const { area, route } = mission.value;
+  const { area, route, rules } = mission.value;
   const polygon = (ring: Ring, what: string): Feature => {
     const first = ring[0] as Place;
     const feature = new Feature({ geometry: new Polygon([[...ring.map(at), at(first)]]), what });
     feature.setStyle(areaStyle(what));
+    return feature;
+  };
+  const standOff = ({ places, distance_m }: StandOff): Feature => {
+    const [first, ...rest] = places.map(at);
+    const feature = new Feature(rest.length === 0 ? new Point(first as number[]) : new LineString([first as number[], ...rest]));
+    feature.setStyle(standOffStyle(distance_m));
     return feature;
   };
   areas.clear(true);
@@ -93,7 +102,24 @@ function drawAreas(): void {
     ...(area ? [polygon(area, "area")] : []),
     ...route.no_go.map((ring) => polygon(ring, "no-go")),
     ...route.keep_in.map((ring) => polygon(ring, "keep-in")),
+    ...rules.no_fly.map((ring) => polygon(ring, "no-fly")),
+    ...rules.stand_off.map(standOff),
   ]);
+}
+
+/** Where anchors fly along, and where they are at the time that is looked at. */
+function drawFlights(): void {
+  flights.clear(true);
+  const shown = mode.value === "air" ? frame.value : null;
+  for (const anchor of mission.value.anchors.filter(flies)) {
+    const line = new Feature(new LineString([anchor, ...anchor.flies_to].map(at)));
+    line.setStyle(flightStyle());
+    flights.addFeature(line);
+    if (!shown) continue;
+    const there = mark(placeAt(anchor, shown.facts.time_s), {});
+    there.setStyle(ghostStyle(anchor.id));
+    flights.addFeature(there);
+  }
 }
 
 function drawPath(): void {
@@ -116,7 +142,7 @@ function drawGhosts(): void {
   offered.clear(true);
   for (const ghost of ghosts.value) {
     const feature = mark(ghost, { ghost: ghost.id });
-    feature.setStyle(ghostStyle(ghost.id));
+    feature.setStyle(ghostStyle(`${ghost.id}?`));
     offered.addFeature(feature);
   }
 }

@@ -1,7 +1,10 @@
 // What is looked at, put together: the painting of the map and its legend.
 import { computed, signal } from "@preact/signals";
 import { air, flownAboveGroundM } from "../products/air";
+import { frame, frames } from "../products/frames";
 import { dilution } from "../products/dilution";
+import { after } from "../products/placement";
+import { sites } from "../products/sites";
 import { surfaces } from "../products/surfaces";
 import { ground, mission, overlay, selected } from "../state";
 import { type Painting, painting } from "./painters";
@@ -14,7 +17,7 @@ export const errorLimitM = signal(1);
 export const painted = computed<Painting | null>(() => {
   const here = ground.value;
   if (!here) return null;
-  const { anchors, rover, positioning } = mission.value;
+  const { anchors, placing, rover, rules, positioning } = mission.value;
   const chosen = selected.value ?? anchors[0]?.id ?? null;
   const known = anchors.map((anchor) => surfaces.value.get(anchor.id)).filter((one) => one !== undefined);
   return painting({
@@ -24,6 +27,12 @@ export const painted = computed<Painting | null>(() => {
     chosen: (chosen === null ? undefined : surfaces.value.get(chosen)) ?? null,
     dilution: dilution.value,
     air: air.value,
+    frames: frames.value?.all ?? [],
+    frame: frame.value,
+    seen: sites.value?.seen ?? null,
+    after: after.value,
+    rules,
+    soughtM: placing.above_ground_m,
     receiverM: rover.receiver_above_ground_m,
     dopLimit: positioning.dop_limit,
     errorLimitM: errorLimitM.value,

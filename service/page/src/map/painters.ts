@@ -1,12 +1,13 @@
 // From what is looked at to a colour for each post, and to the legend that says what the colours mean.
-import { NO_FIX, NONE, SLOPE_STEPS, MARGIN_STEPS, type Step, UNKNOWN, countColour, limitSteps } from "./palettes";
-import type { Air } from "../products/air";
+import { NO_FIX, NONE, SEEN_COLOURS, SHARE_STEPS, SLOPE_STEPS, MARGIN_STEPS, type Step, UNKNOWN, countColour, limitSteps } from "./palettes";
+import type { Air, AirColumns } from "../products/air";
 import type { Dilution } from "../products/dilution";
 import { NEVER_MM, type Surface, UNKNOWN_MM } from "../products/surfaces";
 import type { Ground } from "../geo/grid";
 import type { Sample } from "../geo/sample";
+import type { Rules } from "../mission/mission";
 import type { Overlay } from "../state";
-import { figure, fromMetres, unit } from "../units";
+import { figure, fromMetres, percent, unit } from "../units";
 import { words } from "../words";
 
 export interface Entry {
@@ -28,6 +29,14 @@ export interface Looked {
   readonly chosen: Surface | null;
   readonly dilution: Dilution | null;
   readonly air: Air | null;
+  /** The morphing map of each time, and the one that is looked at. */
+  readonly frames: readonly AirColumns[];
+  readonly frame: AirColumns | null;
+  readonly seen: Float32Array | null;
+  readonly after: { readonly of: number; readonly count: Uint8Array } | null;
+  readonly rules: Rules;
+  /** Height above the ground of anchors that are sought, metres. */
+  readonly soughtM: number;
   readonly receiverM: number;
   readonly dopLimit: number;
   readonly errorLimitM: number;
@@ -54,7 +63,17 @@ export function painting(looked: Looked): Painting | null {
     case "permitted":
       return permittedPainting(looked);
     case "air":
-      return looked.air && airPainting(looked, looked.air);
+      return looked.air && airPainting(looked, looked.air, words.overlay.air);
+    case "sites":
+      return looked.seen && sitesPainting(looked.seen);
+    case "after":
+      return looked.after && afterPainting(looked.after);
+    case "ceiling":
+      return ceilingPainting(looked);
+    case "frame":
+      return looked.frame && airPainting(looked, looked.frame, words.overlay.frame);
+    case "available":
+      return looked.frames.length > 0 ? availablePainting(looked, looked.frames) : null;
   }
 }
 
@@ -148,23 +167,78 @@ function permittedPainting({ ground, maxSlopeDeg }: Looked): Painting {
 }
 
 /** Whether one may fly at a height above the ground, by the morphing map. */
-function airPainting({ flownAboveGroundM }: Looked, { aboveGroundM, state }: Air): Painting {
+function airPainting({ flownAboveGroundM }: Looked, columns: AirColumns, title: string): Painting {
   const entries = [
     { colour: 0x2c7bb6, label: words.flyableHere },
     { colour: 0xfdae61, label: words.flyableHigher },
     { colour: NO_FIX, label: words.flyableNowhere },
   ];
+  return { title, entries, classify: (sample, kinds) => flyable(sample, kinds, columns, flownAboveGroundM) };
+}
+
+function flyable(sample: Sample, kinds: Int16Array, { state, aboveGroundM }: AirColumns, flownM: number): void {
+  const [columns, lowest] = [sample.of(state), sample.of(aboveGroundM)];
+  for (let at = 0; at < columns.length; at += 1) {
+    const [column, from] = [columns[at] as number, lowest[at] as number];
+    if (column === 255 || (Number.isNaN(from) && (column === 1 || column === 2))) kinds[at] = UNKNOWN;
+    else if (column === 1) kinds[at] = 0;
+    else if (column === 2) kinds[at] = flownM >= from ? 0 : 1;
+    else kinds[at] = 2;
+  }
+}
+
+/** In what share of the frames one may fly at a height above the ground; unknown where any of them is. */
+function availablePainting({ flownAboveGroundM }: Looked, frames: readonly AirColumns[]): Painting {
   const classify = (sample: Sample, kinds: Int16Array): void => {
-    const [columns, lowest] = [sample.of(state), sample.of(aboveGroundM)];
-    for (let at = 0; at < columns.length; at += 1) {
-      const [column, from] = [columns[at] as number, lowest[at] as number];
-      if (column === 255 || (Number.isNaN(from) && (column === 1 || column === 2))) kinds[at] = UNKNOWN;
-      else if (column === 1) kinds[at] = 0;
-      else if (column === 2) kinds[at] = flownAboveGroundM >= from ? 0 : 1;
-      else kinds[at] = 2;
+    const [now, times] = [new Int16Array(kinds.length), new Int16Array(kinds.length)];
+    for (const one of frames) {
+      flyable(sample, now, one, flownAboveGroundM);
+      for (let at = 0; at < now.length; at += 1) times[at] = now[at] === UNKNOWN || times[at] === UNKNOWN ? UNKNOWN : (times[at] as number) + (now[at] === 0 ? 1 : 0);
+    }
+    for (let at = 0; at < kinds.length; at += 1) kinds[at] = times[at] === UNKNOWN ? UNKNOWN : stepOf(SHARE_STEPS, (times[at] as number) / frames.length);
+  };
+  const labels = [words.never, ...SHARE_STEPS.slice(1, -1).map(({ below }) => `< ${percent(below)}`), words.always];
+  const entries = SHARE_STEPS.map(({ colour }, number) => ({ colour, label: labels[number] as string }));
+  return { title: words.overlay.available, entries, classify };
+}
+
+/** How much of the ground each place would see, in fifths of the most that any sees. */
+function sitesPainting(seen: Float32Array): Painting {
+  const most = seen.reduce((best, share) => (share > best ? share : best), 0.001);
+  const steps = SEEN_COLOURS.map((colour, number) => ({ colour, below: number === SEEN_COLOURS.length - 1 ? Infinity : ((number + 1) * most) / SEEN_COLOURS.length }));
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const here = sample.of(seen);
+    for (let at = 0; at < here.length; at += 1) kinds[at] = stepOf(steps, here[at] as number);
+  };
+  return { title: words.overlay.sites, entries: entriesOf(steps, percent), classify };
+}
+
+/** How many anchors would be in sight with all that were found. */
+function afterPainting({ of, count }: NonNullable<Looked["after"]>): Painting {
+  const entries = Array.from({ length: of + 1 }, (_, number) => ({ colour: countColour(number, of), label: words.anchorsInSight(number) }));
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const here = sample.of(count);
+    for (let at = 0; at < here.length; at += 1) kinds[at] = here[at] === 255 ? UNKNOWN : (here[at] as number);
+  };
+  return { title: words.overlay.after, entries, classify };
+}
+
+/** Where the ceilings let an anchor be at the height that is sought. */
+function ceilingPainting({ ground, rules, soughtM }: Looked): Painting {
+  const entries = [
+    { colour: 0x5ab4ac, label: words.belowCeiling },
+    { colour: NO_FIX, label: words.aboveCeiling },
+  ];
+  const tooHigh = soughtM > (rules.max_above_ground_m ?? Infinity);
+  const mostM = tooHigh ? -Infinity : (rules.max_altitude_m ?? Infinity) - soughtM;
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const heightsM = sample.of(ground.heights.heightsM);
+    for (let at = 0; at < heightsM.length; at += 1) {
+      const height = heightsM[at] as number;
+      kinds[at] = Number.isNaN(height) ? UNKNOWN : height <= mostM ? 0 : 1;
     }
   };
-  return { title: words.overlay.air, entries, classify };
+  return { title: words.overlay.ceiling, entries, classify };
 }
 
 /** The step that a value lies in; UNKNOWN for NaN. */

@@ -50,6 +50,18 @@ export const SLOPE_STEPS: readonly Step[] = [
   { below: Infinity, colour: 0x08203f },
 ];
 
+/** Share of the time, 0..1: never, then from light to dark, always. */
+export const SHARE_STEPS: readonly Step[] = [
+  { below: 1e-9, colour: NOBODY },
+  { below: 0.5, colour: 0xc7e9b4 },
+  { below: 0.9, colour: 0x41b6c4 },
+  { below: 1, colour: 0x225ea8 },
+  { below: Infinity, colour: 0x081d58 },
+];
+
+/** How much of the ground a place sees: from dark to light, as heat is drawn. */
+export const SEEN_COLOURS = [0x440154, 0x3b528b, 0x21918c, 0x5ec962, 0xfde725] as const;
+
 export function stepColour(steps: readonly Step[], value: number): number {
   for (const step of steps) if (value < step.below) return step.colour;
   return NO_FIX;

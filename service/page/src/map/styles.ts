@@ -56,6 +56,7 @@ export function pinStyle(what: string, text: string): Style {
 const AREAS: Readonly<Record<string, { readonly stroke: string; readonly fill: string; readonly dash?: number[] }>> = {
   area: { stroke: "#ffffff", fill: "rgba(0,0,0,0)", dash: [10, 6] },
   "no-go": { stroke: "#b2182b", fill: "rgba(178,24,43,0.28)" },
+  "no-fly": { stroke: "#6a3d9a", fill: "rgba(106,61,154,0.25)", dash: [3, 5] },
   "keep-in": { stroke: "#2166ac", fill: "rgba(0,0,0,0)", dash: [2, 5] },
 };
 
@@ -66,6 +67,16 @@ export function areaStyle(what: string): Style[] {
   return [under, new Style({ stroke: line, fill: new Fill({ color: fill }) })];
 }
 
+/** A place or a line, and the ground round it that is kept free; distanceM on both sides. */
+export function standOffStyle(distanceM: number): (feature: unknown, resolution: number) => Style[] {
+  return (_, resolution) => {
+    const width = Math.max(4, (2 * distanceM) / resolution);
+    const wide = { color: "rgba(106,61,154,0.25)", width, lineCap: "round", lineJoin: "round" } as const;
+    const dot = new CircleStyle({ radius: width / 2, fill: new Fill({ color: wide.color }) });
+    return [new Style({ stroke: new Stroke(wide), image: dot }), new Style({ stroke: new Stroke({ color: "#6a3d9a", width: 2.5 }) })];
+  };
+}
+
 export function pathStyle(colour: string): Style[] {
   return [
     new Style({ stroke: new Stroke({ color: PAPER, width: 10 }) }),
@@ -74,14 +85,23 @@ export function pathStyle(colour: string): Style[] {
   ];
 }
 
-export function ghostStyle(id: string): Style {
+/** Where an anchor flies along. */
+export function flightStyle(): Style[] {
+  return [
+    new Style({ stroke: new Stroke({ color: PAPER, width: 4 }) }),
+    new Style({ stroke: new Stroke({ color: INK, width: 2, lineDash: [8, 6] }) }),
+  ];
+}
+
+/** Something that is not placed there: offered, or there for a moment. */
+export function ghostStyle(text: string): Style {
   const image = new RegularShape({
     points: 3,
     radius: 13,
     fill: new Fill({ color: "rgba(255,255,255,0.55)" }),
     stroke: new Stroke({ color: INK, width: 2, lineDash: [3, 3] }),
   });
-  return new Style({ image, text: label(`${id}?`) });
+  return new Style({ image, text: label(text) });
 }
 
 const SIGHT: Readonly<Record<Verdict, { readonly color: string; readonly lineDash?: number[] }>> = {

@@ -3,19 +3,21 @@ import { effect } from "@preact/signals";
 import type Feature from "ol/Feature.js";
 import type OlMap from "ol/Map.js";
 import Point from "ol/geom/Point.js";
-import type Polygon from "ol/geom/Polygon.js";
+import type LineString from "ol/geom/LineString.js";
+import Polygon from "ol/geom/Polygon.js";
 import Draw from "ol/interaction/Draw.js";
 import Translate from "ol/interaction/Translate.js";
 import type { Place } from "../api/types";
 import { contains } from "../geo/grid";
 import { newAnchor, type Ring } from "../mission/mission";
 import { acceptGhost } from "../products/placement";
-import { accept, change, follow, ground, mission, mode, pinned, selected, tool, withAnchor } from "../state";
+import { accept, change, follow, ground, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
 import { anchorLayer, ghostLayer, placeLayer } from "./features";
 
 const TOUCHED: readonly unknown[] = [anchorLayer, placeLayer, ghostLayer];
-const PLACES = new Set(["start", "goal", "way-point"]);
-const SHAPES = new Set(["no-go", "keep-in", "area"]);
+const FIRST_STAND_OFF_M = 100;
+const PLACES = new Set(["start", "goal", "way-point", "flight"]);
+const SHAPES: ReadonlySet<string> = new Set(["no-go", "keep-in", "area", "no-fly", "stand-off"]);
 
 /** A click is no finer than a tenth of a cell. */
 function rounded(coordinate: readonly number[]): Place {
@@ -25,8 +27,13 @@ function rounded(coordinate: readonly number[]): Place {
   return { east_m: east_m ?? 0, north_m: north_m ?? 0 };
 }
 
+/** The click that ends a drawing is no other click. */
+let endsDrawing = false;
+
 export function followPointer(map: OlMap): void {
+  map.getViewport()?.addEventListener("pointerdown", () => (endsDrawing = false), { capture: true });
   map.on("click", (event) => {
+    if (endsDrawing) return;
     const here = ground.peek();
     const place = rounded(event.coordinate);
     if (!here || !contains(here.extent, place) || SHAPES.has(tool.peek())) return;
@@ -70,6 +77,11 @@ function use(place: Place): void {
     case "way-point":
       change({ route: { ...route, way_points: [...route.way_points, place] } });
       return;
+    case "flight": {
+      const chosen = anchors.find(({ id }) => id === selected.peek());
+      if (chosen) change(withAnchor(chosen.id, { flies_to: [...chosen.flies_to, place] }));
+      return;
+    }
     default:
       pinned.value = place;
       if (mode.peek() !== "anchors") selected.value = null;
@@ -113,16 +125,28 @@ function draw(map: OlMap): void {
     drawing = null;
     const what = tool.value;
     if (!SHAPES.has(what)) return;
-    drawing = new Draw({ type: "Polygon" });
+    // what is kept away from may be one place: two clicks on it
+    drawing = what === "stand-off" ? new Draw({ type: "LineString", minPoints: 1 }) : new Draw({ type: "Polygon" });
     drawing.on("drawend", (event) => {
-      const corners = (event.feature.getGeometry() as Polygon).getCoordinates()[0] ?? [];
-      const ring: Ring = corners.slice(0, -1).map(rounded);
-      const { route } = mission.peek();
-      if (what === "area") change({ area: ring });
-      else if (what === "no-go") change({ route: { ...route, no_go: [...route.no_go, ring] } });
-      else change({ route: { ...route, keep_in: [...route.keep_in, ring] } });
+      const geometry = event.feature.getGeometry();
+      const corners = geometry instanceof Polygon ? (geometry.getCoordinates()[0] ?? []).slice(0, -1) : (geometry as LineString).getCoordinates();
+      endsDrawing = true;
+      take(what, corners.map(rounded));
       tool.value = "look";
     });
     map.addInteraction(drawing);
   });
+}
+
+/** What was drawn becomes part of the mission. */
+function take(what: Tool, places: Ring): void {
+  const { route, rules } = mission.peek();
+  if (what === "area") change({ area: places });
+  else if (what === "no-go") change({ route: { ...route, no_go: [...route.no_go, places] } });
+  else if (what === "keep-in") change({ route: { ...route, keep_in: [...route.keep_in, places] } });
+  else if (what === "no-fly") change({ rules: { ...rules, no_fly: [...rules.no_fly, places] } });
+  else if (what === "stand-off") {
+    const apart = places.filter((one, at) => at === 0 || one.east_m !== places[at - 1]?.east_m || one.north_m !== places[at - 1]?.north_m);
+    change({ rules: { ...rules, stand_off: [...rules.stand_off, { places: apart, distance_m: FIRST_STAND_OFF_M }] } });
+  }
 }

@@ -15,6 +15,9 @@ export interface Anchor extends Place {
   readonly azimuth_from_deg: number | null;
   readonly azimuth_to_deg: number | null;
   readonly ranging_sigma_m: number;
+  /** Where it flies from its place, in order; none: it stands. */
+  readonly flies_to: readonly Place[];
+  readonly flies_m_per_s: number;
 }
 
 export interface GroundRef {
@@ -59,6 +62,38 @@ export interface Placing {
   readonly where: "area" | "path";
 }
 
+/** What anchors keep away from: a place, or a line, and how far. */
+export interface StandOff {
+  readonly places: readonly Place[];
+  readonly distance_m: number;
+}
+
+/** Where anchors that are sought may be. */
+export interface Rules {
+  readonly no_fly: readonly Ring[];
+  readonly stand_off: readonly StandOff[];
+  readonly max_above_ground_m: number | null;
+  readonly max_altitude_m: number | null;
+  readonly max_range_m: number | null;
+  readonly min_separation_m: number;
+}
+
+/** A file of satellites' orbits, whole, so that the mission tells all that it was calculated from. */
+export interface Orbits {
+  readonly name: string;
+  readonly what: "almanac" | "navigation";
+  readonly text: string;
+}
+
+/** The times that are looked at: from second 0 on, which is an instant where satellites are ranged to. */
+export interface Times {
+  /** ISO 8601, UTC. */
+  readonly begins_at: string | null;
+  readonly lasts_s: number;
+  readonly step_s: number;
+  readonly orbits: Orbits | null;
+}
+
 export interface Mission {
   readonly version: 1;
   readonly name: string;
@@ -70,7 +105,9 @@ export interface Mission {
   readonly positioning: Positioning;
   readonly route: Route;
   readonly placing: Placing;
+  readonly rules: Rules;
   readonly ceiling_above_ground_m: number;
+  readonly times: Times;
 }
 
 export const EMPTY_ROUTE: Route = {
@@ -94,10 +131,13 @@ export const NEW_MISSION: Mission = {
   positioning: { kind: "ranging", measure: "hdop", dop_limit: 5, on_surface: false },
   route: EMPTY_ROUTE,
   placing: { count: 2, above_ground_m: 100, objective: "coverage", min_anchors: 3, spacing_m: null, where: "area" },
+  rules: { no_fly: [], stand_off: [], max_above_ground_m: null, max_altitude_m: null, max_range_m: null, min_separation_m: 0 },
   ceiling_above_ground_m: 300,
+  times: { begins_at: null, lasts_s: 3600, step_s: 600, orbits: null },
 };
 
 export const FIRST_HEIGHT_M = 120;
+export const STANDS = { flies_to: [], flies_m_per_s: 5 } as const;
 
 /** A mission out of its document; fields that an older one lacks have their first values. */
 export function missionOf(document: Partial<Mission> & { readonly format?: string }): Mission {
@@ -109,6 +149,9 @@ export function missionOf(document: Partial<Mission> & { readonly format?: strin
     positioning: { ...NEW_MISSION.positioning, ...given.positioning },
     route: { ...EMPTY_ROUTE, ...given.route },
     placing: { ...NEW_MISSION.placing, ...given.placing },
+    rules: { ...NEW_MISSION.rules, ...given.rules },
+    times: { ...NEW_MISSION.times, ...given.times },
+    anchors: (given.anchors ?? []).map((anchor) => ({ ...STANDS, ...anchor })),
   };
 }
 
@@ -131,16 +174,19 @@ export function newAnchor(anchors: readonly Anchor[], place: Place): Anchor {
     azimuth_from_deg: null,
     azimuth_to_deg: null,
     ranging_sigma_m: 0.1,
+    ...STANDS,
   };
 }
 
 /** An anchor as the service is asked about it. */
 export function anchorBody(anchor: Anchor): Record<string, unknown> {
+  return { ...antennaBody(anchor), east_m: anchor.east_m, north_m: anchor.north_m, [anchor.height_from]: anchor.height_m };
+}
+
+/** The same without its place. */
+export function antennaBody(anchor: Anchor): Record<string, unknown> {
   return {
     id: anchor.id,
-    east_m: anchor.east_m,
-    north_m: anchor.north_m,
-    [anchor.height_from]: anchor.height_m,
     ranging_sigma_m: anchor.ranging_sigma_m,
     ...(anchor.max_range_m === null ? {} : { max_range_m: anchor.max_range_m }),
     ...(anchor.azimuth_from_deg === null ? {} : { azimuth_from_deg: anchor.azimuth_from_deg }),
@@ -170,11 +216,14 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
   };
   const rings = (all: readonly Ring[], called: string): Ring[] =>
     all.map((one, number) => ring(one, `${called} ${number + 1}`)).filter((one) => one !== null);
-  const { route } = mission;
+  const { route, rules } = mission;
   return {
     mission: {
       ...mission,
-      anchors: places(mission.anchors, (anchor) => anchor.id),
+      anchors: places(mission.anchors, (anchor) => anchor.id).map((anchor) => ({
+        ...anchor,
+        flies_to: places(anchor.flies_to, (_, number) => `${anchor.id}'s place ${number + 1}`),
+      })),
       area: mission.area && ring(mission.area, "the area"),
       route: {
         ...route,
@@ -183,6 +232,14 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
         way_points: places(route.way_points, (_, number) => `way-point ${number + 1}`),
         no_go: rings(route.no_go, "no-go area"),
         keep_in: rings(route.keep_in, "keep-in area"),
+      },
+      rules: {
+        ...rules,
+        no_fly: rings(rules.no_fly, "no-fly area"),
+        stand_off: rules.stand_off.flatMap((one, number) => {
+          const there = ring(one.places, `stand-off ${number + 1}`);
+          return there === null ? [] : [{ ...one, places: there }];
+        }),
       },
     },
     lost,

@@ -6,8 +6,10 @@ import { words } from "../words";
 import { Arriving, Facts, Group, NumberField, Slider } from "./fields";
 import { Sentences } from "./GroundPanel";
 import { Downloads } from "./PathPanel";
+import { TimePanel } from "./TimePanel";
 
 const { ui } = words;
+const TIMED: ReadonlySet<string> = new Set(["frame", "available"]);
 
 export function AirPanel() {
   const { ceiling_above_ground_m: ceilingM } = mission.value;
@@ -29,7 +31,7 @@ export function AirPanel() {
           step={Math.max(1, Math.round(ceilingM / 300))}
           onMove={(value) => {
             flownAboveGroundM.value = value;
-            if (air.value) overlay.value = "air";
+            if (air.value && !TIMED.has(overlay.peek())) overlay.value = "air";
           }}
         />
       </Group>
@@ -42,6 +44,7 @@ export function AirPanel() {
           <Downloads layers={now.downloads} />
         </Arriving>
       )}
+      <TimePanel />
     </>
   );
 }

@@ -131,6 +131,7 @@ function Chosen({ anchor }: { anchor: Anchor }) {
         <NumberField where="anchors" optional label={ui.sectorFrom} value={anchor.azimuth_from_deg} onValue={(value) => set({ azimuth_from_deg: value, azimuth_to_deg: value === null ? null : (anchor.azimuth_to_deg ?? (value + 90) % 360) })} />
         <NumberField where="anchors" optional label={ui.sectorTo} value={anchor.azimuth_to_deg} onValue={(value) => set({ azimuth_to_deg: value, azimuth_from_deg: value === null ? null : (anchor.azimuth_from_deg ?? 0) })} />
       </div>
+      <Flight anchor={anchor} set={set} />
       <div class="row">
         <button type="button" onClick={() => toSummit(anchor, set)}>
           {ui.toSummit}
@@ -140,6 +141,28 @@ function Chosen({ anchor }: { anchor: Anchor }) {
         </button>
       </div>
     </Group>
+  );
+}
+
+/** Where it flies, for what is looked at over time. */
+function Flight({ anchor, set }: { anchor: Anchor; set: (fields: Partial<Anchor>) => void }) {
+  const drawing = tool.value === "flight";
+  return (
+    <>
+      <div class="row">
+        <button type="button" id="flies-to" aria-pressed={drawing} onClick={() => (tool.value = drawing ? "look" : "flight")}>
+          {ui.fliesTo}
+        </button>
+        <span>{ui.fliesPlaces(anchor.flies_to.length)}</span>
+        {anchor.flies_to.length > 0 && (
+          <button type="button" class="small" onClick={() => set({ flies_to: [] })}>
+            {ui.fliesStop}
+          </button>
+        )}
+      </div>
+      {drawing && <p class="hint">{ui.fliesHint}</p>}
+      {anchor.flies_to.length > 0 && <NumberField where="anchors" label={ui.fliesSpeed} min={0.1} value={anchor.flies_m_per_s} onValue={(value) => set({ flies_m_per_s: value ?? 5 })} />}
+    </>
   );
 }
 

@@ -1,13 +1,13 @@
-// Coverage: sliders that recolour without a request, what positioning is worth, and more anchors found.
+// Coverage: sliders that recolour without a request, what positioning is worth.
 import { useMemo } from "preact/hooks";
 import { errorLimitM } from "../map/looks";
 import { dilution, isDilutionCurrent, shareBelow } from "../products/dilution";
-import { acceptGhost, dismissGhosts, findMore, ghosts, placement, spacingOf } from "../products/placement";
 import { surfaces } from "../products/surfaces";
-import { attempt, busy, change, follow, ground, mission, overlay } from "../state";
+import { change, follow, ground, mission, overlay } from "../state";
 import { figure, length, percent } from "../units";
 import { words } from "../words";
-import { Arriving, Check, Facts, Group, NumberField, Select, Slider } from "./fields";
+import { Check, Facts, Group, Select, Slider } from "./fields";
+import { FindMore } from "./FindMore";
 import { Sentences } from "./GroundPanel";
 
 const { ui } = words;
@@ -105,55 +105,5 @@ function Trust() {
       {trust.warnings.length > 0 && <Sentences title={ui.warnings} sentences={trust.warnings} />}
       <p class="hint">{ui.trust(trust.mode, trust.error_statement, trust.curvature)}</p>
     </section>
-  );
-}
-
-function FindMore() {
-  const { placing } = mission.value;
-  const set = (fields: Partial<typeof placing>) => change({ placing: { ...placing, ...fields } });
-  const here = ground.value;
-  const found = placement.value;
-  return (
-    <Group title={ui.findMore}>
-      <div class="pair">
-        <NumberField where="coverage" label={ui.howMany} min={1} max={16} step={1} value={placing.count} onValue={(value) => set({ count: value ?? 1 })} />
-        <NumberField where="coverage" label={ui.atHeight} min={0} value={placing.above_ground_m} onValue={(value) => set({ above_ground_m: value ?? 0 })} />
-        <NumberField where="coverage" label={ui.enough} min={1} step={1} value={placing.min_anchors} onValue={(value) => set({ min_anchors: value ?? 1 })} />
-        <NumberField where="coverage" label={ui.spacing} optional min={1} value={here && Math.round(spacingOf(here, placing.spacing_m))} onValue={(value) => set({ spacing_m: value })} />
-      </div>
-      <Select label={ui.objective} value={placing.objective} options={ui.objectives} onValue={(objective) => set({ objective })} />
-      <Select label={ui.where} value={placing.where} options={ui.wheres} onValue={(where) => set({ where })} />
-      <button type="button" id="find-more" class="primary" disabled={!here || "placement" in busy.value} onClick={() => void attempt("coverage", findMore)}>
-        {ui.find}
-      </button>
-      {found && (
-        <Arriving id="found" of={found}>
-          <p>
-            <strong>{ui.placed(found.placed.length)}.</strong> {found.goal}.{" "}
-            {ui.worth(percent(found.before_share), percent(found.value_share), percent(found.bound_share))}
-          </p>
-          <ul class="list">
-            {ghosts.value.map((ghost) => (
-              <li key={ghost.id}>
-                <span>
-                  <strong>{ghost.id}</strong> {ui.adds(percent(ghost.marginal_share))}
-                </span>
-                <button type="button" class="small" aria-label={`${ui.take} ${ghost.id}`} onClick={() => acceptGhost(ghost.id)}>
-                  {ui.take}
-                </button>
-              </li>
-            ))}
-          </ul>
-          <div class="row">
-            <button type="button" disabled={ghosts.value.length === 0} onClick={() => ghosts.peek().forEach(({ id }) => acceptGhost(id))}>
-              {ui.takeAll}
-            </button>
-            <button type="button" onClick={dismissGhosts}>
-              {ui.dismiss}
-            </button>
-          </div>
-        </Arriving>
-      )}
-    </Group>
   );
 }

@@ -4,7 +4,10 @@ import { useEffect } from "preact/hooks";
 import { contourM, type Legend, legendOf, opacity, painted } from "../map/looks";
 import type { Painting } from "../map/painters";
 import { css } from "../map/palettes";
-import { ground, mode, overlay, OVERLAYS } from "../state";
+import { frames } from "../products/frames";
+import { after } from "../products/placement";
+import { sites } from "../products/sites";
+import { ground, mission, mode, type Overlay, overlay, OVERLAYS } from "../state";
 import { percent } from "../units";
 import { words } from "../words";
 import { Check, Slider } from "./fields";
@@ -12,6 +15,20 @@ import { Check, Slider } from "./fields";
 const { ui } = words;
 const legend = signal<{ readonly of: Painting | null; readonly told: Legend | null }>({ of: null, told: null });
 const SETTLE_MS = 120;
+
+/** Whether there is anything to show, or it is asked for in the mode one is in. */
+function isOffered(name: Overlay): boolean {
+  const { max_above_ground_m, max_altitude_m } = mission.value.rules;
+  const there: Partial<Record<Overlay, boolean>> = {
+    sites: sites.value !== null,
+    after: after.value !== null,
+    ceiling: max_above_ground_m !== null || max_altitude_m !== null,
+    air: mode.value === "air",
+    frame: frames.value !== null,
+    available: frames.value !== null,
+  };
+  return (there[name] ?? true) || overlay.value === name;
+}
 
 /** Whether the legend's shares are still those of what the map showed before. */
 export function awaitsLegend(): boolean {
@@ -35,7 +52,7 @@ export function Layers() {
     const later = setTimeout(tell, legend.peek().told === null ? 0 : SETTLE_MS);
     return () => clearTimeout(later);
   }, [now]);
-  const shown = OVERLAYS.filter((name) => name !== "air" || mode.value === "air" || overlay.value === "air");
+  const shown = OVERLAYS.filter(isOffered);
   return (
     <section class="panel layers" aria-label={ui.layers}>
       <h2>{ui.layers}</h2>

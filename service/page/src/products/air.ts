@@ -8,12 +8,15 @@ import { anchorBody } from "../mission/mission";
 import { ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 
-export interface Air {
-  readonly key: string;
+export interface AirColumns {
   /** Height above the ground from which one may fly, metres; NaN where there is none. */
   readonly aboveGroundM: Float32Array;
   /** 0 nowhere, 1 from the ground up, 2 from aboveGroundM up, 3 closed at the ceiling, 4 outside, 255 unknown. */
   readonly state: Uint8Array;
+}
+
+export interface Air extends AirColumns {
+  readonly key: string;
   readonly answer: MorphingAnswer;
   readonly downloads: readonly { readonly name: string; readonly href: string; readonly description: string }[];
 }

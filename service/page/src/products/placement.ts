@@ -1,16 +1,19 @@
 // "Find N more": the placement's answer as ghosts, which are taken one by one.
 import { signal } from "@preact/signals";
 import { ask } from "../api/http";
-import { calculate } from "../api/jobs";
+import { calculate, layer } from "../api/jobs";
 import type { PlacedAnchor, PlacementAnswer } from "../api/types";
-import type { Ground } from "../geo/grid";
-import { anchorBody, newAnchor, nextId } from "../mission/mission";
-import { change, ground, mission, setBusy } from "../state";
+import { type Ground, keptOf } from "../geo/grid";
+import { rasterAt } from "../geo/rasters";
+import { anchorBody, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
+import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import { pathLine } from "./path";
 
 export const ghosts = signal<readonly PlacedAnchor[]>([]);
 export const placement = signal<PlacementAnswer | null>(null);
+/** How many anchors are in sight of each kept post with all that was found, of so many; 255 where there is no ground. */
+export const after = signal<{ readonly of: number; readonly count: Uint8Array } | null>(null);
 const PLACES_ACROSS = 28;
 
 /** A lattice of some hundred places over the ground, unless the planner says how wide. */
@@ -22,7 +25,7 @@ export function spacingOf(here: Ground, asked: number | null): number {
 
 export async function findMore(): Promise<void> {
   const here = ground.peek();
-  const { anchors, area, placing, positioning, rover, route } = mission.peek();
+  const { anchors, area, placing, positioning, rover, route, rules } = mission.peek();
   if (!here) throw new Error(words.chooseGround);
   const ring = area ? { area: { ring: area } } : {};
   const along = pathLine.peek();
@@ -41,7 +44,7 @@ export async function findMore(): Promise<void> {
       measure: positioning.measure,
       kind: positioning.kind,
     },
-    rules: { no_fly: route.no_go.map((one) => ({ ring: one })) },
+    rules: rulesBody(rules, route.no_go),
     mode: "fast",
     time_limit_s: 30,
   };
@@ -49,12 +52,21 @@ export async function findMore(): Promise<void> {
   try {
     const job = await calculate<PlacementAnswer>("/placements", body, { progress: (share) => setBusy("placement", share) });
     const placed = job.result.placed.map((one, number) => ({ ...one, id: `P${number + 1}` }));
+    const counts = await rasterAt(layer(job, "count.tif"));
+    after.value = { of: anchors.length + placed.length, count: keptOf(here, counts.bands[1] as Uint8Array) };
     placement.value = { ...job.result, placed };
     ghosts.value = placed;
     void ask(job.links.self, { method: "DELETE" });
   } finally {
     setBusy("placement", undefined);
   }
+}
+
+/** The rules as drawn; where the rover must not go, no anchor is put either. */
+function rulesBody(rules: Rules, noGo: readonly Ring[]): Record<string, unknown> {
+  const { no_fly, stand_off, max_above_ground_m, max_altitude_m, max_range_m, min_separation_m } = rules;
+  const limits = Object.entries({ max_above_ground_m, max_altitude_m, max_range_m }).filter(([, limit]) => limit !== null);
+  return { no_fly: [...noGo, ...no_fly].map((ring) => ({ ring })), stand_off, min_separation_m, ...Object.fromEntries(limits) };
 }
 
 /** At most some hundred points of a path, its ends included. */
@@ -75,5 +87,6 @@ export function acceptGhost(id: string): void {
 
 export function dismissGhosts(): void {
   ghosts.value = [];
-  placement.value = null;
+  [placement.value, after.value] = [null, null];
+  if (overlay.peek() === "after") overlay.value = "count";
 }

@@ -1,0 +1,51 @@
+// How much of the ground each place would see as an anchor's: where to look before more are sought.
+import { signal } from "@preact/signals";
+import { ask } from "../api/http";
+import { calculate, layer } from "../api/jobs";
+import type { Summary } from "../api/types";
+import { keptOf } from "../geo/grid";
+import { rasterAt } from "../geo/rasters";
+import { ground, mission, overlay, setBusy } from "../state";
+import { words } from "../words";
+
+export interface Sites {
+  readonly key: string;
+  /** Part of the ground that shall be seen, 0..1, that a site over each kept post surely sees; NaN unknown. */
+  readonly seen: Float32Array;
+  readonly answer: Summary;
+}
+
+export const sites = signal<Sites | null>(null);
+
+function question(): Record<string, unknown> {
+  const { area, placing, rover, rules } = mission.value;
+  if (!ground.value) throw new Error(words.chooseGround);
+  return {
+    dem_id: ground.value.dem.id,
+    site_above_ground_m: placing.above_ground_m,
+    receiver_above_ground_m: rover.receiver_above_ground_m,
+    ...(area ? { target_area: { ring: area } } : {}),
+    ...(rules.max_range_m === null ? {} : { max_range_m: rules.max_range_m }),
+    sites: 0,
+  };
+}
+
+export function areSitesCurrent(): boolean {
+  return ground.value !== null && sites.value?.key === JSON.stringify(question());
+}
+
+export async function askForSites(): Promise<void> {
+  const body = question();
+  const here = ground.peek();
+  if (!here) return;
+  setBusy("sites", null);
+  try {
+    const job = await calculate<Summary>("/site-maps", body, { progress: (share) => setBusy("sites", share) });
+    const raster = await rasterAt(layer(job, "seen.tif"));
+    sites.value = { key: JSON.stringify(body), seen: keptOf(here, raster.bands[0] as Float32Array), answer: job.result };
+    overlay.value = "sites";
+    await ask(job.links.self, { method: "DELETE" });
+  } finally {
+    setBusy("sites", undefined);
+  }
+}

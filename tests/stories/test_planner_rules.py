@@ -1,0 +1,122 @@
+"""More anchors found by rules that were drawn on the planner's map, and what each place would see as a layer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from shapely import LineString, Point, Polygon
+
+import dem_samples
+from tests.service.browser import Browser, browsing
+from tests.service.running import Server
+from tests.stories.planner import at, field, mission, open_planner, place_anchors, settled, shares, take
+
+FORBIDDEN = ((645000.0, 5135200.0), (648000.0, 5135200.0), (648000.0, 5139600.0), (645000.0, 5139600.0))
+ROAD = ((650800.0, 5135400.0), (650800.0, 5139400.0))
+APART_M = 900.0
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browsing(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def page(browser: Browser, server: Server) -> Iterator[Browser]:
+    open_planner(browser, server)
+    browser.complaints.clear()
+    yield browser
+    assert browser.complaints == []
+
+
+def draw(page: Browser, tool: str, places: tuple[tuple[float, float], ...]) -> None:
+    """Click the corners, the last one twice."""
+    page.click(f"#tool-{tool}")
+    page.until(f"document.getElementById('tool-{tool}').getAttribute('aria-pressed') === 'true'")
+    for place in places[:-1]:
+        page.click_at(*at(page, *place))
+    page.click_at(*at(page, *places[-1]), times=2)
+    page.until(f"document.getElementById('tool-{tool}').getAttribute('aria-pressed') === 'false'")
+
+
+def find(page: Browser, number: int) -> list[tuple[float, float]]:
+    """Where the places lie that were found, once all are taken."""
+    before = len(mission(page)["anchors"])
+    page.click("#find-more")
+    page.until(f"document.querySelectorAll('#found .list li').length === {number}")
+    page.value("[...document.querySelectorAll('#found button')].find((b) => b.textContent === 'Take all').click()")
+    page.until(f"planner.mission().anchors.length === {before + number}")
+    return [(one["east_m"], one["north_m"]) for one in mission(page)["anchors"][before:]]
+
+
+def test_places_that_are_found_keep_the_rules_that_were_drawn(page: Browser) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.click("#mode-coverage")
+    page.click("#rules")
+    draw(page, "no-fly", FORBIDDEN)
+    draw(page, "stand-off", ROAD)
+    page.choose(field(page, "Stand-off 1, m"), str(APART_M))
+    page.choose(field(page, "Apart, at least, m"), "400")
+    page.choose(field(page, "How many"), "4")
+    rules = mission(page)["rules"]
+    no_fly = Polygon([(one["east_m"], one["north_m"]) for one in rules["no_fly"][0]])
+    road = LineString([(one["east_m"], one["north_m"]) for one in rules["stand_off"][0]["places"]])
+    found = [Point(place) for place in find(page, 4)]
+    assert all(not no_fly.contains(place) for place in found)
+    assert all(road.distance(place) >= APART_M for place in found)
+    assert all(one.distance(two) >= 400.0 for one in found for two in found if one is not two)
+    # they are one step of undo each, and the rules can be taken away again
+    page.click("#undo")
+    assert len(mission(page)["anchors"]) == 6
+
+
+def test_the_map_before_and_after_and_the_ceiling(page: Browser) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.click("#mode-coverage")
+    page.click("#find-more")
+    page.until("document.querySelectorAll('#found .list li').length === 2")
+    page.click("#map-count")
+    before = shares(page)
+    page.click("#map-after")
+    after = shares(page)
+    assert sum(after) == pytest.approx(100.0, abs=0.5)
+    assert after[0] < before[0], "with more anchors fewer places see nobody"
+    page.value("[...document.querySelectorAll('#found button')].find((b) => b.textContent === 'Take all').click()")
+    page.click("#map-count")
+    assert shares(page) == pytest.approx(after, abs=0.3), "what was foretold is what comes"
+    page.click("#rules")
+    heights_m = dem_samples.load_sample("valley").heights_m
+    ceiling_m, sought_m = 800.0, 100.0
+    page.choose(field(page, "Ceiling, altitude"), str(ceiling_m))
+    page.click("input[value=ceiling]")
+    assert shares(page)[0] == pytest.approx(100.0 * np.mean(heights_m + sought_m <= ceiling_m), abs=0.1)
+    page.choose(field(page, "Ceiling above ground"), str(sought_m - 1.0))
+    assert shares(page)[0] == 0.0
+
+
+def test_what_each_place_would_see_is_a_layer(page: Browser, server: Server) -> None:
+    take(page, "valley")
+    page.click("#mode-coverage")
+    page.click("#find-sites")
+    page.until("document.querySelector('input[value=sites]')?.checked")
+    told = shares(page)
+    assert sum(told) == pytest.approx(100.0, abs=0.5)
+    body = {
+        "dem_id": mission(page)["ground"]["dem_id"],
+        "site_above_ground_m": 100.0,
+        "receiver_above_ground_m": 1.5,
+        "sites": 0,
+    }
+    answer = server.client.post("/site-maps", json=body, headers={"Prefer": "wait=60"}).json()
+    # the legend's first border is a fifth of the most that any place sees
+    fifth = 20.0 * answer["result"]["seen_share_quantiles"]["most"]
+    first = page.text("#legend tbody th").split("<")[1]
+    assert float(first.split("%")[0]) == pytest.approx(fifth, abs=0.06)
+    page.choose(field(page, "Height above ground, m"), "20")
+    page.until("!!document.querySelector('.inspector .stale-note')")
+    settled(page)
