@@ -47,6 +47,7 @@ from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
 from .reading import read_dem
 from .sampling import height_at
+from .standing import Standing
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
 from .tiles.library import GroundLibrary, index_ground, read_library
 from .tiles.mosaic import read_mosaic
@@ -81,6 +82,7 @@ __all__ = [
     "Outline",
     "Provenance",
     "SampleError",
+    "Standing",
     "TerrainError",
     "Tile",
     "TriangleMesh",

@@ -15,6 +15,7 @@ import pyproj
 from .crs_parts import axes_fault
 from .crs_texts import parse_crs
 from .errors import ElevationGridError, FrameError
+from .standing import Standing
 
 __all__ = ["ElevationGrid", "Provenance"]
 
@@ -47,6 +48,7 @@ class ElevationGrid:
     heights_m: (rows, cols) float32, metres above ``vertical_datum``; NaN = unknown ground. Read-only.
     cell_east_m, cell_north_m: distance between neighbouring posts, metres, > 0; they may differ.
     crs: metric CRS of the east/north axes (anything pyproj understands), or None for a local metric frame.
+    standing: buildings, which hide wherever sight is asked for; heights_m remain those of the ground.
     Raises ElevationGridError.
     """
 
@@ -58,6 +60,7 @@ class ElevationGrid:
     crs: pyproj.CRS | None = None
     vertical_datum: str | None = None
     provenance: Provenance = field(default_factory=Provenance)
+    standing: Standing | None = None
 
     def __post_init__(self) -> None:
         heights_m = np.asarray(self.heights_m)
@@ -110,12 +113,14 @@ class ElevationGrid:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of heights, geometry and CRS: two grids with one digest give the same answers."""
+        """SHA-256 of heights, geometry, CRS and what stands there: two grids with one digest give the same answers."""
         sha = hashlib.sha256()
         geometry = (self.shape, self.cell_east_m, self.cell_north_m, self.origin_east_m, self.origin_north_m)
         sha.update(repr(geometry).encode())
         sha.update((self.crs.to_wkt() if self.crs is not None else "local").encode())
         sha.update(self.heights_m.data)
+        if self.standing is not None:
+            sha.update(self.standing.digest.encode())
         return sha.hexdigest()
 
     @property

@@ -25,7 +25,7 @@ from visibility.sight import (
     profile,
 )
 
-from .errors import AnchorError, MeshError, VisibilityError, VisibilityInputError
+from .errors import AnchorError, CoverError, MeshError, VisibilityError, VisibilityInputError
 
 __all__ = [
     "FLAT",
@@ -36,6 +36,7 @@ __all__ = [
     "AnchorError",
     "AntennaLimits",
     "Buildings",
+    "CoverError",
     "Curvature",
     "DistantAnchor",
     "FlightLimit",

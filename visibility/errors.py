@@ -3,10 +3,11 @@
 VisibilityError
 ├── AnchorError           an anchor that cannot be used: below ground, duplicate id, impossible limits ...
 ├── VisibilityInputError  points, heights or options that make no question
-└── MeshError             a building mesh that cannot be used
+├── MeshError             a building mesh that cannot be used
+└── CoverError            footprints or canopy that cannot be used
 """
 
-__all__ = ["AnchorError", "MeshError", "VisibilityError", "VisibilityInputError"]
+__all__ = ["AnchorError", "CoverError", "MeshError", "VisibilityError", "VisibilityInputError"]
 
 
 class VisibilityError(Exception):
@@ -23,3 +24,7 @@ class VisibilityInputError(VisibilityError):
 
 class MeshError(VisibilityError):
     """A building mesh cannot be used."""
+
+
+class CoverError(VisibilityError):
+    """Footprints of buildings, or canopy, cannot be used."""

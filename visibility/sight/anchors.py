@@ -15,6 +15,7 @@ from visibility.errors import AnchorError
 from visibility.sight.curvature import Curvature
 from visibility.sight.kernels import reach as kernel
 from visibility.sight.kernels.crossings import GridPoint
+from visibility.sight.roofs import refuse_under_roof
 
 __all__ = [
     "ALL_ROUND",
@@ -249,6 +250,7 @@ def _check_one(grid: ElevationGrid, anchor: Anchor) -> list[str]:
             f"Anchor {anchor.id} is {ground_m - anchor.altitude_m:.1f} m below the ground "
             f"({ground_m:.1f} m there); raise it or give above_ground_m."
         )
+    refuse_under_roof(grid, f"Anchor {anchor.id}", anchor.east_m, anchor.north_m, anchor.altitude_m)
     return []
 
 

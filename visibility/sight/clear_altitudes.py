@@ -14,9 +14,10 @@ from compiled.fresh_memory import take_pages
 from terrain import ElevationGrid, height_at
 from visibility.sight.anchors import Anchor, DistantAnchor, middle_m
 from visibility.sight.curvature import Curvature
+from visibility.sight.roofs import raise_behind_roofs
 from visibility.sight.sectors import Eye
 
-__all__ = ["Engine", "UnknownGround", "clear_altitudes"]
+__all__ = ["Engine", "UnknownGround", "clear_altitudes", "raise_behind_standing"]
 
 UnknownGround = Literal["unknown", "open", "blocked"]
 Heights = npt.NDArray[np.float32]
@@ -71,6 +72,22 @@ def clear_altitudes(
     posts_m = altitude_m[:, : grid.rows, : grid.cols]
     # one array where they are the same, so that nobody works on it twice
     return posts_m if hidden_below_m is altitude_m else hidden_below_m[:, : grid.rows, : grid.cols], posts_m
+
+
+def raise_behind_standing(
+    grid: ElevationGrid,
+    anchors: tuple[Anchor | DistantAnchor, ...],
+    curvature: Curvature,
+    altitude_m: Heights,
+) -> None:
+    """Raise altitudes (n_anchors, rows, cols) in place to what is clear of all that stands on the grid; NaN stays."""
+    if grid.standing is None:
+        return
+    start = 0
+    for distant, run in itertools.groupby(anchors, key=lambda anchor: isinstance(anchor, DistantAnchor)):
+        eyes = np.array([_eye(grid, anchor) for anchor in run], np.float64)
+        raise_behind_roofs(grid, eyes, curvature.drop_per_m2, altitude_m[start : start + len(eyes)], distant=distant)
+        start += len(eyes)
 
 
 def _eye(grid: ElevationGrid, anchor: Anchor | DistantAnchor) -> Eye:

@@ -16,7 +16,7 @@ from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.errors import VisibilityInputError
 from visibility.sight.anchors import Anchor, DistantAnchor, check_anchors, raise_to_reach, within_reach
-from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes
+from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes, raise_behind_standing
 from visibility.sight.curvature import Curvature
 from visibility.sight.fast_errors import fast_errors
 from visibility.sight.kernels.reach import classify
@@ -143,6 +143,9 @@ def min_visible_altitude(
     curvature = Curvature.over(grid, curvature)
 
     hidden_below_m, altitude_m = clear_altitudes(grid, anchors, ENGINES[mode], curvature, unknown, progress)
+    raise_behind_standing(grid, anchors, curvature, hidden_below_m)
+    if altitude_m is not hidden_below_m:
+        raise_behind_standing(grid, anchors, curvature, altitude_m)
     for number, anchor in enumerate(anchors):
         if isinstance(anchor, DistantAnchor):
             continue

@@ -77,8 +77,8 @@ class LineOfSight:
     """The answer to ``line_of_sight``.
 
     verdict: "clear" (touching the ground is clear), "blocked" or "unknown".
-    clearance_m: least height of the line over the known ground under it, ends included; negative = blocked by that
-        much; +inf where the line meets no known ground.
+    clearance_m: least height of the line over the known ground and roofs under it, ends included; negative = blocked by
+        that much; +inf where the line meets no known ground.
     blocked_by: what stands in the way when the verdict is "blocked".
     blocking_point_m: (east, north, altitude) of the ground where the clearance is least, or of the building where only
         that is in the way; None where there is neither. blocking_distance_m: horizontal distance to it.
@@ -169,7 +169,7 @@ def _blocked_by(sight: LinesOfSight) -> Literal["ground", "unknown ground", "bui
     if sight.verdict[0] != HIDDEN:
         return None
     if sight.clearance_m[0] < -GRAZING_TOLERANCE_M:
-        return "ground"
+        return "building" if sight.over_roof is not None and sight.over_roof[0] else "ground"
     if sight.hits_building is not None and sight.hits_building[0]:
         return "building"
     return "unknown ground"

@@ -21,6 +21,7 @@ from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M
 from visibility.sight.kernels.profiles import DETOUR, ZONE, over_profiles
 from visibility.sight.kernels.sight_line import LEAVES_GRID, OVER_UNKNOWN, scan_lines
 from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, UnknownGround
+from visibility.sight.roofs import roofs_over_lines
 from visibility.sight.sight_points import check_points, in_posts
 
 __all__ = ["ERROR_STATEMENT", "LinesOfSight", "lines_of_sight"]
@@ -35,15 +36,16 @@ _erfc = np.vectorize(math.erfc, otypes=[np.float64])
 class LinesOfSight:
     """The answer to ``lines_of_sight``; every array has one entry per line, n of them.
 
-    clearance_m: (n,) least height of the line over the known ground under it, ends included; negative = blocked by that
-        much; +inf where the line meets no known ground.
+    clearance_m: (n,) least height of the line over the known ground and roofs under it, ends included; negative =
+        blocked by that much; +inf where the line meets no known ground.
     verdict: (n,) uint8, VISIBLE 1, HIDDEN 0, UNKNOWN 255.
     blocking_point_m: (n, 3) east, north and altitude of the ground where the clearance is least, or of the building
         where only that is in the way; NaN where there is neither. blocking_distance_m: (n,) horizontal distance to it.
     distance_m: (n,) straight distance between the points.
     over_unknown, leaves_dem, ends_below: (n,) bool, the line passes over unknown ground; has a part outside the DEM;
         has its least clearance at an end below the ground.
-    hits_building: (n,) bool; None without buildings.
+    hits_building: (n,) bool; None without buildings. over_roof: (n,) bool, the least clearance is over a building that
+        stands on the grid, and the blocking point is on its roof; None where nothing stands there.
     fresnel_clearance: (n,) least clearance across the line in radii of the first Fresnel zone; 0 where an end stands on
         the ground, -inf where one lies below it, NaN over unknown ground; None without a wavelength.
     excess_path_m: (n,) how much longer the shortest way over the ground in the vertical plane is than the line itself;
@@ -61,6 +63,7 @@ class LinesOfSight:
     leaves_dem: npt.NDArray[np.bool_]
     ends_below: npt.NDArray[np.bool_]
     hits_building: npt.NDArray[np.bool_] | None
+    over_roof: npt.NDArray[np.bool_] | None
     fresnel_clearance: npt.NDArray[np.float64] | None
     excess_path_m: npt.NDArray[np.float64] | None
     probability_clear: npt.NDArray[np.float64] | None
@@ -95,8 +98,9 @@ def lines_of_sight(
     dem_sigma_m: asks for probability_clear, Phi(clearance / sigma): one vertical error of that sigma is shared by the
         ground around the point of least clearance, and the altitudes of both points are exact. Errors elsewhere along
         the line that are independent of it can only lower the probability.
-    buildings: what else may stand in the way; a line that meets one is hidden. Clearance, Fresnel clearance, excess
-        path and probability remain those of the ground. engine: see ``mesh_blocks``.
+    buildings: what else may stand in the way, as a mesh that lines may pass below, where what stands on the grid itself
+        is solid down to the ground; a line that meets one is hidden. Clearance, Fresnel clearance, excess path and
+        probability remain those without it. engine: see ``mesh_blocks``.
     Raises VisibilityInputError.
     """
     started_s = time.perf_counter()
@@ -136,6 +140,16 @@ def _scan(
     scan_lines(grid.heights_m, cells_m, curvature.drop_per_m2, start, end, least, bits)
     clearance_m, share, ground_m = least.T.copy()
     over_unknown = (bits & OVER_UNKNOWN) > 0
+    hits_building = lower = None
+    if grid.standing is not None:
+        roofs = roofs_over_lines(grid, start, end, curvature.drop_per_m2)
+        hits_building = roofs.clearance_m < -GRAZING_TOLERANCE_M
+        lower = roofs.clearance_m < clearance_m
+        clearance_m[lower], share[lower], ground_m[lower] = (
+            roofs.clearance_m[lower],
+            roofs.share[lower],
+            roofs.roof_m[lower],
+        )
     blocked = clearance_m < -GRAZING_TOLERANCE_M
     verdict = np.full(len(start_m), VISIBLE)
     if unknown != "open":
@@ -151,7 +165,8 @@ def _scan(
         over_unknown=over_unknown,
         leaves_dem=(bits & LEAVES_GRID) > 0,
         ends_below=blocked & ((share == 0.0) | (share == 1.0)),
-        hits_building=None,
+        hits_building=hits_building,
+        over_roof=lower,
         fresnel_clearance=None,
         excess_path_m=None,
         probability_clear=None,
@@ -213,7 +228,7 @@ def _with_buildings(
     return replace(
         sight,
         verdict=np.where(hits.blocked, HIDDEN, sight.verdict),
-        hits_building=hits.blocked,
+        hits_building=hits.blocked if sight.hits_building is None else hits.blocked | sight.hits_building,
         blocking_point_m=blocking_point_m,
         blocking_distance_m=blocking_distance_m,
     )

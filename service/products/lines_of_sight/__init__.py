@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from service.products import Inline, Product, WarmUp
-from terrain import ElevationGrid
-from visibility import line_of_sight, lines_of_sight, profile
+from terrain import ElevationGrid, Standing
+from visibility import Anchor, line_of_sight, lines_of_sight, min_visible_altitude, profile
 
 from .calculate import LAYERS, LineOut, LinesOfSightSummary, calculate_lines, pack_lines, unpack_lines
 from .request import PAIRS, LinesOfSightIn, LinesOfSightParameters
@@ -17,6 +21,10 @@ def _pairs(grid: ElevationGrid) -> None:
     lines_of_sight(grid, starts_m, ends_m, wavelength_m=0.1, dem_sigma_m=3.0, excess_path=True)
     line_of_sight(grid, starts_m[0], ends_m[0])
     profile(grid, starts_m[0], ends_m[0])
+    corners_m = np.array([(50, -50, 9), (90, -50, 9), (60, -90, 9)], float)
+    built = replace(grid, standing=Standing(corners_m[None, :2], corners_m[None], 1))
+    lines_of_sight(built, starts_m, ends_m)
+    min_visible_altitude(built, [Anchor("A", 100.0, -200.0, 90.0)])
 
 
 # pairs are counted where the body is read, and their ends judged where they are packed

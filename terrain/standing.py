@@ -1,0 +1,49 @@
+"""What stands on the ground: roofs, and the edges at which they end, in the frame of a grid."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import ElevationGridError
+
+__all__ = ["Standing"]
+
+Reals = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Opaque solids, each from the ground up to its roof; what is open below a roof counts as solid.
+
+    edges_m: (n, 2, 3) east, north, altitude of both ends of every edge at which a roof ends or bends. roofs_m:
+    (m, 3, 3) the triangles of the roofs. bodies: how many separate solids. notes: what was done to get them, sentences.
+    Raises ElevationGridError.
+    """
+
+    edges_m: Reals
+    roofs_m: Reals
+    bodies: int
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, ends in (("edges_m", 2), ("roofs_m", 3)):
+            values = np.array(getattr(self, name), np.float64, order="C")
+            if values.ndim != 3 or values.shape[1:] != (ends, 3) or not np.isfinite(values).all():
+                raise ElevationGridError(f"{name} must be finite numbers (n, {ends}, 3), not shape {values.shape}.")
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of edges and roofs."""
+        return hashlib.sha256(self.edges_m.tobytes() + self.roofs_m.tobytes()).hexdigest()
+
+    @cached_property
+    def highest_m(self) -> float:
+        """Altitude of the highest roof."""
+        return float(self.roofs_m[..., 2].max(initial=-np.inf))
