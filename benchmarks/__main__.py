@@ -41,6 +41,7 @@ from . import (
     report,
     sites,
     situations,
+    slow_clients,
     speed,
     unreachables,
     volumes,
@@ -81,6 +82,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "ground": (ground.tiles_to_map, ground.probes),
     "page": (planner_page.planner,),
     "attacks": (attacks.health_under_attack,),
+    "strangers": (slow_clients.slow_clients,),
     "detectors": (detector_streams.streams,),
     "detection": (
         detector_proof.real_ranges,

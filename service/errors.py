@@ -1,4 +1,4 @@
-"""What can go wrong in the service itself; how each is answered over HTTP is told in service/http/problems.py.
+"""What can go wrong in the service itself; how each is answered over HTTP is told in service/http/problem_kinds.py.
 
 ServiceError
 ├── StartError                 the service cannot start as it was told to
@@ -23,6 +23,7 @@ ServiceError
 │   ├── NotValidError          a body whose fields are not as they should be
 │   ├── MediaTypeError         a body of a type that is not understood
 │   ├── RangeError             a Range header that the file cannot meet
+│   ├── TooSlowError           a body that comes so slowly that others would wait for it
 │   └── LimitError             a request beyond a limit; carries limit_name, limit and given
 │       ├── BodyTooLargeError
 │       ├── TooManyError       too many of these by the same client; one has to end first
@@ -74,6 +75,7 @@ __all__ = [
     "StoreLockedError",
     "TimeLimitError",
     "TooManyError",
+    "TooSlowError",
     "UnauthenticatedError",
 ]
 
@@ -183,6 +185,10 @@ class MediaTypeError(RequestError):
 
 class RangeError(RequestError):
     """The Range header asks for bytes that the file does not have, or is not understood."""
+
+
+class TooSlowError(RequestError):
+    """The body came too slowly."""
 
 
 class LimitError(RequestError):

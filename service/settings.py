@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import string
 from pathlib import Path
 from typing import Literal, Self
@@ -39,6 +40,12 @@ def _calculation_bytes(told: dict[str, int]) -> int:
     # one that is not valid is told as such, not for want of memory
     known = (told.get(name, 1) for name in names)
     return Processes(*known).calculation_bytes(this_machine())
+
+
+def _connections() -> int:
+    """So many that descriptors are left for the store, workers, files that come in and files that go out."""
+    most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return 1000 if most == resource.RLIM_INFINITY else max(16, min(1000, (most - 128) * 3 // 4))
 
 
 class GroundSource(BaseModel):
@@ -125,6 +132,19 @@ class Settings(BaseSettings):
         description="Addresses and networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed, a "
         "JSON list.",
     )
+    max_connections: int = Field(default_factory=_connections, ge=4, description="Connections that are open at once.")
+    max_client_connections: int = Field(
+        default=128, ge=1, description="Connections of one address, unless it is a trusted proxy's."
+    )
+    max_header_s: float = Field(
+        default=10.0, gt=0.0, description="Seconds in which a request line and headers must have come."
+    )
+    max_stall_s: float = Field(
+        default=20.0,
+        gt=0.0,
+        description="Seconds after which a client is cut off that sends less than 1,000 bytes/s of a body, or takes "
+        "nothing of an answer.",
+    )
     log_format: LogFormat = Field(
         default="text", description="Lines of the log: text for people, or json, one object per line."
     )
@@ -171,6 +191,12 @@ class Settings(BaseSettings):
 
     max_upload_bytes: int = Field(default=1 * GIB, ge=1, description="Size of an uploaded DEM file, bytes.")
     max_uploads: int = Field(default=8, ge=1, description="Uploads that are received at the same time.")
+    max_incoming_bytes: int = Field(
+        default=4 * GIB, ge=1, description="Bytes of uploads that lie on disk while they come in and are read."
+    )
+    max_body_memory_bytes: int = Field(
+        default=64 * MIB, ge=1024, description="Bytes of JSON bodies in memory, of which one client has a quarter."
+    )
     max_json_bytes: int = Field(default=2 * MIB, ge=1024, description="Size of a JSON request body, bytes.")
     max_pairs_bytes: int = Field(
         default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight or safety-bubbles request, bytes."

@@ -33,6 +33,8 @@ from .detectors import router as detectors
 from .guard.access import Access
 from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
+from .guard.connections import Connections
+from .guard.protocols import GuardedConfig
 from .health import router as health
 from .health import sentence_of_memory
 from .login import router as login
@@ -51,6 +53,8 @@ from .web_page import install as install_web_page
 __all__ = ["allow_head", "create_app", "serve"]
 
 GRACE_S = 3
+ACCEPTED_AT_ONCE = 16
+WAITING_CONNECTIONS = 2048
 
 logger = logging.getLogger("sightline.http")
 
@@ -124,6 +128,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         lifespan=lifespan,
         docs_url=None,  # web_page has one that loads nothing from elsewhere
         redoc_url=None,
+        openapi_url=None,  # meta has one that is written once
     )
     routers = [
         *(dems, ground, missions, mission_files, imports, probes),
@@ -139,7 +144,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     install_web_page(app)
     answer_with_problems(app)
     long = [product.path for product in products.values() if product.long_body]
-    app.add_middleware(BodyLimit, limits=body_limits(chosen, long))
+    app.add_middleware(BodyLimit, limits=body_limits(chosen, long), most_bytes=chosen.max_body_memory_bytes)
     app.add_middleware(Access, gate=gate)
     if chosen.allowed_origins:
         app.add_middleware(
@@ -176,8 +181,13 @@ def serve(settings: Settings) -> None:
             Store(folder.database).close()
             fits, told = sentence_of_memory(settings, this_machine())
             logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
-            config = uvicorn.Config(
-                create_app(settings, folder, gate),
+            connections = Connections(settings)
+            app = create_app(settings, folder, gate)
+            app.state.metrics.connections = connections
+            config = GuardedConfig(
+                app,
+                connections,
+                settings,
                 # one event loop everywhere, whatever else is installed
                 loop="asyncio",
                 log_config=None,
@@ -185,7 +195,8 @@ def serve(settings: Settings) -> None:
                 server_header=False,
                 forwarded_allow_ips=list(settings.trusted_proxies),
                 timeout_graceful_shutdown=GRACE_S,
-                ws="websockets-sansio",
+                # accepted at once; with more of them descriptors run out before any has been counted
+                backlog=ACCEPTED_AT_ONCE,
                 # beyond its limit a message is answered with a problem; only one far beyond it ends the stream
                 ws_max_size=4 * settings.max_stream_message_bytes,
                 # answers are small and want to be quick
@@ -203,17 +214,28 @@ def serve(settings: Settings) -> None:
 class _Server(uvicorn.Server):
     """Says on stdout where it listens, once it does."""
 
-    def __init__(self, config: uvicorn.Config, url: str, folder: DataFolder) -> None:
+    def __init__(self, config: GuardedConfig, url: str, folder: DataFolder) -> None:
         super().__init__(config)
+        self._connections = config.connections
         self._url = url
         self._folder = folder
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then tell."""
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._connections.on_fault)
         await super().startup(sockets)
         if not self.started:
             return
+        for listener in sockets or ():
+            listener.listen(WAITING_CONNECTIONS)  # the loop has set it to what it accepts at once
         print(f"Sightline listens on {self._url} (data in {self._folder.root})", flush=True)
+
+    async def on_tick(self, counter: int) -> bool:
+        """Ten times a second."""
+        if counter % 10 == 0:
+            self._connections.sweep(asyncio.get_running_loop().time())
+        return await super().on_tick(counter)
 
 
 def _listening(host: str, port: int) -> socket.socket:
@@ -225,7 +247,7 @@ def _listening(host: str, port: int) -> socket.socket:
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(address)
-            listener.listen(2048)
+            listener.listen(WAITING_CONNECTIONS)
         except OSError:
             listener.close()
             raise

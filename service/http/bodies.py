@@ -20,22 +20,21 @@ from python_multipart import MultipartParser
 from python_multipart.exceptions import MultipartParseError
 from python_multipart.multipart import parse_options_header
 
-from service.errors import BusyError, MediaTypeError, NotJsonError, RequestError
+from service.errors import MediaTypeError, NotJsonError, RequestError
 from service.jobs.channel import BodyArguments
-from service.jobs.folder import DataFolder
 
 from .context import Service, ServiceDep
 from .guard.body_limit import too_large
+from .guard.uploads import Place
+from .problems import is_json
 
-__all__ = ["Upload", "WaitDep", "clean_name", "is_json", "json_body", "long_body", "receive"]
+__all__ = ["Upload", "WaitDep", "clean_name", "json_body", "long_body", "receive"]
 
 BLOCK_BYTES = 1024 * 1024
 MAX_NAME_LENGTH = 100
 # file systems count bytes, 255 at most, and a letter can have four
 MAX_NAME_BYTES = 200
 MAX_BOUNDARY_BYTES = 200  # RFC 2046 allows 70, the parser 256
-# a client that sends nothing for so long has gone, and others want its place
-STALL_S = 60.0
 SUFFIX_OF_TYPE = {"image/tiff": ".tif", "application/x-npz": ".npz", "application/x-npy": ".npy"}
 WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?=$|[,;])", re.IGNORECASE)
 # Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
@@ -54,24 +53,38 @@ class Upload:
 
 @asynccontextmanager
 async def receive(
-    request: Request, folder: DataFolder, max_bytes: int, limit_name: str, file_name: str | None = None
+    request: Request, service: Service, max_bytes: int, limit_name: str, file_name: str | None = None
 ) -> AsyncIterator[Upload]:
-    """The request's file, on disk inside the block and removed after it. Raises BodyTooLargeError, RequestError."""
-    place = folder.incoming / uuid.uuid4().hex
-    await asyncio.to_thread(place.mkdir)
-    try:
-        yield await _received(request, place, max_bytes, limit_name, file_name)
-    finally:
-        await asyncio.to_thread(folder.remove, place)
+    """The request's file, on disk inside the block and removed after it.
+
+    Raises BodyTooLargeError, RequestError, BusyError when others take all places, TooSlowError.
+    """
+    async with service.uploads.place(_told_bytes(request)) as place:
+        folder = service.folder.incoming / uuid.uuid4().hex
+        await asyncio.to_thread(folder.mkdir)
+        try:
+            upload = await _received(request, folder, place, max_bytes, limit_name, file_name)
+            place.receiving = False
+            yield upload
+        finally:
+            await asyncio.to_thread(service.folder.remove, folder)
 
 
-async def _received(request: Request, place: Path, max_bytes: int, limit_name: str, file_name: str | None) -> Upload:
+def _told_bytes(request: Request) -> int | None:
+    length = request.headers.get("content-length", "")
+    return int(length) if length.isdecimal() else None
+
+
+async def _received(
+    request: Request, folder: Path, place: Place, max_bytes: int, limit_name: str, file_name: str | None
+) -> Upload:
     declared = request.headers.get("content-type", "")
     media_type, options = parse_options_header(declared)
     form = _Form(options.get(b"boundary", b"")) if media_type == b"multipart/form-data" else None
-    with (place / "file").open("wb") as file:
+    with (folder / "file").open("wb") as file:
         sink = _Sink(file)
-        async for chunk in _unless_stalled(request.stream()):
+        async for chunk in request.stream():
+            place.take(len(chunk))
             sink.take(chunk if form is None else form.parse(chunk))
             if sink.size_bytes > max_bytes:
                 raise too_large(max_bytes, limit_name)
@@ -87,21 +100,8 @@ async def _received(request: Request, place: Path, max_bytes: int, limit_name: s
     if not sink.size_bytes:
         raise RequestError(f"{name} is empty.")
     # the suffix and, for .hgt, the name itself tell how to read it
-    path = (place / "file").rename(place / name)
+    path = (folder / "file").rename(folder / name)
     return Upload(path, name, sink.size_bytes, sink.sha256.hexdigest())
-
-
-async def _unless_stalled(chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
-    """The chunks as they come. Raises RequestError when the next one is too long in coming."""
-    while True:
-        try:
-            async with asyncio.timeout(STALL_S):
-                chunk = await anext(chunks, None)
-        except TimeoutError as error:
-            raise RequestError(f"Nothing more of the body came for {STALL_S:g} s; send it again.") from error
-        if chunk is None:
-            return
-        yield chunk
 
 
 def clean_name(name: str) -> str:
@@ -228,12 +228,6 @@ def _wait_s(
 WaitDep = Annotated[float | None, Depends(_wait_s)]
 
 
-def is_json(request: Request) -> bool:
-    """Whether the body says that it is JSON."""
-    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    return media_type == "application/json" or media_type.endswith("+json")
-
-
 async def json_body(request: Request) -> str:
     """The text of a body that may have max_json_bytes. Raises MediaTypeError, NotJsonError."""
     _refuse_other_types(request)
@@ -250,21 +244,12 @@ async def long_body(request: Request, service: Service) -> AsyncIterator[tuple[B
     It may have max_pairs_bytes. Raises MediaTypeError, NotJsonError, BodyTooLargeError, BusyError.
     """
     settings = service.settings
-    length = request.headers.get("content-length", "")
-    if length.isdecimal() and int(length) <= min(BIG_BYTES, settings.max_pairs_bytes):
+    told_bytes = _told_bytes(request)
+    if told_bytes is not None and told_bytes <= min(BIG_BYTES, settings.max_pairs_bytes):
         yield {"body": await json_body(request)}, False
         return
     _refuse_other_types(request)
-    if service.uploads.locked():
-        raise BusyError(
-            f"{settings.max_uploads} uploads are under way, which is the limit; try again in a moment",
-            limit_name="max_uploads",
-            limit=settings.max_uploads,
-        )
-    async with (
-        service.uploads,
-        receive(request, service.folder, settings.max_pairs_bytes, "max_pairs_bytes", "body.json") as body,
-    ):
+    async with receive(request, service, settings.max_pairs_bytes, "max_pairs_bytes", "body.json") as body:
         yield {"path": str(body.path)}, True
 
 

@@ -21,6 +21,7 @@ from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors
 from service.live.watching import looked_at
+from service.machine.limits import give_memory_back, resident_bytes
 from service.missions.shelf import MissionShelf
 from service.products import Product
 from service.products.registry import all_products
@@ -28,12 +29,14 @@ from service.settings import Settings
 from terrain import ElevationGrid
 
 from .grounds import Grounds
+from .guard.uploads import Uploads
 
 __all__ = ["Service", "ServiceDep"]
 
 logger = logging.getLogger("sightline.http")
 
 STORE_CHECK_EVERY_S = 5.0
+TRIM_BYTES = 16 * 1024 * 1024
 
 
 @dataclass(slots=True)
@@ -50,7 +53,7 @@ class Service:
     checks: Checks
     detectors: Detectors
     products: Mapping[str, Product]
-    uploads: asyncio.Semaphore
+    uploads: Uploads
     grounds: Grounds
     started_at_s: float
     store_writable: bool = True
@@ -64,7 +67,7 @@ class Service:
         missions = MissionShelf(store.transaction, settings.max_missions, settings.max_mission_versions)
         pool = WorkerPool(settings, folder)
         supervisor = Supervisor(settings, folder, store, pool)
-        uploads = asyncio.Semaphore(settings.max_uploads)
+        uploads = Uploads(settings)
         drawings, checks = Drawings(folder, supervisor), Checks(settings, supervisor)
         detectors = Detectors(settings, folder=folder.detectors)
         products = all_products(settings.more_products)
@@ -77,8 +80,15 @@ class Service:
         return looked_at(load_grid(self.folder.dem(dem_id)))
 
     async def watch_store(self) -> None:
-        """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk."""
+        """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk.
+
+        And hand memory back once it was needed: many bodies at once leave as much behind.
+        """
+        least_bytes = resident_bytes()
         while True:
+            if resident_bytes() > least_bytes + TRIM_BYTES:
+                await asyncio.to_thread(give_memory_back)
+            least_bytes = min(least_bytes, resident_bytes())
             try:
                 self.quarantined = await asyncio.to_thread(self.folder.count_quarantined)
                 await asyncio.to_thread(self.folder.check_usable)

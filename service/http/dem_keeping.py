@@ -35,7 +35,7 @@ async def ground_of_library(
 ) -> tuple[DemRecord, bool] | Response:
     """The DEM of a request for ground and whether it is new; 202 while it is made, after the wait asked for."""
     limit = service.settings.max_json_bytes
-    async with receive(request, service.folder, limit, "max_json_bytes", "body.json") as body:
+    async with receive(request, service, limit, "max_json_bytes", "body.json") as body:
         planned = await service.checks.ask("plan-ground", BodyArguments(path=str(body.path)))
     named, takes_long = str(planned["dem_id"]), bool(planned["takes_long"])
     dem_id, known = await known_dem(service, named)

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from dem_samples import sample_manifest
-from service.errors import BusyError, NotFoundError, RequestError
+from service.errors import NotFoundError, RequestError
 from service.ground.coverage import Coverage
 from service.ground.levels import Levels, levels_of
 from service.ground.request import GroundIn
@@ -20,12 +20,13 @@ from service.jobs.pool import Lane
 from service.jobs.records import DemRecord
 
 from .answers import Limit, Offset
-from .bodies import WaitDep, is_json, receive
+from .bodies import WaitDep, receive
 from .context import Service, ServiceDep
 from .dem_answers import DemList, DemOut, DemUnderWay
 from .dem_keeping import dem_id_of, ground_of_library, keep_dem, under_way_answer
 from .jobs import file_answer
 from .meta import LOCATION, problem_responses
+from .problems import is_json
 
 __all__ = ["ground", "router"]
 
@@ -270,16 +271,7 @@ async def _uploaded(
     request: Request, service: Service, filename: str | None, options: ReadingOptions
 ) -> tuple[DemRecord, bool]:
     service.supervisor.space.refuse_when_low()
-    if service.uploads.locked():
-        raise BusyError(
-            f"{service.settings.max_uploads} uploads are under way, which is the limit; try again in a moment",
-            limit_name="max_uploads",
-            limit=service.settings.max_uploads,
-        )
-    async with (
-        service.uploads,
-        receive(request, service.folder, service.settings.max_upload_bytes, "max_upload_bytes", filename) as upload,
-    ):
+    async with receive(request, service, service.settings.max_upload_bytes, "max_upload_bytes", filename) as upload:
         # the name decides how a file is read: its suffix the format, and for .hgt the name itself the place
         suffix = PurePath(upload.name).suffix.lower()
         named = upload.name.lower() if suffix == ".hgt" else suffix

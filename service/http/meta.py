@@ -6,7 +6,8 @@ from collections.abc import Iterable, MutableMapping
 from http import HTTPStatus
 from typing import Any
 
-from fastapi import APIRouter, FastAPI
+import orjson
+from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import BaseModel, JsonValue
 
 from service.access.gate import is_open
@@ -19,7 +20,8 @@ from service.probes.request import PreviewIn, ProbeIn, ProfilesIn
 from service.products import Product
 
 from .answers import Problem, ProblemType
-from .problems import FRAMEWORK_KINDS, MEDIA_TYPE, METHOD, PROBLEMS
+from .problem_kinds import FRAMEWORK_KINDS, METHOD, PROBLEMS
+from .problems import MEDIA_TYPE
 
 __all__ = [
     "LOCATION",
@@ -140,6 +142,16 @@ def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
         return app.openapi_schema
 
     app.openapi = described  # type: ignore[method-assign] # FastAPI has no other way
+    written: dict[str, bytes] = {}
+
+    async def document(request: Request) -> Response:
+        # written once: it is long, and whoever asks again and again should not keep others waiting
+        root = str(request.scope.get("root_path", ""))
+        if root not in written:
+            written[root] = orjson.dumps(described() | ({"servers": [{"url": root}]} if root else {}))
+        return Response(written[root], media_type="application/json")
+
+    app.add_route("/openapi.json", document, methods=["GET", "HEAD"], include_in_schema=False)
 
 
 def _drop_framework_answers(responses: MutableMapping[str, object]) -> None:

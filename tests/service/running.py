@@ -89,11 +89,17 @@ def command() -> list[str]:
 
 @contextmanager
 def running(
-    folder: Path, *, max_file_bytes: int | None = None, groups: Sequence[Path] = (), **settings: Any
+    folder: Path,
+    *,
+    max_file_bytes: int | None = None,
+    descriptors: int | None = None,
+    groups: Sequence[Path] = (),
+    **settings: Any,
 ) -> Iterator[Server]:
     """A service on that data folder, ready for work.
 
-    max_file_bytes: as if the disk were full beyond that. groups: folders of control groups that it is put into.
+    max_file_bytes: as if the disk were full beyond that. descriptors: how many it may open. groups: folders of control
+    groups that it is put into.
     """
 
     def limit() -> None:
@@ -101,6 +107,8 @@ def running(
             (group / "cgroup.procs").write_text(str(os.getpid()))
         if max_file_bytes is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (max_file_bytes, max_file_bytes))
+        if descriptors is not None:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))
 
     folder.parent.mkdir(parents=True, exist_ok=True)
     log = folder.parent / f"{folder.name}.log"

@@ -86,7 +86,7 @@ def places(dem_id: str, map_id: str, detector_id: str, mission_id: str) -> list[
         ("DELETE", f"/dems/{dem_id}", None),
         ("POST", "/visibility-maps", of_dem),
         ("POST", "/dop-maps", of_dem),
-        ("POST", "/probe", {"dem_id": dem_id, "places": at}),
+        ("POST", "/probe", {"dem_id": dem_id, "points": at}),
         ("POST", "/profiles", {"dem_id": dem_id, "lines": [{"from": ANCHOR | {}, "to": ANCHOR | {}}]}),
         ("POST", "/detectors", {"anchors": ANCHORS, "dem_id": dem_id}),
         *(("GET", f"/{product}/{map_id}", None) for product in PRODUCTS),

@@ -89,7 +89,7 @@ async def read_places(
     above the ground stay so. What was not understood, and what lies outside, is told.
     """
     limit = service.settings.max_places_bytes
-    async with receive(request, service.folder, limit, "max_places_bytes", filename) as upload:
+    async with receive(request, service, limit, "max_places_bytes", filename) as upload:
         arguments = PlacesArguments(path=str(upload.path), dem_id=dem_id)
         found = await service.checks.ask("read-places", arguments, big=True)
     return Response(str(found["json"]), media_type="application/json")

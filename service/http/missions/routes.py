@@ -13,10 +13,11 @@ from service.missions.document import MissionIn
 from service.missions.shelf import MissionRecord, Sheet, VersionRecord
 
 from ..answers import Limit, Offset
-from ..bodies import is_json, json_body, receive
+from ..bodies import json_body, receive
 from ..context import Service, ServiceDep
 from ..guard.body_limit import too_large
 from ..meta import LOCATION, body_of, problem_responses
+from ..problems import is_json
 from .answers import MissionList, MissionOut, MissionSummary, VersionList, VersionNameIn, VersionOut
 from .files import opened_mission
 
@@ -76,7 +77,7 @@ async def add_mission(
         sheet = await _read(request, service)
     else:
         limit = service.settings.max_upload_bytes
-        async with receive(request, service.folder, limit, "max_upload_bytes", "mission") as upload:
+        async with receive(request, service, limit, "max_upload_bytes", "mission") as upload:
             sheet, told = await opened_mission(service, upload)
     mission = await service.supervisor.in_store(service.missions.add, sheet, by, version_name)
     version = VersionRecord(mission.version, version_name, mission.saved_at_s, by)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
-from pathlib import Path
-from resource import getpagesize
 
 from fastapi import APIRouter, Request, Response
 from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
@@ -14,8 +12,10 @@ from prometheus_client.exposition import CONTENT_TYPE_LATEST
 from prometheus_client.registry import Collector
 
 from service.http.context import Service
+from service.http.guard.connections import Connections
 from service.jobs.pool import Lane
 from service.jobs.records import JobStatus
+from service.machine.limits import resident_bytes
 
 __all__ = ["Metrics", "router"]
 
@@ -32,6 +32,7 @@ class Metrics:
 
     def __init__(self, version: str) -> None:
         self.registry = CollectorRegistry()
+        self.connections: Connections | None = None
         self._version = version
         self._requests = Counter(
             "sightline_http_requests", "Requests answered; status 0: the client left before.",
@@ -61,14 +62,15 @@ class Metrics:
     def watch(self, service: Service) -> None:
         """Tell of a service that has been put together."""
         service.supervisor.telling.listeners.append(self.job_over)
-        self.registry.register(_State(service, self._version))
+        self.registry.register(_State(service, self._version, self.connections))
 
 
 class _State(Collector):
     """What is read of the service when somebody asks."""
 
-    def __init__(self, service: Service, version: str) -> None:
+    def __init__(self, service: Service, version: str, connections: Connections | None) -> None:
         self._service = service
+        self._connections = connections
         self._version = version
 
     def describe(self) -> Iterable[Metric]:
@@ -86,9 +88,16 @@ class _State(Collector):
         yield _one("sightline_queue_length", "Tasks that wait for a worker.", waiting, "lane")
         yield _one("sightline_workers_warm", "Worker processes that are ready or at work.", pool.warm)
         yield _one("sightline_workers_wanted", "Worker processes that there should be.", pool.size)
-        memory = {"server": _resident_bytes("self"), "workers": sum(_resident_bytes(str(pid)) for pid in pool.pids)}
+        memory = {
+            "server": float(resident_bytes()),
+            "workers": float(sum(resident_bytes(str(pid)) for pid in pool.pids)),
+        }
         yield _one("sightline_memory_resident_bytes", "Memory in use, what is shared counted twice.", memory, "process")
         yield _one("sightline_detector_sessions", "Detector sessions that are open.", len(service.detectors))
+        if self._connections is not None:
+            yield _one("sightline_connections", "Connections that are open.", len(self._connections))
+            ended = {what: float(number) for what, number in self._connections.ended.items()}
+            yield _one("sightline_connections_ended", "Ended or refused, and why, since the start.", ended, "why")
         root = service.folder.root
         store = sum(path.stat().st_size for name in STORE_FILES if (path := root / name).is_file())
         yield _one("sightline_store_bytes", "The store's files.", store)
@@ -104,14 +113,6 @@ def _one(name: str, words: str, values: float | dict[str, float], label: str | N
     for key, value in values.items() if isinstance(values, dict) else (("", values),):
         family.add_metric([] if label is None else [key], float(value))
     return family
-
-
-def _resident_bytes(process: str) -> float:
-    """0 for a process that has just ended, and where there is no proc."""
-    try:
-        return float(int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1]) * getpagesize())
-    except (OSError, IndexError):
-        return 0.0
 
 
 @router.get("/metrics", include_in_schema=False)

@@ -17,7 +17,8 @@ from navigation import errors as of_navigation
 from planning import errors as of_planning
 from service import errors as of_service
 from service.http import problems
-from service.http.problems import PROBLEMS, FailedJob, answer_with_problems, problem_of
+from service.http.problem_kinds import PROBLEMS
+from service.http.problems import FailedJob, answer_with_problems, problem_of
 from service.jobs.process import TaskFailed
 from service.jobs.records import Failure
 from terrain import errors as of_terrain

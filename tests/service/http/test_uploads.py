@@ -1,14 +1,9 @@
-"""What clients send as an upload: names in any alphabet, odd headers, and bodies that stop coming."""
+"""What clients send as an upload: names in any alphabet, and odd headers."""
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import AsyncIterator
-
 import pytest
 
-from service.errors import RequestError
-from service.http import bodies
 from service.http.bodies import clean_name
 from tests.service.running import Server
 
@@ -34,18 +29,3 @@ def test_a_long_name_in_another_alphabet_is_no_fault(server: Server) -> None:
 def test_an_odd_content_type_is_no_fault(server: Server, content_type: bytes) -> None:
     answer = server.client.post("/dems", headers={b"Content-Type": content_type}, content=b"no raster")
     assert answer.status_code == 422
-
-
-def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def stalling() -> AsyncIterator[bytes]:
-        yield b"first"
-        await asyncio.sleep(3600.0)
-
-    async def first_and_next() -> bytes:
-        chunks = bodies._unless_stalled(stalling())
-        assert await anext(chunks) == b"first"
-        return await anext(chunks)
-
-    monkeypatch.setattr(bodies, "STALL_S", 0.05)
-    with pytest.raises(RequestError, match="Nothing more of the body came"):
-        asyncio.run(first_and_next())

@@ -1,0 +1,204 @@
+"""How many connections there may be, of all clients and of one: idle ones make room, and what is slow is ended."""
+
+from __future__ import annotations
+
+import errno
+import ipaddress
+import logging
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from service.errors import BusyError, LimitError, TooManyError
+from service.http.problems import answer_to
+from service.settings import Settings
+
+__all__ = ["Connections", "Watched"]
+
+logger = logging.getLogger("sightline.connections")
+
+# Refused clients are answered, which takes connections of their own; beyond so many they are cut.
+REFUSALS = 64
+# Not asked for so long, this process itself was held up, and what clients sent meanwhile has not been looked at.
+HELD_UP_S = 3.0
+TOLD_EVERY_S = 60.0
+# Of connections that come together the first have not been read from when the last are counted.
+MOMENT_S = 0.5
+OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
+
+
+class Watched(Protocol):
+    """A connection."""
+
+    @property
+    def address(self) -> str:
+        """Whose it is, empty where that is not known."""
+        ...
+
+    @property
+    def idle_since_s(self) -> float | None:
+        """On the monotonic clock; None while something is asked over it."""
+        ...
+
+    def look(self, now_s: float) -> str | None:
+        """What it is too slow in, if it is."""
+        ...
+
+    def end(self, slow_in: str | None) -> None:
+        """Answer what can be answered, and close; slow_in None: it is idle, and another needs its place."""
+        ...
+
+    def forget_slowness(self, now_s: float) -> None:
+        """Begin to measure anew."""
+        ...
+
+
+class Connections:
+    """The open connections of one server; all of it happens in its event loop.
+
+    Where there are as many as there may be, one that never asked for anything is closed for a new one, else one that is
+    idle, the longest of the address that has most; where none is idle, the new one is answered with 503, or 429 for an
+    address that has too many. Proxies that are trusted may have as many as all.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._most, self._most_each = settings.max_connections, settings.max_client_connections
+        self._proxies = _networks(settings.trusted_proxies)
+        self._open: dict[Watched, None] = {}
+        # over which nothing has been asked yet, by age: who has been answered comes back for more, they go first
+        self._silent: dict[Watched, None] = {}
+        self._each: Counter[str] = Counter()
+        self._looked_s = 0.0
+        self._told_s = -TOLD_EVERY_S
+        self.ended: Counter[str] = Counter()
+        self._untold: Counter[str] = Counter()
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    def enter(self, one: Watched) -> ASGIApp | None:
+        """Take in a connection; where it cannot be, the app that answers it instead."""
+        refusal: LimitError | None = None
+        if self._each[one.address] >= self._most_each and not self._is_proxy(one.address):
+            if not self._make_room(one.address):
+                refusal = TooManyError(
+                    f"This address has {self._most_each} connections, as many as it may; close some",
+                    limit_name="max_client_connections",
+                    limit=self._most_each,
+                )
+        elif len(self._open) >= self._most and not self._make_room(None):
+            refusal = BusyError(
+                f"{self._most} connections are open, which is the limit; try again in a moment",
+                limit_name="max_connections",
+                limit=self._most,
+            )
+        self._open[one] = self._silent[one] = None
+        self._each[one.address] += 1
+        if refusal is None:
+            return None
+        self._count("refused")
+        if len(self._open) > self._most + REFUSALS:
+            one.end(None)
+        return _refusing(refusal)
+
+    def asked(self, one: Watched) -> None:
+        """A request came over a connection."""
+        self._silent.pop(one, None)
+
+    def become(self, one: Watched, other: Watched) -> None:
+        """A connection goes on in another protocol."""
+        del self._open[one]
+        self._open[other] = None
+
+    def leave(self, one: Watched) -> None:
+        """A connection is over."""
+        if one in self._open:
+            del self._open[one]
+            self._silent.pop(one, None)
+            self._each[one.address] -= 1
+            if not self._each[one.address]:
+                del self._each[one.address]
+
+    def sweep(self, now_s: float) -> None:
+        """End what is too slow; to be called every second."""
+        held_up, self._looked_s = now_s - self._looked_s > HELD_UP_S, now_s
+        for one in list(self._open):
+            if held_up:
+                one.forget_slowness(now_s)
+            elif (slow_in := one.look(now_s)) is not None:
+                self._count(slow_in)
+                one.end(slow_in)
+        self._tell(now_s)
+
+    def on_fault(self, loop: Any, context: Mapping[str, Any]) -> None:
+        """The event loop's handler of faults: of the thousands of lines that accept writes one is enough."""
+        error = context.get("exception")
+        if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket.accept" in context["message"]:
+            if not self._untold["out of descriptors"]:
+                self._make_room(None)
+            self._count("out of descriptors")
+            return
+        loop.default_exception_handler(context)
+
+    def _make_room(self, address: str | None) -> bool:
+        """Close an idle connection, of that address where one is given; whether there was one."""
+        longest = next((one for one in self._silent if address in (None, one.address)), None)
+        if longest is not None and time.monotonic() - (longest.idle_since_s or 0.0) < MOMENT_S:
+            longest = None
+        if longest is None:
+            kept = (one for one in self._open if one not in self._silent)
+            idle = [(since_s, one) for one in kept if (since_s := one.idle_since_s) is not None]
+            if address is None and idle:
+                address = Counter(one.address for _, one in idle).most_common(1)[0][0]
+            mine = [each for each in idle if each[1].address == address]
+            if not mine:
+                return False
+            _, longest = min(mine, key=lambda each: each[0])
+        self.leave(longest)
+        self._count("idle")
+        longest.end(None)
+        return True
+
+    def _is_proxy(self, address: str) -> bool:
+        try:
+            return any(ipaddress.ip_address(address) in network for network in self._proxies)
+        except ValueError:
+            return False
+
+    def _count(self, what: str) -> None:
+        self.ended[what] += 1
+        self._untold[what] += 1
+
+    def _tell(self, now_s: float) -> None:
+        """One line a minute at most, however many there were."""
+        if self._untold and now_s - self._told_s >= TOLD_EVERY_S:
+            told = ", ".join(f"{number:,} {what}" for what, number in sorted(self._untold.items()))
+            logger.warning("connections that were ended or refused: %s; %d are open", told, len(self._open))
+            self._untold.clear()
+            self._told_s = now_s
+
+
+def _refusing(error: LimitError) -> ASGIApp:
+    async def refuse(scope: Scope, receive: Receive, send: Send) -> None:
+        answer = answer_to(error, scope["path"])
+        answer.headers["Connection"] = "close"
+        await answer(scope, receive, send)
+
+    return refuse
+
+
+def _networks(addresses: Sequence[str]) -> list[ipaddress.IPv4Network | ipaddress.IPv6Network]:
+    """Names among them are none."""
+    found: list[ipaddress.IPv4Network | ipaddress.IPv6Network] = []
+    for address in addresses:
+        if address == "*":
+            found += [ipaddress.ip_network("0.0.0.0/0"), ipaddress.ip_network("::/0")]
+            continue
+        try:
+            found.append(ipaddress.ip_network(address, strict=False))
+        except ValueError:
+            logger.warning("the trusted proxy %r is no address", address)
+    return found
