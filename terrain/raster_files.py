@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyproj
 import rasterio
 from rasterio._err import CPLE_BaseError  # damaged tags raise it bare
@@ -39,10 +40,13 @@ SEALED = {
     "GTIFF_REPORT_COMPD_CS": "YES",
     "GTIFF_POINT_GEO_IGNORE": "NO",
     "DTED_VERIFY_CHECKSUM": "YES",
+    "GDAL_NUM_THREADS": "ALL_CPUS",
 }
 PICTURE = {ColorInterp.red, ColorInterp.green, ColorInterp.blue, ColorInterp.palette}
 DTED_DATUMS = {"E96": "EGM96 geoid", "E08": "EGM2008 geoid", "MSL": "mean sea level", "WGS84": "ellipsoid of WGS 84"}
 SHEAR_TOLERANCE = 1e-6
+# share of a number within which GDAL, too, tells it from another
+NEAR_NODATA = 1e-5
 LONGEST_SHOWN = 80
 
 
@@ -144,12 +148,14 @@ def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None) ->
     chosen = PostWindow(0, head.rows - 1, 0, head.cols - 1) if window is None else window
     first_row = head.rows - 1 - chosen.last_row if head.south_up else chosen.first_row
     part = Window(chosen.first_col, first_row, chosen.shape[1], chosen.shape[0])
+    values = dataset.read(band, window=part)
     declared_void = None
-    if MaskFlags.all_valid not in dataset.mask_flag_enums[at]:
+    if dataset.mask_flag_enums[at] == [MaskFlags.nodata] and _lies_beside(dataset.nodatavals[at], values):
+        declared_void = np.zeros(values.shape, np.bool_)
+    elif MaskFlags.all_valid not in dataset.mask_flag_enums[at]:
         declared_void = dataset.read_masks(band, window=part) == 0
     elif ColorInterp.alpha in dataset.colorinterp:  # GDAL heeds only an alpha band of uint8 or uint16
         declared_void = dataset.read(dataset.colorinterp.index(ColorInterp.alpha) + 1, window=part) == 0
-    values = dataset.read(band, window=part)
     if dataset.driver == "AAIGrid" and values.dtype == np.float64:
         values = whole_numbers(values)
     if head.south_up:
@@ -169,6 +175,13 @@ def _read(file: Path, dataset: Any, head: RawHead, window: PostWindow | None) ->
         conversions=head.conversions,
         warnings=head.warnings,
     )  # fmt: skip
+
+
+def _lies_beside(nodata: float, values: npt.NDArray[Any]) -> bool:
+    """Whether all values are known to be far from nodata; the mask of GDAL would have every block unpacked again."""
+    lowest, highest = float(values.min()), float(values.max())
+    near = NEAR_NODATA * abs(nodata)
+    return not math.isnan(lowest) and (math.isnan(nodata) or not lowest - near <= nodata <= highest + near)
 
 
 def _check_size(file: Path, dataset: Any, band: int | None, window: PostWindow | None, max_cells: int) -> None:

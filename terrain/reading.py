@@ -168,8 +168,10 @@ def heights_in_metres(raw: RawDem, void: npt.NDArray[np.bool_], heights: Heights
     with np.errstate(over="ignore", invalid="ignore"):
         # out of range only where void, and those become NaN in the next line
         if heights.factor == 1.0 and heights.offset_m == 0.0:
-            heights_m = np.array(raw.values, dtype=np.float32, order="C")
+            heights_m = np.asarray(raw.values, dtype=np.float32, order="C")
         else:
             heights_m = (raw.values * np.float64(heights.factor) + heights.offset_m).astype(np.float32)
-    heights_m[void] = np.nan
+    if void.any():
+        heights_m = heights_m.copy() if np.may_share_memory(heights_m, raw.values) else heights_m
+        heights_m[void] = np.nan
     return heights_m

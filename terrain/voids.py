@@ -20,6 +20,8 @@ Mask = npt.NDArray[np.bool_]
 CLASSIC_FILLS = (-9999, -32768, -32767, 32767)
 # no ground of any body stands 100 km high or deep: ±3.4e38, 1e38, -2147483648 and their like are fill
 IMPOSSIBLE_HEIGHT_M = 1.0e5
+# share of a number by which it may change where it is rounded to float32
+FLOAT32 = 1.2e-7
 EARTH_LOWEST_M, EARTH_HIGHEST_M = -500.0, 9000.0
 
 
@@ -34,6 +36,8 @@ def unknown_posts(
     Raises DemUnsupportedError for infinite heights and where no post is known.
     """
     values, warnings = raw.values, list[str]()
+    if nodata is None and _all_known(raw, factor, offset_m):
+        return np.zeros(values.shape, np.bool_), ()
     if nodata is not None:
         void = _equal(values, nodata)
         if not math.isnan(nodata) and not void.any():
@@ -61,9 +65,32 @@ def unknown_posts(
     return void, tuple(warnings)
 
 
+def _all_known(raw: RawDem, factor: float, offset_m: float) -> bool:
+    """Whether lowest and highest value alone tell that nothing is void; False says nothing."""
+    if raw.declared_void is not None and raw.declared_void.any():
+        return False
+    lowest, highest = float(raw.values.min()), float(raw.values.max())
+    low, high = _possible(factor, offset_m)
+    slack = FLOAT32 * max(abs(lowest), abs(highest))
+    among = (lowest - slack <= number <= highest + slack for number in _fills(raw))
+    return low <= lowest <= highest <= high and not any(among)  # what is no number is neither above nor below
+
+
+def _fills(raw: RawDem) -> list[float]:
+    """The usual fill values, as they stand in the file or once scaled, each once."""
+    pairs = ((float(fill), round((fill - raw.offset) / raw.scale, 6)) for fill in CLASSIC_FILLS)
+    return list(dict.fromkeys(number for pair in pairs for number in pair))
+
+
+def _possible(factor: float, offset_m: float) -> tuple[float, float]:
+    """Between which values the height is one that ground may have."""
+    low, high = sorted((limit_m - offset_m) / factor for limit_m in (-IMPOSSIBLE_HEIGHT_M, IMPOSSIBLE_HEIGHT_M))
+    return low, high
+
+
 def _impossible(values: Numbers, factor: float, offset_m: float) -> Mask:
     """Where the height is one that no ground has."""
-    low, high = sorted((limit_m - offset_m) / factor for limit_m in (-IMPOSSIBLE_HEIGHT_M, IMPOSSIBLE_HEIGHT_M))
+    low, high = _possible(factor, offset_m)
     if values.dtype.kind in "iu":
         kind = np.iinfo(values.dtype)
         low, high = max(low, float(kind.min)), min(high, float(kind.max))
@@ -81,11 +108,10 @@ def _with_classic_fills(raw: RawDem, void: Mask, warnings: list[str]) -> Mask:
     """
     whole = raw.values.dtype.kind in "iu" and (raw.scale, raw.offset) == (1.0, 0.0)
     found: dict[float, Mask] = {}
-    for fill in CLASSIC_FILLS:
-        for number in {float(fill), round((fill - raw.offset) / raw.scale, 6)}:
-            there = _equal(raw.values, number) & ~void
-            if there.any():
-                found[number] = there
+    for number in _fills(raw):
+        there = _equal(raw.values, number) & ~void
+        if there.any():
+            found[number] = there
     if not found:
         return void
     rest = ~void

@@ -17,7 +17,7 @@ from service.parts.shapes_in_grid import resolve_anchor
 from terrain import ElevationGrid
 from visibility import Anchor, Curvature, MinimumVisibleAltitude, dop_map, position_error_map
 from visibility.sight import ALL_ROUND, SurfaceCache
-from visibility.sight.anchors import within_reach
+from visibility.sight.anchors import hide_beyond_reach
 
 from .request import PreviewIn, PreviewTold
 
@@ -80,9 +80,9 @@ def _in_reach(lines: MinimumVisibleAltitude, number: int, above_m: float) -> Flo
     altitude_m: Floats = lines.altitude_m[number]
     if not isinstance(anchor, Anchor) or anchor.limits == ALL_ROUND:
         return altitude_m
-    receiver_m = lines.grid.heights_m + np.float32(above_m)
-    beyond = ~within_reach(lines.grid, anchor, lines.curvature, receiver_m) & ~np.isnan(receiver_m)
-    return np.where(beyond, np.float32(np.inf), altitude_m)
+    reached = np.ones(altitude_m.shape, np.uint8)
+    hide_beyond_reach(lines.grid, anchor, lines.curvature, lines.grid.heights_m, np.float32(above_m), reached)
+    return np.where(reached == 0, np.float32(np.inf), altitude_m)
 
 
 @lru_cache(maxsize=2)

@@ -25,9 +25,9 @@ __all__ = [
     "DistantAnchor",
     "anchor_above_ground",
     "check_anchors",
+    "hide_beyond_reach",
     "limits_of",
     "raise_to_reach",
-    "within_reach",
 ]
 
 PARALLEL_FROM_M = 1e8
@@ -264,16 +264,20 @@ def raise_to_reach(
         kernel.raise_to_reach(altitude_m, eye, cells_m, limits_of(anchor.limits), curvature.drop_per_m2)
 
 
-def within_reach(
-    grid: ElevationGrid, anchor: Anchor, curvature: Curvature, receiver_m: npt.NDArray[np.float32]
-) -> npt.NDArray[np.bool_]:
-    """(rows, cols) bool: whether receivers at altitude receiver_m are within the antenna's limits, terrain apart."""
-    within = np.ones(receiver_m.shape, np.bool_)
+def hide_beyond_reach(
+    grid: ElevationGrid,
+    anchor: Anchor,
+    curvature: Curvature,
+    base_m: npt.NDArray[np.float32],
+    above_m: np.float32,
+    seen: npt.NDArray[np.uint8],
+) -> None:
+    """Mark receivers above_m over base_m (rows, cols) as hidden, in place, where the antenna does not reach."""
     if anchor.limits != ALL_ROUND:
         eye = GridPoint(*grid.post_at(anchor.east_m, anchor.north_m), anchor.altitude_m)
         cells_m = (grid.cell_east_m, grid.cell_north_m)
-        kernel.within_reach(receiver_m, eye, cells_m, limits_of(anchor.limits), curvature.drop_per_m2, within)
-    return within
+        limits = limits_of(anchor.limits)
+        kernel.hide_beyond_reach(base_m, above_m, eye, cells_m, limits, curvature.drop_per_m2, seen)
 
 
 def limits_of(limits: AntennaLimits) -> kernel.Limits:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import Anchor, DistantAnchor, check_anchors, raise_to_reach, within_reach
+from visibility.sight.anchors import Anchor, DistantAnchor, check_anchors, hide_beyond_reach, raise_to_reach
 from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes, raise_behind_standing
 from visibility.sight.curvature import Curvature
 from visibility.sight.fast_errors import fast_errors
@@ -72,23 +72,22 @@ class MinimumVisibleAltitude:
 
         Give exactly one height: above each post's ground (>= 0), or an altitude. Raises VisibilityInputError.
         """
-        receiver_m = self._receiver_altitude_m(above_ground_m, altitude_m)
+        base_m, above_m = self._receiver(above_ground_m, altitude_m)
         seen = np.zeros(self.altitude_m.shape, np.uint8)
-        classify(self.altitude_m, self.hidden_below_m, receiver_m, seen)
+        classify(self.altitude_m, self.hidden_below_m, base_m, above_m, seen)
         for number, anchor in enumerate(self.anchors):
             if isinstance(anchor, DistantAnchor):
                 continue
             # the lowest altitude says nothing about limits that a receiver can be above
-            seen[number][~within_reach(self.grid, anchor, self.curvature, receiver_m)] = HIDDEN
-        if above_ground_m is not None:
-            seen[:, np.isnan(receiver_m)] = UNKNOWN
+            hide_beyond_reach(self.grid, anchor, self.curvature, base_m, above_m, seen[number])
         return seen
 
     def margin_m(
         self, *, above_ground_m: float | None = None, altitude_m: float | None = None
     ) -> npt.NDArray[np.float32]:
         """(n_anchors, rows, cols) float32: receiver altitude minus altitude_m, the signed clearance; NaN = unknown."""
-        margin_m: npt.NDArray[np.float32] = self._receiver_altitude_m(above_ground_m, altitude_m) - self.altitude_m
+        base_m, above_m = self._receiver(above_ground_m, altitude_m)
+        margin_m: npt.NDArray[np.float32] = base_m + above_m - self.altitude_m
         return margin_m
 
     def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> MinimumVisibleAltitude:
@@ -103,15 +102,18 @@ class MinimumVisibleAltitude:
             hidden_below_m=altitude_m if same else np.ascontiguousarray(self.hidden_below_m[:, *part]),
         )
 
-    def _receiver_altitude_m(self, above_ground_m: float | None, altitude_m: float | None) -> npt.NDArray[np.float32]:
+    def _receiver(
+        self, above_ground_m: float | None, altitude_m: float | None
+    ) -> tuple[npt.NDArray[np.float32], np.float32]:
+        """Altitudes of (rows, cols), and how far above them receivers are."""
         if above_ground_m is not None and altitude_m is None:
             if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
                 raise VisibilityInputError(f"Receiver above_ground_m must be >= 0 m, not {above_ground_m}.")
-            return self.grid.heights_m + np.float32(above_ground_m)
+            return self.grid.heights_m, np.float32(above_ground_m)
         if altitude_m is not None and above_ground_m is None:
             if not math.isfinite(altitude_m):
                 raise VisibilityInputError(f"Receiver altitude_m must be a finite number, not {altitude_m}.")
-            return np.full(self.grid.shape, altitude_m, np.float32)
+            return np.full(self.grid.shape, altitude_m, np.float32), np.float32(0.0)
         raise VisibilityInputError("Give exactly one receiver height: above_ground_m or altitude_m.")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import rasterio
 import rasterio.shutil
+from rasterio.enums import Resampling
 from rasterio.transform import Affine
 
 from terrain import LargeDem
@@ -59,8 +61,17 @@ def to_cog(unfinished: Path, path: Path) -> None:
         "sparse_ok": "YES", "num_threads": "ALL_CPUS",
     }  # fmt: skip
     with rasterio.Env(GDAL_CACHEMAX=CACHE_MB):
+        with rasterio.open(unfinished, "r+") as dataset:
+            # where the driver makes them itself it packs them twice
+            dataset.build_overviews(_halvings(dataset.shape), Resampling.nearest)
         rasterio.shutil.copy(unfinished, path, driver="COG", **options)
     unfinished.unlink()
+
+
+def _halvings(shape: tuple[int, int]) -> list[int]:
+    """How much coarser each overview is, to the first of one block."""
+    count = math.ceil(math.log2(max(*shape, BLOCK) / BLOCK))
+    return [2**level for level in range(1, count + 1)]
 
 
 def combined(

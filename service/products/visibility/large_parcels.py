@@ -70,12 +70,12 @@ def work_out(parcel: Parcel) -> ParcelFacts:
     within = distance_within(
         parcel.dem, parcel.anchor, (reach.first_row, reach.last_row + 1), (reach.first_col, reach.last_col + 1)
     )
-    posts = np.bincount(found.seen[within], minlength=256)
+    visible, hidden, unknown = (int(np.count_nonzero(within & (found.seen == seen))) for seen in (1, 0, 255))
     return ParcelFacts(
         parcel.number,
-        visible_posts=int(posts[1]),
-        hidden_posts=int(posts[0]),
-        unknown_posts=int(posts[255]),
+        visible_posts=visible,
+        hidden_posts=hidden,
+        unknown_posts=unknown,
         curvature=found.curvature,
         errors=found.errors,
         error_statement=found.error_statement,

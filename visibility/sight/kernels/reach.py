@@ -8,7 +8,10 @@ from numba import prange
 
 from compiled.options import parallel_kernel, scalar_kernel
 
-__all__ = ["LIMIT_FIELDS", "Limits", "classify", "raise_to_reach", "upper_bounds", "within_reach"]
+__all__ = ["LIMIT_FIELDS", "Limits", "classify", "hide_beyond_reach", "raise_to_reach", "upper_bounds"]
+
+# share of a squared distance that is more than its rounding
+SPARE = 1e-9
 
 
 class Limits(NamedTuple):
@@ -28,7 +31,7 @@ LIMIT_FIELDS = np.dtype([(name, np.float64) for name in Limits._fields])
 
 @scalar_kernel
 def _in_sector(east, north, limits):
-    if east == 0.0 and north == 0.0:
+    if limits.azimuth_width_rad >= 2.0 * math.pi or (east == 0.0 and north == 0.0):
         return True
     return (math.atan2(east, north) - limits.azimuth_from_rad) % (2.0 * math.pi) <= limits.azimuth_width_rad
 
@@ -68,6 +71,19 @@ def upper_bounds(distance, limits):
     return too_near, _ceiling(distance, limits)
 
 
+@scalar_kernel
+def _ranges(limits):
+    """(from, to, beyond), m²: squared distances surely within the ranges of an antenna, and surely beyond.
+
+    Surely: rounding cannot make it otherwise. Nothing is where its angles are limited too.
+    """
+    angles = limits.tan_min_elevation > -math.inf or limits.tan_max_elevation < math.inf
+    if angles or limits.azimuth_width_rad < 2.0 * math.pi:
+        return math.inf, -math.inf, math.inf
+    near, far = limits.min_range_m * limits.min_range_m, limits.max_range_m * limits.max_range_m
+    return near * (1.0 + SPARE), far * (1.0 - SPARE), far * (1.0 + SPARE)
+
+
 @parallel_kernel
 def raise_to_reach(altitude_m, eye, cells_m, limits, drop_per_m2):
     """Raise altitude_m (rows, cols) to the lowest altitude an antenna reaches, in place; +inf = none, NaN stays.
@@ -75,13 +91,22 @@ def raise_to_reach(altitude_m, eye, cells_m, limits, drop_per_m2):
     eye: a GridPoint (crossings); cells_m: (east, north); limits: of its antenna.
     """
     cell_east_m, cell_north_m = cells_m
+    near, far, beyond = _ranges(limits)
     for row in prange(altitude_m.shape[0]):
         north = (eye.row - row) * cell_north_m
         for col in range(altitude_m.shape[1]):
             east = (col - eye.col) * cell_east_m
+            value = float(altitude_m[row, col])
+            flat = east * east + north * north
+            rise = value - eye.altitude_m - drop_per_m2 * flat
+            if near <= flat + rise * rise <= far:
+                continue
+            if flat > beyond:
+                if not math.isnan(value):
+                    altitude_m[row, col] = np.float32(math.inf)
+                continue
             distance = math.hypot(east, north)
             drop = drop_per_m2 * distance * distance
-            value = float(altitude_m[row, col])
             if not _in_sector(east, north, limits):
                 altitude_m[row, col] = np.float32(math.inf)
             elif not math.isnan(value):
@@ -92,25 +117,37 @@ def raise_to_reach(altitude_m, eye, cells_m, limits, drop_per_m2):
 
 
 @parallel_kernel
-def within_reach(receiver_m, eye, cells_m, limits, drop_per_m2, out):
-    """Whether a receiver at altitude receiver_m (rows, cols) is within an antenna's limits, terrain apart."""
+def hide_beyond_reach(base_m, above_m, eye, cells_m, limits, drop_per_m2, out):
+    """Set out (rows, cols) to 0 where a receiver so far above a known base_m is beyond an antenna's limits."""
     cell_east_m, cell_north_m = cells_m
-    for row in prange(receiver_m.shape[0]):
+    near, far, beyond = _ranges(limits)
+    for row in prange(base_m.shape[0]):
         north = (eye.row - row) * cell_north_m
-        for col in range(receiver_m.shape[1]):
+        for col in range(base_m.shape[1]):
+            receiver = base_m[row, col] + above_m
+            if out[row, col] == 0 or math.isnan(receiver):
+                continue
             east = (col - eye.col) * cell_east_m
+            flat = east * east + north * north
+            rise = float(receiver) - eye.altitude_m - drop_per_m2 * flat
+            if near <= flat + rise * rise <= far:
+                continue
+            if flat > beyond:
+                out[row, col] = 0
+                continue
             distance = math.hypot(east, north)
-            rise = float(receiver_m[row, col]) - drop_per_m2 * distance * distance - eye.altitude_m
-            out[row, col] = _in_sector(east, north, limits) and _lowest(distance, rise, limits) == rise
+            rise = float(receiver) - drop_per_m2 * distance * distance - eye.altitude_m
+            if not (_in_sector(east, north, limits) and _lowest(distance, rise, limits) == rise):
+                out[row, col] = 0
 
 
 @parallel_kernel
-def classify(altitude_m, hidden_below_m, receiver_m, out):
-    """Fill out (n, rows, cols) for receivers at altitude receiver_m (rows, cols): 1 visible, 0 hidden, 255 unknown."""
-    for row in prange(receiver_m.shape[0]):
+def classify(altitude_m, hidden_below_m, base_m, above_m, out):
+    """Fill out (n, rows, cols): 1 visible, 0 hidden, 255 unknown, for receivers so far above base_m (rows, cols)."""
+    for row in prange(base_m.shape[0]):
         for anchor in range(altitude_m.shape[0]):
-            for col in range(receiver_m.shape[1]):
-                receiver = receiver_m[row, col]
+            for col in range(base_m.shape[1]):
+                receiver = base_m[row, col] + above_m
                 lowest = altitude_m[anchor, row, col]
                 if math.isnan(receiver):
                     out[anchor, row, col] = 255
