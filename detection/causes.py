@@ -24,7 +24,8 @@ LIKE = 0.25  # share by which what a quarter of a log says may differ from what 
 # Share of what is gained by a cause that every quarter of the log has to have, and nats.
 LASTS, LASTS_NATS = 0.01, 2.0
 SPACE: Literal[3] = 3
-PLANE_AND_SPACE: tuple[Literal[2, 3], ...] = (2, 3)
+IN_PLANE: tuple[Literal["nothing", "offset", "scale"], ...] = ("nothing", "offset", "scale")
+SPACE_NATS = 1.0  # that a block has to gain by a height, on average; noise gives half a nat, and an occlusion as little
 ENOUGH = 10  # epochs, and blocks of ranges, before all this means anything
 # A cause is named that leaves so little of what ranges are off without it, and so little of them off at all.
 EXPLAINS = 0.5
@@ -68,16 +69,14 @@ def shared_cause(blocks: Sequence[Block], level: bool, sense: float, settings: D
     if len(causes) == 2 and not _likelier(causes[0][0], causes[1][0], usual_m):
         causes.reverse()
     left_m, best = (causes[0][0].sigma_m, causes[0][1]) if causes else (math.inf, _ALTITUDES)
-    if in_space is not None and in_space.sigma_m < EXPLAINS * plain.sigma_m:
-        # an offset does about what a height does; anchors that were given heights were given them for a reason
-        given = any(block.anchors_m[:, 2].any() for block in blocks)
-        meets = in_space.sigma_m < SURELY * sigma_m
-        better = meets if given or sense > HALF else in_space.sigma_m < EXPLAINS * left_m
-        in_plane = shared_fit(many, d, sigma_m, speed, "nothing")
-        lasts = in_plane is not None and _lasts(in_space, in_plane, max(sigma_m, in_space.sigma_m))
-        if better and lasts and (_fits(in_space, sigma_m) or _needs_space(many, sigma_m, speed)):
+    if in_space is not None:
+        in_plane = [plain, offset, scale]
+        if len(many) < len(blocks):
+            in_plane = [shared_fit(many, d, sigma_m, speed, what) for what in IN_PLANE]
+        if _tells_space(in_space, [fit for fit in in_plane if fit is not None], sigma_m):
             return [Suspicion(Cause.DIMENSION, _IN_SPACE)]
-        best = replace(best, sentence=best.sentence + _OR_IN_SPACE)
+        if in_space.sigma_m < EXPLAINS * plain.sigma_m:
+            best = replace(best, sentence=best.sentence + _OR_IN_SPACE)
     at_once = not any(block.late_s.any() for block in blocks)
     near_m = (NEARLY if at_once else NEARLY_MOVING) * sigma_m
     explained = left_m < (EXPLAINS if left_m < near_m else 0.5 * EXPLAINS) * plain.sigma_m
@@ -145,13 +144,19 @@ def _stays(fit: SharedFit, blocks: Sequence[Block], settings: DetectorSettings, 
     return True
 
 
-def _needs_space(blocks: Sequence[Block], sigma_m: float, speed_m_per_s: float) -> bool:
-    """Whether the ranges of every quarter of the log by itself meet far better in space than in the plane."""
-    for part in _quarters(blocks):
-        plane, space = (shared_fit(part, d, sigma_m, speed_m_per_s, "nothing") for d in PLANE_AND_SPACE)
-        if plane is None or space is None or not space.sigma_m < EXPLAINS * plane.sigma_m:
+def _tells_space(space: SharedFit, in_plane: Sequence[SharedFit], sigma_m: float) -> bool:
+    """Whether heights make the ranges of every quarter of the log likelier than anything in the plane does.
+
+    By more than one unknown more for each block does of noise, or of what an occlusion leaves; and ranges have to be as
+    sure in space as they were said to be, or far surer than in the plane.
+    """
+    usual_m = max(sigma_m, space.sigma_m)
+    for fit in in_plane:
+        quarters = np.array_split(fit.misfits(usual_m) - space.misfits(usual_m), 4)
+        if not min(float(quarter.mean()) for quarter in quarters) > SPACE_NATS:
             return False
-    return True
+    nearest_m = min([fit.sigma_m for fit in in_plane], default=math.inf)
+    return space.sigma_m < SURELY * sigma_m or space.sigma_m < EXPLAINS**2 * nearest_m
 
 
 _ALTITUDES = Suspicion(

@@ -17,12 +17,13 @@ import numpy.typing as npt
 
 from .causes import ENOUGH, FEW, HARDLY, SPACE, shared_cause
 from .epochs import RangeEpoch, RangeMeasurement, RangingAnchor
+from .frames import UNKNOWN_STEP, Step, frame_of_headings, places_in_degrees
 from .geometric import MOST_RANGES
 from .settings import DetectorSettings
 from .suspicions import Cause, Suspicion
 from .systematic import Block
 from .units import range_unit, time_unit
-from .verdicts import EpochResult, Rejection, Sight
+from .verdicts import EpochResult, OdometryCondition, Rejection, Sight
 
 __all__ = ["EpochNote", "blocks_of", "diagnose", "note_of", "suspicions_of"]
 
@@ -34,6 +35,7 @@ NOTABLE_REJECTIONS, FEW_LATE = 0.05, 4  # share and number of late epochs that a
 BLOCKS = 80
 ABSURD = 1e12  # no range is so long in any unit
 BLOCK_S = 15.0
+TRUSTED = (OdometryCondition.RELIABLE, OdometryCondition.MISLED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,7 @@ class EpochNote:
     told: int
     located: bool
     needed: str
+    step: Step = UNKNOWN_STEP
 
 
 def note_of(epoch: RangeEpoch, result: EpochResult, places_m: Places) -> EpochNote:
@@ -55,8 +58,22 @@ def note_of(epoch: RangeEpoch, result: EpochResult, places_m: Places) -> EpochNo
     clear = sum([verdict.sight is Sight.CLEAR for verdict in result.verdicts])
     return EpochNote(
         epoch.time_s, epoch.ranges, places_m, result.rejection, clear, len(result.verdicts),
-        result.position is not None, result.needed,
+        result.position is not None, result.needed, _step_of(epoch, result),
     )  # fmt: skip
+
+
+def _step_of(epoch: RangeEpoch, result: EpochResult) -> Step:
+    """Where odometry leads by its heading as it was told, and where ranges that check one another meet."""
+    driven_m = place_m = None
+    motion = epoch.odometry
+    if motion is not None and motion.heading_rad is not None and result.odometry in TRUSTED:
+        wheels_m = motion.wheel_m or motion.accelerometer_m
+        if wheels_m is not None:
+            length_m = math.hypot(*wheels_m[:2])
+            driven_m = (length_m * math.sin(motion.heading_rad), length_m * math.cos(motion.heading_rad))
+    if result.position is not None and result.position.checked:
+        place_m = (float(result.position.position_m[0]), float(result.position.position_m[1]))
+    return Step(driven_m, place_m)
 
 
 def places_of(anchors: Iterable[RangingAnchor]) -> dict[str, tuple[float, float, float]]:
@@ -90,12 +107,17 @@ def suspicions_of(notes: Sequence[EpochNote], settings: DetectorSettings) -> tup
     clear = sum([note.clear for note in used]) / max(told, 1)
     found = [*_times(notes), *_order(notes, located)]
     blocks = blocks_of(notes, settings)
-    unit = range_unit([(block.anchors_m, block.ranges_m) for block in blocks], settings.dimension)
+    degrees = places_in_degrees(blocks, settings.dimension)
+    unit = None if degrees else range_unit([(block.anchors_m, block.ranges_m) for block in blocks], settings.dimension)
     if unit is not None:
         found.append(Suspicion(Cause.RANGE_UNIT, unit[1], unit[0]))
+    elif degrees:
+        found += degrees
     elif not found and len(used) >= ENOUGH:
         heights_m = {up_m for note in used for _, _, up_m in note.places_m.values()}
         found += shared_cause(blocks, settings.dimension == 3 and heights_m == {0.0}, min(located, clear), settings)
+        if not found:
+            found += frame_of_headings([note.step for note in used], settings.range_sigma_m)
         if not found and min(located, clear) < HARDLY:
             found += _nothing_else(used, located, clear, settings.dimension)
     return tuple(found)

@@ -33,7 +33,7 @@ FITS, FITS_HALF = 0.5, 0.2
 FITS_HARDLY, FITS_SOME = 0.15, 0.4
 # Where hardly any is too short, the anchor may be occluded all along: more has to fit, for longer than that takes, and
 # ranges be longer by more sigmas than any detour is likely to make them.
-SHORT, FITS_LONG, LONG_S = 0.2, 0.7, 60.0
+SHORT, FITS_LONG, LONG_S = 0.2, 0.7, 20.0
 BEYOND_OCCLUSION = 120.0
 NEAR = 3.0  # sigmas
 STARTS, STEPS = 12, 20
@@ -69,7 +69,8 @@ def misplaced_cause(
     meets = {anchor_id: _meets(blocks, plain, anchor_id, 2.0 * range_sigma_m) for anchor_id in ids}
     if len(ids) <= d + 1 or min(meets.values()) >= FITS:
         return None
-    suspects = sorted(ids, key=lambda anchor_id: meets[anchor_id])[:MOST_SUSPECTS]
+    # one whose ranges mostly meet the others' from where it is said to stand, stands there
+    suspects = sorted([i for i in ids if meets[i] < FITS], key=lambda anchor_id: meets[anchor_id])[:MOST_SUSPECTS]
     few = [blocks[number] for number in np.unique(np.linspace(0, len(blocks) - 1, FEW_BLOCKS).astype(int))]
     swaps = [
         _swap(blocks, plain, pair, d, range_sigma_m, speed_m_per_s)

@@ -22,6 +22,7 @@ class Cause(StrEnum):
     SWAPPED = "swapped ids"
     MOVED = "place of an anchor"
     ANCHOR_OFFSET = "offset of an anchor"
+    FRAME = "frame"
     SIGMA = "sigma of ranges"
     TOO_FEW = "too few ranges"
     NOT_FOUND = "not found"

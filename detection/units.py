@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["range_unit", "time_unit"]
+__all__ = ["IMPOSSIBLE", "POSSIBLE", "impossible_share", "range_unit", "time_unit"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -54,9 +54,9 @@ def range_unit(blocks: Sequence[tuple[Floats, Floats]], dimension: int) -> tuple
     blocks: (k, 3) anchors and (k,) ranges of about one place each. Two ranges differ by no more than their anchors are
     apart, and together they are no less; factors of ten or more break that nearly everywhere.
     """
-    if not blocks or _impossible(blocks, dimension, 1.0) <= IMPOSSIBLE:
+    if not blocks or impossible_share(blocks, dimension, 1.0) <= IMPOSSIBLE:
         return None
-    shares = [_impossible(blocks, dimension, factor) for factor, _, _ in LENGTHS]
+    shares = [impossible_share(blocks, dimension, factor) for factor, _, _ in LENGTHS]
     least = int(np.argmin(shares))
     if shares[least] > POSSIBLE:
         return None
@@ -66,7 +66,7 @@ def range_unit(blocks: Sequence[tuple[Floats, Floats]], dimension: int) -> tuple
     return 1.0 / factor, f"The ranges are about {times} possible between these anchors: are {asked}?"
 
 
-def _impossible(blocks: Sequence[tuple[Floats, Floats]], dimension: int, factor: float) -> float:
+def impossible_share(blocks: Sequence[tuple[Floats, Floats]], dimension: int, factor: float) -> float:
     """Share of pairs of ranges that cannot meet in any point, by a tenth and more."""
     broken = pairs = 0
     for anchors_m, ranges in blocks:
