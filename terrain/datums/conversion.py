@@ -15,7 +15,7 @@ from terrain.grid import ElevationGrid
 from .references import VerticalDatum, parse_vertical_datum, vertical_datum_of
 from .surfaces import datum_step_m
 
-__all__ = ["altitude_step", "with_vertical_datum"]
+__all__ = ["NODES_M", "altitude_step", "raised", "with_vertical_datum"]
 
 Array = npt.NDArray[np.float64]
 
@@ -60,17 +60,24 @@ def with_vertical_datum(grid: ElevationGrid, datum: str | VerticalDatum) -> Elev
     low, high = float(nodes_m.min()), float(nodes_m.max())
     sentence = f"Heights brought from {own.name} to {wanted.name}: {low:+.2f} to {high:+.2f} m."
     told = replace(told, conversions=(*told.conversions, sentence), warnings=(*told.warnings, *warnings))
-    heights_m = np.empty(grid.shape, np.float32)
-    at = np.linspace(0.0, nodes_m.shape[0] - 1.0, grid.rows)
-    of_cols = np.linspace(0.0, nodes_m.shape[1] - 1.0, grid.cols)
+    heights_m = raised(grid.heights_m, nodes_m)
+    heights_m.setflags(write=False)
+    return replace(grid, heights_m=heights_m, vertical_datum=wanted.name, provenance=told)
+
+
+def raised(heights_m: npt.NDArray[np.float32], nodes_m: Array) -> npt.NDArray[np.float32]:
+    """Heights (rows, cols) with a step added that is known at nodes, evenly spaced from the first post to the last."""
+    rows, cols = heights_m.shape
+    above_m = np.empty((rows, cols), np.float32)
+    at = np.linspace(0.0, nodes_m.shape[0] - 1.0, rows)
+    of_cols = np.linspace(0.0, nodes_m.shape[1] - 1.0, cols)
     node_cols = np.arange(nodes_m.shape[1])
     for row, place in enumerate(at.tolist()):
         first = min(int(place), max(nodes_m.shape[0] - 2, 0))
         after = min(first + 1, nodes_m.shape[0] - 1)
         between = nodes_m[first] + (place - first) * (nodes_m[after] - nodes_m[first])
-        heights_m[row] = grid.heights_m[row] + np.interp(of_cols, node_cols, between)
-    heights_m.setflags(write=False)
-    return replace(grid, heights_m=heights_m, vertical_datum=wanted.name, provenance=told)
+        above_m[row] = heights_m[row] + np.interp(of_cols, node_cols, between)
+    return above_m
 
 
 def _named(grid: ElevationGrid, datum: VerticalDatum, sentence: str) -> ElevationGrid:

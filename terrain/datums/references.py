@@ -23,6 +23,7 @@ __all__ = [
     "height_reference_of",
     "parse_vertical_datum",
     "reference_of_name",
+    "vertical_datum_named",
     "vertical_datum_of",
 ]
 
@@ -82,7 +83,7 @@ def vertical_datum_of(grid: ElevationGrid) -> VerticalDatum | None:
     """What a grid's heights count from, on Earth; None where that is not known, or the grid lies elsewhere."""
     if grid.crs is None or body_of(grid.crs).name != "Earth":
         return None
-    return _datum((grid.vertical_datum or "").strip())
+    return vertical_datum_named((grid.vertical_datum or "").strip())
 
 
 def parse_vertical_datum(text: str) -> VerticalDatum:
@@ -91,14 +92,15 @@ def parse_vertical_datum(text: str) -> VerticalDatum:
     text: msl (mean sea level), hae (the ellipsoid of WGS 84), EGM96, EGM2008, or a vertical CRS by code or name.
     Raises VerticalDatumError.
     """
-    datum = _datum(text.strip())
+    datum = vertical_datum_named(text.strip())
     if datum is None:
         raise VerticalDatumError(f"The vertical datum {text[:60]!r} is not known; name {WORDS}.")
     return datum
 
 
 @lru_cache(maxsize=256)
-def _datum(name: str) -> VerticalDatum | None:
+def vertical_datum_named(name: str) -> VerticalDatum | None:
+    """What files and people mean by a name of a vertical datum; None where nobody knows."""
     if CODE.fullmatch(name):
         return _registered_datum(name)
     reference = reference_of_name(name)

@@ -11,6 +11,7 @@ import pyproj
 
 from terrain import kernels
 from terrain.crs_parts import same_map, split_shift
+from terrain.datums.references import VerticalDatum
 from terrain.errors import NoGroundError
 from terrain.grid import ElevationGrid, Provenance
 from terrain.limits import check_declared_size
@@ -21,6 +22,7 @@ from terrain.warping import Frame, Posts, sample
 
 from .frame import frame_of, target_of, window_for
 from .layer import CONTRADICTION_M, Layer, Part, read_layer
+from .levelling import one_datum
 from .plan import MosaicPlan
 from .telling import Overlap, check_datums, overlaps_told, plan_told, source_of, with_sentences
 
@@ -34,14 +36,17 @@ def blend(
     max_cells: int,
     progress: Callable[[float], None],
 ) -> ElevationGrid:
-    """The grid of a plan with several layers, or of one with other cells than its own. Raises DemReadError."""
+    """The grid of a plan with several layers, or of one with other cells than its own. Raises DemReadError,
+    VerticalDatumError.
+    """
     finest, source = plan.layers[0].layer, source_of(plan)
     if target is None:
         target = target_of(plan, finest)
     frame = frame_of(plan, finest, target, cell_m)
     check_declared_size(source, frame.rows, frame.cols, max_cells=max_cells, bytes_per_value=4, file_bytes=None)
-    layers, parts = _read(plan, frame, target, max_cells, progress)
-    datum, warnings = check_datums(parts)
+    wanted = one_datum(plan.tiles)
+    layers, parts = _read(plan, frame, target, max_cells, wanted, progress)
+    datum, warnings = check_datums(parts, wanted)
     bridged = [_bridged(number, parts) for number in range(len(parts))]
     heights_m = np.full((frame.rows, frame.cols), np.nan, np.float32)
     covered, overlaps, filled = np.zeros(heights_m.shape, np.bool_), list[Overlap](), list[str]()
@@ -52,7 +57,7 @@ def blend(
             filled.append(f"{in_voids:,} posts that are void in finer tiles were filled from {layer.name}.")
     placed = Placed(heights_m, frame.cell_east_m, frame.cell_north_m, frame.west_m, frame.top_m, target, (), ())
     grid = grid_of(placed, datum, Provenance(source=source, driver="mosaic"))
-    conversions, of_tiles = plan_told(plan, parts)
+    conversions, of_tiles = plan_told(plan, parts, wanted)
     of_overlaps, contradictions = overlaps_told(overlaps, grid)
     warped = _warps_told(layers, target, frame)
     return with_sentences(
@@ -64,7 +69,12 @@ def blend(
 
 
 def _read(
-    plan: MosaicPlan, frame: Frame, target: pyproj.CRS, max_cells: int, progress: Callable[[float], None]
+    plan: MosaicPlan,
+    frame: Frame,
+    target: pyproj.CRS,
+    max_cells: int,
+    datum: VerticalDatum | None,
+    progress: Callable[[float], None],
 ) -> tuple[list[Layer], list[Part]]:
     """The layers that have posts in the frame, and those posts."""
     bounds = (
@@ -81,7 +91,7 @@ def _read(
         except NoGroundError:  # it touches the area with the outer half of its border cells alone
             continue
         check_declared_size(layer.name, *window.shape, max_cells=max_cells, bytes_per_value=4, file_bytes=None)
-        parts.append(read_layer(layer, window, max_cells=max_cells))
+        parts.append(read_layer(layer, window, max_cells=max_cells, datum=datum))
         layers.append(layer)
         progress((number + 1) / len(plan.layers))
     if not parts:

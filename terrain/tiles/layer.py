@@ -12,11 +12,13 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
+from terrain.datums.references import VerticalDatum
 from terrain.raw import PostWindow
 from terrain.reading import read_part
 from terrain.units import degrees_per_unit
 from terrain.warping import Posts
 
+from .levelling import Step, levelled
 from .tile import Tile, check_unchanged
 
 __all__ = ["CONTRADICTION_M", "Layer", "Part", "layers_of", "read_layer"]
@@ -79,7 +81,8 @@ class Part:
 
     covered: (rows, cols) which posts lie in some tile. differing: posts that two tiles give other heights, by how much
     at most; contradictions: those more than CONTRADICTION_M apart, the first of them by (x, y). filled: voids of one
-    tile that the next filled. sentences: of reading, with the number of tiles.
+    tile that the next filled. conversions, warnings, datums: of reading, with the number of tiles. steps: what was
+    added to the heights of tiles that counted from elsewhere, by that datum's name.
     """
 
     posts: Posts
@@ -92,6 +95,7 @@ class Part:
     conversions: Counter[str] = field(default_factory=Counter)
     warnings: Counter[str] = field(default_factory=Counter)
     datums: Counter[str | None] = field(default_factory=Counter)
+    steps: dict[str, Step] = field(default_factory=dict)
 
 
 def layers_of(tiles: Sequence[Tile], near_lon_deg: float) -> tuple[Layer, ...]:
@@ -111,9 +115,17 @@ def layers_of(tiles: Sequence[Tile], near_lon_deg: float) -> tuple[Layer, ...]:
 
 
 def read_layer(
-    layer: Layer, window: PostWindow, *, max_cells: int, progress: Callable[[float], None] | None = None
+    layer: Layer,
+    window: PostWindow,
+    *,
+    max_cells: int,
+    datum: VerticalDatum | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Part:
-    """Read a window of a layer out of its tiles. Raises DemReadError, GroundChangedError."""
+    """Read a window of a layer out of its tiles, with heights above ``datum`` where tiles tell theirs.
+
+    Raises DemReadError, GroundChangedError, VerticalDatumError.
+    """
     heights_m = np.full(window.shape, np.nan, np.float32)
     posts = Posts(
         heights_m,
@@ -123,13 +135,15 @@ def read_layer(
     )  # fmt: skip
     part = Part(posts, np.zeros(window.shape, np.bool_))
     for number, (tile, at) in enumerate(zip(layer.tiles, layer.at, strict=True)):
-        _read_tile_into(part, tile, at, window, max_cells)
+        _read_tile_into(part, tile, at, window, max_cells, datum)
         if progress is not None:
             progress((number + 1) / len(layer.tiles))
     return part
 
 
-def _read_tile_into(part: Part, tile: Tile, at: tuple[int, int], window: PostWindow, max_cells: int) -> None:
+def _read_tile_into(
+    part: Part, tile: Tile, at: tuple[int, int], window: PostWindow, max_cells: int, wanted: VerticalDatum | None
+) -> None:
     row, col = at
     mine = PostWindow(
         max(window.first_row - row, 0), min(window.last_row - row, tile.rows - 1),
@@ -140,7 +154,12 @@ def _read_tile_into(part: Part, tile: Tile, at: tuple[int, int], window: PostWin
     check_unchanged(tile)
     raw, heights, heights_m, warnings = read_part(Path(tile.path), tile.driver, mine, max_cells=max_cells)
     check_unchanged(tile)
-    part.datums[heights.vertical_datum] += 1
+    heights_m, datum, step, told = levelled(tile, mine, heights_m, heights.vertical_datum, wanted)
+    part.datums[datum] += 1
+    part.warnings.update(told)
+    if step is not None:
+        name = str(heights.vertical_datum)
+        part.steps[name] = step.with_more(part.steps[name]) if name in part.steps else step
     part.conversions.update((*raw.conversions, *heights.conversions))
     part.warnings.update(warnings)
     top, left = row + mine.first_row - window.first_row, col + mine.first_col - window.first_col

@@ -19,6 +19,7 @@ from terrain.reading import grid_of, horizontal_target
 from .blending import blend
 from .frame import bounds_wanted, target_of, window_for
 from .layer import Layer, Part, read_layer
+from .levelling import one_datum
 from .plan import MosaicPlan, plan_mosaic
 from .telling import check_datums, plan_told, source_of, with_sentences
 from .tile import Tile, read_tile
@@ -47,7 +48,10 @@ def read_mosaic(
     tiles: headers, or paths of files that ``read_dem`` reads and that tell their CRS. margin_m: ground around the area
     that is read too, since it hides. target_crs: metric CRS of the grid; without it the finest tiles' own where that
     measures truly, else a local one. cell_m: metres between posts; without it the finest tiles'. body: whose ground.
-    Raises DemReadError (NoGroundError, GroundChangedError, DemTooLargeError before any height is read), FrameError.
+    Heights count from what the finest tile that names a vertical datum says; those of tiles that name another are
+    brought there.
+    Raises DemReadError (NoGroundError, GroundChangedError, DemTooLargeError before any height is read), FrameError,
+    VerticalDatumError (no model tells how far two datums are apart).
     """
     headers = [tile if isinstance(tile, Tile) else read_tile(os.fspath(tile)) for tile in tiles]
     plan = plan_mosaic(headers, area, margin_m=margin_m, body=body)
@@ -71,8 +75,9 @@ def _of_one_layer(
         target = target_of(plan, layer)
     window = window_for(layer, None if target is None else bounds_wanted(plan.area, target), target or layer.crs)
     check_declared_size(source, *window.shape, max_cells=max_cells, bytes_per_value=4, file_bytes=None)
-    part = read_layer(layer, window, max_cells=max_cells, progress=progress)
-    datum, warnings = check_datums([part])
+    wanted = one_datum(layer.tiles)
+    part = read_layer(layer, window, max_cells=max_cells, datum=wanted, progress=progress)
+    datum, warnings = check_datums([part], wanted)
     uncovered = int(np.count_nonzero(~part.covered)), part.covered.size
     placed = place(
         source, _raw_of(part, layer), part.posts.heights_m,
@@ -81,7 +86,7 @@ def _of_one_layer(
     grid = grid_of(placed, datum, Provenance(source=source, driver="mosaic"))
     if plan.area is not None:
         grid = grid.window(*area_window(grid, plan.area))
-    conversions, of_tiles = plan_told(plan, [part])
+    conversions, of_tiles = plan_told(plan, [part], wanted)
     return with_sentences(grid, conversions, [*of_tiles, *warnings], placed=placed, uncovered=uncovered)
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from terrain.datums.references import HeightReference, reference_of_name
+from terrain.datums.references import HeightReference, VerticalDatum, reference_of_name, vertical_datum_named
 from terrain.errors import DemUnsupportedError
 from terrain.frames import body_of
 from terrain.grid import ElevationGrid
@@ -15,6 +15,7 @@ from terrain.told_places import told_place
 from terrain.voids import implausible_heights
 
 from .layer import CONTRADICTION_M, Part
+from .levelling import Step, levels_told
 from .plan import RULE, MosaicPlan
 
 __all__ = ["Overlap", "check_datums", "overlaps_told", "plan_told", "source_of", "with_sentences"]
@@ -42,12 +43,17 @@ def source_of(plan: MosaicPlan) -> str:
     return tiles[0].name if len(tiles) == 1 else f"mosaic of {len(tiles):,} tiles"
 
 
-def check_datums(parts: Sequence[Part]) -> tuple[str | None, tuple[str, ...]]:
-    """(the vertical datum of a mosaic, warnings). Raises DemUnsupportedError where tiles count from different zeros."""
+def check_datums(parts: Sequence[Part], wanted: VerticalDatum | None) -> tuple[str | None, tuple[str, ...]]:
+    """(the vertical datum of a mosaic, warnings). wanted: to which tiles were brought that tell theirs.
+
+    Raises DemUnsupportedError where tiles count from different zeros still.
+    """
     datums = Counter[str | None]()
     for part in parts:
         datums.update(part.datums)
     named = [datum for datum in datums if datum is not None]
+    if wanted is not None:
+        named.sort(key=lambda name: vertical_datum_named(name) != wanted)
     kinds = {reference_of_name(datum) for datum in named} - {HeightReference.UNKNOWN}
     if len(kinds) > 1:
         raise DemUnsupportedError(
@@ -55,15 +61,15 @@ def check_datums(parts: Sequence[Part]) -> tuple[str | None, tuple[str, ...]]:
             "them to one vertical datum first."
         )
     warnings = []
-    if len(named) > 1:
+    if len({vertical_datum_named(name) or name for name in named}) > 1:
         warnings.append(f"The tiles name several vertical datums ({', '.join(sorted(named))}); {named[0]} is told.")
     if named and datums[None]:
         warnings.append(f"{datums[None]:,} tiles do not say what heights count from; {named[0]} of the others is told.")
     return (named[0] if named else None), tuple(warnings)
 
 
-def plan_told(plan: MosaicPlan, parts: Sequence[Part]) -> tuple[list[str], list[str]]:
-    """(conversions, warnings) about the tiles, what they said themselves among them."""
+def plan_told(plan: MosaicPlan, parts: Sequence[Part], wanted: VerticalDatum | None) -> tuple[list[str], list[str]]:
+    """(conversions, warnings) about the tiles, what they said themselves among them. wanted: as of ``check_datums``."""
     conversions, warnings = list[str](), list[str]()
     several = len(plan.tiles) > 1
     if len(plan.layers) > 1:
@@ -72,6 +78,10 @@ def plan_told(plan: MosaicPlan, parts: Sequence[Part]) -> tuple[list[str], list[
         conversions.append(
             f"{len(plan.tiles):,} tiles on one lattice were put together; posts that several hold were taken once."
         )
+    steps = dict[str, Step]()
+    for name, step in ((name, step) for part in parts for name, step in part.steps.items()):
+        steps[name] = step.with_more(steps[name]) if name in steps else step
+    conversions += levels_told(steps, wanted)
     read = sum(sum(part.datums.values()) for part in parts)
     for part in parts:
         conversions += _with_counts(part.conversions, read)

@@ -21,7 +21,7 @@ from terrain.frames import body_of, degrees_to_crs, geodesics_of
 from terrain.raster_files import read_raster_head
 from terrain.raw import RawHead
 
-__all__ = ["Tile", "check_unchanged", "read_tile"]
+__all__ = ["Tile", "check_unchanged", "read_tile", "to_degrees"]
 
 # points along each border: meridians bend on maps
 BORDER_POINTS = 9
@@ -129,9 +129,9 @@ def _placed(name: str, head: RawHead, crs: pyproj.CRS) -> tuple[tuple[tuple[floa
     left, right = np.full_like(y, x[0]), np.full_like(y, x[-1])
     ring_x = np.concatenate([x[:-1], right[:-1], x[:0:-1], left[:0:-1]])
     ring_y = np.concatenate([top[:-1], y[:-1], bottom[:0:-1], y[:0:-1]])
-    lon, lat = _degrees(crs, ring_x, ring_y)
+    lon, lat = to_degrees(crs, ring_x, ring_y)
     middle = head.x0 + head.step_x * (head.cols - 1) / 2.0, head.y0 - head.step_y * (head.rows - 1) / 2.0
-    at_lon, at_lat = _degrees(
+    at_lon, at_lat = to_degrees(
         crs,
         middle[0] + head.step_x * np.array([-0.5, 0.5, 0.0, 0.0]),
         middle[1] + head.step_y * np.array([0.0, 0.0, -0.5, 0.5]),
@@ -145,9 +145,10 @@ def _placed(name: str, head: RawHead, crs: pyproj.CRS) -> tuple[tuple[tuple[floa
     return tuple((float(a), float(b)) for a, b in zip(lon, lat, strict=True)), math.sqrt(float(np.prod(ground_m)))
 
 
-def _degrees(
+def to_degrees(
     crs: pyproj.CRS, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """(longitudes, latitudes) of positions in a CRS."""
     lon, lat = degrees_to_crs(crs).transform(x, y, direction=TransformDirection.INVERSE)
     return np.asarray(lon), np.asarray(lat)
 

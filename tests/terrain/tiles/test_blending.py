@@ -129,8 +129,8 @@ def test_tiles_that_contradict_one_another_are_told(tmp_path: Path) -> None:
     np.testing.assert_array_equal(same_lattice.heights_m, fine, "the first by name is taken")
 
 
-def test_heights_from_different_zeros_are_not_mixed(tmp_path: Path) -> None:
-    sea = write_tif(tmp_path / "sea.tif", plane(40, 40, COARSE), transform=COARSE, crs="EPSG:32632+5773")
+def test_heights_from_different_zeros_that_no_header_names_are_not_mixed(tmp_path: Path) -> None:
+    sea = write_tif(tmp_path / "sea.tif", plane(40, 40, COARSE), transform=COARSE, units=["m above mean sea level"])
     ellipsoid = write_tif(tmp_path / "fine.tif", plane(40, 50, FINE), transform=FINE, units=["m above the ellipsoid"])
     with pytest.raises(DemUnsupportedError, match="count heights from different zeros"):
         read_mosaic([sea, ellipsoid])
