@@ -208,6 +208,7 @@ class Settings(BaseSettings):
     max_mission_versions: int = Field(
         default=100, ge=2, le=10_000, description="Versions that are kept of a mission without names, and with names."
     )
+    max_log_bytes: int = Field(default=128 * MIB, ge=1024, description="Size of a range log to read, bytes.")
     max_places_bytes: int = Field(default=32 * MIB, ge=1024, description="Size of a file of places to import, bytes.")
     max_dem_cells: int = Field(default=100_000_000, ge=1, description="Cells (rows times columns) of a DEM.")
     max_anchors: int = Field(default=64, ge=1, description="Anchors in one request.")

@@ -42,6 +42,7 @@ COMMANDS: Mapping[str, str] = {
     "los": "service.cli.los:los",
     "store": "service.cli.operating.store:store",
     "ground": "service.cli.ground:ground",
+    "missions": "service.cli.operating.missions:missions",
     "keys": "service.cli.operating.keys:keys",
     "serve": "service.cli.operating.serve:serve",
     "demo": "service.cli.demo:demo",

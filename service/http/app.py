@@ -28,7 +28,7 @@ from .context import Service
 from .dems import ground
 from .dems import router as dems
 from .detector_streams import router as detector_streams
-from .detectors import detections
+from .detectors import detections, range_logs
 from .detectors import router as detectors
 from .guard.access import Access
 from .guard.body_limit import BodyLimit, body_limits
@@ -133,7 +133,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     routers = [
         *(dems, ground, missions, mission_files, imports, probes),
         *(product_router(product) for product in products.values()),
-        *(detections, detectors, health, metrics, problem_routes),
+        *(detections, detectors, range_logs, health, metrics, problem_routes),
     ]
     for router in routers:
         allow_head(router)

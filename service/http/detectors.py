@@ -10,23 +10,25 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic_core import from_json
 
 from detection import Calibrated, detect_epoch, diagnose
-from service.jobs.channel import model_of, validated
+from service.jobs.channel import RangeLogArguments, model_of, validated
 from service.live.answer_models import CalibrationOut, DetectionOut, DetectorOut, DetectorStateful, EpochsOut
 from service.live.answers import as_json, epoch_answer
 from service.live.drives import DriveIn, FullAdviceOut
+from service.live.log_answers import RangeLogOut
 from service.live.request import DetectionIn, DetectorIn, EpochIn, EpochsIn
 
 from .answers import Limit, Offset, Page
-from .bodies import json_body
+from .bodies import json_body, receive
 from .context import Service, ServiceDep
-from .meta import LOCATION, body_of, problem_responses
+from .meta import FILE_BODY, LOCATION, body_of, problem_responses
 
-__all__ = ["detections", "router"]
+__all__ = ["detections", "range_logs", "router"]
 
 logger = logging.getLogger("sightline.http")
 
 router = APIRouter(prefix="/detectors", tags=["Detectors"])
 detections = APIRouter(prefix="/detections", tags=["Detectors"])
+range_logs = APIRouter(prefix="/range-logs", tags=["Detectors"])
 
 
 @detections.post(
@@ -199,6 +201,40 @@ async def delete_detector(detector_id: str, service: ServiceDep) -> Response:
     """Its streams are closed; what it remembered is gone."""
     service.detectors.delete(detector_id)
     return Response(status_code=204)
+
+
+@range_logs.post(
+    "",
+    response_model=None,
+    summary="Read a range log",
+    responses={
+        200: {"description": "Its epochs, and what was passed over.", "model": RangeLogOut},
+        **problem_responses(400, 413, 422, 503, 507),
+    },
+    openapi_extra=FILE_BODY,
+)
+async def read_log(
+    request: Request,
+    service: ServiceDep,
+    filename: Annotated[
+        str | None, Query(max_length=255, description="Name of the file, when the body is the bare file.")
+    ] = None,
+    anchor_id: Annotated[
+        list[str] | None, Query(max_length=64, description="Ids of the anchors: columns may be named by them.")
+    ] = None,
+    epoch_s: Annotated[
+        float, Query(ge=0.0, le=3600.0, description="Ranges of a table within so many seconds belong together.")
+    ] = 0.0,
+) -> Response:
+    """A table, lines of JSON, or a log of messages (MCAP, ROS bags, ULog, DataFlash, MAVLink); nothing is kept.
+
+    The epochs are as `POST /detectors/{id}/epochs` takes them. A file is known by what it holds.
+    """
+    limit = service.settings.max_log_bytes
+    async with receive(request, service.folder, limit, "max_log_bytes", filename) as upload:
+        arguments = RangeLogArguments(path=str(upload.path), anchor_ids=anchor_id or [], epoch_s=epoch_s)
+        found = await service.checks.ask("read-range-log", arguments, big=True)
+    return _json(str(found["json"]).encode())
 
 
 async def _epochs_in(body: str, service: Service) -> list[EpochIn]:

@@ -24,6 +24,7 @@ from .problem_kinds import FRAMEWORK_KINDS, METHOD, PROBLEMS
 from .problems import MEDIA_TYPE
 
 __all__ = [
+    "FILE_BODY",
     "LOCATION",
     "Responses",
     "body_of",
@@ -98,6 +99,24 @@ def _response(status: int) -> dict[str, JsonValue]:
             "Retry-After": {"description": "Seconds after which to try again.", "schema": {"type": "integer"}}
         }
     return documented
+
+
+FILE_BODY = {
+    "requestBody": {
+        "required": True,
+        "description": "The file, as a form or as it is.",
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "properties": {"file": {"type": "string", "format": "binary"}},
+                    "required": ["file"],
+                }
+            },
+            "application/octet-stream": {"schema": {"type": "string", "format": "binary"}},
+        },
+    }
+}
 
 
 def body_of(model: type[BaseModel]) -> dict[str, JsonValue]:

@@ -20,6 +20,7 @@ from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
 from .jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, whole_answer
 from .meta import LOCATION, Responses, body_of, problem_responses
+from .tiles import add_tiles
 
 __all__ = ["product_router"]
 
@@ -32,6 +33,7 @@ def product_router(product: Product) -> APIRouter:
     _add_asking(router, product)
     _add_following(router, product)
     _add_files(router, product)
+    add_tiles(router, product, _singular(product))
     _add_pins(router, product)
     if product.searches:
         _add_stop(router, product)

@@ -17,6 +17,7 @@ from .channel import DemArguments, LayerArguments, LevelArguments
 from .folder import DataFolder, move_into_place
 from .pool import Lane
 from .supervisor import Supervisor
+from .tile_tasks import TileLevelArguments, level_name
 
 __all__ = ["Checks", "Drawings"]
 
@@ -65,6 +66,12 @@ class Drawings:
         path, source = self._folder.level(dem_id, level), self._folder.dem(dem_id)
         arguments = LevelArguments(dem_id=dem_id, level=level)
         return await self._drawn(path, "write-level", arguments, source, NotFoundError("DEM", dem_id))
+
+    async def layer_level(self, digest: str, name: str, level: int) -> Path:
+        """The numbers of a raster layer that was drawn, at a level; raises the same when the result was deleted."""
+        path, gone = self._folder.layer(digest, level_name(name, level)), NotFoundError("result", digest)
+        arguments = TileLevelArguments(digest=digest, layer=name, level=level)
+        return await self._drawn(path, "write-layer-level", arguments, self._folder.result(digest), gone)
 
     async def _drawn(
         self, path: Path, task: str, arguments: Mapping[str, object], source: Path, gone: NotFoundError

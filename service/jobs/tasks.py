@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -13,6 +14,7 @@ from service.jobs.folder import digest_of, make_durable
 from service.jobs.kept_files import load, save
 from service.jobs.marker import write_owner
 from service.jobs.records import JobRequest
+from service.live.log_answers import range_log_of
 from service.live.request import DetectorLimits, EpochsIn
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
@@ -30,6 +32,7 @@ from .channel import (
     Checked,
     LayerArguments,
     NeedsFields,
+    RangeLogArguments,
     body_in,
     read_body,
 )
@@ -44,6 +47,7 @@ from .dem_tasks import (
     write_dem_level,
 )
 from .mission_tasks import open_mission, read_mission, read_places, write_mission_file
+from .tile_tasks import tell_tiles, write_layer_level
 
 __all__ = [
     "answer_preview",
@@ -53,6 +57,7 @@ __all__ = [
     "check_epochs",
     "check_request",
     "draw_layer",
+    "read_range_log",
     "tasks_for",
 ]
 
@@ -61,6 +66,12 @@ def check_epochs(context: TaskContext, arguments: BodyArguments) -> Mapping[str,
     """Raises NotJsonError, LimitError, NotValidError; nothing comes back."""
     model_of(EpochsIn, body_in(arguments), DetectorLimits.of(context.settings).refuse_long_epochs)
     return {}
+
+
+def read_range_log(context: TaskContext, arguments: RangeLogArguments) -> Mapping[str, object]:
+    """The epochs of a log. Raises RequestError."""
+    found = range_log_of(Path(arguments["path"]), arguments["anchor_ids"], arguments["epoch_s"])
+    return {"json": found.model_dump_json()}
 
 
 def answer_probe(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
@@ -184,6 +195,9 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
         "preview": answer_preview,
         "check-request": check_request,
         "draw-layer": draw_layer,
+        "tell-tiles": tell_tiles,
+        "write-layer-level": write_layer_level,
         "check-epochs": check_epochs,
+        "read-range-log": read_range_log,
         **{name: calculation_of(product) for name, product in products.items()},
     }

@@ -13,7 +13,7 @@ import dem_samples
 from terrain import ElevationGrid, height_at
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import mission, open_planner, place_anchors, settled, take
+from tests.stories.planner import at, field, mission, open_planner, place_anchors, settled, take
 
 PLACES = (
     (646500.0, 5136500.0),
@@ -89,18 +89,47 @@ def test_a_rover_is_watched_while_its_session_judges(page: Browser, server: Serv
     assert page.value(drawn) == 5 + 5 + 3  # rings, lines; trail, ellipse, rover
 
 
+def test_what_lies_ahead_on_the_planned_path_is_told_live(page: Browser, server: Server, valley: ElevationGrid) -> None:
+    take(page, "valley")
+    place_anchors(page, PLACES)
+    page.click("#mode-path")
+    page.click("#tool-start")
+    page.click_at(*at(page, 648000.0, 5136500.0))
+    page.click_at(*at(page, 650500.0, 5138500.0))
+    page.choose(field(page, "Steepest"), "40")
+    page.click("#plan-path")
+    page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
+    page.click("#mode-live")
+    page.click("#open-session")
+    page.until("(document.querySelector('.inspector code')?.textContent ?? '').endsWith('/stream')")
+    session = str(page.value("document.querySelector('.inspector code').textContent")).removesuffix("/stream")
+    for time_s, ranges in rounds(valley, mission(page)["anchors"], 4):
+        measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
+        body = {"epochs": [{"time_s": time_s, "ranges": measured}]}
+        assert server.client.post(f"{session}/epochs", json=body).is_success
+    page.until("!!document.getElementById('ahead')")
+    page.until("(document.querySelector('.inspector .slider output')?.textContent ?? '').startsWith('4 of 4')")
+    told = server.client.get(f"{session}/advice").json()
+    shown = page.text("#ahead")
+    assert f"bubble ahead: {max(told['bubble_m']):.2f} m" in shown
+    assert page.value("document.querySelectorAll('#ahead li').length") == len(told["stretches"])
+    for stretch in told["stretches"]:
+        assert f"{stretch['fewest']} usable" in shown
+    if told["stretches"] and told["move"] is not None:
+        page.until(f"document.getElementById('ahead').innerText.includes({told['move']['sentence']!r})")
+
+
 def test_a_log_is_played_back_on_a_time_bar(
     page: Browser, server: Server, valley: ElevationGrid, tmp_path: Path
 ) -> None:
     take(page, "valley")
     place_anchors(page, PLACES)
     log = tmp_path / "drive.csv"
-    rows = [
-        f"{time_s},{name},{range_m:.3f}"
-        for time_s, ranges in rounds(valley, mission(page)["anchors"], 20)
-        for name, range_m in ranges.items()
-    ]
-    log.write_text("\n".join(["time_s,anchor_id,range_m", *rows]))
+    # as another program writes them: a column for each anchor, millimetres and milliseconds
+    drive = list(rounds(valley, mission(page)["anchors"], 20))
+    head = ["time_ms", *(f"{name} range [mm]" for name in drive[0][1])]
+    rows = [[f"{1000.0 * time_s:.0f}", *(f"{1000.0 * one:.0f}" for one in ranges.values())] for time_s, ranges in drive]
+    log.write_text("\n".join(";".join(row) for row in [head, *rows]))
     before = server.client.get("/detectors").json()["total"]
     page.click("#mode-live")
     page.upload("#log-file", log)
@@ -125,4 +154,6 @@ def test_a_file_that_is_no_log_is_refused_by_what_it_lacks(page: Browser, tmp_pa
     wrong.write_text("id,east_m\nD1,3\n")
     page.click("#mode-live")
     page.upload("#log-file", wrong)
-    page.until("(document.getElementById('refusal')?.textContent ?? '').includes('time_s, anchor_id, range_m')")
+    page.until("(document.getElementById('refusal')?.textContent ?? '').includes('anchors.csv')")
+    assert all("422" in complaint for complaint in page.complaints)
+    page.complaints.clear()

@@ -120,3 +120,28 @@ def test_what_each_place_would_see_is_a_layer(page: Browser, server: Server) -> 
     page.choose(field(page, "Height above ground, m"), "20")
     page.until("!!document.querySelector('.inspector .stale-note')")
     settled(page)
+
+
+def test_a_path_that_anchors_block_is_opened_by_anchors_that_were_tried(page: Browser) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.click("#mode-path")
+    page.click("#tool-start")
+    page.click_at(*at(page, 645600.0, 5136000.0))
+    page.click_at(*at(page, 650500.0, 5138500.0))
+    page.choose(field(page, "Steepest"), "30")
+    page.choose(field(page, "Anchors in sight"), "3")
+    page.click("#plan-path")
+    added = "[...document.querySelectorAll('#remedies li')].find((one) => one.innerText.startsWith('Add '))"
+    page.until(f"!!{added}")
+    before = mission(page)["anchors"]
+    page.value(f"{added}.querySelector('button').click()")
+    page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
+    after = mission(page)["anchors"]
+    assert after[: len(before)] == before
+    assert 1 <= len(after) - len(before) <= 2
+    page.click("#undo")
+    assert mission(page)["anchors"] == before
+    # the start was refused at first, for too few anchors are in sight of it
+    assert all("422" in complaint for complaint in page.complaints)
+    page.complaints.clear()

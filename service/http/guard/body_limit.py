@@ -38,7 +38,7 @@ def body_limits(settings: Settings, long_bodies: Iterable[str]) -> BodyLimits:
     return {
         "": (settings.max_json_bytes, "max_json_bytes"),
         **dict.fromkeys(("/detections", "/detectors"), detectors),
-        **dict.fromkeys(("/dems", "/missions", "/imports", *long_bodies)),
+        **dict.fromkeys(("/dems", "/missions", "/imports", "/range-logs", *long_bodies)),
     }
 
 

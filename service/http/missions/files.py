@@ -21,7 +21,7 @@ from service.missions.shelf import Sheet
 from ..bodies import Upload, receive
 from ..context import Service, ServiceDep
 from ..dem_keeping import dem_id_of, keep_dem
-from ..meta import problem_responses
+from ..meta import FILE_BODY, problem_responses
 
 __all__ = ["imports", "opened_mission", "router"]
 
@@ -58,22 +58,7 @@ async def get_file(mission_id: str, name: str, service: ServiceDep, version: Ver
         200: {"description": "The places.", "model": ImportOut},
         **problem_responses(400, 404, 413, 422, 503, 507),
     },
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "description": "The file, as a form or as it is.",
-            "content": {
-                "multipart/form-data": {
-                    "schema": {
-                        "type": "object",
-                        "properties": {"file": {"type": "string", "format": "binary"}},
-                        "required": ["file"],
-                    }
-                },
-                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}},
-            },
-        }
-    },
+    openapi_extra=FILE_BODY,
 )
 async def read_places(
     request: Request,

@@ -10,7 +10,8 @@ import { BriefPanel } from "./panels/BriefPanel";
 import { BriefSheet } from "./panels/BriefSheet";
 import { CoveragePanel } from "./panels/CoveragePanel";
 import { LivePanel } from "./panels/LivePanel";
-import { GroundPanel, takeFile } from "./panels/GroundPanel";
+import { takePlaces } from "./panels/Exchange";
+import { GroundPanel, takeFiles } from "./panels/GroundPanel";
 import { Conflict, Keeping } from "./panels/Keeping";
 import { awaitsLegend, Layers } from "./panels/Layers";
 import { PathPanel } from "./panels/PathPanel";
@@ -23,6 +24,7 @@ import {
 } from "./state";
 import { awaitsDilution, dilutionTimesMs } from "./products/dilution";
 import { probeTimesMs } from "./products/probe";
+import { overview } from "./products/library";
 import { awaitsSurfaces, surfaceTimesMs } from "./products/surfaces";
 import { awaitsKeeping, openFile } from "./mission/keeping";
 import { theme } from "./theme";
@@ -124,7 +126,7 @@ function MapArea() {
   return (
     <>
       <div id="map" ref={target} tabIndex={0} role="application" aria-label={ui.map} onKeyDownCapture={onMapKey} />
-      {!ground.value && <p class="welcome">{ui.welcome}</p>}
+      {!ground.value && !overview.value && <p class="welcome">{ui.welcome}</p>}
     </>
   );
 }
@@ -163,19 +165,29 @@ function useKeys(): void {
   }, []);
 }
 
-/** A file let go anywhere on the page: a mission opens, anything else is read as ground. */
+/** What was let go on the page: missions open, places are imported, all else is read as ground. */
+async function takeDropped(files: readonly File[]): Promise<void> {
+  const isMission = ({ name }: File): boolean => /\.(json|zip)$/i.test(name);
+  const isPlaces = ({ name }: File): boolean => /\.(kml|kmz|gpx|plan|geojson|csv)$/i.test(name);
+  const grounds = files.filter((file) => !isMission(file) && !isPlaces(file));
+  if (grounds.length > 0) {
+    mode.value = "ground";
+    await takeFiles(grounds);
+  }
+  for (const file of files.filter(isMission)) await attempt("brief", () => openFile(file));
+  for (const file of files.filter(isPlaces)) {
+    mode.value = "anchors";
+    await attempt("anchors", () => takePlaces(file));
+  }
+}
+
+/** Files let go anywhere on the page. */
 function useDrop(): void {
   useEffect(() => {
     const over = (event: DragEvent): void => event.preventDefault();
     const drop = (event: DragEvent): void => {
       event.preventDefault();
-      for (const file of event.dataTransfer?.files ?? []) {
-        if (/\.(json|zip)$/i.test(file.name)) void attempt("brief", () => openFile(file));
-        else {
-          mode.value = "ground";
-          takeFile(file);
-        }
-      }
+      void takeDropped([...(event.dataTransfer?.files ?? [])]);
     };
     document.addEventListener("dragover", over);
     document.addEventListener("drop", drop);

@@ -3,7 +3,8 @@ import { App } from "./App";
 import { followGround } from "./ground";
 import { beginKeeping } from "./mission/keeping";
 import { refreshDems } from "./panels/GroundPanel";
-import { refreshLibrary } from "./panels/Library";
+import { refreshLibrary } from "./products/library";
+import { watchAhead } from "./products/ahead";
 import { watchDilution } from "./products/dilution";
 import { watchPath } from "./products/path";
 import { watchProbes } from "./products/probe";
@@ -20,6 +21,7 @@ watchSurfaces();
 watchDilution();
 watchPath();
 watchProbes();
+watchAhead();
 void attempt("ground", beginKeeping);
 void attempt("ground", async () => {
   await refreshDems();

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import psutil
 import pytest
 
 import dem_samples
@@ -134,3 +135,23 @@ def test_a_preview_beyond_the_limit_is_refused_before_it_is_calculated(server: S
     answer = server.client.post("/previews", json={"dem_id": dem["id"], "anchors": anchors})
     assert answer.status_code == 422
     assert "33,320,000 numbers" in answer.json()["detail"]
+
+
+def test_hundreds_of_drags_leave_memory_and_disk_as_they_were(server: Server, dem_id: str) -> None:
+    def drag(number: int) -> None:
+        moved = {**ANCHORS[0], "east_m": 646000.0 + 5.0 * number}
+        preview(server, dem_id, anchors=[moved, *ANCHORS[1:]], show="needed_height")
+
+    def held() -> tuple[int, set[Path]]:
+        processes = [psutil.Process(server.process.pid), *server.workers]
+        return sum(one.memory_info().rss for one in processes), set(server.folder.rglob("*"))
+
+    for number in range(100):
+        drag(number)
+    before_bytes, before_files = held()
+    for number in range(100, 500):
+        drag(number)
+    after_bytes, after_files = held()
+    # each map kept would be 300 kB of its own: 400 of them 120 MB
+    assert after_bytes - before_bytes < 48_000_000
+    assert after_files == before_files

@@ -1,6 +1,6 @@
 // Grounds of the service.
 import { words } from "../words";
-import { ask, askJson, Refusal } from "./http";
+import { ask, askJson, posted, Refusal } from "./http";
 import type { Dem } from "./types";
 
 export const SAMPLES = ["jacksboro", "valley", "crater"] as const;
@@ -19,14 +19,46 @@ export function takeSample(name: string): Promise<Dem> {
   return askJson<Dem>(`/dems?sample=${encodeURIComponent(name)}`, { method: "POST" });
 }
 
-/** How many tiles the operator's ground library has. */
-export async function libraryTiles(): Promise<number> {
-  return (await askJson<{ features: readonly unknown[] }>("/ground")).features.length;
+export interface Tile {
+  readonly geometry: { readonly type: "Polygon" | "MultiPolygon"; readonly coordinates: readonly unknown[] };
+  readonly properties: { readonly name: string; readonly cell_m: number };
 }
 
-export function fromLibrary(area: { lon_deg: number; lat_deg: number; radius_m: number }): Promise<Dem> {
-  const headers = { "Content-Type": "application/json" };
-  return askJson<Dem>("/dems", { method: "POST", headers, body: JSON.stringify({ area }) });
+/** Outlines of the operator's tiles in degrees, and the names of the sources that may be asked. */
+export interface Coverage {
+  readonly features: readonly Tile[];
+  readonly sources: readonly string[];
+}
+
+export function groundCoverage(): Promise<Coverage> {
+  return askJson<Coverage>("/ground");
+}
+
+interface GroundAsked {
+  readonly area: Readonly<Record<string, number>>;
+  readonly source?: string;
+  readonly cell_m?: number;
+}
+
+interface UnderWay {
+  readonly id: string;
+  readonly status: "running" | "cancelled";
+  readonly progress: number;
+}
+
+const WAIT_S = 1;
+const AGAIN_MS = 500;
+
+/** A DEM of an area, followed until it is made. */
+export async function makeGroundOf(asked: GroundAsked, progress: (share: number) => void): Promise<Dem> {
+  let told = await askJson<Dem | UnderWay>("/dems", posted(asked, WAIT_S));
+  while ("status" in told) {
+    if (told.status === "cancelled") throw new Refusal(words.cancelled, 0, "cancelled");
+    progress(told.progress);
+    await new Promise((resume) => setTimeout(resume, AGAIN_MS));
+    told = await askJson<Dem | UnderWay>(`/dems/${encodeURIComponent(told.id)}`);
+  }
+  return told;
 }
 
 export interface ReadingOptions {

@@ -26,7 +26,15 @@ export interface Verdict {
   readonly reason: string;
 }
 
+export interface Advice {
+  readonly at_m: number;
+  readonly bubble_m: readonly number[];
+  readonly stretches: readonly { readonly from_m: number; readonly to_m: number; readonly in_s: number; readonly for_s: number; readonly fewest: number; readonly hidden: readonly string[] }[];
+  readonly speed: { readonly sentence: string } | null;
+}
+
 export interface Epoch {
+  readonly advice: Advice | null;
   readonly time_s: number | null;
   readonly rejection: string | null;
   readonly verdicts: readonly Verdict[];
@@ -43,9 +51,10 @@ export interface Epoch {
   readonly predicted: readonly { readonly anchor_id: string; readonly p_sight: number; readonly clearance_m: number | null }[] | null;
 }
 
-export interface AskedEpoch {
-  readonly time_s: number;
-  readonly ranges: readonly { readonly anchor_id: string; readonly range_m: number | null; readonly sigma_m?: number }[];
+/** The epochs of a log as a session takes them. */
+export interface RangeLog {
+  readonly epochs: readonly unknown[];
+  readonly told: readonly string[];
 }
 
 const WAIT_S = 30;
@@ -58,8 +67,20 @@ export function openDetector(body: unknown): Promise<Detector> {
   return askJson<Detector>("/detectors", posted(body, WAIT_S));
 }
 
-export async function sendEpochs(links: DetectorLinks, epochs: readonly AskedEpoch[]): Promise<readonly Epoch[]> {
+export async function sendEpochs(links: DetectorLinks, epochs: readonly unknown[]): Promise<readonly Epoch[]> {
   return (await askJson<{ answers: readonly Epoch[] }>(links.epochs, posted({ epochs }, WAIT_S))).answers;
+}
+
+export function readLog(file: File, anchorIds: readonly string[]): Promise<RangeLog> {
+  const body = new FormData();
+  body.append("file", file);
+  const ids = new URLSearchParams(anchorIds.map((id) => ["anchor_id", id]));
+  return askJson<RangeLog>(`/range-logs?${ids.toString()}`, { method: "POST", body });
+}
+
+/** What lies ahead, with the drone that would help. */
+export function adviceOf(links: DetectorLinks): Promise<Advice & { readonly move: { readonly sentence: string } | null }> {
+  return askJson(`${links.self}/advice`);
 }
 
 export async function closeDetector(links: DetectorLinks): Promise<void> {

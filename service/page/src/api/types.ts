@@ -112,6 +112,11 @@ export interface PlacementAnswer extends Summary {
   readonly bound_share?: number;
 }
 
+export interface RepositioningAnswer extends Summary {
+  readonly restored: boolean;
+  readonly moves: readonly { readonly anchor_id: string; readonly to: AnchorAnswer }[];
+}
+
 export interface MorphingAnswer extends Summary {
   readonly states: readonly { readonly state: string; readonly posts: number; readonly share: number | null }[];
   readonly above_ground_m: Readonly<Record<string, number | null>>;

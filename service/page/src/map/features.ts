@@ -47,7 +47,7 @@ export function vectorLayers(): VectorLayer[] {
   effect(drawPath);
   effect(drawGhosts);
   effect(drawSight);
-  return [area, path, lines, new VectorLayer({ source: flights, zIndex: 22 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
+  return [area, path, lines, new VectorLayer({ source: flights, zIndex: 21 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
 }
 
 function drawAnchors(): void {

@@ -9,8 +9,9 @@ import VectorLayer from "ol/layer/Vector.js";
 import VectorSource from "ol/source/Vector.js";
 import type { Epoch } from "../api/detectors";
 import type { Place } from "../api/types";
+import { darkAhead } from "../products/ahead";
 import { altitudeOf, epoch, placeOf, sighted, trail } from "../products/live";
-import { ellipseStyle, measuredStyle, pinStyle, ringStyle, trailStyle } from "./styles";
+import { aheadStyle, ellipseStyle, measuredStyle, pinStyle, ringStyle, trailStyle } from "./styles";
 
 const CORNERS = 60;
 const SIGMAS = 2;
@@ -28,6 +29,7 @@ function draw(): void {
   const rover = now && placeOf(now);
   const walked = trail.value;
   if (walked.length > 1) add(new LineString(walked.map(at)), trailStyle());
+  for (const line of darkAhead.value) add(new LineString(line.map(at)), aheadStyle());
   if (!now || !rover) return;
   const altitudeM = now.position?.altitude_m ?? null;
   for (const one of sighted.value) {

@@ -13,9 +13,11 @@ import { contains, type Ground } from "../geo/grid";
 import { type Covered, coveredBy } from "../geo/sample";
 import { cursor, ground } from "../state";
 import { unit } from "../units";
+import { overview } from "../products/library";
 import { contourM, opacity, painted } from "./looks";
 import { shade } from "./shade";
 import { vectorLayers } from "./features";
+import { followOverview } from "./overview";
 import { followPointer } from "./tools";
 
 export const frameTimesMs: number[] = [];
@@ -32,11 +34,16 @@ export function makeMap(target: HTMLElement): OlMap {
   const raster = new ImageLayer<ImageCanvasSource>();
   map.addLayer(raster);
   for (const layer of vectorLayers()) map.addLayer(layer);
-  effect(() => {
-    const here = ground.value;
+  const showGround = (here: Ground | null): void => {
     raster.setSource(here ? rasterOf(here) : null);
     if (here) show(map, here);
+  };
+  effect(() => {
+    const here = ground.value;
+    if (!overview.peek()) showGround(here);
   });
+  effect(() => raster.setVisible(!overview.value));
+  followOverview(map, () => showGround(ground.peek()));
   effect(() => {
     // read here, so that the raster is drawn anew when any of them changes
     const looks = [painted.value, opacity.value, contourM.value];
@@ -44,7 +51,7 @@ export function makeMap(target: HTMLElement): OlMap {
   });
   map.on("pointermove", (event) => {
     const [east, north] = event.coordinate;
-    if (event.dragging || east === undefined || north === undefined) return;
+    if (event.dragging || overview.peek() || east === undefined || north === undefined) return;
     const place: Place = { east_m: east, north_m: north };
     cursor.value = ground.peek() && contains((ground.peek() as Ground).extent, place) ? place : null;
   });

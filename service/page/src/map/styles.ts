@@ -77,6 +77,11 @@ export function standOffStyle(distanceM: number): (feature: unknown, resolution:
   };
 }
 
+export function tileStyle(name: string): Style {
+  const text = new Text({ text: name, font: "12px system-ui, sans-serif", overflow: false, fill: new Fill({ color: INK }), stroke: new Stroke({ color: PAPER, width: 3 }) });
+  return new Style({ stroke: new Stroke({ color: "#0b5cad", width: 1.6 }), fill: new Fill({ color: "rgba(146,197,222,0.45)" }), text });
+}
+
 export function pathStyle(colour: string): Style[] {
   return [
     new Style({ stroke: new Stroke({ color: PAPER, width: 10 }) }),
@@ -137,6 +142,11 @@ export function measuredStyle(sight: Measured, foretold: number | null): Style[]
 
 export function trailStyle(): Style[] {
   return [new Style({ stroke: new Stroke({ color: PAPER, width: 5 }) }), new Style({ stroke: new Stroke({ color: "#0b5cad", width: 2.6 }) })];
+}
+
+/** A stretch ahead with too few anchors. */
+export function aheadStyle(): Style[] {
+  return [new Style({ stroke: new Stroke({ color: PAPER, width: 13 }) }), new Style({ stroke: new Stroke({ color: "#b2182b", width: 9, lineDash: [3, 10] }) })];
 }
 
 export function ellipseStyle(): Style {

@@ -10,6 +10,7 @@ import Translate from "ol/interaction/Translate.js";
 import type { Place } from "../api/types";
 import { contains } from "../geo/grid";
 import { newAnchor, type Ring } from "../mission/mission";
+import { overview } from "../products/library";
 import { acceptGhost } from "../products/placement";
 import { accept, change, follow, ground, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
 import { anchorLayer, ghostLayer, placeLayer } from "./features";
@@ -36,7 +37,7 @@ export function followPointer(map: OlMap): void {
     if (endsDrawing) return;
     const here = ground.peek();
     const place = rounded(event.coordinate);
-    if (!here || !contains(here.extent, place) || SHAPES.has(tool.peek())) return;
+    if (!here || overview.peek() || !contains(here.extent, place) || SHAPES.has(tool.peek())) return;
     if (PLACES.has(tool.peek())) {
       use(place);
       return;

@@ -31,7 +31,7 @@ export async function saveFile(name: keyof typeof ENDINGS): Promise<void> {
   link.click();
 }
 
-async function take(file: File): Promise<void> {
+export async function takePlaces(file: File): Promise<void> {
   const dem = ground.peek()?.dem;
   if (!dem) throw new Error(words.chooseGround);
   const read = await importPlaces(dem.id, file);
@@ -55,7 +55,7 @@ export function Import({ where }: { where: Mode }) {
         onChange={(event) => {
           const input = event.currentTarget;
           const [file] = input.files ?? [];
-          if (file) void attempt(where, () => take(file)).then(() => (input.value = ""));
+          if (file) void attempt(where, () => takePlaces(file)).then(() => (input.value = ""));
         }}
       />
     </label>

@@ -3,7 +3,7 @@ import { signal } from "@preact/signals";
 import { getDem, listDems, type ReadingOptions, SAMPLES, takeSample, upload } from "../api/dems";
 import type { Dem } from "../api/types";
 import { takeGround } from "../ground";
-import { attempt, change, ground, mission, tool } from "../state";
+import { attempt, change, ground, mission, notice, tool } from "../state";
 import { distance, length, percent } from "../units";
 import { words } from "../words";
 import { Facts, Group, TextField } from "./fields";
@@ -25,10 +25,28 @@ function take(request: () => Promise<Dem>): void {
   });
 }
 
-export function takeFile(file: File): void {
-  if (lastFile.value !== file) options.value = {};
-  lastFile.value = file;
-  take(() => upload(file, options.peek()));
+/** Read files one after the other, and stand on the first that is a DEM; what was refused is told by its name. */
+export function takeFiles(files: readonly File[]): Promise<void> {
+  return attempt("ground", async () => {
+    const refused: string[] = [];
+    let taken = 0;
+    for (const file of files) {
+      if (lastFile.value !== file) options.value = {};
+      lastFile.value = file;
+      try {
+        const request = upload(file, options.peek());
+        if (taken === 0) await takeGround(request);
+        else await request;
+        taken += 1;
+      } catch (error) {
+        const why = error instanceof Error ? error.message : String(error);
+        refused.push(files.length === 1 ? why : words.refusedFile(file.name, why));
+      }
+    }
+    await refreshDems();
+    if (taken > 1) notice.value = words.filesRead(taken, ground.peek()?.dem.name ?? "");
+    if (refused.length > 0) throw new Error(refused.join(" "));
+  });
 }
 
 function choose(value: string): void {
@@ -68,10 +86,8 @@ export function GroundPanel() {
           <input
             id="ground-file"
             type="file"
-            onChange={(event) => {
-              const [file] = event.currentTarget.files ?? [];
-              if (file) takeFile(file);
-            }}
+            multiple
+            onChange={(event) => void takeFiles([...(event.currentTarget.files ?? [])])}
           />
         </label>
         {lastFile.value && <Reading file={lastFile.value} />}
@@ -96,7 +112,7 @@ function Reading({ file }: { file: File }) {
       <TextField label={ui.heightUnit} value={now.height_unit ?? ""} onValue={set("height_unit")} />
       <TextField label={ui.nodata} value={now.nodata ?? ""} onValue={set("nodata")} />
       <TextField label={ui.cell} value={now.cell_m ?? ""} onValue={set("cell_m")} />
-      <button type="button" onClick={() => takeFile(file)}>
+      <button type="button" onClick={() => void takeFiles([file])}>
         {ui.readWithThese}
       </button>
     </details>

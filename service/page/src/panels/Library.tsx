@@ -1,33 +1,43 @@
-// Ground for any place that the operator's library covers: a circle round a place in degrees.
+// Ground for any place that the operator's library or a source covers: a box drawn on the map, or a circle round a place.
 import { signal } from "@preact/signals";
-import { fromLibrary, libraryTiles } from "../api/dems";
-import { takeGround } from "../ground";
 import { degreesOf } from "../mission/anchorTexts";
-import { attempt } from "../state";
+import { cellM, coverage, isThereGround, source, takeOf } from "../products/library";
+import { attempt, tool } from "../state";
 import { words } from "../words";
-import { Group, NumberField, TextField } from "./fields";
+import { Group, NumberField, Select, TextField } from "./fields";
 
 const { ui } = words;
-const tiles = signal(0);
 const place = signal("");
 const radiusKm = signal(5);
 
-export async function refreshLibrary(): Promise<void> {
-  tiles.value = await libraryTiles();
+function make(): void {
+  void attempt("ground", async () => {
+    const { lon_deg, lat_deg } = degreesOf(place.peek());
+    await takeOf({ lon_deg, lat_deg, radius_m: 1000 * radiusKm.peek() });
+  });
 }
 
 export function Library() {
-  if (tiles.value === 0) return null;
-  const make = (): void =>
-    void attempt("ground", async () => {
-      const { lon_deg, lat_deg } = degreesOf(place.peek());
-      await takeGround(fromLibrary({ lon_deg, lat_deg, radius_m: 1000 * radiusKm.peek() }));
-    });
+  if (!isThereGround.value) return null;
+  const { features, sources } = coverage.value;
+  const drawing = tool.value === "library";
+  const own = features.length > 0 ? { "": ui.libraryOwn } : {};
+  const from: Readonly<Record<string, string>> = { ...own, ...Object.fromEntries(sources.map((name) => [name, name])) };
   return (
     <Group title={ui.library}>
-      <p class="hint">{ui.libraryHint(tiles.value)}</p>
+      <p class="hint">{ui.libraryHint(features.length)}</p>
+      {sources.length > 0 && <Select label={ui.libraryFrom} value={source.value} options={from} onValue={(value) => (source.value = value)} />}
+      <div class="row">
+        <button type="button" id="draw-box" aria-pressed={drawing} onClick={() => (tool.value = drawing ? "look" : "library")}>
+          {ui.libraryBox}
+        </button>
+      </div>
+      {drawing && <p class="hint">{ui.libraryBoxHint}</p>}
       <TextField label={ui.libraryPlace} value={place.value} onValue={(value) => (place.value = value)} />
-      <NumberField where="ground" label={ui.libraryRadius} min={0.1} value={radiusKm.value} onValue={(value) => (radiusKm.value = value ?? 5)} />
+      <div class="pair">
+        <NumberField where="ground" label={ui.libraryRadius} min={0.1} value={radiusKm.value} onValue={(value) => (radiusKm.value = value ?? 5)} />
+        <NumberField where="ground" optional label={ui.libraryCell} min={0.1} value={cellM.value} onValue={(value) => (cellM.value = value)} />
+      </div>
       <button type="button" id="from-library" onClick={make}>
         {ui.libraryMake}
       </button>

@@ -4,6 +4,7 @@ import { epoch, epochs, leave, lookedAt, openSession, refreshSessions, replay, t
 import { attempt, busy, ground } from "../state";
 import { length, percent } from "../units";
 import { words } from "../words";
+import { Ahead } from "./Ahead";
 import { Facts, Group, Slider } from "./fields";
 
 const { ui } = words;
@@ -14,6 +15,7 @@ export function LivePanel() {
     <>
       {watched.value ? <Watched name={watched.value.name} /> : <Choose />}
       {watched.value && <Now />}
+      {watched.value && <Ahead />}
     </>
   );
 }
@@ -31,7 +33,6 @@ function Choose() {
           <input
             id="log-file"
             type="file"
-            accept=".csv"
             disabled={!ground.value || "replay" in busy.value}
             onChange={(event) => {
               const input = event.currentTarget;

@@ -1,16 +1,18 @@
 // Path: what it has to keep, where it goes, and what blocks it.
 import { useMemo } from "preact/hooks";
-import { cancelPath, isPathCurrent, planned, planPath, remedy, STRIPS, stripShown, type PlannedPath } from "../products/path";
+import { cancelPath, isPathCurrent, planned, STRIPS, stripShown, type PlannedPath } from "../products/path";
+import { planAndHelp } from "../products/remedies";
 import { attempt, busy, change, ground, mission, tool, type Tool } from "../state";
 import { distance, duration, figure, length } from "../units";
 import { words } from "../words";
 import { Arriving, Check, Facts, Group, NumberField, Select } from "./fields";
 import { Sentences } from "./GroundPanel";
+import { Remedies } from "./Remedies";
 
 const { ui } = words;
 const TOOLS = ["start", "goal", "way-point", "no-go", "keep-in"] as const;
 
-const plan = (): void => void attempt("path", planPath);
+const plan = (): void => void attempt("path", planAndHelp);
 
 export function PathPanel() {
   const { route, rover } = mission.value;
@@ -50,6 +52,7 @@ export function PathPanel() {
         </div>
       </Group>
       {planned.value && <Answer path={planned.value} />}
+      <Remedies plan={plan} />
     </>
   );
 }
@@ -85,7 +88,7 @@ function Drawn() {
 
 function Answer({ path }: { path: PlannedPath }) {
   const { answer } = path;
-  const { totals, unreachable, validation } = answer;
+  const { totals, validation } = answer;
   const names = Object.fromEntries(STRIPS.map((name) => [name, words.strip[name]])) as typeof words.strip;
   return (
     <Arriving id="path-answer" of={answer}>
@@ -107,33 +110,6 @@ function Answer({ path }: { path: PlannedPath }) {
             ]}
           />
           {validation && <p class="hint">{validation.sentence}</p>}
-        </>
-      )}
-      {unreachable && unreachable.relaxations.length > 0 && (
-        <>
-          <h4>{ui.remedies}</h4>
-          <ul class="list" id="remedies">
-            {unreachable.relaxations.map((one) => {
-              const relax = remedy(one);
-              return (
-                <li key={one.reason}>
-                  <span>{one.sentence}</span>
-                  {relax && (
-                    <button
-                      type="button"
-                      class="small"
-                      onClick={() => {
-                        relax();
-                        plan();
-                      }}
-                    >
-                      {ui.doIt}
-                    </button>
-                  )}
-                </li>
-              );
-            })}
-          </ul>
         </>
       )}
       {answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={answer.warnings} />}

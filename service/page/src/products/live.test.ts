@@ -1,15 +1,11 @@
 import { expect, test } from "vitest";
-import { roundsOf } from "./live";
+import { between } from "./ahead";
 
-test("ranges of one time are one epoch, in the order of their times; what is no number is measured and null", () => {
-  const text = "time_s,anchor_id,range_m\n2.0,A,10.5\n1.0,A,9.5\n1.0,B,nan\n1.0,,\n";
-  expect(roundsOf(text)).toEqual([
-    { time_s: 1, ranges: [{ anchor_id: "A", range_m: 9.5 }, { anchor_id: "B", range_m: null }] },
-    { time_s: 2, ranges: [{ anchor_id: "A", range_m: 10.5 }] },
-  ]);
-});
+const place = (east_m: number, north_m: number) => ({ east_m, north_m });
+const corner = [place(0, 0), place(100, 0), place(100, 50)];
 
-test("a table of something else, and a row without a time, are refused by what they lack", () => {
-  expect(() => roundsOf("id,east_m\nA,1\n")).toThrow("time_s, anchor_id, range_m");
-  expect(() => roundsOf("time_s,anchor_id,range_m\nsoon,A,1\n")).toThrow("soon");
+test("a stretch of a way is cut at its distances, corners included", () => {
+  expect(between(corner, 40, 120)).toEqual([place(40, 0), place(100, 0), place(100, 20)]);
+  expect(between(corner, 110, 500)).toEqual([place(100, 10), place(100, 50)]);
+  expect(between(corner, 200, 300)).toEqual([]);
 });

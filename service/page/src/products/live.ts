@@ -1,12 +1,14 @@
 // A detector session on the map: its answers as they come, or those of a log, and which of them is looked at.
 import { computed, signal } from "@preact/signals";
-import { type AskedEpoch, closeDetector, type Detector, type Epoch, listDetectors, openDetector, sendEpochs, watchDetector } from "../api/detectors";
+import { closeDetector, type Detector, type Epoch, listDetectors, openDetector, readLog, sendEpochs, watchDetector } from "../api/detectors";
 import type { Place } from "../api/types";
 import { heightAt } from "../geo/grid";
 import type { Anchor } from "../mission/mission";
-import { tableOf } from "../mission/tables";
 import { ground, mission, notice, refuse, setBusy } from "../state";
 import { words } from "../words";
+import { fixNeeds } from "./dark";
+import { isPathCurrent, pathLine } from "./path";
+import { thinned } from "./placement";
 
 export const sessions = signal<readonly Detector[]>([]);
 /** What is watched: a session, or a log by its name. */
@@ -58,6 +60,25 @@ export function altitudeOf(anchor: Anchor): number {
   return here ? heightAt(here, anchor) + anchor.height_m : NaN;
 }
 
+/** The path that a session is told to look along; none where none is planned for the mission as it is. */
+function driveBody(): Record<string, unknown> {
+  const { rover, positioning, anchors } = mission.peek();
+  if (!isPathCurrent() || pathLine.peek().length < 2) return {};
+  return {
+    drive: {
+      path_m: wayAhead().map(({ east_m, north_m }) => [east_m, north_m]),
+      speed_m_per_s: rover.speed_m_per_s,
+      max_speed_m_per_s: 2 * rover.speed_m_per_s,
+      min_anchors: fixNeeds(positioning),
+      movable: anchors.filter(({ kind }) => kind === "drone").map(({ id }) => id),
+    },
+  };
+}
+
+export function wayAhead(): readonly Place[] {
+  return thinned(pathLine.value);
+}
+
 function question(name: string): Record<string, unknown> {
   const here = ground.peek();
   const { anchors, rover } = mission.peek();
@@ -67,7 +88,7 @@ function question(name: string): Record<string, unknown> {
   const lost = placed.find(({ altitude_m }) => Number.isNaN(altitude_m));
   if (lost) throw new Error(words.noAltitude(lost.id));
   const range_sigma_m = Math.max(...anchors.map((anchor) => anchor.ranging_sigma_m));
-  return { name, anchors: placed, dem_id: here.dem.id, antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
+  return { ...driveBody(), name, anchors: placed, dem_id: here.dem.id, antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
 }
 
 export async function refreshSessions(): Promise<void> {
@@ -102,10 +123,11 @@ export function leave(): void {
 
 /** A range log judged by a session of its own, from its first epoch to its last. */
 export async function replay(file: File): Promise<void> {
-  const rounds = roundsOf(await file.text());
+  const body = question(file.name);
+  const { epochs: rounds, told } = await readLog(file, mission.peek().anchors.map(({ id }) => id));
   leave();
   setBusy("replay", 0);
-  const detector = await openDetector(question(file.name));
+  const detector = await openDetector(body);
   try {
     const answers: Epoch[] = [];
     for (let at = 0; at < rounds.length; at += EPOCHS_AT_ONCE) {
@@ -115,27 +137,9 @@ export async function replay(file: File): Promise<void> {
     watched.value = { name: file.name, detector: null };
     epochs.value = answers.filter(({ rejection }) => rejection === null);
     lookedAt.value = 0;
-    notice.value = words.replayed(file.name, answers.length, answers.length - epochs.value.length);
+    notice.value = [words.replayed(file.name, answers.length, answers.length - epochs.value.length), ...told].join(" ");
   } finally {
     setBusy("replay", undefined);
     await closeDetector(detector.links);
   }
-}
-
-/** Ranges of one time belong together. Raises a sentence where the text is no such table. */
-export function roundsOf(text: string): AskedEpoch[] {
-  const rows = tableOf(text);
-  const needed = ["time_s", "anchor_id", "range_m"].filter((name) => !(name in (rows[0] ?? {})));
-  if (needed.length > 0) throw new Error(words.noRangeLog(needed));
-  const rounds = new Map<number, AskedEpoch["ranges"][number][]>();
-  for (const row of rows) {
-    const time_s = Number(row["time_s"]);
-    if (!Number.isFinite(time_s) || row["time_s"] === "") throw new Error(words.noTime(row["time_s"] ?? ""));
-    if (row["anchor_id"] === "") continue; // a motion, not a range
-    const metres = row["range_m"] === "" ? NaN : Number(row["range_m"]);
-    const round = rounds.get(time_s) ?? [];
-    round.push({ anchor_id: row["anchor_id"] ?? "", range_m: Number.isFinite(metres) ? metres : null });
-    rounds.set(time_s, round);
-  }
-  return [...rounds].sort(([a], [b]) => a - b).map(([time_s, ranges]) => ({ time_s, ranges }));
 }

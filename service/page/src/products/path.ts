@@ -4,7 +4,7 @@ import { ask } from "../api/http";
 import { calculate, layer } from "../api/jobs";
 import type { LayerLink, PathAnswer, Place, Relaxation } from "../api/types";
 import { css, limitSteps, SLOPE_STEPS, countColour, stepColour } from "../map/palettes";
-import { anchorBody, type Ring } from "../mission/mission";
+import { anchorBody, type Mission, type Positioning, type Ring } from "../mission/mission";
 import { change, ground, mission, setBusy } from "../state";
 import { words } from "../words";
 import { tableOf } from "../mission/tables";
@@ -39,8 +39,18 @@ let stopping: AbortController | null = null;
 
 const polygon = (ring: Ring): { ring: Ring } => ({ ring });
 
-function question(): Record<string, unknown> {
-  const { anchors, route, rover, positioning } = mission.value;
+interface PathLimits {
+  readonly min_anchors: number;
+  readonly kind: Positioning["kind"];
+  readonly measure: Positioning["measure"];
+  readonly on_surface: boolean;
+  readonly bubble_epsilon: number;
+  readonly dop_limit?: number;
+}
+
+/** What the service is asked about a mission's path. */
+export function pathQuestion(now: Mission): Record<string, unknown> & { readonly limits: PathLimits } {
+  const { anchors, route, rover, positioning } = now;
   if (!ground.value) throw new Error(words.chooseGround);
   if (!route.start) throw new Error(words.noStart);
   if (!route.goal) throw new Error(words.noGoal);
@@ -67,16 +77,21 @@ function question(): Record<string, unknown> {
   };
 }
 
-export function isPathCurrent(): boolean {
+/** Whether the path of a mission as it stands is what was asked about. */
+export function isAsked(key: string | undefined): boolean {
   try {
-    return planned.value !== null && planned.value.key === JSON.stringify(question());
+    return key !== undefined && key === JSON.stringify(pathQuestion(mission.value));
   } catch {
     return false; // start or goal were taken away since
   }
 }
 
+export function isPathCurrent(): boolean {
+  return isAsked(planned.value?.key);
+}
+
 export async function planPath(): Promise<void> {
-  const body = question();
+  const body = pathQuestion(mission.value);
   setBusy("path", null);
   stopping = new AbortController();
   try {

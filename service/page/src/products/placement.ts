@@ -2,10 +2,10 @@
 import { signal } from "@preact/signals";
 import { ask } from "../api/http";
 import { calculate, layer } from "../api/jobs";
-import type { PlacedAnchor, PlacementAnswer } from "../api/types";
+import type { Place, PlacedAnchor, PlacementAnswer } from "../api/types";
 import { type Ground, keptOf } from "../geo/grid";
 import { rasterAt } from "../geo/rasters";
-import { anchorBody, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
+import { type Anchor, anchorBody, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import { pathLine } from "./path";
@@ -23,31 +23,39 @@ export function spacingOf(here: Ground, asked: number | null): number {
   return Math.max(east - west, north - south) / PLACES_ACROSS;
 }
 
+interface Goal {
+  readonly objective: "coverage" | "dop";
+  readonly min_anchors: number;
+}
+
+/** So many more anchors than a mission has, for these targets. */
+export function placementBody(here: Ground, now: Mission, count: number, targets: Record<string, unknown>, goal: Goal): Record<string, unknown> {
+  const { anchors, area, placing, positioning, rover, route, rules } = now;
+  const { kind, measure, dop_limit } = positioning;
+  const places = { spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m] };
+  return {
+    dem_id: here.dem.id,
+    count,
+    anchors: anchors.map(anchorBody),
+    candidates: [{ ...places, ...(area ? { area: { ring: area } } : {}) }],
+    targets: { receiver_above_ground_m: rover.receiver_above_ground_m, ...targets },
+    goal: { ...goal, kind, measure, dop_limit },
+    rules: rulesBody(rules, route.no_go),
+    mode: "fast",
+    time_limit_s: 30,
+  };
+}
+
 export async function findMore(): Promise<void> {
   const here = ground.peek();
-  const { anchors, area, placing, positioning, rover, route, rules } = mission.peek();
+  const { anchors, area, placing } = mission.peek();
   if (!here) throw new Error(words.chooseGround);
   const ring = area ? { area: { ring: area } } : {};
   const along = pathLine.peek();
   if (placing.where === "path" && along.length < 2) throw new Error(words.noPathYet);
   const path = thinned(along).map(({ east_m, north_m }) => ({ east_m, north_m }));
-  const body = {
-    dem_id: here.dem.id,
-    count: placing.count,
-    anchors: anchors.map(anchorBody),
-    candidates: [{ spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m], ...ring }],
-    targets: { receiver_above_ground_m: rover.receiver_above_ground_m, ...(placing.where === "path" ? { path } : ring) },
-    goal: {
-      objective: placing.objective,
-      min_anchors: placing.min_anchors,
-      dop_limit: positioning.dop_limit,
-      measure: positioning.measure,
-      kind: positioning.kind,
-    },
-    rules: rulesBody(rules, route.no_go),
-    mode: "fast",
-    time_limit_s: 30,
-  };
+  const { objective, min_anchors } = placing;
+  const body = placementBody(here, mission.peek(), placing.count, placing.where === "path" ? { path } : ring, { objective, min_anchors });
   setBusy("placement", null);
   try {
     const job = await calculate<PlacementAnswer>("/placements", body, { progress: (share) => setBusy("placement", share) });
@@ -63,25 +71,29 @@ export async function findMore(): Promise<void> {
 }
 
 /** The rules as drawn; where the rover must not go, no anchor is put either. */
-function rulesBody(rules: Rules, noGo: readonly Ring[]): Record<string, unknown> {
+export function rulesBody(rules: Rules, noGo: readonly Ring[]): Record<string, unknown> {
   const { no_fly, stand_off, max_above_ground_m, max_altitude_m, max_range_m, min_separation_m } = rules;
   const limits = Object.entries({ max_above_ground_m, max_altitude_m, max_range_m }).filter(([, limit]) => limit !== null);
   return { no_fly: [...noGo, ...no_fly].map((ring) => ({ ring })), stand_off, min_separation_m, ...Object.fromEntries(limits) };
 }
 
 /** At most some hundred points of a path, its ends included. */
-function thinned<T>(all: readonly T[]): T[] {
+export function thinned<T>(all: readonly T[]): T[] {
   const step = Math.max(1, Math.ceil(all.length / 300));
   return all.filter((_, number) => number % step === 0 || number === all.length - 1);
+}
+
+/** Anchors with one more where one was found. */
+export function withPlaced(anchors: readonly Anchor[], { east_m, north_m }: Place, aboveGroundM: number): readonly Anchor[] {
+  const anchor = { ...newAnchor(anchors, { east_m, north_m }), id: nextId(anchors), height_m: aboveGroundM };
+  return [...anchors, { ...anchor, height_from: "above_ground_m", kind: "drone" }];
 }
 
 export function acceptGhost(id: string): void {
   const ghost = ghosts.peek().find((one) => one.id === id);
   if (!ghost) return;
   const { anchors, placing } = mission.peek();
-  const place = { east_m: ghost.east_m, north_m: ghost.north_m };
-  const anchor = { ...newAnchor(anchors, place), id: nextId(anchors), height_m: placing.above_ground_m };
-  change({ anchors: [...anchors, { ...anchor, height_from: "above_ground_m", kind: "drone" }] });
+  change({ anchors: withPlaced(anchors, ghost, placing.above_ground_m) });
   ghosts.value = ghosts.peek().filter((one) => one.id !== id);
 }
 

@@ -30,6 +30,11 @@ export const placing = {
   library: "Ground library",
   libraryHint: (tiles: number) => `${tiles} tiles of the operator; ground is made of those round a place.`,
   libraryPlace: "Latitude, longitude",
+  libraryOwn: "the operator's tiles",
+  libraryFrom: "From",
+  libraryBox: "Draw a box",
+  libraryBoxHint: "The map shows where there is ground. Click two corners of a box; Escape leads back.",
+  libraryCell: "Metres between posts",
   libraryRadius: "Radius, km",
   libraryMake: "Make this ground",
   // anchors

@@ -62,6 +62,8 @@ export const planning = {
   stripBy: "Colour of the line",
   totals: { length: "Length", climb: "Climb", time: "Time", steepest: "Steepest", fewest: "Fewest in sight", worst: "Worst dilution", out: "Out of sight" },
   remedies: "What would open a way",
+  notTried: "not tried",
+  noAnchorHelps: "No anchor moved, and none of two added, opens it.",
   doIt: "Do it and plan",
   downloads: "Files",
 } as const;

@@ -37,6 +37,12 @@ export const watching = {
   rover: "The rover now",
   sigmaEastNorth: "σ east, north",
   forPlanning: "For the planner",
+  ahead: "Ahead on the planned path",
+  nothingAhead: "Enough anchors all along.",
+  stretchesAhead: (count: number) => (count === 1 ? "Too few anchors on one stretch:" : `Too few anchors on ${count} stretches:`),
+  stretch: (from: string, inTime: string, forTime: string, fewest: number, hidden: readonly string[]) =>
+    `in ${from} (${inTime}), for ${forTime}: ${fewest} usable${hidden.length === 0 ? "" : `, not ${hidden.join(", ")}`}`,
+  bubbleAhead: (radius: string) => `Largest safety bubble ahead: ${radius}.`,
   verdicts: "Sight of each anchor",
   measured: "ranges say",
   foretold: "map foretold",

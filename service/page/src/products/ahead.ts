@@ -1,0 +1,60 @@
+// What lies ahead of a rover on its planned path: where too few anchors will be usable, and what would help.
+import { computed, effect, signal } from "@preact/signals";
+import { type Advice, adviceOf } from "../api/detectors";
+import type { Place } from "../api/types";
+import { epochs, lookedAt, watched, wayAhead } from "./live";
+
+/** The last advice up to the epoch that is looked at. */
+export const advice = computed<Advice | null>(() => {
+  const last = lookedAt.value ?? epochs.value.length - 1;
+  for (let at = last; at >= 0; at -= 1) {
+    const told = epochs.value[at]?.advice;
+    if (told) return told;
+  }
+  return null;
+});
+
+/** The sentence about the drone that would help at the first stretch ahead; asked for when that is another one. */
+export const move = signal<string | null>(null);
+let askedFor = "";
+
+export function watchAhead(): void {
+  effect(() => {
+    const detector = watched.value?.detector;
+    const [first] = advice.value?.stretches ?? [];
+    if (!detector || !first) {
+      [move.value, askedFor] = [null, ""];
+      return;
+    }
+    const now = `${detector.id} ${first.to_m.toFixed(0)} ${first.hidden.join(" ")}`;
+    if (now === askedFor) return;
+    askedFor = now;
+    adviceOf(detector.links).then(
+      (told) => (move.value = told.move?.sentence ?? null),
+      () => (move.value = null), // the session is over, which its stream tells
+    );
+  });
+}
+
+/** The stretches ahead as lines on the map. */
+export const darkAhead = computed<readonly (readonly Place[])[]>(() => (advice.value?.stretches ?? []).map(({ from_m, to_m }) => between(wayAhead(), from_m, to_m)).filter((line) => line.length > 1));
+
+/** The part of a line between two distances along it, metres. */
+export function between(line: readonly Place[], fromM: number, toM: number): Place[] {
+  const part: Place[] = [];
+  let along = 0;
+  for (let at = 1; at < line.length; at += 1) {
+    const [from, to] = [line[at - 1] as Place, line[at] as Place];
+    const metres = Math.hypot(to.east_m - from.east_m, to.north_m - from.north_m);
+    const placeAt = (distance: number): Place => {
+      const share = metres === 0 ? 0 : (distance - along) / metres;
+      return { east_m: from.east_m + share * (to.east_m - from.east_m), north_m: from.north_m + share * (to.north_m - from.north_m) };
+    };
+    if (along + metres > fromM && along < toM) {
+      if (part.length === 0) part.push(placeAt(Math.max(fromM, along)));
+      part.push(placeAt(Math.min(toM, along + metres)));
+    }
+    along += metres;
+  }
+  return part;
+}

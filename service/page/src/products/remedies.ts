@@ -1,0 +1,141 @@
+// What would open a blocked path besides a limit that is relaxed: one anchor moved, or added. Each is tried before it is told.
+import { signal } from "@preact/signals";
+import { ask, Refusal } from "../api/http";
+import { calculate, layer } from "../api/jobs";
+import type { PathAnswer, Place, PlacementAnswer, RepositioningAnswer } from "../api/types";
+import type { Ground } from "../geo/grid";
+import { type Anchor, anchorBody, type Mission } from "../mission/mission";
+import { tableOf } from "../mission/tables";
+import { change, ground, mission, notice, setBusy } from "../state";
+import { distance } from "../units";
+import { words } from "../words";
+import { fixNeeds } from "./dark";
+import { isAsked, pathQuestion, planned, planPath } from "./path";
+import { placementBody, rulesBody, thinned, withPlaced } from "./placement";
+
+export interface Remedy {
+  readonly sentence: string;
+  readonly take: () => void;
+}
+
+/** Those that open the path of the question; null where none were sought. */
+export const remedies = signal<{ readonly of: string; readonly all: readonly Remedy[] } | null>(null);
+const OF_ANCHORS: ReadonlySet<string> = new Set(["anchors in sight", "dilution", "safety bubble", "exact sight lines"]);
+/** Kinds of refusals: the start, the goal or a way-point cannot be there, or no place can. */
+const OF_PLACES = /\/(place|no-coverage)$/;
+const MOST_ADDED = 2;
+
+export function areRemediesCurrent(): boolean {
+  return isAsked(remedies.value?.of);
+}
+
+/** Ask, and leave nothing behind. */
+async function asked<R, T>(path: string, body: unknown, read: (job: Awaited<ReturnType<typeof calculate<R>>>) => T | Promise<T>): Promise<T> {
+  const job = await calculate<R>(path, body);
+  try {
+    return await read(job);
+  } finally {
+    await ask(job.links.self, { method: "DELETE" });
+  }
+}
+
+/** Plan the path; where anchors are what blocks it, or forbids its ends, try what else would open it. */
+export async function planAndHelp(): Promise<void> {
+  remedies.value = null;
+  try {
+    await planPath();
+  } catch (error) {
+    if (error instanceof Refusal && OF_PLACES.test(error.type)) void seekRemedies();
+    throw error;
+  }
+  const reason = planned.peek()?.answer.unreachable?.reason;
+  if (reason !== undefined && OF_ANCHORS.has(reason)) await seekRemedies();
+}
+
+async function seekRemedies(): Promise<void> {
+  const [here, now] = [ground.peek(), mission.peek()];
+  const { route } = now;
+  if (!here || (route.min_anchors === 0 && !route.keep_dop && route.bubble_epsilon === 0)) return;
+  setBusy("remedies", null);
+  try {
+    const way = await wayWithout(now);
+    const found: Remedy[] = [];
+    for (const sought of way.length < 2 ? [] : [movedAnchors, addedAnchors]) {
+      const remedy = await sought(here, now, way);
+      if (remedy) found.push(remedy);
+    }
+    remedies.value = { of: JSON.stringify(pathQuestion(now)), all: found };
+  } catch (error) {
+    // the answer to what was asked stands; this was more
+    notice.value = words.noRemedy(error instanceof Error ? error.message : String(error));
+  } finally {
+    setBusy("remedies", undefined);
+  }
+}
+
+/** The way that the ground allows, whatever anchors are in sight. */
+function wayWithout(now: Mission): Promise<readonly Place[]> {
+  const { limits, ...body } = pathQuestion(now);
+  const { kind, measure, on_surface } = limits;
+  return asked<PathAnswer, readonly Place[]>("/paths", { ...body, limits: { kind, measure, on_surface } }, async (job) => {
+    if (job.result.status !== "found") return [];
+    const rows = tableOf(await (await ask(layer(job, "path.csv"))).text());
+    return thinned(rows.map((row) => ({ east_m: Number(row["east_m"]), north_m: Number(row["north_m"]) })));
+  });
+}
+
+/** How long the path is with these anchors, metres; null where there is none. */
+function lengthWith(now: Mission, anchors: readonly Anchor[]): Promise<number | null> {
+  return asked<PathAnswer, number | null>("/paths", pathQuestion({ ...now, anchors }), ({ result }) => (result.status === "found" ? (result.totals?.length_m ?? null) : null));
+}
+
+function goalOf({ route, positioning }: Mission) {
+  return { objective: route.keep_dop ? "dop" : "coverage", min_anchors: Math.max(route.min_anchors, route.keep_dop ? fixNeeds(positioning) : 1) } as const;
+}
+
+async function addedAnchors(here: Ground, now: Mission, path: readonly Place[]): Promise<Remedy | null> {
+  const { above_ground_m } = now.placing;
+  for (let count = 1; count <= MOST_ADDED; count += 1) {
+    const body = placementBody(here, now, count, { path }, goalOf(now));
+    const placed = await asked<PlacementAnswer, readonly Place[]>("/placements", body, ({ result }) => result.placed);
+    let anchors = now.anchors;
+    for (const place of placed) anchors = withPlaced(anchors, place, above_ground_m);
+    const length = placed.length === 0 ? null : await lengthWith(now, anchors);
+    if (length === null) continue;
+    const added = anchors.slice(now.anchors.length);
+    return { sentence: words.addsAnchors(added.map(({ id }) => id), added.map(told), distance(length)), take: () => change({ anchors }) };
+  }
+  return null;
+}
+
+async function movedAnchors(here: Ground, now: Mission, path: readonly Place[]): Promise<Remedy | null> {
+  const movable = now.anchors.filter(({ kind }) => kind === "drone").map(({ id }) => id);
+  if (movable.length === 0) return null;
+  const { kind, measure, dop_limit } = now.positioning;
+  const body = {
+    dem_id: here.dem.id,
+    anchors: now.anchors.map(anchorBody),
+    movable,
+    path,
+    receiver_above_ground_m: now.rover.receiver_above_ground_m,
+    goal: { ...goalOf(now), kind, measure, dop_limit },
+    rules: rulesBody(now.rules, now.route.no_go),
+    mode: "fast",
+  };
+  const moves = await asked<RepositioningAnswer, RepositioningAnswer["moves"]>("/repositionings", body, ({ result }) => result.moves);
+  if (moves.length === 0) return null;
+  const anchors = now.anchors.map((anchor) => {
+    const to = moves.find(({ anchor_id }) => anchor_id === anchor.id)?.to;
+    if (!to) return anchor;
+    const height = to.above_ground_m === null ? ({ height_from: "altitude_m", height_m: to.altitude_m } as const) : ({ height_from: "above_ground_m", height_m: Math.round(to.above_ground_m) } as const);
+    return { ...anchor, east_m: to.east_m, north_m: to.north_m, ...height };
+  });
+  const length = await lengthWith(now, anchors);
+  if (length === null) return null;
+  const gone = anchors.filter((anchor, at) => anchor !== now.anchors[at]);
+  return { sentence: words.movesAnchors(gone.map(({ id }) => id), gone.map(told), distance(length)), take: () => change({ anchors }) };
+}
+
+function told({ east_m, north_m }: Place): string {
+  return `E ${east_m.toFixed(0)} N ${north_m.toFixed(0)}`;
+}

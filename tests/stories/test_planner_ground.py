@@ -1,0 +1,98 @@
+"""Ground on the planner's page: several files let go at once, and a box drawn over the operator's tiles."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+
+from service.ground.coverage import LIBRARY
+from terrain import GroundLibrary, index_ground
+from terrain.tiles.library import edited
+from tests.service.browser import Browser, browsing
+from tests.service.running import Server
+from tests.stories.planner import mission, open_planner, settled, take
+from tests.terrain.tiles.cutting import cut_tif, rough
+
+METRES = rasterio.Affine(30, 0, 700_000, 0, -30, 5_100_000)
+MIDDLE_DEG = (11.62, 46.0)
+# what a hand does that lets files go on the page; each is its name and its bytes in base 64
+DROP = """(() => {{
+  const carried = new DataTransfer();
+  const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+  for (const [name, text] of {files}) carried.items.add(new File([bytes(text)], name));
+  document.body.dispatchEvent(new DragEvent('drop', {{bubbles: true, cancelable: true, dataTransfer: carried}}));
+}})()"""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browsing(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def tiles(server: Server, tmp_path: Path) -> Iterator[None]:
+    """Nine tiles in the library of the service, which is emptied again."""
+    cut_tif(tmp_path / "tiles", rough(120, 150), METRES, shared=True)
+    with edited(server.folder / LIBRARY) as editing:
+        editing.library, _ = index_ground(GroundLibrary(), [tmp_path / "tiles"])
+    yield
+    (server.folder / LIBRARY).unlink()
+
+
+@pytest.fixture
+def page(browser: Browser, server: Server) -> Iterator[Browser]:
+    open_planner(browser, server)
+    browser.complaints.clear()
+    yield browser
+    assert browser.complaints == []
+
+
+def test_a_box_drawn_over_the_tiles_becomes_the_ground(tiles: None, page: Browser) -> None:
+    page.click("#mode-ground")
+    page.click("#draw-box")
+    page.until("planner.map.getView().getProjection().getCode() === 'degrees'")
+    corner = (
+        "(() => {{ planner.map.renderSync(); const p = planner.map.getPixelFromCoordinate([{lon}, {lat}]); "
+        "const b = document.getElementById('map').getBoundingClientRect(); return [p[0] + b.left, p[1] + b.top]; }})()"
+    )
+    lon_deg, lat_deg = MIDDLE_DEG
+    for lon, lat in ((lon_deg - 0.01, lat_deg - 0.006), (lon_deg + 0.01, lat_deg + 0.006)):
+        page.click_at(*page.value(corner.format(lon=lon, lat=lat)))
+    page.until("(document.querySelector('.inspector')?.textContent ?? '').includes('mosaic of')")
+    settled(page)
+    assert "mosaic of" in mission(page)["ground"]["name"]
+    west, south, east, north = page.value("planner.map.getView().getProjection().getExtent()")
+    # 0.02 by 0.012 degrees at 46 degrees north: a degree of longitude is 77.5 km there, one of latitude 111.2 km
+    assert (east - west, north - south) == pytest.approx((0.02 * 77_480.0, 0.012 * 111_150.0), rel=0.12)
+
+
+def test_escape_leads_back_from_the_tiles_to_the_ground(tiles: None, page: Browser) -> None:
+    take(page, "valley")
+    page.until("!!document.getElementById('draw-box')")
+    page.click("#draw-box")
+    page.until("planner.map.getView().getProjection().getCode() === 'degrees'")
+    page.press("Escape")
+    page.until("planner.map.getView().getProjection().getCode().startsWith('dem-')")
+
+
+def test_several_files_let_go_at_once_are_all_read_and_the_bad_one_is_told(page: Browser, tmp_path: Path) -> None:
+    for number in (1, 2):
+        heights_m = np.full((4, 5), 10.0 * number)
+        np.savez(tmp_path / f"{number}.npz", heights_m=heights_m, cell_east_m=10.0, cell_north_m=10.0)
+    (tmp_path / "notes.tif").write_text("no picture at all")
+    dropped = [tmp_path / name for name in ("1.npz", "notes.tif", "2.npz")]
+    files = [(one.name, base64.b64encode(one.read_bytes()).decode()) for one in dropped]
+    page.value(DROP.format(files=json.dumps(files)))
+    page.until("(document.getElementById('notice')?.textContent ?? '').includes('2 grounds were read')")
+    page.until("(document.getElementById('refusal')?.textContent ?? '').includes('notes.tif')")
+    assert mission(page)["ground"]["name"] == "1.npz"
+    assert "2.npz" in page.value("document.getElementById('ground-choice').textContent")
+    assert all("422" in complaint for complaint in page.complaints)
+    page.complaints.clear()
