@@ -61,7 +61,7 @@ class Tiles(BaseModel):
     layer: str = Field(description="Name of the layer.")
     data_type: str = Field(description="float32 or uint8 as a rule, little-endian.")
     bands: list[str] = Field(description="What each band holds.")
-    tile_posts: int = Field(TILE_POSTS, description="Rows and columns of a tile; those at the border have fewer.")
+    tile_posts: int = Field(description="Rows and columns of a tile; those at the border have fewer.")
     levels: list[TileLevel] = Field(
         description="A value of level n is that of the north-west post of a square of 2ⁿ posts a side: never a mean, "
         "so that classes stay classes."
@@ -82,7 +82,13 @@ def tell_tiles(context: TaskContext, arguments: TileArguments) -> Mapping[str, o
             rows, cols = -(-source.height // posts), -(-source.width // posts)
             levels.append(TileLevel.model_construct(level=len(levels), rows=rows, cols=cols, href=""))
         names = [name or str(band) for band, name in enumerate(source.descriptions, start=1)]
-        tiles = Tiles(layer=arguments["layer"], data_type=source.dtypes[0], bands=names, levels=levels)
+        tiles = Tiles(
+            layer=arguments["layer"],
+            data_type=source.dtypes[0],
+            bands=names,
+            tile_posts=TILE_POSTS,
+            levels=levels,
+        )
     return tiles.model_dump(mode="json")
 
 

@@ -27,7 +27,7 @@ class RangeLogOut(BaseModel):
 def range_log_of(path: Path, anchor_ids: Collection[str], epoch_s: float) -> RangeLogOut:
     """The epochs of a log up to 200,000 ranges; beyond that it says so. Raises RequestError."""
     log = read_epochs(path, epoch_s, anchor_ids=anchor_ids)
-    told, kept, ranges = list(log.warnings), [], 0
+    told, kept, ranges = list(log.warnings), list[EpochIn](), 0
     for epoch in log.epochs:
         ranges += len(epoch.ranges)
         if ranges > MOST_RANGES:
