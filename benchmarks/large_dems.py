@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
+import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,6 +19,7 @@ import rasterio.shutil
 from rasterio import Affine
 from rasterio.windows import Window
 
+from service.products import Work
 from service.products.visibility.calculate import calculate_visibility_map
 from service.products.visibility.files import LAYERS
 from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
@@ -37,7 +41,8 @@ NOTE = """\
 A COG of 40,000² float32 posts, 1 m apart: one fractal of 4,096² over and over, where anchors reach; blocks elsewhere
 are not in the file. Anchors 30 m above ground, receivers 1.5 m, fast mode, both files written as COGs. "In memory" is
 what `sightline visibility` does, reading, sight lines, count.tif and min_visible_altitude.tif, for one anchor over the
-square of its reach, per post; its file is a window cut out of the same COG. Memory is the process's highest."""
+square of its reach, per post; its file is a window cut out of the same COG. Memory is the process's highest, on the
+cluster without its workers'."""
 
 
 def by_windows(posts: int = POSTS, range_m: float = 4000.0, anchors: int = 12) -> Table:
@@ -48,6 +53,7 @@ def by_windows(posts: int = POSTS, range_m: float = 4000.0, anchors: int = 12) -
         cog = write_sparse_cog(folder / "large.tif", posts, [one for some in asked.values() for one in some])
         few, whole = (_measured(cog, asked[which]) for which in ("few", "all"))
         memory = _measured_in_memory(cog, asked["all"][0], folder)
+        cluster = _run("cluster", str(cog), json.dumps(asked["all"]))
         per_post_s = memory["seconds"] / memory["posts"]
         allowed_s = TIMES_IN_MEMORY * whole["posts"] * per_post_s
         side_km = posts / 4 * CELL_M / 1000.0
@@ -67,6 +73,11 @@ def by_windows(posts: int = POSTS, range_m: float = 4000.0, anchors: int = 12) -
             ("the same answer as in memory, first anchor", "", "", f"{memory['differ']:,} posts differ"),
             "0",
             memory["differ"] == 0,
+        ),
+        Row(
+            ("all of it by two workers of a Dask cluster, one killed midway", *_cells(cluster)),
+            "the same bytes as by windows",
+            cluster["same"],
         ),
     ]
     return Table("Maps larger than memory", ("what", "posts in reach", "time", "memory"), rows, NOTE)
@@ -189,6 +200,33 @@ def _in_memory(path: str, anchors: str, out: Path) -> dict[str, Any]:
     return {"seconds": seconds, "posts": answer.posts_in_reach, "bytes": peak, "differ": differ}
 
 
+def _on_a_cluster(path: str, anchors: str, out: Path) -> dict[str, Any]:
+    """The files of two workers, one of which is killed when an anchor is done; are they those of this process?"""
+    from distributed import Client, LocalCluster
+
+    (here := out / "here").mkdir()
+    (there := out / "there").mkdir()
+    make_large_map(open_dem(path), _parameters(anchors), here)
+    killed: list[int] = []
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0") as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+
+        def kill_one(share: float) -> None:
+            if not killed:
+                killed.append(next(iter(client.run(os.getpid).values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        work = Work(progress=kill_one, scheduler=cluster.scheduler_address)
+        begin_s = time.perf_counter()
+        answer = make_large_map(open_dem(path), _parameters(anchors), there, work)
+        seconds = time.perf_counter() - begin_s
+    same = all(filecmp.cmp(here / name, there / name, shallow=False) for name in (COUNT, LOWEST))
+    told = {"seconds": seconds, "posts": answer.posts_in_reach, "bytes": peak_bytes()}
+    return told | {"same": same and len(killed) == 1}
+
+
 def _warm() -> None:
     """Kernels into memory, by a tiny map."""
     from terrain import ElevationGrid
@@ -201,5 +239,5 @@ def _warm() -> None:
 if __name__ == "__main__":
     _warm()
     with tempfile.TemporaryDirectory() as place:
-        call = _windows if sys.argv[1] == "windows" else _in_memory
+        call = {"windows": _windows, "memory": _in_memory, "cluster": _on_a_cluster}[sys.argv[1]]
         print(json.dumps(call(sys.argv[2], sys.argv[3], Path(place))))

@@ -20,6 +20,9 @@ from .plan import RULE, MosaicPlan
 
 __all__ = ["Overlap", "check_datums", "overlaps_told", "plan_told", "source_of", "with_sentences"]
 
+# share of an area that may lie beside all tiles before it is told: outlines are straight between few points
+BESIDE = 1e-3
+
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
@@ -72,6 +75,8 @@ def plan_told(plan: MosaicPlan, parts: Sequence[Part], wanted: VerticalDatum | N
     """(conversions, warnings) about the tiles, what they said themselves among them. wanted: as of ``check_datums``."""
     conversions, warnings = list[str](), list[str]()
     several = len(plan.tiles) > 1
+    if plan.area is not None and plan.uncovered > BESIDE:
+        warnings.append(f"{100.0 * plan.uncovered:.3g} % of the area, with its margin, lie in no tile.")
     if len(plan.layers) > 1:
         conversions += [RULE, *(planned.reason() for planned in plan.layers)]
     elif several:

@@ -198,3 +198,14 @@ def test_corners_of_the_box_around_a_circle_come_from_their_own_tiles(tmp_path: 
     beside = rasterio.Affine(1, 0, 500_712, 0, -1, 4_999_280)
     fine = write_tif(tmp_path / "lidar.tif", np.ones((30, 30), "f4"), transform=beside)
     assert read_mosaic([*tiles, fine], circle).cell_east_m == 10.0, "what lies beside the area does not set its cells"
+
+
+def test_an_area_that_tiles_cover_in_part_is_told(tmp_path: Path) -> None:
+    """The box reaches as far beyond the tile's eastern border as it lies within."""
+    tile = write_tif(tmp_path / "fine.tif", plane(40, 50, FINE), transform=FINE)
+    east_m, south_m, north_m = FINE.c + 50 * FINE.a, FINE.f + 35 * FINE.e, FINE.f + 5 * FINE.e
+    beyond = read_mosaic([tile], Box(east_m - 300.0, south_m, east_m + 300.0, north_m, "EPSG:32632"))
+    (share,) = (float(one.split(" % of the area")[0]) for one in beyond.provenance.warnings if " % of the area" in one)
+    assert share == pytest.approx(50.0, abs=0.1)
+    within = read_mosaic([tile], Box(east_m - 400.0, south_m, east_m - 100.0, north_m, "EPSG:32632"))
+    assert within.provenance.warnings == ()
