@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -22,7 +22,7 @@ from visibility import (
     min_visible_altitude,
     visible_sets,
 )
-from visibility.cover import clear_of_buildings, nearest_building
+from visibility.cover import clear_of_buildings, nearest_building, standing_solids
 from visibility.cover.building_distance import solid_bodies
 from visibility.dilution import dop_at_points, pack_sets, surface_normals
 
@@ -155,11 +155,19 @@ def surroundings(
         east_m, north_m, _ = points_m[first]
         what = "lies over unknown ground" if grid.contains(east_m, north_m) else "lies outside the DEM"
         raise BubbleError(f"Point {first} {what}, at {told_place(grid, east_m, north_m, 0.1)}.", index=first)
-    if buildings is None:
+    if buildings is None and grid.standing is None:
         return Surroundings(
             ground.distance_m, ground.nearest_m, ground.unknown_m, np.zeros(len(points_m), dtype=np.bool_)
         )
-    walls = nearest_building(buildings, points_m)
+    walls = nearest_building(buildings or _solids_of(grid), points_m)
+    if buildings is not None and grid.standing is not None:
+        others = nearest_building(_solids_of(grid), points_m)
+        nearer = others.distance_m < walls.distance_m
+        walls = replace(
+            walls,
+            distance_m=np.where(nearer, others.distance_m, walls.distance_m),
+            nearest_m=np.where(nearer[:, None], others.nearest_m, walls.nearest_m),
+        )
     inside = walls.distance_m < 0.0
     if inside_is_refused and inside.any():
         first = int(np.argmax(inside))
@@ -174,6 +182,12 @@ def surroundings(
         ground.unknown_m,
         nearer,
     )
+
+
+def _solids_of(grid: ElevationGrid) -> Buildings:
+    solids = standing_solids(grid)
+    assert solids is not None, "asked only where something stands"
+    return solids
 
 
 def way_m(points_m: Array) -> Array:

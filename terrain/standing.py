@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from .errors import ElevationGridError
 
@@ -20,18 +21,19 @@ Reals = npt.NDArray[np.float64]
 class Standing:
     """Opaque solids, each from the ground up to its roof; what is open below a roof counts as solid.
 
-    edges_m: (n, 2, 3) east, north, altitude of both ends of every edge at which a roof ends or bends. roofs_m:
-    (m, 3, 3) the triangles of the roofs. bodies: how many separate solids. notes: what was done to get them, sentences.
+    edges_m: (n, 2, 3) east, north, altitude of both ends of every edge at which a roof ends or bends. faces_m:
+    (m, 3, 3) the triangles around the solids, roofs and walls. bodies: how many solids. notes: what was done to
+    get them, sentences.
     Raises ElevationGridError.
     """
 
     edges_m: Reals
-    roofs_m: Reals
+    faces_m: Reals
     bodies: int
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, ends in (("edges_m", 2), ("roofs_m", 3)):
+        for name, ends in (("edges_m", 2), ("faces_m", 3)):
             values = np.array(getattr(self, name), np.float64, order="C")
             if values.ndim != 3 or values.shape[1:] != (ends, 3) or not np.isfinite(values).all():
                 raise ElevationGridError(f"{name} must be finite numbers (n, {ends}, 3), not shape {values.shape}.")
@@ -40,10 +42,17 @@ class Standing:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of edges and roofs."""
-        return hashlib.sha256(self.edges_m.tobytes() + self.roofs_m.tobytes()).hexdigest()
+        """SHA-256 of edges and faces."""
+        return hashlib.sha256(self.edges_m.tobytes() + self.faces_m.tobytes()).hexdigest()
 
     @cached_property
     def highest_m(self) -> float:
         """Altitude of the highest roof."""
-        return float(self.roofs_m[..., 2].max(initial=-np.inf))
+        return float(self.faces_m[..., 2].max(initial=-np.inf))
+
+    @cached_property
+    def outlines(self) -> tuple[shapely.Polygon, ...]:
+        """What is under roofs, seen from above: polygons that do not overlap, metres."""
+        seen = shapely.polygons(self.faces_m[..., :2])
+        together = shapely.union_all(shapely.buffer(seen[shapely.area(seen) > 0.0], 0.0))
+        return tuple(part for part in shapely.get_parts(together) if part.geom_type == "Polygon" and part.area > 0.0)

@@ -22,6 +22,7 @@ from planning.paths.outcomes import FlightOutcome
 from planning.questions.problems import FlightProblem
 from planning.validation import PathValidation, validate_flight
 from terrain import ElevationGrid, told_place
+from visibility.sight.roofs import least_heights_clear
 
 from .leaves import surely_shut
 from .outcomes import PathStatus, Reason
@@ -118,7 +119,10 @@ def _air(problem: FlightProblem) -> Air:
     """Floor and ceiling of each square: the worst of its posts, the ground swollen by the bubble."""
     grid = problem.grid
     heights_m = grid.heights_m.astype(np.float64)
-    floor_m, ceiling_m = _swollen(grid, heights_m, problem.bubble_m), np.full(grid.shape, problem.ceiling_m)
+    floor_m, ceiling_m = (
+        _swollen(grid, least_heights_clear(grid), problem.bubble_m),
+        np.full(grid.shape, problem.ceiling_m),
+    )
     if problem.ceiling_above_ground:
         ceiling_m += heights_m
     if problem.above is not None:

@@ -13,6 +13,7 @@ import shapely
 from planning.errors import NoCandidateError, PlacementError
 from terrain import ElevationGrid
 from visibility import VISIBLE, lines_of_sight
+from visibility.sight.roofs import roofs_over
 
 from .targets import Candidates, Targets
 
@@ -162,6 +163,8 @@ def _rules(
         ("no known ground below", lambda some: np.isfinite(some.ground_m) | _outside(grid, some)),
         ("below the ground", lambda some: ~(some.above_ground_m < 0.0)),
     ]
+    if grid.standing is not None:
+        found.append(("inside a building", lambda some: some.position_m[:, 2] >= _roofs(grid, some)))
     if rules.min_above_ground_m > 0.0:
         found.append(("too low above ground", lambda some: some.above_ground_m >= rules.min_above_ground_m - 1e-6))
     if math.isfinite(rules.max_above_ground_m):
@@ -188,6 +191,10 @@ def _outside(grid: ElevationGrid, some: Candidates) -> Mask:
     beyond: Mask = (east < west_m) | (east > east_m) | (north < south_m) | (north > north_m)
     known: Mask = beyond & np.isfinite(altitude_m)
     return known
+
+
+def _roofs(grid: ElevationGrid, some: Candidates) -> Floats:
+    return roofs_over(grid, some.position_m[:, 0], some.position_m[:, 1])
 
 
 def _inside(zone: shapely.Geometry, some: Candidates) -> Mask:

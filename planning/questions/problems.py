@@ -35,7 +35,8 @@ class PathProblem:
         altitudes, a dilution map of them, or a morphing map; None = calculated here, in exact mode.
     navigation: how the rover will estimate where it is. departure_s: when it leaves, in the anchors' time.
     frame_s: with moving anchors, a place has the map of the time at which the rover gets there, to so many seconds.
-    no_go, keep_in: polygons to stay out of and within, with the whole footprint. areas_crs: their CRS, which must be
+    no_go, keep_in: polygons to stay out of and within, with the whole footprint; no_go gets the buildings that stand on
+        the grid besides. areas_crs: their CRS, which must be
         the grid's; None = the grid's.
     Raises PathProblemError, AreaError.
     """
@@ -72,6 +73,10 @@ class PathProblem:
         put(self, "keep_in", tuple(_area("keep-in area", area) for area in _as_tuple(self.keep_in)))
         if self.no_go or self.keep_in:
             _check_crs(self.grid, self.areas_crs)
+        if self.grid.standing is not None:
+            buildings = self.grid.standing.outlines
+            others = (area for area in self.no_go if not any(area is building for building in buildings))
+            put(self, "no_go", (*others, *buildings))
         if not 0 <= self.seed < 2**32:
             raise PathProblemError(f"seed must be a whole number from 0 to {2**32 - 1}, not {self.seed}.")
         heading = self.start_heading_rad

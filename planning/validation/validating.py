@@ -14,6 +14,7 @@ from planning.questions.problems import FlightProblem, PathProblem
 from terrain import ElevationGrid, height_at, nearest_surface
 from visibility import Curvature
 from visibility.air import MorphingMap
+from visibility.cover import nearest_building, standing_solids
 
 from .bubble import bubble_check
 from .ground import area_checks, ground_checks, place_checks, turning_checks
@@ -169,6 +170,9 @@ def fly_along(problem: FlightProblem, corners_m: npt.ArrayLike, *, step_m: float
     nearest = nearest_surface(grid, point_m)
     # unknown ground may be of any height
     clearance_m = np.minimum(nearest.distance_m, nearest.unknown_m)
+    solids = standing_solids(grid)
+    if solids is not None:
+        clearance_m = np.minimum(clearance_m, nearest_building(solids, point_m).distance_m)
     floor_m, top_m = np.full(len(at_m), np.nan), np.full(len(at_m), problem.ceiling_m)
     if problem.ceiling_above_ground:
         top_m += ground_m

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,6 +11,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.cover import BARE
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -75,43 +75,6 @@ class FilterOptions:
     ] = "refuse"
 
 
-@GROUP
-@dataclass(frozen=True, slots=True)
-class BuildingOptions:
-    """The ``buildings`` of a request."""
-
-    buildings: Annotated[
-        Path | None, option("Mesh of buildings on the ground, in metres: .stl, .obj, .ply or .glb.", "FILE")
-    ] = None
-    building_heights: Annotated[
-        Literal["above_ground", "absolute"], option("Each body stands on the ground, or the file holds altitudes.")
-    ] = "above_ground"
-    building_origin: Annotated[str | None, option("Where the mesh's own origin lies. (default 0,0)", "EAST,NORTH")] = (
-        None
-    )
-
-    def part(self) -> dict[str, object] | None:
-        """As the request has it; None without a file. Raises RequestError, MeshError."""
-        if self.buildings is None:
-            if self.building_origin is not None:
-                raise RequestError("--building-origin needs --buildings FILE.")
-            return None
-        from visibility.cover.mesh_files import read_mesh_bytes
-
-        from .asking.texts import numbers_of
-
-        origin = numbers_of(self.building_origin or "0,0")
-        if origin is None or len(origin) != 2:
-            raise RequestError(f"--building-origin {self.building_origin!r} is not of the form EAST,NORTH in metres.")
-        return {
-            "name": self.buildings.name,
-            "base64": base64.b64encode(read_mesh_bytes(self.buildings)),
-            "heights": self.building_heights,
-            "origin_east_m": origin[0],
-            "origin_north_m": origin[1],
-        }
-
-
 def bubble(
     dem: DemPath,
     /,
@@ -132,7 +95,6 @@ def bubble(
             "M2/S3",
         ),
     ] = None,
-    buildings: BuildingOptions = BuildingOptions(),
     sight: SightOptions = SightOptions(),
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
@@ -158,7 +120,7 @@ def bubble(
         fields = {
             "anchors": anchors.part(range_sigma),
             "satellites": satellites.part(range_sigma),
-            "buildings": buildings.part(),
+            "buildings": reading.cover.mesh(),
             **trajectory_from_file(path, height).fields(),
             **({} if speed is None else {"speed_m_per_s": speed}),
             **told(filter),
@@ -167,6 +129,8 @@ def bubble(
             "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, BubbleParameters)
+        if reading.cover.of_mesh:  # one may pass below its roofs: it goes into the request as it is
+            reading = replace(reading, cover=BARE)
     from service.products.safety_bubbles import SAFETY_BUBBLES
 
     ask(

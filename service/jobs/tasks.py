@@ -17,6 +17,7 @@ from service.jobs.records import JobRequest
 from service.live.log_answers import range_log_of
 from service.live.request import DetectorLimits, EpochsIn
 from service.parts.altitude_datums import in_dem_datum
+from service.parts.cover import covered
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
 from service.probes.places import probe
 from service.probes.previews import write_preview
@@ -77,13 +78,13 @@ def read_range_log(context: TaskContext, arguments: RangeLogArguments) -> Mappin
 def answer_probe(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
     """Places probed. Raises NotJsonError, NotValidError, LimitError, NotFoundError, and what ``probe`` raises."""
     asked = read_body(ProbeIn, body_in(arguments), context.settings)
-    return {"json": probe(context.grid(asked.dem_id), asked).model_dump_json()}
+    return {"json": probe(covered(context.grid(asked.dem_id), asked), asked).model_dump_json()}
 
 
 def answer_profiles(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
     """Lines in profile. Raises NotJsonError, NotValidError, NotFoundError, and what ``profiles`` raises."""
     asked = read_body(ProfilesIn, body_in(arguments), context.settings)
-    return {"json": profiles(context.grid(asked.dem_id), asked).model_dump_json()}
+    return {"json": profiles(covered(context.grid(asked.dem_id), asked), asked).model_dump_json()}
 
 
 def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
@@ -91,7 +92,7 @@ def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[st
     ``write_preview`` raises.
     """
     asked = read_body(PreviewIn, body_in(arguments), context.settings)
-    grid = context.grid(asked.dem_id)
+    grid = covered(context.grid(asked.dem_id), asked)
     context.work.mkdir(parents=True)
     write_preview(grid, asked, context.work / PREVIEW_FILE)
     return {}
@@ -113,7 +114,7 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
         parameters = product.completed(asked, _given(arguments))
     except ValidationError as error:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
-    grid = context.grid(asked.dem_id)
+    grid = covered(context.grid(asked.dem_id), parameters)
     parameters, told = in_dem_datum(grid, parameters)
     product.refuse(grid, parameters, context.settings)
     packed = product.pack(grid, parameters, context.work)
@@ -144,7 +145,8 @@ def calculation_of(product: Product) -> Task:
     def calculate(context: TaskContext, arguments: CalculateArguments) -> Calculated:
         parameters = product.unpacked(arguments["parameters"], context.folder.inputs(arguments["job_id"]))
         work = Work(context.progress, context.stop, context.settings.dask_scheduler)
-        finished = product.calculate(context.grid(arguments["dem_id"]), parameters, work)
+        grid = covered(context.grid(arguments["dem_id"]), parameters)
+        finished = product.calculate(grid, parameters, work)
         if product.finished is None:
             context.work.mkdir(parents=True)
             for layer in product.layers:

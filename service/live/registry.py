@@ -20,6 +20,7 @@ from service.live.request import DetectorIn, DetectorLimits
 from service.live.sessions import Bench, DetectorSession
 from service.live.snapshots import SnapshotError, freeze, thaw
 from service.live.watching import Memory, memory_of
+from service.parts.cover import covered
 from service.parts.map_area import area_shape
 from service.settings import Settings
 from terrain import ElevationGrid
@@ -188,7 +189,7 @@ def _recalled(kept: Kept, folder: SessionFolder, grid: ElevationGrid | None) -> 
     area = None if grid is None else area_shape(grid, kept.asked.area)
     for part in folder.parts():
         try:
-            memory = thaw(part.memory, grid, area)
+            memory = thaw(part.memory, None if grid is None else covered(grid, kept.asked), area)
         except SnapshotError as error:
             logger.warning("detector %s: its track is made anew from the epochs that are kept: %s", kept.id, error)
         for epoch in part.epochs:

@@ -216,6 +216,8 @@ class DetectorIn(_Detector, AreaParameters):
     def _an_area_of_a_dem(self) -> Self:
         if self.area is not None and self.dem_id is None:
             raise ValueError("An area is one of a DEM: give dem_id too, or leave out area.")
+        if self.cover is not None and self.dem_id is None:
+            raise ValueError("A cover stands on a DEM: give dem_id too, or leave out cover.")
         return self
 
 

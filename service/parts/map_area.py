@@ -12,7 +12,7 @@ import shapely
 from pydantic import Field
 
 from service.parts.areas import AnyArea, AreaChoice, area_of
-from service.parts.points import StrictModel
+from service.parts.cover import CoverParameters
 from terrain import GRID_METRES, Area, AreaError, Box, ElevationGrid, area_in, area_window, told_place
 from visibility import MinimumVisibleAltitude
 
@@ -23,8 +23,8 @@ POSTS_AT_ONCE = 1_000_000
 BORDER_M = 1e-3
 
 
-class AreaParameters(StrictModel):
-    """Which part of a DEM a request is about."""
+class AreaParameters(CoverParameters):
+    """Which part of a DEM a request is about, and what stands there."""
 
     area: AreaChoice | None = Field(
         None,

@@ -14,7 +14,7 @@ from visibility.cover.buildings import Buildings
 from visibility.cover.footprints import Footprint
 from visibility.errors import CoverError
 
-__all__ = ["standing_footprints", "standing_mesh", "with_standing"]
+__all__ = ["standing_footprints", "standing_mesh", "standing_solids", "with_standing"]
 
 Reals = npt.NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def with_standing(grid: ElevationGrid, parts: Sequence[Standing]) -> ElevationGr
     notes = tuple(note for part in parts for note in part.notes)
     together = Standing(
         np.concatenate([part.edges_m for part in parts]),
-        np.concatenate([part.roofs_m for part in parts]),
+        np.concatenate([part.faces_m for part in parts]),
         sum(part.bodies for part in parts),
         notes,
     )
@@ -42,11 +42,11 @@ def with_standing(grid: ElevationGrid, parts: Sequence[Standing]) -> ElevationGr
     return replace(grid, standing=together, provenance=provenance)
 
 
-def standing_footprints(grid: ElevationGrid, footprints: Sequence[Footprint]) -> Standing:
+def standing_footprints(grid: ElevationGrid, footprints: Sequence[Footprint], told: Sequence[str] = ()) -> Standing:
     """Flat-roofed solids of footprints: each roof is its height over the ground under the middle of its footprint.
 
-    Footprints whose middle has no known ground are left out, and so are those outside the grid, which is told in the
-    notes. Raises CoverError where that leaves nothing.
+    told: what is to be known of them already. Footprints whose middle has no known ground are left out, and so are
+    those outside the grid, which is told in the notes. Raises CoverError where that leaves nothing.
     """
     if not footprints:
         raise CoverError("There is no footprint of a building to stand on the ground.")
@@ -62,14 +62,15 @@ def standing_footprints(grid: ElevationGrid, footprints: Sequence[Footprint]) ->
         )
     roof_m = ground_m + np.array([footprint.height_m for footprint in footprints])
     raised = sum(footprints[number].min_height_m > 0.0 for number in placed.tolist())
-    notes = []
+    notes = [*told]
     if left_out:
         notes.append(f"{left_out} of {count} footprints have no known ground under their middle and are left out.")
     if raised:
         notes.append(f"{raised} of {count} footprints begin above the ground (min_height); they count as solid below.")
     edges = [_outline_edges(outlines[number], float(roof_m[number])) for number in placed.tolist()]
     roofs = [_flat_roof(outlines[number], float(roof_m[number])) for number in placed.tolist()]
-    return Standing(np.concatenate(edges), np.concatenate(roofs), len(placed), tuple(notes))
+    walls = [_walls(grid, edge, float(ground_m[number])) for number, edge in zip(placed.tolist(), edges, strict=True)]
+    return Standing(np.concatenate(edges), np.concatenate([*roofs, *walls]), len(placed), tuple(notes))
 
 
 def standing_mesh(buildings: Buildings) -> Standing:
@@ -81,7 +82,6 @@ def standing_mesh(buildings: Buildings) -> Standing:
     real = length > 0.0
     corners_m, merged = corners_m[real], merged[real]
     normal = normal[real] / length[real, None]
-    upright = np.abs(normal[:, 2]) <= 1e-12
     ends = np.concatenate([merged[:, [0, 1]], merged[:, [1, 2]], merged[:, [2, 0]]])
     places_m = np.concatenate([corners_m[:, [0, 1]], corners_m[:, [1, 2]], corners_m[:, [2, 0]]])
     _, first, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_inverse=True)
@@ -97,7 +97,25 @@ def standing_mesh(buildings: Buildings) -> Standing:
     seen[two[flat]] = False
     edges_m = places_m[first[seen]]
     level_m = np.hypot(*(edges_m[:, 1, :2] - edges_m[:, 0, :2]).T)
-    return Standing(edges_m[level_m > 0.0], corners_m[~upright], buildings.count)
+    return Standing(edges_m[level_m > 0.0], corners_m, buildings.count)
+
+
+def standing_solids(grid: ElevationGrid) -> Buildings | None:
+    """What stands on a grid as a mesh, to measure distances to; None where nothing does."""
+    if grid.standing is None:
+        return None
+    corners_m = grid.standing.faces_m.reshape(-1, 3)
+    return Buildings(corners_m, np.arange(len(corners_m)).reshape(-1, 3), "the buildings")
+
+
+def _walls(grid: ElevationGrid, edges_m: Reals, ground_m: float) -> Reals:
+    """(m, 3, 3) triangles from the roof's edges down to the lowest ground at them, or under the middle."""
+    around_m = np.asarray(height_at(grid, edges_m[:, 0, 0], edges_m[:, 0, 1]), np.float64)
+    foot_m = np.nanmin(np.append(around_m, ground_m))
+    low_m = edges_m.copy()
+    low_m[..., 2] = foot_m
+    near, far, below, beyond = edges_m[:, 0], edges_m[:, 1], low_m[:, 0], low_m[:, 1]
+    return np.concatenate([np.stack([near, far, beyond], axis=1), np.stack([near, beyond, below], axis=1)])
 
 
 def _outline_edges(outline: shapely.Polygon, roof_m: float) -> Reals:

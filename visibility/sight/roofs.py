@@ -10,9 +10,25 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.errors import AnchorError
-from visibility.sight.kernels.roofs import Buckets, cast_shadows, cover_posts, fill_buckets, highest_roof, scan_roofs
+from visibility.sight.kernels.roofs import (
+    Buckets,
+    cast_shadows,
+    cover_posts,
+    cover_squares,
+    fill_buckets,
+    highest_roof,
+    scan_roofs,
+)
 
-__all__ = ["RoofsOverLines", "raise_behind_roofs", "refuse_under_roof", "roof_heights", "roof_over", "roofs_over_lines"]
+__all__ = [
+    "RoofsOverLines",
+    "least_heights_clear",
+    "raise_behind_roofs",
+    "refuse_under_roof",
+    "roof_heights",
+    "roofs_over",
+    "roofs_over_lines",
+]
 
 Reals = npt.NDArray[np.float64]
 Heights = npt.NDArray[np.float32]
@@ -60,17 +76,31 @@ def roof_heights(grid: ElevationGrid) -> Heights:
     return highest_m
 
 
-def roof_over(grid: ElevationGrid, east_m: float, north_m: float) -> float:
-    """Altitude of the highest roof over a place, m; -inf where nothing stands."""
+def least_heights_clear(grid: ElevationGrid) -> Reals:
+    """(rows, cols) post heights with those of every square that a roof touches raised to it; NaN = unknown ground.
+
+    The surface between these posts is nowhere below ground or roofs.
+    """
+    heights_m = grid.heights_m.astype(np.float64)
+    if grid.standing is not None:
+        highest_m = np.full(grid.shape, -np.inf)
+        cover_squares(_in_posts(grid).triangles, highest_m)
+        heights_m = np.maximum(heights_m, highest_m)
+    return heights_m
+
+
+def roofs_over(grid: ElevationGrid, east_m: Reals, north_m: Reals) -> Reals:
+    """(n,) altitude of the highest roof over each place, m; -inf where nothing stands."""
     if grid.standing is None:
-        return -np.inf
+        return np.full(len(east_m), -np.inf)
     found = _in_posts(grid)
-    return float(highest_roof(found.triangles, found.roof_buckets, *map(float, grid.post_at(east_m, north_m))))
+    places = zip(*(values.tolist() for values in grid.post_at(east_m, north_m)), strict=True)
+    return np.array([highest_roof(found.triangles, found.roof_buckets, row, col) for row, col in places], np.float64)
 
 
 def refuse_under_roof(grid: ElevationGrid, called: str, east_m: float, north_m: float, altitude_m: float) -> None:
     """Raise AnchorError for an anchor below the roof of a building; called: what the sentence calls it."""
-    roof_m = roof_over(grid, east_m, north_m)
+    roof_m = float(roofs_over(grid, np.array([east_m]), np.array([north_m]))[0])
     if altitude_m < roof_m - ROOF_TOLERANCE_M:
         raise AnchorError(
             f"{called} is inside a building, {roof_m - altitude_m:.1f} m below its roof ({roof_m:.1f} m); raise it "
@@ -124,7 +154,9 @@ def _in_posts(grid: ElevationGrid) -> _InPosts:
     if kept is None:
         standing = grid.standing
         assert standing is not None, "asked only where something stands"
-        edges, triangles = _posts_of(grid, standing.edges_m), _posts_of(grid, standing.roofs_m)
+        edges, faces = _posts_of(grid, standing.edges_m), _posts_of(grid, standing.faces_m)
+        across = faces[:, 1:, :2] - faces[:, :1, :2]
+        triangles = faces[np.linalg.det(across) != 0.0]  # walls are over nothing
         kept = _InPosts(edges, triangles, _buckets(edges), _buckets(triangles))
         _of_grid[grid] = kept
     return kept

@@ -43,7 +43,12 @@ def make_map_by_windows(
 
     scheduler: address of a Dask scheduler whose workers do it. Raises RequestError.
     """
-    not_so = {"--crs": reading.crs, "--band": reading.band, "--cell-m": reading.cell_m}
+    not_so = {
+        "--crs": reading.crs,
+        "--band": reading.band,
+        "--cell-m": reading.cell_m,
+        "--buildings": reading.cover.buildings,
+    }
     odd = [option for option, given in not_so.items() if given is not None]
     if odd:
         raise RequestError(f"{' and '.join(odd)} cannot be given for a DEM that is read by windows.")

@@ -97,7 +97,7 @@ def read_tiles(
         raise RequestError("--margin goes with an area: give --area, --around or --polygon too.")
     if not tiles and margin_m is None:
         return None
-    given = [name for name in told(reading) if name not in ("crs", "cell_m")]
+    given = [name for name in told(reading) if name not in ("crs", "cell_m", "cover")]
     if given:
         raise RequestError(f"--{given[0].replace('_', '-')} is for a DEM in one file that is read whole.")
     crs, cell_m = reading.crs, reading.cell_m

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 
+from .cover import BARE, CoverOptions
+
 __all__ = [
     "GROUP",
     "WHOLE",
@@ -111,11 +113,17 @@ class Reading:
         str | None, option("What heights shall count from: msl, hae, EGM96, EPSG:5703; converted or taken so.", "DATUM")
     ] = None
 
-    def read(self, dem: str, area: AnyArea | None = None, margin_m: float | None = None) -> ElevationGrid:
-        """The DEM of a file, or the ground of tiles: of them no more than the area and the margin around it.
+    cover: CoverOptions = BARE
 
-        Of one file all is read, unless there is a margin. Raises TerrainError, RequestError.
+    def read(self, dem: str, area: AnyArea | None = None, margin_m: float | None = None) -> ElevationGrid:
+        """The DEM of a file, or the ground of tiles, with what stands on it.
+
+        Of tiles no more than the area and the margin around it is read, of one file all unless there is a margin.
+        Raises TerrainError, RequestError, CoverError, MeshError.
         """
+        return self.cover.put_on(self._ground(dem, area, margin_m))
+
+    def _ground(self, dem: str, area: AnyArea | None, margin_m: float | None) -> ElevationGrid:
         from terrain import read_dem
 
         from .ground import read_tiles

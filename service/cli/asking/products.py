@@ -16,6 +16,7 @@ from rich.table import Table
 from service.errors import RequestError
 from service.files.layer import Layer, replacing
 from service.parts.altitude_datums import in_dem_datum
+from service.parts.cover import covered
 from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_names, sentence_of
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
@@ -64,7 +65,7 @@ def ask(
     """
     parameters = request_from_file(asked, product) if isinstance(asked, Path) else asked
     parameters = parameters.model_copy(update=dict(changes or {}))
-    grid = reading.read(dem, getattr(parameters, "area", None), margin_m)
+    grid = covered(reading.read(dem, getattr(parameters, "area", None), margin_m), parameters)
     parameters, told = in_dem_datum(grid, parameters)
     layers = tuple(
         layer

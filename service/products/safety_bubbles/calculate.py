@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, JsonValue
 
 from navigation import BubbleVerdict, MotionNoise
 from planning.bubbles import BubbleFilter, PathBubbles, bubbles_along, way_m
+from service.parts.cover import buildings_of
 from service.parts.map_area import map_area
 from service.parts.map_facts import Ground, curvature_of, ground_of
 from service.parts.positioning_answers import (
@@ -30,7 +31,7 @@ from service.products.in_common import QUANTILES
 from terrain import ElevationGrid
 from visibility import Buildings
 
-from .request import BubbleParameters, bubble_sources, buildings_of, check_bubble_question, given_covariances
+from .request import BubbleParameters, bubble_sources, check_bubble_question, given_covariances
 
 __all__ = [
     "BubbleOut",

@@ -6,11 +6,12 @@ from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Base64Bytes, ConfigDict, Field, JsonValue, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 import navigation
 from navigation import BubbleError, MeasurementError
 from planning.bubbles import surroundings, way_m
+from service.parts.cover import BuildingsIn, buildings_of
 from service.parts.map_area import refuse_outside
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, PointIn, Positive, StrictModel
@@ -19,8 +20,6 @@ from service.parts.ranging_sources import RangingSources, ranging_sources
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import points_in_grid
 from terrain import ElevationGrid
-from visibility import Buildings
-from visibility.cover import parse_buildings
 from visibility.sight import check_anchors
 from visibility.sight.sight_points import check_points
 
@@ -30,7 +29,6 @@ __all__ = [
     "MotionIn",
     "SafetyBubblesIn",
     "bubble_sources",
-    "buildings_of",
     "check_bubble_question",
     "given_covariances",
     "points_and_times",
@@ -57,28 +55,6 @@ HISTORY: dict[str, JsonValue] = {
 Point3 = tuple[Metres, Metres, Metres]
 Covariance = tuple[Number, Number, Number, Number, Number, Number]
 Array = npt.NDArray[np.float64]
-
-
-class BuildingsIn(StrictModel):
-    """Buildings that stand on the DEM, in one .stl, .obj, .ply or .glb file, in metres."""
-
-    name: str = Field(
-        min_length=5,
-        max_length=200,
-        pattern=r"^[^/\\]*\.([sS][tT][lL]|[oO][bB][jJ]|[pP][lL][yY]|[gG][lL][bB])$",
-        description="What the file is called; its ending tells the format: .stl, .obj, .ply or .glb.",
-    )
-    base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
-    heights: Literal["above_ground", "absolute"] = Field(
-        "above_ground",
-        description="Each separate body stands on the ground under the middle of its footprint, or the file's heights "
-        "are altitudes.",
-    )
-    up: Literal["y", "z"] | None = Field(
-        None, description="The file's upward axis; left out: y for .glb, as that format says, z for the others."
-    )
-    origin_east_m: Metres = Field(0.0, description="East of the file's own origin in the DEM's metric CRS, metres.")
-    origin_north_m: Metres = Field(0.0, description="North of it, metres.")
 
 
 class MotionIn(StrictModel):
@@ -198,21 +174,6 @@ def check_bubble_question(grid: ElevationGrid, parameters: BubbleParameters) -> 
             index=first,
         )
     return len(bubble_sources(grid, parameters).all), points_m, times_s
-
-
-def buildings_of(grid: ElevationGrid, asked: BuildingsIn | None) -> Buildings | None:
-    """The buildings of a request, stood on the grid. Raises MeshError."""
-    if asked is None:
-        return None
-    return parse_buildings(
-        asked.base64,
-        asked.name,
-        grid,
-        heights=asked.heights,
-        up=asked.up,
-        origin_east_m=asked.origin_east_m,
-        origin_north_m=asked.origin_north_m,
-    )
 
 
 def bubble_sources(grid: ElevationGrid, parameters: BubbleParameters) -> RangingSources:

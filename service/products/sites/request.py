@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import ConfigDict, Field, JsonValue
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import CurvatureChoice
 from service.parts.areas import AreaChoice
@@ -55,6 +55,12 @@ class SiteMapParameters(AreaParameters):
     curvature: CurvatureChoice = Field(
         "auto", description="auto: what the DEM's CRS implies (flat without a CRS); flat: none; or numbers."
     )
+
+    @model_validator(mode="after")
+    def _on_bare_ground(self) -> Self:
+        if self.cover is not None:
+            raise ValueError("A map of sites knows bare ground only; leave out cover, or ask for a visibility map.")
+        return self
 
 
 class SiteMapIn(SiteMapParameters):

@@ -69,6 +69,8 @@ def make_large_map(
     work = work or Work()
     if parameters.area is not None:
         raise RequestError("A map by windows is of all ground in reach of its anchors; it takes no area.")
+    if parameters.cover is not None:
+        raise RequestError("A map by windows knows bare ground only; leave out cover, or have the DEM read whole.")
     middle = _ground_at(dem, *_middle(dem))
     parameters, told = in_dem_datum(middle, parameters)
     anchors = tuple(_anchor(dem, middle, parameters, number) for number in range(len(parameters.anchors)))

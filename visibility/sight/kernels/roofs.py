@@ -12,7 +12,7 @@ from numba import prange
 
 from compiled.options import parallel_kernel, scalar_kernel
 
-__all__ = ["Buckets", "cast_shadows", "cover_posts", "fill_buckets", "highest_roof", "scan_roofs"]
+__all__ = ["Buckets", "cast_shadows", "cover_posts", "cover_squares", "fill_buckets", "highest_roof", "scan_roofs"]
 
 BAND = 16  # rows of posts that one thread fills at a time
 BLOCK = 64  # lines that one thread takes at a time
@@ -131,6 +131,22 @@ def cover_posts(triangles, out):
         for row in range(max(math.ceil(top - 1e-6), 0), min(math.floor(bottom + 1e-6), rows - 1) + 1):
             for col in range(max(math.ceil(left - 1e-6), 0), min(math.floor(right + 1e-6), cols - 1) + 1):
                 out[row, col] = max(out[row, col], _roof_over(triangle, float(row), float(col)))
+
+
+@scalar_kernel
+def cover_squares(triangles, out):
+    """Raise the four posts of every square of out (rows, cols) that a triangle may touch to its highest corner."""
+    rows, cols = out.shape
+    for number in range(triangles.shape[0]):
+        triangle = triangles[number]
+        top_m = triangle[:, ALTITUDE].max()
+        for row in range(
+            max(math.floor(triangle[:, ROW].min()), 0), min(math.ceil(triangle[:, ROW].max()), rows - 1) + 1
+        ):
+            for col in range(
+                max(math.floor(triangle[:, COL].min()), 0), min(math.ceil(triangle[:, COL].max()), cols - 1) + 1
+            ):
+                out[row, col] = max(out[row, col], top_m)
 
 
 @scalar_kernel

@@ -1,0 +1,66 @@
+"""``--buildings`` of every command that reads a DEM."""
+
+import json
+
+import pytest
+
+from terrain import write_npz
+from tests.service.small_maps import small_grid
+from tests.service.small_paths import at
+from tests.service.test_cover_of_products import footprints
+
+
+@pytest.fixture
+def files(tmp_path):
+    dem, town = tmp_path / "small.npz", tmp_path / "town.geojson"
+    write_npz(small_grid(), dem)
+    town.write_text(json.dumps(footprints()))
+    return str(dem), str(town)
+
+
+def ends():
+    places = ((at(95.0, 229.0), 5), (at(330.0, 229.0), 2))
+    start, end = (f"{place['east_m']},{place['north_m']},{height}agl" for place, height in places)
+    return ["--from", start, "--to", end, "--json"]
+
+
+def test_a_line_through_a_building_is_blocked_by_it(sightline, files):
+    dem, town = files
+    assert json.loads(sightline("los", dem, *ends()).stdout)["verdict"] == "clear"
+    told = json.loads(sightline("los", dem, *ends(), "--buildings", town).stdout)
+    assert (told["verdict"], told["blocked_by"]) == ("blocked", "building")
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--buildings", "none.geojson"], "cannot be read"),
+        (["--level-height", "3"], "need --buildings FILE"),
+        (["--building-origin", "1,2"], "--building-origin needs --buildings FILE"),
+        (["--buildings", "TOWN", "--building-origin", "1,2"], "go with a mesh, not with footprints"),
+        (["--buildings", "DEM"], "not a mesh format"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_a_sentence(sightline, files, options, sentence):
+    dem, town = files
+    given = [{"TOWN": town, "DEM": dem}.get(word, word) for word in options]
+    sightline("los", dem, *ends(), *given).refused(sentence)
+
+
+@pytest.mark.parametrize("command", [["visibility"], ["dop"], ["morph", "--dop-limit", "30", "--ceiling", "300agl"]])
+def test_maps_tell_what_stands_there(sightline, files, command):
+    dem, town = files
+    anchors = [
+        word
+        for number, place in enumerate((at(95.0, 305.0), at(400.0, 30.0), at(420.0, 430.0), at(750.0, 90.0)))
+        for word in ("--anchor", f"A{number},{place['east_m']},{place['north_m']},60agl")
+    ]
+    bare, built = (
+        sightline(command[0], dem, *anchors, *command[1:], *more, "--json") for more in ([], ["--buildings", town])
+    )
+    assert (bare.code, built.code) == (0, 0), built.stderr
+    told = [json.loads(answer.stdout) for answer in (bare, built)]
+    for answer in told:
+        for name in ("elapsed_s", "timing", "parameters", "warnings", "version", "dem"):
+            answer.pop(name, None)
+    assert told[0] != told[1]
