@@ -13,6 +13,7 @@ ServiceError
 │   └── ForbiddenError         the key does not have that scope
 ├── StoreLockedError           another program holds the job store's database
 ├── NotFoundError              no such resource; carries its kind and id
+├── StoppingError              the service ends; the same request will do after its next start
 ├── GoneError                  it was there, and is over
 ├── NotReadyError              the job has no result (yet)
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
@@ -71,6 +72,7 @@ __all__ = [
     "RequestError",
     "ServiceError",
     "StartError",
+    "StoppingError",
     "StorageFullError",
     "StoreLockedError",
     "TimeLimitError",
@@ -135,6 +137,10 @@ class NotFoundError(ServiceError):
         super().__init__(f"There is no {kind} {id[:80]!r}{f'; {why}' if why else ''}.")
         self.kind = kind
         self.id = id[:80]
+
+
+class StoppingError(ServiceError):
+    """The service ends; what it has taken in goes on after its next start."""
 
 
 class GoneError(ServiceError):

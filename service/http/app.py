@@ -34,6 +34,7 @@ from .guard.access import Access
 from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
 from .guard.connections import Connections
+from .guard.leaving import Leave, Leaving
 from .guard.protocols import GuardedConfig
 from .health import router as health
 from .health import sentence_of_memory
@@ -94,6 +95,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         try:
             app.state.service = service = Service.assemble(chosen, opened)
             app.state.metrics.watch(service)
+            app.state.leave.listeners.append(service.supervisor.leaving.set)
             tasks: list[asyncio.Task[None]] = []
             try:
                 service.pool.start()
@@ -163,6 +165,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
             expose_headers=["Content-Range", "ETag", "Location", "Preference-Applied", "Retry-After", "X-Request-Id"],
         )
     app.add_middleware(Browsers, settings=chosen)
+    app.state.leave = Leave()
+    app.add_middleware(Leaving, leave=app.state.leave)
     app.state.metrics = Metrics(app.version)
     app.add_middleware(Seen, metrics=app.state.metrics, access_log=chosen.access_log)
     describe(app, [product.asked for product in products.values()])
@@ -202,7 +206,7 @@ def serve(settings: Settings) -> None:
                 # answers are small and want to be quick
                 ws_per_message_deflate=False,
             )
-            server = _Server(config, _url(settings.host, listener), folder)
+            server = _Server(config, app.state.leave, _url(settings.host, listener), folder)
             with suppress(SystemExit):  # a code of uvicorn's own for a start that failed
                 server.run(sockets=[listener])
             if not server.started:
@@ -214,8 +218,9 @@ def serve(settings: Settings) -> None:
 class _Server(uvicorn.Server):
     """Says on stdout where it listens, once it does."""
 
-    def __init__(self, config: GuardedConfig, url: str, folder: DataFolder) -> None:
+    def __init__(self, config: GuardedConfig, leave: Leave, url: str, folder: DataFolder) -> None:
         super().__init__(config)
+        self._leave = leave
         self._connections = config.connections
         self._url = url
         self._folder = folder
@@ -230,6 +235,11 @@ class _Server(uvicorn.Server):
         for listener in sockets or ():
             listener.listen(WAITING_CONNECTIONS)  # the loop has set it to what it accepts at once
         print(f"Sightline listens on {self._url} (data in {self._folder.root})", flush=True)
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Answer who waits, then end."""
+        self._leave.begin()
+        await super().shutdown(sockets)
 
     async def on_tick(self, counter: int) -> bool:
         """Ten times a second."""

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.jobs.records import DemRecord
 
-from .answers import Page
+from .answers import TurnedPage
 from .grounds import GroundUnderWay
 
 __all__ = ["Bounds", "BoundsDegrees", "DemList", "DemOut", "DemUnderWay"]
@@ -158,7 +158,7 @@ class DemUnderWay(BaseModel):
         )
 
 
-class DemList(Page):
+class DemList(TurnedPage):
     """One page of DEMs, newest first."""
 
     dems: list[DemOut]

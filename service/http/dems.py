@@ -19,7 +19,7 @@ from service.jobs.channel import ReadDemArguments, ReadingOptions
 from service.jobs.pool import Lane
 from service.jobs.records import DemRecord
 
-from .answers import Limit, Offset
+from .answers import Cursor, Limit, OlderOffset, cursor_after, place_of_cursor
 from .bodies import WaitDep, receive
 from .context import Service, ServiceDep
 from .dem_answers import DemList, DemOut, DemUnderWay
@@ -145,10 +145,12 @@ async def upload_dem(
 
 
 @router.get("", summary="List DEMs", responses=problem_responses(422))
-async def list_dems(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> DemList:
-    """DEMs, newest first."""
-    dems, total = await service.supervisor.in_store(service.store.dems, limit, offset)
-    return DemList(dems=[DemOut.of(dem) for dem in dems], total=total, limit=limit, offset=offset)
+async def list_dems(service: ServiceDep, limit: Limit = 50, offset: OlderOffset = 0, cursor: Cursor = None) -> DemList:
+    """DEMs, newest first. `next` leads to the page after."""
+    after = place_of_cursor(cursor)
+    dems, total = await service.supervisor.in_store(service.store.dems, limit + 1, offset, after)
+    told, following = [DemOut.of(dem) for dem in dems[:limit]], cursor_after(dems, limit)
+    return DemList(dems=told, total=total, limit=limit, offset=offset, next=following)
 
 
 @router.get(

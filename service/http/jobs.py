@@ -13,9 +13,9 @@ from pydantic import BaseModel, JsonValue
 from starlette.exceptions import HTTPException
 from starlette.types import Message, Receive, Scope, Send
 
-from service.errors import NotFoundError, NotReadyError, RangeError
+from service.errors import NotFoundError, NotReadyError, RangeError, StoppingError
 from service.files.layer import Layer
-from service.jobs.records import JobRecord, JobStatus
+from service.jobs.records import Failure, JobRecord, JobStatus
 from service.parts.positioning import ORBIT_TEXTS
 from service.products import Product
 
@@ -33,12 +33,14 @@ __all__ = [
     "has_layer",
     "path_of",
     "spliced_answer",
+    "state_of",
     "whole_answer",
 ]
 
 JSON = "application/json"
 BLOCK_BYTES = 1024 * 1024
 RETRY_AFTER_S = 1
+GOES_ON = "The service is stopping; the job was taken in and goes on after its next start: follow Location then."
 EVENT_STREAM = "text/event-stream"
 EVENTS_EVERY_S, SETTLES_S, ALIVE_EVERY_S = 0.25, 0.02, 15.0
 
@@ -99,7 +101,8 @@ def path_of(service: Service, job: JobRecord) -> str:
     return f"{service.products[job.kind].path}/{job.id}"
 
 
-def _state_of(service: Service, job: JobRecord) -> JobOut:
+def state_of(service: Service, job: JobRecord) -> JobOut:
+    """How a job stands, without what was asked and what came out."""
     ran = job.started_at_s is not None and job.finished_at_s is not None
     return JobOut.model_construct(
         id=job.id,
@@ -132,6 +135,8 @@ async def after_waiting(
     response.headers["Location"] = path_of(service, job)
     if job.failure is not None:
         raise FailedJob(job.failure, path_of(service, job))
+    if job.active and wait_s is not None and service.supervisor.leaving.is_set():
+        raise FailedJob(Failure.of(StoppingError(GOES_ON)), path_of(service, job))
     if job.active:
         response.status_code = 202
         response.headers["Retry-After"] = str(RETRY_AFTER_S)
@@ -157,7 +162,7 @@ async def _events(service: Service, job: JobRecord) -> AsyncIterator[str]:
         elif silent_s >= ALIVE_EVERY_S:
             silent_s = 0.0
             yield ": still here\n\n"
-        if not job.active:
+        if not job.active or service.supervisor.leaving.is_set():
             return
         await service.supervisor.wait(job.id, EVENTS_EVERY_S)
         await asyncio.sleep(SETTLES_S)  # between the end of its task and its place in the store
@@ -195,7 +200,7 @@ def answer_of(service: Service, product: Product, job: JobRecord) -> MapOut:
         if job.summary is not None and has_layer(job, layer)
     ]
     told: dict[str, object] = {
-        **dict(_state_of(service, job)),
+        **dict(state_of(service, job)),
         "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
         "result": _with_notes(job),
         "layers": links,

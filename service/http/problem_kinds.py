@@ -87,6 +87,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.UnauthenticatedError: ProblemKind("unauthenticated", 401, "A key is needed"),
     ours.ForbiddenError: ProblemKind("forbidden", 403, "The key does not have that scope"),
     ours.StoreLockedError: ProblemKind("store-locked", 503, "The job store is locked"),
+    ours.StoppingError: ProblemKind("stopping", 503, "The service is stopping"),
     ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
     ours.GoneError: ProblemKind("gone", 410, "The resource is over"),
     ours.NotReadyError: ProblemKind("not-ready", 409, "The job is not ready for that"),

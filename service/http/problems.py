@@ -13,9 +13,11 @@ from typing import TypedDict, cast
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from starlette._utils import get_route_path
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.responses import Response
+from starlette.routing import compile_path
 
 from service import errors as ours
 from service.error_roots import domain_errors
@@ -135,9 +137,23 @@ async def _of_framework(request: Request, error: Exception) -> Response:
         404: f"There is nothing at {request.url.path[:200]}.",
         405: f"{request.method} is not possible at {request.url.path[:200]}.",
     }
-    status = error.status_code
+    status, headers = error.status_code, dict(error.headers or {})
+    if status == 405:
+        headers["Allow"] = _allowed(request) or headers.get("Allow", "")
     kind = FRAMEWORK_KINDS.get(status, ProblemKind("http", status, HTTPStatus(status).phrase))
-    return _respond(_body(kind, sentences.get(status, str(error.detail)), request.url.path), error.headers)
+    return _respond(_body(kind, sentences.get(status, str(error.detail)), request.url.path), headers)
+
+
+def _allowed(request: Request) -> str:
+    """Methods of whatever has this path: each is a route of its own, and the framework tells those of the first."""
+    path = get_route_path(request.scope)
+    methods = {
+        method.upper()
+        for template, item in request.app.openapi()["paths"].items()
+        if compile_path(template)[0].match(path)
+        for method in item
+    }
+    return ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
 
 
 async def _nobody_there(request: Request, error: Exception) -> Response:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import uuid
 from collections.abc import Sequence
-from typing import cast
+from typing import Annotated, cast
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
@@ -15,10 +14,20 @@ from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFi
 from service.jobs.records import JobRecord, JobStatus
 from service.products import Product
 
-from .answers import Limit, MapOut, Offset, Page, list_model, out_model, state_model
+from .answers import (
+    Cursor,
+    Limit,
+    MapOut,
+    OlderOffset,
+    cursor_after,
+    list_model,
+    out_model,
+    place_of_cursor,
+    state_model,
+)
 from .bodies import WaitDep, json_body, long_body
 from .context import Service, ServiceDep
-from .jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, whole_answer
+from .jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, state_of, whole_answer
 from .meta import LOCATION, Responses, body_of, problem_responses
 from .tiles import add_tiles
 
@@ -119,18 +128,19 @@ def _add_following(router: APIRouter, product: Product) -> None:
         "",
         name=f"list_{many}",
         summary=f"List {product.tag[0].lower()}{product.tag[1:]}" if product.inline else f"List {title}s",
-        description=f"{product.tag}, newest first" + (", without what is long." if product.inline else "."),
+        description=f"{product.tag}, newest first, without what was asked and what came out. `next` leads to the page "
+        "after.",
         response_model=list_model(product),
         responses=problem_responses(422),
     )
-    async def list_all(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> Response:
-        jobs, total = await service.supervisor.in_store(service.store.jobs, product.name, limit, offset)
-        page = Page(total=total, limit=limit, offset=offset).model_dump_json().removesuffix("}")
-        # what was asked may be long, and there may be many: written one by one, beside whoever else is answered
-        entries = await asyncio.to_thread(
-            lambda: ",".join(answer_of(service, product, job).model_dump_json(by_alias=True) for job in jobs)
-        )
-        return Response(f'{page},"{many}":[{entries}]}}', media_type=JSON)
+    async def list_all(
+        service: ServiceDep, limit: Limit = 50, offset: OlderOffset = 0, cursor: Cursor = None
+    ) -> Response:
+        after = place_of_cursor(cursor)
+        jobs, total = await service.supervisor.in_store(service.store.jobs, product.name, limit + 1, offset, after)
+        entries = [state_of(service, job).model_dump(mode="json") for job in jobs[:limit]]
+        page = {"total": total, "limit": limit, "offset": offset, "next": cursor_after(jobs, limit), many: entries}
+        return JSONResponse(page)
 
     @router.get(
         "/{job_id}",
@@ -168,15 +178,19 @@ def _add_following(router: APIRouter, product: Product) -> None:
         name=f"delete_{one}",
         summary=f"Cancel or delete {_article(product)}",
         description="One that waits or runs is cancelled and stays as `cancelled`; a finished one is deleted with its "
-        "files.",
+        "files. Asked again, one that is cancelled is answered as it is, until it is to be forgotten.",
         responses={
-            200: {"description": "It was waiting or running and is cancelled now.", "model": state},
+            200: {"description": "It was waiting or running and is cancelled, now or before.", "model": state},
             204: {"description": "It was over; it and its files are gone."},
-            **problem_responses(404),
+            **problem_responses(404, 422),
         },
     )
-    async def delete_one(job_id: str, service: ServiceDep) -> Response:
-        cancelled = await service.supervisor.remove(product.name, job_id)
+    async def delete_one(
+        job_id: str,
+        service: ServiceDep,
+        forget: Annotated[bool, Query(description="Whether it is deleted also when it is, or was, cancelled.")] = False,
+    ) -> Response:
+        cancelled = await service.supervisor.remove(product.name, job_id, forget=forget)
         if cancelled is None:
             return Response(status_code=204)
         return JSONResponse(answer_of(service, product, cancelled).model_dump(mode="json"))

@@ -21,6 +21,11 @@ from .store_file import IS_ACTIVE, StoredRow, read_known
 
 __all__ = ["Store"]
 
+# of a job in a list: what was asked and what came out can be long, and there are many
+SHORT = (
+    "id, kind, dem_id, '{\"parameters\": {}}' AS request, status, created_at_s, started_at_s, finished_at_s, attempts, "
+    "digest, NULL AS summary, failure, pinned, tenant"
+)
 NEWEST = "ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?"
 
 
@@ -135,7 +140,7 @@ class Store:
         return job_of(row)
 
     def jobs(self, kind: str, limit: int, offset: int = 0, after: Place | None = None) -> tuple[list[JobRecord], int]:
-        """One page, newest first, and how many there are in all.
+        """One page, newest first, without what was asked and what came out, and how many there are in all.
 
         after: the last of the page before, where it is known; a page is then as quick however deep it lies.
         """
@@ -144,7 +149,7 @@ class Store:
         with self._reading() as connection:
             total = self._count(connection, kind)
             rows = connection.execute(
-                f"SELECT * FROM jobs WHERE {mine} AND kind = ? AND {older} {NEWEST}",
+                f"SELECT {SHORT} FROM jobs WHERE {mine} AND kind = ? AND {older} {NEWEST}",
                 (*whose, kind, *than, limit, offset),
             ).fetchall()
         return [job_of(row) for row in rows], total

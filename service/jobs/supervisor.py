@@ -67,6 +67,7 @@ class Supervisor:
         self._salts: dict[str, str] = {DEFAULT_TENANT: ""}
         self._admitting = 0
         self._stopping = False
+        self.leaving = asyncio.Event()
 
     async def start(self) -> None:
         """Tidy up after a process that was killed, and take on again what it had not finished."""
@@ -153,15 +154,17 @@ class Supervisor:
         return job
 
     async def wait(self, job_id: str, seconds: float) -> None:
-        """Come back when the job is over, or after so many seconds."""
+        """Come back when the job is over, after so many seconds, or when the service ends (``leaving``)."""
         task = self._running.get(job_id)
         if task is not None:
-            await asyncio.wait({task}, timeout=seconds)
+            leaving = asyncio.ensure_future(self.leaving.wait())
+            await asyncio.wait({task, leaving}, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+            leaving.cancel()
 
-    async def remove(self, kind: str, job_id: str) -> JobRecord | None:
+    async def remove(self, kind: str, job_id: str, *, forget: bool = False) -> JobRecord | None:
         """Cancel a job that waits or runs (it comes back, cancelled), or forget a finished one and free its files.
 
-        Raises NotFoundError.
+        One that is cancelled already comes back as it is, unless it is to be forgotten. Raises NotFoundError.
         """
         job = await self.in_store(self._store.job, kind, job_id)
         task = self._running.get(job_id)
@@ -172,8 +175,8 @@ class Supervisor:
             if job.active:  # cancelled before it took its first step
                 await self._over(job, JobStatus.CANCELLED, JobCancelledError(CANCELLED))
                 job = await self.in_store(self._store.job, kind, job_id)
-            if job.status is JobStatus.CANCELLED:
-                return job
+        if job.status is JobStatus.CANCELLED and not forget:
+            return job
         await self.in_store(self.space.freeing, self.retention.forget, job.id, job.digest)
         return None
 

@@ -68,13 +68,22 @@ def test_a_job_is_cancelled_the_moment_it_is_posted(server: Server, dem: dict[st
     assert server.client.get("/health").json()["jobs"] == {"queued": 0, "running": 0}
 
 
-def test_a_cancelled_job_has_no_layers_and_deleting_it_again_forgets_it(server: Server, dem: dict[str, Any]) -> None:
+def test_a_cancelled_job_has_no_layers_and_deleting_it_again_says_so_until_it_is_to_be_forgotten(
+    server: Server, dem: dict[str, Any]
+) -> None:
     job = posted(server, long_job(dem))
     server.client.delete(job)
     layer = server.client.get(f"{job}/layers/visible.tif")
     assert (layer.status_code, layer.json()["type"]) == (409, "/problems/not-ready")
-    assert server.client.delete(job).status_code == 204
+    told = server.client.get(job).json()
+    again = server.client.delete(job)
+    assert (again.status_code, again.json()) == (200, told)
+    assert server.client.get(job).json() == told
+    assert server.client.delete(job, params={"forget": True}).status_code == 204
     assert server.client.get(job).status_code == 404
+    running_job = posted(server, long_job(dem))
+    assert server.client.delete(running_job, params={"forget": True}).status_code == 204
+    assert server.client.get(running_job).status_code == 404
 
 
 def test_deleting_a_finished_map_frees_its_files(server: Server, dem: dict[str, Any]) -> None:

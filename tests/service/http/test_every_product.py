@@ -7,6 +7,7 @@ from typing import Any
 import httpx
 import pytest
 
+from service.http.answers import JobOut
 from service.products import Product
 from service.products.registry import PRODUCTS
 from tests.service.asked import ASKED
@@ -55,15 +56,34 @@ def test_within_the_wait_the_answer_is_201_and_is_the_model_of_the_product(
 
 
 @EVERY
-def test_it_is_found_and_listed_as_it_was_answered(
+def test_it_is_found_as_it_was_answered_and_listed_without_what_is_long(
     server: Server, made: dict[str, httpx.Response], product: Product
 ) -> None:
     job = made[product.name].json()
     assert server.client.get(job["links"]["self"]).json() == job
     entry = listed(server, product)[job["id"]]
-    long = set() if product.inline is None else {product.inline.name}
-    assert entry == {name: value for name, value in job.items() if name not in long}
-    assert set(job) - set(entry) == long
+    assert entry == {name: value for name, value in job.items() if name in JobOut.model_fields}
+    assert {"request", "result", "layers"} <= set(job) - set(entry)
+
+
+def test_pages_lead_through_the_whole_list_whatever_is_new_meanwhile(server: Server, ground: dict[str, Any]) -> None:
+    product = PRODUCTS["visibility-map"]
+    asked = [posted(server, product, ground).json()["id"] for _ in range(4)]
+    whole = [*listed(server, product)]
+    assert whole[:4] == asked[::-1]
+    seen, cursor = [], None
+    while True:
+        query = {"limit": 2} if cursor is None else {"limit": 2, "cursor": cursor}
+        page = server.client.get(product.path, params=query).json()
+        seen += [entry["id"] for entry in page["visibility_maps"]]
+        cursor = page["next"]
+        if cursor is None:
+            break
+        posted(server, product, ground)
+    assert seen == whole
+    dems = server.client.get("/dems", params={"limit": 1}).json()
+    assert (dems["next"] is None) == (dems["total"] == 1)
+    assert server.client.get(product.path, params={"cursor": "5"}).status_code == 422
 
 
 @EVERY
