@@ -33,7 +33,7 @@ from .output import facts_table, share_text
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from service.products.placements.question import PlacementSummary
+    from service.products.placements.answer import PlacementSummary
 
 __all__ = ["place"]
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -21,7 +22,9 @@ __all__ = [
     "BYTES",
     "FLOATS",
     "QUANTILES",
+    "Drawn",
     "Feature",
+    "Later",
     "Raster",
     "add_array",
     "common_tags",
@@ -135,6 +138,35 @@ class Raster(Generic[Finished]):
         compression = FLOATS if self.nodata is not None and math.isnan(self.nodata) else BYTES
         bands, names = self.bands(finished), self.names(finished)
         write_cog(path, finished.grid, bands, names, self.nodata, tags, compression)
+
+
+@dataclass(frozen=True, slots=True)
+class Later:
+    """A layer's writer in a module that only a process that draws loads: matplotlib and dask take a second each.
+
+    place: ``package.module:function``, called with what is finished, the path, and ``more``.
+    """
+
+    place: str
+    more: Mapping[str, object] = field(default_factory=dict)
+
+    def function(self) -> Any:
+        """What stands there."""
+        module, _, name = self.place.partition(":")
+        return getattr(importlib.import_module(module), name)
+
+    def __call__(self, finished: object, path: Path) -> None:
+        """Write it."""
+        self.function()(finished, path, **self.more)
+
+
+class Drawn(Later):
+    """The same of a picture: the function makes the figure, without a path."""
+
+    def __call__(self, finished: object, path: Path) -> None:
+        """Write it as PNG."""
+        sheet = importlib.import_module("service.drawing.sheet")
+        sheet.save_png(self.function()(finished, **self.more), path)
 
 
 def feature(kind: str, coordinates: object, properties: Mapping[str, object], id: str | None = None) -> Feature:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from service.files.csv_table import TableWriter
 from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
 from service.parts.map_facts import altitude_datum_of
-from service.products.in_common import BYTES, Raster, common_tags, write_cog
+from service.products.in_common import BYTES, Drawn, Later, Raster, common_tags, write_cog
 from visibility import UNKNOWN
 from visibility.dilution import DopReason
 
@@ -71,35 +70,6 @@ def _error_tags(finished: FinishedDopMap) -> dict[str, str]:
     return {**_tags(finished), "one sigma of a range": finished.answer.sigmas}
 
 
-def _write_picture(finished: FinishedDopMap, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from . import picture
-
-    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
-    writers[what](finished, path)
-
-
-def _write_cut(number: int, finished: FinishedDopMap, path: Path) -> None:
-    from service.drawing.sheet import save_png
-
-    from . import picture
-
-    save_png(picture.draw_cut(finished, number), path)
-
-
-def _write_volume(finished: FinishedDopMap, path: Path, what: str) -> None:
-    # dask takes as long, and only a process that writes volumes needs it
-    from . import volume_files
-
-    writers = {
-        "dop": volume_files.write_volume_dop,
-        "count": volume_files.write_volume_count,
-        "arrays": volume_files.write_volume_arrays,
-        "dataset": volume_files.write_volume_dataset,
-    }
-    writers[what](finished, path)
-
-
 LAYERS = (
     Layer(
         "dop.tif",
@@ -149,20 +119,20 @@ LAYERS = (
         "map.png",
         PNG,
         "A picture of the dilution over shaded relief, with the line of the limit, anchors and legend.",
-        partial(_write_picture, what="map"),
+        Drawn("service.products.dop.picture:draw_dop_map"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
-        partial(_write_picture, what="overlay"),
+        Later("service.products.dop.picture:write_overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
-        partial(_write_picture, what="legend"),
+        Later("service.products.dop.picture:write_legend"),
         for_screens=True,
     ),
     Layer(
@@ -177,7 +147,7 @@ LAYERS = (
             f"cut-{number}.png",
             PNG,
             f"A picture of cut {number}: anchors in sight and the dilution, with the ground.",
-            partial(_write_cut, number - 1),
+            Drawn("service.products.dop.picture:draw_cut", {"number": number - 1}),
             needs="cuts",
             at_least=number,
         )
@@ -188,7 +158,7 @@ LAYERS = (
         GEOTIFF,
         "float32, a band for each layer of the volume, the lowest first: the dilution; +inf no fix, NaN (nodata) "
         "unknown.",
-        partial(_write_volume, what="dop"),
+        Later("service.products.dop.volume_files:write_volume_dop"),
         needs="volume",
     ),
     Layer(
@@ -196,7 +166,7 @@ LAYERS = (
         GEOTIFF,
         "A band for each layer of the volume: how many anchors are surely in sight, nodata (largest value) where that "
         "of some is unknown.",
-        partial(_write_volume, what="count"),
+        Later("service.products.dop.volume_files:write_volume_count"),
         needs="volume",
     ),
     Layer(
@@ -204,14 +174,14 @@ LAYERS = (
         "application/x-npz",
         "Arrays over layers, rows and columns for numpy: dilution, count, and the visible set as bits, anchor a being "
         "bit a % 64 of word a // 64.",
-        partial(_write_volume, what="arrays"),
+        Later("service.products.dop.volume_files:write_volume_arrays"),
         needs="volume",
     ),
     Layer(
         "volume.nc",
         "application/x-netcdf",
         "The same as NetCDF with coordinates and CRS, as xarray opens it.",
-        partial(_write_volume, what="dataset"),
+        Later("service.products.dop.volume_files:write_volume_dataset"),
         needs="volume",
     ),
 )

@@ -27,7 +27,7 @@ from service.drawing.class_map import (
     count_classes,
 )
 from service.drawing.furniture import ANCHOR_COLOUR, HALO, INK
-from service.drawing.sheet import DPI, Sampling, ground_figure, lit_ground, save_png, sources_words
+from service.drawing.sheet import DPI, Sampling, ground_figure, lit_ground, sources_words
 from service.parts.map_facts import crs_label, dem_name
 from terrain import ElevationGrid
 from visibility import Anchor
@@ -37,7 +37,7 @@ from .calculate import FinishedDopMap
 from .request import DopMapParameters
 from .volumes import cut_line_m, cut_of, volume_of
 
-__all__ = ["dop_classes", "draw_cut", "draw_dop_map", "write_legend", "write_map", "write_overlay"]
+__all__ = ["dop_classes", "draw_cut", "draw_dop_map", "write_legend", "write_overlay"]
 
 # Shares of the limit at which classes begin: cold colours are good enough, warm ones are not.
 BOUNDS = (0.0, 0.5, 0.75, 1.0, 2.0)
@@ -47,11 +47,6 @@ GROUND = MapClass("ground", "#4a4038")
 OUTSIDE = MapClass("outside the volume", "#ffffff")  # air over the ceiling or under the floor
 MOST_NAMES = 12
 Panel = tuple[str, list[MapClass], npt.NDArray[np.uint8]]
-
-
-def write_map(finished: FinishedDopMap, path: Path) -> None:
-    """Draw the map into a PNG."""
-    save_png(draw_dop_map(finished), path)
 
 
 def write_overlay(finished: FinishedDopMap, path: Path) -> None:

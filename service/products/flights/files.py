@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from pathlib import Path
 
 import shapely
@@ -25,7 +24,7 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
-from service.products.in_common import Feature, feature, place_in_file
+from service.products.in_common import Drawn, Feature, feature, place_in_file
 
 __all__ = ["LAYERS"]
 
@@ -107,16 +106,6 @@ def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Feature) -> Fe
     return feature("Point", _coordinates(finished, at), properties)
 
 
-def _write_picture(finished: FinishedFlight, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from service.drawing.sheet import save_png
-
-    from . import picture
-
-    draw = {"map": picture.draw_flight, "profile": picture.draw_flight_profile}[what]
-    save_png(draw(finished), path)
-
-
 LAYERS = (
     Layer(
         "flight.geojson",
@@ -147,12 +136,12 @@ LAYERS = (
         status=FOUND,
         mission=KML_OF_FLIGHT,
     ),
-    Layer("map.png", PNG, "The flight over shaded relief.", partial(_write_picture, what="map")),
+    Layer("map.png", PNG, "The flight over shaded relief.", Drawn("service.products.flights.picture:draw_flight")),
     Layer(
         "profile.png",
         PNG,
         "Altitude over the ground, between the morphing map and the ceiling, and the distance to the ground.",
-        partial(_write_picture, what="profile"),
+        Drawn("service.products.flights.picture:draw_flight_profile"),
         status=FOUND,
     ),
 )

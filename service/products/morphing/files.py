@@ -13,7 +13,7 @@ from service.files.geojson import write_contours, write_no_go_zones
 from service.files.layer import COG, GEOJSON, PNG, Layer
 from service.parts.ranging_sources import limit_of, lines_to
 from service.parts.shapes_in_grid import air_layers
-from service.products.in_common import Raster, common_tags
+from service.products.in_common import Drawn, Later, Raster, common_tags
 from visibility import control_volume
 from visibility.air import ColumnState, Isosurface, isosurface
 
@@ -79,22 +79,6 @@ def _tags(finished: FinishedMorphingMap) -> dict[str, str]:
     }
 
 
-def _write_picture(finished: FinishedMorphingMap, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from service.drawing.sheet import save_png
-
-    from . import picture
-
-    draw = {"map": picture.draw_morphing_map, "availability": picture.draw_availability}[what]
-    save_png(draw(finished), path)
-
-
-def _write_animation(finished: FinishedMorphingMap, path: Path) -> None:
-    from .picture import write_animation
-
-    write_animation(finished, path)
-
-
 LAYERS = (
     Layer(
         "altitude.tif",
@@ -147,7 +131,7 @@ LAYERS = (
         "map.png",
         PNG,
         "A picture of the height above ground from which one may fly, over shaded relief.",
-        partial(_write_picture, what="map"),
+        Drawn("service.products.morphing.picture:draw_morphing_map"),
     ),
     Layer(
         "frames_altitude.tif",
@@ -175,14 +159,14 @@ LAYERS = (
         "availability.png",
         PNG,
         "A picture of the share of the time at which each place is in flyable air, over shaded relief.",
-        partial(_write_picture, what="availability"),
+        Drawn("service.products.morphing.picture:draw_availability"),
         needs="frames",
     ),
     Layer(
         "animation.gif",
         "image/gif",
         "The picture of map.png, frame by frame, with anchors where they are then.",
-        _write_animation,
+        Later("service.products.morphing.picture:write_animation"),
         needs="frames",
     ),
 )

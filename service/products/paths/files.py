@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +27,7 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.plan_answers import PathPlaceOut
-from service.products.in_common import Feature, feature, place_in_file
+from service.products.in_common import Drawn, Feature, feature, place_in_file
 from service.products.paths.answer import VERTEX_COLUMNS, FinishedPath, PathAreaOut
 from terrain import to_lon_lat
 
@@ -227,16 +226,6 @@ def _vertices(finished: FinishedPath) -> list[tuple[float, float, float, float]]
     return list(rows)
 
 
-def _write_picture(finished: FinishedPath, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from service.drawing.sheet import save_png
-
-    from . import picture, profile
-
-    draw = {"map": picture.draw_path, "profile": profile.draw_profile}[what]
-    save_png(draw(finished), path)
-
-
 LAYERS = (
     Layer(
         "path.geojson",
@@ -281,13 +270,13 @@ LAYERS = (
         "map.png",
         PNG,
         "The path over shaded relief with the dilution of precision and the ground that may not be driven.",
-        partial(_write_picture, what="map"),
+        Drawn("service.products.paths.picture:draw_path"),
     ),
     Layer(
         "profile.png",
         PNG,
         "Height, slope, anchors in sight, dilution and clearances along the path.",
-        partial(_write_picture, what="profile"),
+        Drawn("service.products.paths.profile:draw_profile"),
         status=FOUND,
     ),
 )

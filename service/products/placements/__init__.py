@@ -26,9 +26,10 @@ from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
-from .calculate import FinishedPlacement, calculate_placement, cluster_of
+from .answer import FinishedPlacement, PlacementSummary
+from .calculate import calculate_placement, cluster_of
 from .files import LAYERS
-from .question import PlacementSummary, placement_question
+from .question import placement_question
 from .request import REQUEST, PlacementIn, PlacementParameters
 
 __all__ = ["PLACEMENT"]

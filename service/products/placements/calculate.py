@@ -5,10 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
 
 from planning.placement import (
     Cluster,
@@ -30,52 +26,23 @@ from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import told_of_areas
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid
-from visibility import Anchor
 
-from .question import (
+from .answer import (
     CandidatesOut,
     DilutionOut,
+    FinishedPlacement,
     HoverOut,
     PlacedOut,
     PlacementSummary,
     TargetsOut,
-    areas_of_placement,
-    placement_question,
 )
+from .question import areas_of_placement, placement_question
 from .request import PlacementParameters
 
-__all__ = ["FinishedPlacement", "calculate_placement", "cluster_of"]
+__all__ = ["calculate_placement", "cluster_of"]
 
 HOVER_M = 10.0
 SHARE_OF_SEARCH = 0.9
-
-
-@dataclass(frozen=True, eq=False)
-class FinishedPlacement:
-    """A finished placement; arrays (rows, cols).
-
-    anchors: those that were there before. count_before, count_after: uint8, anchors surely in sight. dop_before,
-    dop_after: float32, +inf = no fix, NaN = unknown. is_target: uint8, 1 where a post counts.
-    """
-
-    grid: ElevationGrid
-    anchors: tuple[Anchor, ...]
-    parameters: PlacementParameters
-    answer: PlacementSummary
-    count_before: npt.NDArray[np.uint8]
-    count_after: npt.NDArray[np.uint8]
-    dop_before: npt.NDArray[np.float32]
-    dop_after: npt.NDArray[np.float32]
-    is_target: npt.NDArray[np.uint8]
-
-    @property
-    def chosen(self) -> tuple[Anchor, ...]:
-        """The anchors that were placed."""
-        sigma_m = self.parameters.goal.ranging_sigma_m
-        return tuple(
-            Anchor(one.id, one.east_m, one.north_m, one.altitude_m, ranging_sigma_m=sigma_m)
-            for one in self.answer.placed
-        )
 
 
 @told_as_asked

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -31,11 +29,10 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
-from service.products.in_common import Raster, common_tags, feature
+from service.products.in_common import Drawn, Raster, common_tags, feature
 from terrain import to_lon_lat, true_offsets
 
-from .calculate import FinishedPlacement
-from .question import PlacedOut
+from .answer import FinishedPlacement, PlacedOut
 
 __all__ = ["LAYERS"]
 
@@ -169,15 +166,6 @@ def _counts(finished: FinishedPlacement) -> list[npt.NDArray[np.uint8]]:
     return [np.where(no_ground, np.uint8(NO_GROUND), some) for some in (finished.count_before, finished.count_after)]
 
 
-def _write_picture(finished: FinishedPlacement, path: Path, what: Literal["count", "dop"], *, after: bool) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from service.drawing.sheet import save_png
-
-    from . import picture
-
-    save_png(picture.draw_placement(finished, what, after=after), path)
-
-
 LAYERS = (
     Layer("anchors.geojson", GEOJSON, "The placed anchors as points, with what each adds.", _write_geojson),
     Layer(
@@ -227,14 +215,24 @@ LAYERS = (
         "map.png",
         PNG,
         "How many anchors are in sight after, over shaded relief.",
-        partial(_write_picture, what="count", after=True),
+        Drawn("service.products.placements.picture:draw_placement", {"what": "count", "after": True}),
     ),
-    Layer("before.png", PNG, "The same before.", partial(_write_picture, what="count", after=False)),
+    Layer(
+        "before.png",
+        PNG,
+        "The same before.",
+        Drawn("service.products.placements.picture:draw_placement", {"what": "count", "after": False}),
+    ),
     Layer(
         "dop.png",
         PNG,
         "The dilution of precision after, over shaded relief.",
-        partial(_write_picture, what="dop", after=True),
+        Drawn("service.products.placements.picture:draw_placement", {"what": "dop", "after": True}),
     ),
-    Layer("dop_before.png", PNG, "The same before.", partial(_write_picture, what="dop", after=False)),
+    Layer(
+        "dop_before.png",
+        PNG,
+        "The same before.",
+        Drawn("service.products.placements.picture:draw_placement", {"what": "dop", "after": False}),
+    ),
 )

@@ -28,7 +28,7 @@ from service.parts.map_facts import dem_name
 from service.parts.sentences import counted
 from service.products.dop.picture import dilution_classes
 
-from .calculate import FinishedPlacement
+from .answer import FinishedPlacement
 from .question import goal_of
 
 __all__ = ["draw_placement"]

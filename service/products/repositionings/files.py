@@ -24,7 +24,7 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
-from service.products.in_common import feature
+from service.products.in_common import Drawn, feature
 from terrain import ElevationGrid, to_lon_lat
 
 from .calculate import FinishedRepositioning, MoveOut
@@ -136,12 +136,6 @@ def _place_m(at: PlacedAnchor) -> tuple[float, float, float]:
     return at.east_m, at.north_m, at.altitude_m
 
 
-def _write_picture(finished: FinishedRepositioning, path: Path) -> None:
-    from .picture import write_repositioning  # matplotlib takes a second to load
-
-    write_repositioning(finished, path)
-
-
 LAYERS = (
     Layer(
         "moves.geojson",
@@ -175,5 +169,10 @@ LAYERS = (
         _write_kml,
         mission=KML_OF_MOVES,
     ),
-    Layer("map.png", PNG, "The path with what is restored of it, and the moves, over shaded relief.", _write_picture),
+    Layer(
+        "map.png",
+        PNG,
+        "The path with what is restored of it, and the moves, over shaded relief.",
+        Drawn("service.products.repositionings.picture:draw_repositioning"),
+    ),
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,13 +9,13 @@ from matplotlib.lines import Line2D
 
 from service.drawing.class_map import MapClass, class_pixels
 from service.drawing.furniture import INK
-from service.drawing.sheet import anchor_handle, ground_figure, margin_legend, save_png
+from service.drawing.sheet import anchor_handle, ground_figure, margin_legend
 from service.parts.map_facts import dem_name
 from visibility import Anchor
 
 from .calculate import FinishedRepositioning
 
-__all__ = ["draw_repositioning", "write_repositioning"]
+__all__ = ["draw_repositioning"]
 
 GROUND = MapClass("ground", "#d8d2c4")
 # (good before, good after): words and colour
@@ -28,11 +26,6 @@ STATES = {
     (1, 0): ("given up", "#8a2f8f"),
 }
 MOVED = "#b3005e"
-
-
-def write_repositioning(finished: FinishedRepositioning, path: Path) -> None:
-    """Draw it into a PNG."""
-    save_png(draw_repositioning(finished), path)
 
 
 def draw_repositioning(finished: FinishedRepositioning) -> Figure:

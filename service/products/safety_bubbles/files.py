@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import GEOJSON, JSON, PNG, Layer
 from service.parts.map_facts import altitude_datum_of
-from service.products.in_common import feature
+from service.products.in_common import Drawn, feature
 from service.products.safety_bubbles.calculate import FinishedBubbles
 from terrain import to_lon_lat
 
@@ -69,21 +68,21 @@ def _write_npz(finished: FinishedBubbles, path: Path) -> None:
         )
 
 
-def _write_picture(finished: FinishedBubbles, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from service.drawing.sheet import save_png
-
-    from . import picture
-
-    draw = {"map": picture.draw_bubble_map, "profile": picture.draw_bubble_profile}[what]
-    save_png(draw(finished), path)
-
-
 LAYERS = (
     Layer("points.json", JSON, "Every point, in the order of the path.", _write_json),
     Layer("points.csv", "text/csv; charset=utf-8", "The same as a table.", _write_csv),
     Layer("points.geojson", GEOJSON, "The same as points in longitude, latitude and altitude.", _write_geojson),
     Layer("points.npz", "application/x-npz", "The same as arrays for numpy, with covariances.", _write_npz),
-    Layer("profile.png", PNG, "Radius and clearance along the way.", partial(_write_picture, what="profile")),
-    Layer("map.png", PNG, "The way on the map, with its bubbles.", partial(_write_picture, what="map")),
+    Layer(
+        "profile.png",
+        PNG,
+        "Radius and clearance along the way.",
+        Drawn("service.products.safety_bubbles.picture:draw_bubble_profile"),
+    ),
+    Layer(
+        "map.png",
+        PNG,
+        "The way on the map, with its bubbles.",
+        Drawn("service.products.safety_bubbles.picture:draw_bubble_map"),
+    ),
 )

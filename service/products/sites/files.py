@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
 from service.parts.map_facts import altitude_datum_of
-from service.products.in_common import Raster, common_tags, feature
+from service.products.in_common import Drawn, Later, Raster, common_tags, feature
 from terrain import to_lon_lat
 
 from .calculate import FinishedSiteMap
@@ -52,14 +51,6 @@ def _write_csv(finished: FinishedSiteMap, path: Path) -> None:
         TableWriter(file).rows(names, ({**site.model_dump(), **datum} for site in finished.answer.sites))
 
 
-def _write_picture(finished: FinishedSiteMap, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from . import picture
-
-    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
-    writers[what](finished, path)
-
-
 LAYERS = (
     Layer(
         "seen.tif",
@@ -86,20 +77,20 @@ LAYERS = (
         "map.png",
         PNG,
         "Picture: share of the target ground that each post sees, and the named sites.",
-        partial(_write_picture, what="map"),
+        Drawn("service.products.sites.picture:draw_sites"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The same as pixels to lay over a map, clear where no ground is known.",
-        partial(_write_picture, what="overlay"),
+        Later("service.products.sites.picture:write_overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "Classes of both with colour and posts.",
-        partial(_write_picture, what="legend"),
+        Later("service.products.sites.picture:write_legend"),
         for_screens=True,
     ),
 )

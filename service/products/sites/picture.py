@@ -7,16 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.figure import Figure
 
 from service.drawing import class_map
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels, class_shares
-from service.drawing.sheet import ground_figure, save_png
+from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
 from visibility import Anchor
 
 from .calculate import FinishedSiteMap
 
-__all__ = ["write_legend", "write_map", "write_overlay"]
+__all__ = ["draw_sites", "write_legend", "write_overlay"]
 
 # of the most that any post sees: the best tenth of it is what a planner looks for
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
@@ -24,8 +25,8 @@ COLOURS = ("#3b1c4a", "#4a4a8c", "#2f7f8e", "#3fae76", "#a5d24a", "#fde725")
 TITLE = "Target ground seen from each post"
 
 
-def write_map(finished: FinishedSiteMap, path: Path) -> None:
-    """Draw the map into a PNG."""
+def draw_sites(finished: FinishedSiteMap) -> Figure:
+    """The map as a figure with one Axes in kilometres of the grid's frame."""
     parameters, grid = finished.parameters, finished.grid
     numbers, classes = _classes(finished)
     reach = "" if parameters.max_range_m is None else f", within {parameters.max_range_m:g} m"
@@ -39,7 +40,7 @@ def write_map(finished: FinishedSiteMap, path: Path) -> None:
         f"ground{reach}",
     )
     class_legend(axes, grid, numbers, classes, TITLE, marked="site")
-    save_png(figure, path)
+    return figure
 
 
 def write_overlay(finished: FinishedSiteMap, path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zipfile
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import shapely
 from service.files.geojson import write_collection
 from service.files.layer import COG, GEOJSON, JSON, KML, MISSIONS, PNG, Layer
 from service.parts.map_facts import altitude_datum_of, dem_name
-from service.products.in_common import BYTES, Raster, add_array, common_tags, feature, write_cog
+from service.products.in_common import BYTES, Drawn, Later, Raster, add_array, common_tags, feature, write_cog
 from service.products.visibility.calculate import VisibilityMap
 from terrain import to_lon_lat
 from visibility import UNKNOWN, VISIBLE
@@ -115,14 +114,6 @@ def _write_kml(finished: VisibilityMap, path: Path) -> None:
     write_kml(grid, f"Visibility: {dem_name(grid)}", {ANCHORS: anchors, "Ground in sight": seen}, path)
 
 
-def _write_picture(finished: VisibilityMap, path: Path, what: str) -> None:
-    # matplotlib takes a second to load, and only a process that draws needs it
-    from . import picture
-
-    writers = {"map": picture.write_map, "overlay": picture.write_overlay, "legend": picture.write_legend}
-    writers[what](finished, path)
-
-
 LAYERS = (
     Layer(
         "visible.tif",
@@ -152,20 +143,20 @@ LAYERS = (
         "map.png",
         PNG,
         "A picture of the count over shaded relief, with anchors and legend.",
-        partial(_write_picture, what="map"),
+        Drawn("service.products.visibility.picture:draw_map"),
     ),
     Layer(
         "overlay.png",
         PNG,
         "The colours of map.png alone, from corner to corner of the DEM's cells; clear where no ground is known.",
-        partial(_write_picture, what="overlay"),
+        Later("service.products.visibility.picture:write_overlay"),
         for_screens=True,
     ),
     Layer(
         "legend.json",
         JSON,
         "What the colours mean: label, colour #rrggbb, known posts and their share 0..1 of each class.",
-        partial(_write_picture, what="legend"),
+        Later("service.products.visibility.picture:write_legend"),
         for_screens=True,
     ),
     Layer(

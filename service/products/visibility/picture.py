@@ -19,16 +19,11 @@ from service.drawing.class_map import (
     lookup_table,
     share_legend,
 )
-from service.drawing.sheet import Sampling, ground_figure, hatching, lit_ground, pick, rgb, save_png
+from service.drawing.sheet import Sampling, ground_figure, hatching, lit_ground, pick, rgb
 from service.parts.map_facts import dem_name
 from service.products.visibility.calculate import VisibilityMap
 
-__all__ = ["count_pixels", "count_shares", "draw_map", "write_legend", "write_map", "write_overlay"]
-
-
-def write_map(finished: VisibilityMap, path: Path) -> None:
-    """Draw the map into a PNG."""
-    save_png(draw_map(finished), path)
+__all__ = ["count_pixels", "count_shares", "draw_map", "write_legend", "write_overlay"]
 
 
 def draw_map(finished: VisibilityMap) -> Figure:
