@@ -25,6 +25,7 @@ __all__ = [
     "coordinates_of",
     "cut",
     "feature",
+    "place_of",
     "write_collection",
     "write_contours",
     "write_no_go_zones",
@@ -73,6 +74,11 @@ def coordinates_of(grid: ElevationGrid, places_m: npt.NDArray[np.float64]) -> li
     lon_lat_deg = np.round(np.column_stack(to_lon_lat(grid, places_m[:, 0], places_m[:, 1])), DECIMALS_DEG)
     degrees: list[list[float]] = np.column_stack([lon_lat_deg, np.round(places_m[:, 2:], DECIMALS_HEIGHT_M)]).tolist()
     return degrees
+
+
+def place_of(grid: ElevationGrid, east_m: float, north_m: float) -> list[float]:
+    """One place, without its height."""
+    return coordinates_of(grid, np.array([[east_m, north_m]]))[0]
 
 
 def cut(geometry: Geometry) -> Geometry:

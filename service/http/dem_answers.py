@@ -8,11 +8,12 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.jobs.records import DemRecord
+from service.parts.map_facts import BoundsOfPosts
 
 from .answers import TurnedPage
 from .grounds import GroundUnderWay
 
-__all__ = ["Bounds", "BoundsDegrees", "DemList", "DemOut", "DemUnderWay"]
+__all__ = ["BoundsDegrees", "DemList", "DemOut", "DemUnderWay"]
 
 EXAMPLE: dict[str, JsonValue] = {
     "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
@@ -50,15 +51,6 @@ EXAMPLE: dict[str, JsonValue] = {
 }
 
 
-class Bounds(BaseModel):
-    """Positions of the outermost posts, in the DEM's metric CRS."""
-
-    west: float = Field(description="East coordinate of the westmost posts, metres.")
-    south: float = Field(description="North coordinate of the southmost posts, metres.")
-    east: float = Field(description="East coordinate of the eastmost posts, metres.")
-    north: float = Field(description="North coordinate of the northmost posts, metres.")
-
-
 class BoundsDegrees(BaseModel):
     """Longitudes and latitudes that hold all posts; east runs beyond 180 over the antimeridian."""
 
@@ -83,7 +75,7 @@ class DemOut(BaseModel):
     cells: int = Field(description="Rows times columns.")
     cell_east_m: float = Field(description="Distance between neighbouring posts eastwards, metres.")
     cell_north_m: float = Field(description="Distance between neighbouring posts northwards, metres.")
-    bounds_of_posts_m: Bounds
+    bounds_of_posts_m: BoundsOfPosts
     crs: str | None = Field(description="Metric CRS that positions are in; null for a local metric frame.")
     crs_name: str | None = Field(None, description="The same in words.")
     crs_wkt: str | None = Field(None, description="The same as WKT2 (ISO 19162:2019); null for a local frame.")

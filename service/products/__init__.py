@@ -126,8 +126,8 @@ class Product:
 
     name: of its jobs, as in ``dop-map``; plural: the field of its lists and, with hyphens, its path. model: the stem of
     the names in OpenAPI. asked: the body of POST; parameters: the same without what names things of the service.
-    estimate: what it takes of what an operator limits, what is known soonest first; check: refuses what else cannot be
-    calculated. Both allocate nothing big. warm_up: what compiles its kernels.
+    check: refuses what cannot be calculated; estimate: what it takes of what an operator limits, what is known soonest
+    first. Both allocate nothing big. warm_up: what compiles its kernels.
     load: the inverse of what ``calculate`` left on disk; None where all layers are written at once and nothing is kept.
     pack, unpack: what of the parameters stays in the store, and the whole of them again in the worker.
     needs, complete: what a request refers to, and the parameters with it. searches: it can be ended early.
@@ -171,9 +171,9 @@ class Product:
         return MappingProxyType({layer.name: layer for layer in self.layers})
 
     def refuse(self, grid: ElevationGrid, parameters: Any, settings: Settings) -> None:
-        """Raises LimitError for what would take too much, and what ``estimate`` and ``check`` raise."""
-        refuse_beyond(self.estimate(grid, parameters), settings)
+        """Raises LimitError for what would take too much, and what ``check`` and ``estimate`` raise."""
         self.check(grid, parameters, settings)
+        refuse_beyond(self.estimate(grid, parameters), settings)
 
     def completed(self, asked: Any, given: Given) -> Any:
         """The parameters that a request makes, with what it refers to. Raises RequestError, ValidationError."""

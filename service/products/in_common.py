@@ -1,4 +1,4 @@
-"""What files of products that lie on a grid have in common: rasters, arrays, features."""
+"""What files of products that lie on a grid have in common: rasters, arrays, pictures."""
 
 from __future__ import annotations
 
@@ -16,20 +16,17 @@ import rasterio
 from rasterio.transform import Affine
 
 from service.parts.map_facts import MapSummary
-from terrain import ElevationGrid, to_lon_lat
+from terrain import ElevationGrid
 
 __all__ = [
     "BYTES",
     "FLOATS",
     "QUANTILES",
     "Drawn",
-    "Feature",
     "Later",
     "Raster",
     "add_array",
     "common_tags",
-    "feature",
-    "place_in_file",
     "transform_of",
     "write_cog",
 ]
@@ -39,7 +36,6 @@ __all__ = [
 BYTES = {"compress": "DEFLATE", "level": "1"}
 FLOATS = {"compress": "ZSTD", "level": "1"}
 QUANTILES = {"p05": 0.05, "p50": 0.5, "p95": 0.95}
-Feature = dict[str, object]
 
 
 def write_cog(
@@ -98,9 +94,6 @@ def add_array(archive: zipfile.ZipFile, name: str, array: npt.NDArray[Any]) -> N
     """One array of an .npz."""
     with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
         np.lib.format.write_array(member, np.asarray(array), allow_pickle=False)
-
-
-DECIMALS_DEG, DECIMALS_M = 8, 3
 
 
 class OnAGrid(Protocol):
@@ -167,18 +160,3 @@ class Drawn(Later):
         """Write it as PNG."""
         sheet = importlib.import_module("service.drawing.sheet")
         sheet.save_png(self.function()(finished, **self.more), path)
-
-
-def feature(kind: str, coordinates: object, properties: Mapping[str, object], id: str | None = None) -> Feature:
-    """A feature of GeoJSON with a geometry of that kind."""
-    named: Feature = {} if id is None else {"id": id}
-    geometry = {"type": kind, "coordinates": coordinates}
-    return {"type": "Feature", **named, "geometry": geometry, "properties": dict(properties)}
-
-
-def place_in_file(grid: ElevationGrid, east_m: float, north_m: float) -> list[float]:
-    """[longitude, latitude] in degrees to about a millimetre; without a CRS [east, north] in metres to one."""
-    if grid.crs is None:
-        return [round(east_m, DECIMALS_M), round(north_m, DECIMALS_M)]
-    lon_deg, lat_deg = to_lon_lat(grid, east_m, north_m)
-    return [round(float(lon_deg), DECIMALS_DEG), round(float(lat_deg), DECIMALS_DEG)]

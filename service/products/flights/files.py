@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import shapely
 
 from service.files.csv_table import TableWriter
-from service.files.geojson import write_collection
+from service.files.geojson import Feature, feature, place_of, write_collection
 from service.files.layer import (
     COPTER,
     GEOJSON,
@@ -24,7 +25,7 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
-from service.products.in_common import Drawn, Feature, feature, place_in_file
+from service.products.in_common import Drawn
 
 __all__ = ["LAYERS"]
 
@@ -99,10 +100,10 @@ def _write_kml(finished: FinishedFlight, path: Path) -> None:
 
 
 def _coordinates(finished: FinishedFlight, at: AirPlaceOut) -> list[float]:
-    return [*place_in_file(finished.grid, at.east_m, at.north_m), round(at.altitude_m, DECIMALS_M)]
+    return [*place_of(finished.grid, at.east_m, at.north_m), round(at.altitude_m, DECIMALS_M)]
 
 
-def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Feature) -> Feature:
+def _point(finished: FinishedFlight, at: AirPlaceOut, properties: Mapping[str, object]) -> Feature:
     return feature("Point", _coordinates(finished, at), properties)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from service.files.csv_table import TableWriter
-from service.files.geojson import write_collection
+from service.files.geojson import Feature, coordinates_of, feature, place_of, write_collection
 from service.files.layer import (
     GEOJSON,
     KML,
@@ -27,13 +27,13 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.plan_answers import PathPlaceOut
-from service.products.in_common import Drawn, Feature, feature, place_in_file
+from service.products.in_common import Drawn
 from service.products.paths.answer import VERTEX_COLUMNS, FinishedPath, PathAreaOut
 from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
 
-DECIMALS_DEG, DECIMALS_M, DECIMALS = 8, 3, 4
+DECIMALS_M, DECIMALS = 3, 4
 # told by the geometry
 PLACE = ("east_m", "north_m")
 # GPX knows moments and no durations: a track without a date of its own begins here
@@ -70,7 +70,7 @@ def _write_csv(finished: FinishedPath, path: Path) -> None:
         TableWriter(file).rows(list(rows[0]), rows)
 
 
-def _vertex_properties(finished: FinishedPath) -> list[Feature]:
+def _vertex_properties(finished: FinishedPath) -> list[dict[str, object]]:
     """What holds at each vertex, ready for JSON: angles in degrees, None where there is no number."""
     ids = np.array(finished.answer.ranged_to)
     columns: dict[str, list[object]] = {}
@@ -113,7 +113,7 @@ def _blocked(finished: FinishedPath) -> list[Feature]:
     """Start and goals, and where the way is cut and by what."""
     answer = finished.answer
     cut = answer.unreachable
-    named: list[tuple[str, PathPlaceOut | PathAreaOut, Feature]] = [
+    named: list[tuple[str, PathPlaceOut | PathAreaOut, dict[str, object]]] = [
         ("start", answer.start, {}),
         *(("goal", goal, {}) for goal in answer.goals),
     ]
@@ -122,7 +122,7 @@ def _blocked(finished: FinishedPath) -> list[Feature]:
     return [
         feature(
             "Point",
-            place_in_file(finished.grid, at.east_m, at.north_m),
+            place_of(finished.grid, at.east_m, at.north_m),
             {"what": what, "status": answer.status, **more},
         )
         for what, at, more in named
@@ -130,14 +130,8 @@ def _blocked(finished: FinishedPath) -> list[Feature]:
 
 
 def _coordinates(finished: FinishedPath) -> list[list[float]]:
-    east_m, north_m, up_m = (finished.column(name) for name in ("east_m", "north_m", "altitude_m"))
-    if finished.grid.crs is None:
-        metres: list[list[float]] = np.round(np.column_stack([east_m, north_m, up_m]), DECIMALS_M).tolist()
-        return metres
-    lon_deg, lat_deg = to_lon_lat(finished.grid, east_m, north_m)
-    places = np.column_stack([np.round(lon_deg, DECIMALS_DEG), np.round(lat_deg, DECIMALS_DEG), np.round(up_m, 2)])
-    degrees: list[list[float]] = places.tolist()
-    return degrees
+    places = [finished.column(name) for name in ("east_m", "north_m", "altitude_m")]
+    return coordinates_of(finished.grid, np.column_stack(places))
 
 
 def _write_gpx(finished: FinishedPath, path: Path) -> None:

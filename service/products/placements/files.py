@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from service.files.csv_table import TableWriter
-from service.files.geojson import write_collection
+from service.files.geojson import feature, place_of, write_collection
 from service.files.layer import (
     COG,
     GEOJSON,
@@ -29,7 +29,7 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
-from service.products.in_common import Drawn, Raster, common_tags, feature
+from service.products.in_common import Drawn, Raster, common_tags
 from terrain import to_lon_lat, true_offsets
 
 from .answer import FinishedPlacement, PlacedOut
@@ -51,11 +51,11 @@ def _write_geojson(finished: FinishedPlacement, path: Path) -> None:
     grid, measured_with = finished.grid, _measured_with(finished)
     features = []
     for placed in finished.answer.placed:
-        position = (placed.east_m, placed.north_m)
         worth = placed.model_dump(exclude={"id", "what", "east_m", "north_m", "altitude_m", "above_ground_m"})
         told = {"id": placed.id, "altitude_m": placed.altitude_m, **altitude_datum_of(grid), "what": placed.what}
-        coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
-        features.append(feature("Point", coordinates, told | worth | measured_with, placed.id))
+        features.append(
+            feature("Point", place_of(grid, placed.east_m, placed.north_m), told | worth | measured_with, placed.id)
+        )
     write_collection(grid, features, path, indent=1)
 
 

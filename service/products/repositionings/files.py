@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import shapely
 
 from planning.placement import flight_level_m
 from service.files.csv_table import TableWriter
-from service.files.geojson import write_collection
+from service.files.geojson import coordinates_of, feature, write_collection
 from service.files.layer import (
     GEOJSON,
     KML,
@@ -24,7 +25,7 @@ from service.files.layer import (
 )
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
-from service.products.in_common import Drawn, feature
+from service.products.in_common import Drawn
 from terrain import ElevationGrid, to_lon_lat
 
 from .calculate import FinishedRepositioning, MoveOut
@@ -44,8 +45,7 @@ def _write_moves(finished: FinishedRepositioning, path: Path) -> None:
     grid = finished.grid
     features = []
     for move in finished.answer.moves:
-        ends = [(end.east_m, end.north_m) for end in (move.from_, move.to)]
-        line = ends if grid.crs is None else [to_lon_lat(grid, *end) for end in ends]
+        line = coordinates_of(grid, np.array([_place_m(move.from_)[:2], _place_m(move.to)[:2]]))
         heights = {"from_altitude_m": move.from_.altitude_m, "to_altitude_m": move.to.altitude_m}
         features.append(feature("LineString", line, move.model_dump(exclude={"from_", "to"}) | heights))
     write_collection(grid, features, path, indent=1)

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from service.files.csv_table import TableWriter
-from service.files.geojson import write_collection
+from service.files.geojson import coordinates_of, feature, write_collection
 from service.files.layer import GEOJSON, JSON, PNG, Layer
 from service.parts.map_facts import altitude_datum_of
-from service.products.in_common import Drawn, feature
+from service.products.in_common import Drawn
 from service.products.safety_bubbles.calculate import FinishedBubbles
-from terrain import to_lon_lat
 
 __all__ = ["LAYERS"]
 
@@ -36,16 +35,13 @@ def _write_csv(finished: FinishedBubbles, path: Path) -> None:
 def _write_geojson(finished: FinishedBubbles, path: Path) -> None:
     """One point each, in longitude, latitude and altitude; without a CRS in the DEM's local metres, and says so."""
     grid = finished.grid
-    across = finished.points_m[:, :2].tolist()
-    if grid.crs is not None:
-        across = np.round(np.column_stack(to_lon_lat(grid, *finished.points_m[:, :2].T)), 8).tolist()
     features = [
         feature(
             "Point",
             [*place, point["altitude_m"]],
             {name: value for name, value in point.items() if name not in ("east_m", "north_m")},
         )
-        for place, point in zip(across, finished.points, strict=True)
+        for place, point in zip(coordinates_of(grid, finished.points_m[:, :2]), finished.points, strict=True)
     ]
     write_collection(grid, features, path)
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from service.files.csv_table import TableWriter
-from service.files.geojson import write_collection
+from service.files.geojson import feature, place_of, write_collection
 from service.files.layer import COG, GEOJSON, JSON, PNG, Layer
 from service.parts.map_facts import altitude_datum_of
-from service.products.in_common import Drawn, Later, Raster, common_tags, feature
-from terrain import to_lon_lat
+from service.products.in_common import Drawn, Later, Raster, common_tags
 
 from .calculate import FinishedSiteMap
 
@@ -31,7 +30,6 @@ def _write_geojson(finished: FinishedSiteMap, path: Path) -> None:
     """Points in longitude and latitude; without a CRS in the DEM's local metres, and says so."""
     grid, features = finished.grid, []
     for site in finished.answer.sites:
-        position = (site.east_m, site.north_m)
         told = {
             "id": site.id,
             "altitude_m": site.altitude_m,
@@ -39,7 +37,7 @@ def _write_geojson(finished: FinishedSiteMap, path: Path) -> None:
             "seen_share": site.seen_share,
             "seen_m2": site.seen_m2,
         }
-        features.append(feature("Point", position if grid.crs is None else to_lon_lat(grid, *position), told, site.id))
+        features.append(feature("Point", place_of(grid, site.east_m, site.north_m), told, site.id))
     write_collection(grid, features, path, indent=1)
 
 

@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from service.files.geojson import write_collection
+from service.files.geojson import feature, place_of, write_collection
 from service.files.layer import COG, GEOJSON, JSON, KML, MISSIONS, PNG, Layer
 from service.parts.map_facts import altitude_datum_of, dem_name
-from service.products.in_common import BYTES, Drawn, Later, Raster, add_array, common_tags, feature, write_cog
+from service.products.in_common import BYTES, Drawn, Later, Raster, add_array, common_tags, write_cog
 from service.products.visibility.calculate import VisibilityMap
-from terrain import to_lon_lat
 from visibility import UNKNOWN, VISIBLE
 from visibility.dilution import zones
 
@@ -70,13 +69,11 @@ def write_anchors(finished: VisibilityMap, path: Path) -> None:
     for anchor, asked, found in zip(
         finished.anchors, finished.parameters.anchors, finished.answer.anchors, strict=True
     ):
-        position = (anchor.east_m, anchor.north_m)
         limits = asked.model_dump(exclude_none=True, exclude=POSITION)
         properties = {**found.model_dump(exclude=TWICE), **limits, "altitude_m": anchor.altitude_m} | altitude_datum_of(
             grid
         )
-        coordinates = position if grid.crs is None else to_lon_lat(grid, *position)
-        features.append(feature("Point", coordinates, properties, anchor.id))
+        features.append(feature("Point", place_of(grid, anchor.east_m, anchor.north_m), properties, anchor.id))
     write_collection(grid, features, path, indent=1)
 
 
