@@ -45,7 +45,7 @@ from .missions.files import router as mission_files
 from .missions.routes import router as missions
 from .probes import router as probes
 from .problems import answer_with_problems
-from .resources import product_router
+from .products.resources import product_router
 from .seeing.metrics import Metrics
 from .seeing.metrics import router as metrics
 from .seeing.requests import Seen

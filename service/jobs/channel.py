@@ -42,7 +42,6 @@ __all__ = [
     "NeedsFields",
     "Order",
     "Progress",
-    "RangeLogArguments",
     "ReadDemArguments",
     "ReadingOptions",
     "Ready",
@@ -164,14 +163,6 @@ class DemArguments(TypedDict):
     """A DEM of the data folder."""
 
     dem_id: str
-
-
-class RangeLogArguments(TypedDict):
-    """A range log to read; anchor_ids: of the anchors that are known. epoch_s: how rows of tables belong together."""
-
-    path: str
-    anchor_ids: list[str]
-    epoch_s: float
 
 
 class LevelArguments(DemArguments):

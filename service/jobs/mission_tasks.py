@@ -1,4 +1,4 @@
-"""What worker processes do with missions: read them from bodies and files, and write the files of one."""
+"""What worker processes do with missions and files of other programs: read them, and write the files of a mission."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypedDict, cast
 from zipfile import is_zipfile
 
+from service.live.log_answers import range_log_of
 from service.missions.bundle import sheet_of, unpack
 from service.missions.document import MissionIn
 from service.missions.files import MISSION_FILES
@@ -22,10 +23,12 @@ __all__ = [
     "MissionFileArguments",
     "OpenedMission",
     "PlacesArguments",
+    "RangeLogArguments",
     "SheetFields",
     "open_mission",
     "read_mission",
     "read_places",
+    "read_range_log",
     "sheet_in",
     "write_mission_file",
 ]
@@ -62,6 +65,14 @@ class PlacesArguments(TypedDict):
     dem_id: str
 
 
+class RangeLogArguments(TypedDict):
+    """A range log to read; anchor_ids: of the anchors that are known. epoch_s: how rows of tables belong together."""
+
+    path: str
+    anchor_ids: list[str]
+    epoch_s: float
+
+
 def read_mission(context: TaskContext, arguments: BodyArguments) -> SheetFields:
     """Read a body. Raises NotJsonError, NotValidError."""
     return _fields(_sheet(body_in(arguments)))
@@ -95,6 +106,12 @@ def write_mission_file(context: TaskContext, arguments: MissionFileArguments) ->
 def read_places(context: TaskContext, arguments: PlacesArguments) -> Mapping[str, object]:
     """Places of a file on a DEM. Raises NotFoundError, and what ``import_places`` raises."""
     return {"json": import_places(Path(arguments["path"]), context.grid(arguments["dem_id"])).model_dump_json()}
+
+
+def read_range_log(context: TaskContext, arguments: RangeLogArguments) -> Mapping[str, object]:
+    """The epochs of a log. Raises RequestError."""
+    found = range_log_of(Path(arguments["path"]), arguments["anchor_ids"], arguments["epoch_s"])
+    return {"json": found.model_dump_json()}
 
 
 def sheet_in(fields: Mapping[str, object]) -> Sheet:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -14,7 +13,6 @@ from service.jobs.folder import digest_of, make_durable
 from service.jobs.kept_files import load, save
 from service.jobs.marker import write_owner
 from service.jobs.records import JobRequest
-from service.live.log_answers import range_log_of
 from service.live.request import DetectorLimits, EpochsIn
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import covered
@@ -33,7 +31,6 @@ from .channel import (
     Checked,
     LayerArguments,
     NeedsFields,
-    RangeLogArguments,
     body_in,
     read_body,
 )
@@ -47,7 +44,7 @@ from .dem_tasks import (
     tell_coverage,
     write_dem_level,
 )
-from .mission_tasks import open_mission, read_mission, read_places, write_mission_file
+from .mission_tasks import open_mission, read_mission, read_places, read_range_log, write_mission_file
 from .tile_tasks import tell_tiles, write_layer_level
 
 __all__ = [
@@ -58,7 +55,6 @@ __all__ = [
     "check_epochs",
     "check_request",
     "draw_layer",
-    "read_range_log",
     "tasks_for",
 ]
 
@@ -67,12 +63,6 @@ def check_epochs(context: TaskContext, arguments: BodyArguments) -> Mapping[str,
     """Raises NotJsonError, LimitError, NotValidError; nothing comes back."""
     model_of(EpochsIn, body_in(arguments), DetectorLimits.of(context.settings).refuse_long_epochs)
     return {}
-
-
-def read_range_log(context: TaskContext, arguments: RangeLogArguments) -> Mapping[str, object]:
-    """The epochs of a log. Raises RequestError."""
-    found = range_log_of(Path(arguments["path"]), arguments["anchor_ids"], arguments["epoch_s"])
-    return {"json": found.model_dump_json()}
 
 
 def answer_probe(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:

@@ -20,9 +20,5 @@ export default defineConfig({
       },
     },
   },
-  resolve: {
-    // GeoTIFFs of the service are packed with DEFLATE or Zstandard; other ways to pack stay out of the built page
-    alias: [{ find: /^(lerc|zstddec)(\/.*)?$/, replacement: new URL("src/geo/unused.ts", import.meta.url).pathname }],
-  },
   test: { environment: "node", include: ["src/**/*.test.ts"], setupFiles: ["src/testing.ts"] },
 });

@@ -10,10 +10,11 @@ import pytest
 
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import at, in_view, open_planner, place_anchors, settled, take
+from tests.stories.planner import at, in_view, mission, open_planner, place_anchors, settled, take
 
 AXE = Path(__file__).parents[2] / "service" / "page" / "testing" / "axe.min.js"
 MODES = ("ground", "anchors", "coverage", "path", "air", "live", "brief")
+SHIFT = 8  # of DevTools' key modifiers
 SERIOUS = ("serious", "critical")
 
 
@@ -62,6 +63,30 @@ def test_on_the_moon_places_have_degrees_and_unknown_ground_is_told(page: Browse
     assert "°" in page.text("#readout")
     page.mouse("mouseMoved", *at(page, (extent[0] + extent[2]) / 2, (extent[1] + extent[3]) / 2))
     page.until("document.getElementById('readout').textContent.includes('height')")
+
+
+def test_places_and_areas_are_set_by_the_keyboard_alone(page: Browser) -> None:
+    take(page, "valley")
+    page.click("#mode-path")
+    page.click("#tool-start")
+    page.value("document.getElementById('map').focus()")
+    page.press("Enter")
+    page.until("planner.mission().route.start !== null")
+    middle = page.value("planner.map.getView().getCenter()")
+    route = mission(page)["route"]
+    assert (route["start"]["east_m"], route["start"]["north_m"]) == pytest.approx(middle, abs=1.0)
+    page.press("ArrowRight")
+    page.until(f"planner.map.getView().getCenter()[0] > {middle[0]} && !planner.map.getView().getAnimating()")
+    page.press("Enter")
+    page.until("planner.mission().route.goal !== null")
+    assert mission(page)["route"]["goal"]["east_m"] > middle[0]
+    page.click("#tool-no-go")
+    page.value("document.getElementById('map').focus()")
+    for key, modifiers in (("Enter", 0), ("ArrowUp", 0), ("Enter", 0), ("ArrowRight", 0), ("Enter", SHIFT)):
+        page.press(key, modifiers)
+        page.until("!planner.map.getView().getAnimating()")
+    page.until("planner.mission().route.no_go.length === 1")
+    assert len(mission(page)["route"]["no_go"][0]) == 3
 
 
 def test_on_a_phone_the_map_comes_first_and_nothing_is_wider_than_the_screen(page: Browser) -> None:

@@ -3,7 +3,8 @@ import { useEffect, useRef } from "preact/hooks";
 import "ol/ol.css";
 import "./planner.css";
 import { frameTimesMs, makeMap } from "./map/map";
-import { remember } from "./map/snapshot";
+import { remember, shownMap } from "./map/snapshot";
+import { useInTheMiddle } from "./map/tools";
 import { AirPanel } from "./panels/AirPanel";
 import { AnchorsPanel, remove } from "./panels/AnchorsPanel";
 import { BriefPanel } from "./panels/BriefPanel";
@@ -126,12 +127,19 @@ function MapArea() {
   return (
     <>
       <div id="map" ref={target} tabIndex={0} role="application" aria-label={ui.map} onKeyDownCapture={onMapKey} />
+      {tool.value !== "look" && <div class="cross" aria-hidden="true" />}
       {!ground.value && !overview.value && <p class="welcome">{ui.welcome}</p>}
     </>
   );
 }
 
 function onMapKey(event: KeyboardEvent): void {
+  const map = shownMap();
+  if (event.key === "Enter" && map) {
+    event.preventDefault();
+    useInTheMiddle(map, event.shiftKey);
+    return;
+  }
   const dem = ground.peek()?.dem;
   const chosen = mission.peek().anchors.find((anchor) => anchor.id === selected.peek());
   if (!dem || !chosen || mode.peek() !== "anchors") return;

@@ -19,6 +19,8 @@ export const words = {
   noStart: "Set the start first: Start, then a click on the map.",
   noGoal: "Set the goal first: Goal, then a click on the map.",
   noBegin: "Say when it begins: satellites are elsewhere at every hour.",
+  orbitsTooLarge: (name: string, most: number) =>
+    `${name.slice(0, 60)} is larger than the ${most / 1000} kB that travel with a mission: take an almanac, or cut it to GPS and the hours needed.`,
   nothingToRangeTo: "Place an anchor or give a file of satellites first.",
   tooManyFrames: (count: number, most: number) => `${count} frames are more than the ${most} that the page holds of this ground; take longer steps.`,
   noPathYet: "There is no path yet to place anchors along; plan one first, or choose the area.",
@@ -123,7 +125,7 @@ export const words = {
   },
   ui: {
     modes: "Modes",
-    map: "Map. Arrow keys pan; with an anchor chosen they move it by a cell, with Shift by ten.",
+    map: "Map. Arrow keys pan; with an anchor chosen they move it by a cell, with Shift by ten. Enter uses the tool in hand in the middle of the map, Shift and Enter end an area.",
     undo: "Undo",
     redo: "Redo",
     feet: "Feet",

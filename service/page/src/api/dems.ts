@@ -65,6 +65,7 @@ export interface ReadingOptions {
   readonly crs?: string;
   readonly height_unit?: string;
   readonly nodata?: string;
+  readonly vertical_datum?: string;
   readonly cell_m?: string;
 }
 

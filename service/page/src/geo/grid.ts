@@ -85,17 +85,6 @@ export function postAt(ground: Ground, row: number, col: number): number {
   return (row >> level) * cols + (col >> level);
 }
 
-/** Values of every post of the DEM at the kept ones: of a large ground at the north-west post of each kept square. */
-export function keptOf<T extends Float32Array | Uint8Array>(ground: Ground, values: T): T {
-  const { level, rows, cols } = ground.heights;
-  if (level === 0) return values;
-  const kept = values instanceof Float32Array ? new Float32Array(rows * cols) : new Uint8Array(rows * cols);
-  for (let row = 0, at = 0; row < rows; row += 1) {
-    for (let col = 0; col < cols; col += 1, at += 1) kept[at] = values[(row << level) * ground.dem.cols + (col << level)] as number;
-  }
-  return kept as T;
-}
-
 /** Height of the surface between posts, metres; NaN unknown or outside. */
 export function heightAt(ground: Ground, place: Place): number {
   const { dem, heights } = ground;

@@ -1,28 +1,28 @@
-// Rasters of the service as arrays.
-import { decompress } from "fzstd";
-import { addDecoder, BaseDecoder, fromArrayBuffer } from "geotiff";
-import { ask } from "../api/http";
+// Raster layers of finished calculations as arrays, at the level that the ground is held at: a large one is never sent whole.
+import { ask, Refusal } from "../api/http";
+import { layer } from "../api/jobs";
+import type { Job } from "../api/types";
+import { words } from "../words";
+import type { Ground } from "./grid";
 
-const ZSTANDARD = 50000;
-
-class Zstandard extends BaseDecoder {
-  override decodeBlock(buffer: ArrayBufferLike): ArrayBufferLike {
-    return decompress(new Uint8Array(buffer)).buffer;
-  }
-}
-// as plain JavaScript, so that the content policy needs to allow no WebAssembly
-addDecoder(ZSTANDARD, () => Promise.resolve(Zstandard));
-
-export interface Raster {
-  readonly rows: number;
-  readonly cols: number;
-  readonly bands: readonly (Float32Array | Uint8Array)[];
+/** Bands of float32, each as long as the ground's kept posts. */
+export async function floatsOf(job: Job<unknown>, name: string, here: Ground): Promise<readonly Float32Array[]> {
+  const numbers = new Float32Array(await levelOf(job, name, here));
+  return bandsOf(numbers, name, here);
 }
 
-export async function rasterAt(href: string): Promise<Raster> {
-  const answer = await ask(href);
-  const tiff = await fromArrayBuffer(await answer.arrayBuffer());
-  const image = await tiff.getImage();
-  const bands = (await image.readRasters()) as unknown as (Float32Array | Uint8Array)[];
-  return { rows: image.getHeight(), cols: image.getWidth(), bands: Array.from(bands) };
+/** The same of uint8. */
+export async function bytesOf(job: Job<unknown>, name: string, here: Ground): Promise<readonly Uint8Array[]> {
+  return bandsOf(new Uint8Array(await levelOf(job, name, here)), name, here);
+}
+
+async function levelOf(job: Job<unknown>, name: string, here: Ground): Promise<ArrayBuffer> {
+  const tiles = layer(job, name).replace("/layers/", "/tiles/");
+  return (await ask(`${tiles}/${here.heights.level}`)).arrayBuffer();
+}
+
+function bandsOf<T extends Float32Array | Uint8Array>(numbers: T, name: string, here: Ground): readonly T[] {
+  const posts = here.heights.heightsM.length;
+  if (numbers.length === 0 || numbers.length % posts !== 0) throw new Refusal(words.heightsTorn(name), 0, "");
+  return Array.from({ length: numbers.length / posts }, (_, band) => numbers.subarray(band * posts, (band + 1) * posts) as T);
 }

@@ -12,6 +12,10 @@ export function remember(map: OlMap): void {
   shown = map;
 }
 
+export function shownMap(): OlMap | null {
+  return shown;
+}
+
 /** A PNG as data URL of the map round these places, the whole of what is seen without any; null without a map. */
 export async function mapPicture(places: readonly Place[]): Promise<string | null> {
   const map = shown;

@@ -119,8 +119,22 @@ function movedPlace(what: string, number: number, at: Place) {
   return { ...route, way_points: route.way_points.map((one, index) => (index === number ? at : one)) };
 }
 
+let drawing: Draw | null = null;
+
+/** What Enter does: the tool in hand is used in the middle of the map; closes: what is drawn ends there. */
+export function useInTheMiddle(map: OlMap, closes: boolean): void {
+  const [here, middle] = [ground.peek(), map.getView().getCenter()];
+  if (!here || !middle || overview.peek()) return;
+  const place = rounded(middle);
+  if (!contains(here.extent, place)) return;
+  if (!drawing) use(place);
+  else {
+    drawing.appendCoordinates([[place.east_m, place.north_m]]);
+    if (closes) drawing.finishDrawing();
+  }
+}
+
 function draw(map: OlMap): void {
-  let drawing: Draw | null = null;
   effect(() => {
     if (drawing) map.removeInteraction(drawing);
     drawing = null;

@@ -3,7 +3,7 @@ import { signal } from "@preact/signals";
 import { getDem, listDems, type ReadingOptions, SAMPLES, takeSample, upload } from "../api/dems";
 import type { Dem } from "../api/types";
 import { takeGround } from "../ground";
-import { attempt, change, ground, mission, notice, tool } from "../state";
+import { attempt, change, ground, mission, notice, refusals, tool } from "../state";
 import { distance, length, percent } from "../units";
 import { words } from "../words";
 import { Facts, Group, TextField } from "./fields";
@@ -106,10 +106,11 @@ function Reading({ file }: { file: File }) {
   };
   const now = options.value;
   return (
-    <details>
+    <details open={refusals.value.ground !== undefined || (ground.value?.dem.warnings.length ?? 0) > 0}>
       <summary>{ui.readAgain}</summary>
       <TextField label={ui.crs} value={now.crs ?? ""} onValue={set("crs")} />
       <TextField label={ui.heightUnit} value={now.height_unit ?? ""} onValue={set("height_unit")} />
+      <TextField label={ui.datum} value={now.vertical_datum ?? ""} onValue={set("vertical_datum")} />
       <TextField label={ui.nodata} value={now.nodata ?? ""} onValue={set("nodata")} />
       <TextField label={ui.cell} value={now.cell_m ?? ""} onValue={set("cell_m")} />
       <button type="button" onClick={() => void takeFiles([file])}>

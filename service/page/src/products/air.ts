@@ -1,9 +1,9 @@
 // Above which height positioning is good enough: the morphing map as arrays; the height flown at is a slider.
 import { signal } from "@preact/signals";
-import { calculate, layer } from "../api/jobs";
+import { calculate } from "../api/jobs";
 import type { MorphingAnswer } from "../api/types";
-import { type Ground, keptOf } from "../geo/grid";
-import { rasterAt } from "../geo/rasters";
+import type { Ground } from "../geo/grid";
+import { bytesOf, floatsOf } from "../geo/rasters";
 import { anchorBody } from "../mission/mission";
 import { ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
@@ -51,11 +51,11 @@ export async function askForAir(): Promise<void> {
   setBusy("air", null);
   try {
     const job = await calculate<MorphingAnswer>("/morphing-maps", body, { progress: (share) => setBusy("air", share) });
-    const [above, flags] = await Promise.all([rasterAt(layer(job, "above_ground.tif")), rasterAt(layer(job, "flags.tif"))]);
+    const [[aboveGroundM], [state]] = await Promise.all([floatsOf(job, "above_ground.tif", here), bytesOf(job, "flags.tif", here)]);
     air.value = {
       key: JSON.stringify(body),
-      aboveGroundM: keptOf(here, above.bands[0] as Float32Array),
-      state: keptOf(here, flags.bands[0] as Uint8Array),
+      aboveGroundM: aboveGroundM as Float32Array,
+      state: state as Uint8Array,
       answer: job.result,
       downloads: job.layers,
     };

@@ -1,9 +1,9 @@
 // What satellites and anchors that fly make of the air from time to time: a morphing map for each frame.
 import { computed, signal } from "@preact/signals";
-import { calculate, layer } from "../api/jobs";
+import { calculate } from "../api/jobs";
 import type { FrameFacts, FramesAnswer, LayerLink, Place } from "../api/types";
-import { type Ground, keptOf } from "../geo/grid";
-import { rasterAt } from "../geo/rasters";
+import type { Ground } from "../geo/grid";
+import { bytesOf, floatsOf } from "../geo/rasters";
 import { type Anchor, anchorBody, antennaBody, type Mission, type Orbits } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
@@ -26,6 +26,9 @@ export const frameShown = signal(0);
 export const frame = computed<Frame | null>(() => frames.value?.all[frameShown.value] ?? null);
 /** So many values are kept of all frames together. */
 const MOST_VALUES = 60_000_000;
+
+/** Bytes of a file of orbits, which is kept within the mission. */
+const MOST_ORBITS = 600_000;
 
 export const flies = (anchor: Anchor): boolean => anchor.flies_to.length > 0;
 
@@ -100,11 +103,11 @@ export async function askForFrames(): Promise<void> {
   setBusy("frames", null);
   try {
     const job = await calculate<FramesAnswer>("/morphing-maps", body, { progress: (share) => setBusy("frames", share) });
-    const [altitudes, states] = await Promise.all([rasterAt(layer(job, "frames_altitude.tif")), rasterAt(layer(job, "frames_state.tif"))]);
+    const [altitudes, states] = await Promise.all([floatsOf(job, "frames_altitude.tif", here), bytesOf(job, "frames_state.tif", here)]);
     const all = job.result.over_time.frames.map((facts, number) => ({
       facts,
-      aboveGroundM: aboveGround(here, keptOf(here, altitudes.bands[number] as Float32Array)),
-      state: keptOf(here, states.bands[number] as Uint8Array),
+      aboveGroundM: aboveGround(here, altitudes[number] as Float32Array),
+      state: states[number] as Uint8Array,
     }));
     frameShown.value = 0;
     frames.value = { key: JSON.stringify(body), all, answer: job.result, downloads: job.layers };
@@ -121,6 +124,7 @@ function aboveGround(here: Ground, altitudeM: Float32Array): Float32Array {
 
 /** An almanac or a RINEX navigation file, by what its first lines say. */
 export async function takeOrbits(file: File): Promise<void> {
+  if (file.size > MOST_ORBITS) throw new Error(words.orbitsTooLarge(file.name, MOST_ORBITS));
   const text = await file.text();
   const what: Orbits["what"] = /RINEX VERSION/.test(text.slice(0, 400)) ? "navigation" : "almanac";
   change({ times: { ...mission.peek().times, orbits: { name: file.name, what, text } } });

@@ -1,10 +1,10 @@
 // "Find N more": the placement's answer as ghosts, which are taken one by one.
 import { signal } from "@preact/signals";
 import { ask } from "../api/http";
-import { calculate, layer } from "../api/jobs";
+import { calculate } from "../api/jobs";
 import type { Place, PlacedAnchor, PlacementAnswer } from "../api/types";
-import { type Ground, keptOf } from "../geo/grid";
-import { rasterAt } from "../geo/rasters";
+import type { Ground } from "../geo/grid";
+import { bytesOf } from "../geo/rasters";
 import { type Anchor, anchorBody, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
@@ -60,8 +60,8 @@ export async function findMore(): Promise<void> {
   try {
     const job = await calculate<PlacementAnswer>("/placements", body, { progress: (share) => setBusy("placement", share) });
     const placed = job.result.placed.map((one, number) => ({ ...one, id: `P${number + 1}` }));
-    const counts = await rasterAt(layer(job, "count.tif"));
-    after.value = { of: anchors.length + placed.length, count: keptOf(here, counts.bands[1] as Uint8Array) };
+    const [, count] = await bytesOf(job, "count.tif", here);
+    after.value = { of: anchors.length + placed.length, count: count as Uint8Array };
     placement.value = { ...job.result, placed };
     ghosts.value = placed;
     void ask(job.links.self, { method: "DELETE" });

@@ -1,10 +1,9 @@
 // How much of the ground each place would see as an anchor's: where to look before more are sought.
 import { signal } from "@preact/signals";
 import { ask } from "../api/http";
-import { calculate, layer } from "../api/jobs";
+import { calculate } from "../api/jobs";
 import type { Summary } from "../api/types";
-import { keptOf } from "../geo/grid";
-import { rasterAt } from "../geo/rasters";
+import { floatsOf } from "../geo/rasters";
 import { ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 
@@ -41,8 +40,8 @@ export async function askForSites(): Promise<void> {
   setBusy("sites", null);
   try {
     const job = await calculate<Summary>("/site-maps", body, { progress: (share) => setBusy("sites", share) });
-    const raster = await rasterAt(layer(job, "seen.tif"));
-    sites.value = { key: JSON.stringify(body), seen: keptOf(here, raster.bands[0] as Float32Array), answer: job.result };
+    const [seen] = await floatsOf(job, "seen.tif", here);
+    sites.value = { key: JSON.stringify(body), seen: seen as Float32Array, answer: job.result };
     overlay.value = "sites";
     await ask(job.links.self, { method: "DELETE" });
   } finally {

@@ -10,6 +10,7 @@ export const placing = {
   readAgain: "Read the file again, told:",
   crs: "CRS of its positions",
   heightUnit: "Unit of its heights",
+  datum: "What heights count from (msl, hae, EGM96 …)",
   nodata: "Value that means unknown",
   cell: "Metres between posts",
   asRead: "as the file says",

@@ -16,9 +16,9 @@ from service.files.layer import COG
 from service.jobs.tile_tasks import TILE_POSTS, TileArguments, Tiles
 from service.products import Product
 
-from .context import Service, ServiceDep
-from .jobs import file_answer, finished, has_layer, path_of
-from .meta import Responses, problem_responses
+from ..context import Service, ServiceDep
+from ..jobs import file_answer, finished, has_layer, path_of
+from ..meta import Responses, problem_responses
 
 __all__ = ["add_tiles"]
 

@@ -14,7 +14,7 @@ from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFi
 from service.jobs.records import JobRecord, JobStatus
 from service.products import Product
 
-from .answers import (
+from ..answers import (
     Cursor,
     Limit,
     MapOut,
@@ -25,10 +25,10 @@ from .answers import (
     place_of_cursor,
     state_model,
 )
-from .bodies import WaitDep, json_body, long_body
-from .context import Service, ServiceDep
-from .jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, state_of, whole_answer
-from .meta import LOCATION, Responses, body_of, problem_responses
+from ..bodies import WaitDep, json_body, long_body
+from ..context import Service, ServiceDep
+from ..jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, state_of, whole_answer
+from ..meta import LOCATION, Responses, body_of, problem_responses
 from .tiles import add_tiles
 
 __all__ = ["product_router"]

@@ -1,0 +1,1 @@
+"""Products over HTTP: their routes, and their raster layers as bare numbers."""

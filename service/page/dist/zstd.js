@@ -1,1 +1,0 @@
-import{Z as r}from"./unused.js";import{B as o}from"./index.js";import"./map.js";const d=new r;class n extends o{decodeBlock(e){return d.decode(new Uint8Array(e)).buffer}}export{n as default,d as zstd};
