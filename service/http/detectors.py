@@ -232,7 +232,7 @@ async def read_log(
     The epochs are as `POST /detectors/{id}/epochs` takes them. A file is known by what it holds.
     """
     limit = service.settings.max_log_bytes
-    async with receive(request, service.folder, limit, "max_log_bytes", filename) as upload:
+    async with receive(request, service, limit, "max_log_bytes", filename) as upload:
         arguments = RangeLogArguments(path=str(upload.path), anchor_ids=anchor_id or [], epoch_s=epoch_s)
         found = await service.checks.ask("read-range-log", arguments, big=True)
     return _json(str(found["json"]).encode())
