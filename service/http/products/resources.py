@@ -27,7 +27,17 @@ from ..answers import (
 )
 from ..bodies import WaitDep, json_body, long_body
 from ..context import Service, ServiceDep
-from ..jobs import after_waiting, answer_of, events_of, file_answer, finished, has_layer, path_of, state_of, whole_answer
+from ..jobs import (
+    after_waiting,
+    answer_of,
+    events_of,
+    file_answer,
+    finished,
+    has_layer,
+    path_of,
+    state_of,
+    whole_answer,
+)
 from ..meta import LOCATION, Responses, body_of, problem_responses
 from .tiles import add_tiles
 
