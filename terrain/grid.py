@@ -70,7 +70,8 @@ class ElevationGrid:
             raise ElevationGridError(f"heights_m must hold numbers, not {heights_m.dtype}.")
         if heights_m.flags.writeable or heights_m.dtype != np.float32 or not heights_m.flags.c_contiguous:
             heights_m = np.array(heights_m, dtype=np.float32, order="C")
-        infinite = int(np.count_nonzero(np.isinf(heights_m)))
+        extremes = float(heights_m.min()), float(heights_m.max())  # NaN where one post is
+        infinite = 0 if all(map(math.isfinite, extremes)) else int(np.count_nonzero(np.isinf(heights_m)))
         if infinite:
             raise ElevationGridError(f"{infinite} heights are infinite; unknown ground is NaN.")
         heights_m.setflags(write=False)
@@ -109,7 +110,7 @@ class ElevationGrid:
     @cached_property
     def unknown_posts(self) -> int:
         """How many posts have unknown height."""
-        return int(np.count_nonzero(np.isnan(self.heights_m)))
+        return int(np.count_nonzero(np.isnan(self.heights_m))) if np.isnan(self.heights_m.min()) else 0
 
     @cached_property
     def digest(self) -> str:

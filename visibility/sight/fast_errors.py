@@ -66,11 +66,14 @@ def fast_errors(heights_m: Heights, altitude_m: Heights) -> FastErrors:
     """
     rows, cols = heights_m.shape
     tops = np.unique(np.linspace(0, max(rows - 2, 0), min(max(rows - 1, 1), LINES)).astype(np.intp))
-    known = ~np.isnan(heights_m)
     edges = max((_shadow_edges(heights_m, one_m, tops) for one_m in altitude_m), default=0.0)
     # few and far between: no sample of lines tells how many there are
-    unknown = 0.0 if known.all() else max((_edges(np.isnan(one_m), known) for one_m in altitude_m), default=0.0)
-    few = MOST_POSTS / max(int(np.count_nonzero(known)), MOST_POSTS)
+    unknown, known_posts = 0.0, heights_m.size
+    if np.isnan(heights_m.min()):
+        known = ~np.isnan(heights_m)
+        unknown = max((_edges(np.isnan(one_m), known) for one_m in altitude_m), default=0.0)
+        known_posts = int(np.count_nonzero(known))
+    few = MOST_POSTS / max(known_posts, MOST_POSTS)
     return FastErrors(
         misclassified=MEAN_OF_EDGES * edges + MEAN_BY_UNKNOWN * unknown,
         misclassified_most=min(MOST_OF_EDGES * edges + MOST_BY_UNKNOWN * unknown + few, 1.0),
