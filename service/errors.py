@@ -33,6 +33,7 @@ ServiceError
     ├── TimeLimitError
     ├── MemoryLimitError
     ├── StorageFullError       no space left to write a result or an upload
+    ├── ClusterSetUpError      a machine of the cluster lacks the data folder, or has another Sightline
     ├── JobInterruptedError    its worker died more often than is tried again
     ├── JobCancelledError      somebody deleted it
     └── InternalError          a fault of ours; carries the reference under which the log tells more
@@ -47,6 +48,7 @@ __all__ = [
     "AddressError",
     "BodyTooLargeError",
     "BusyError",
+    "ClusterSetUpError",
     "DataFolderError",
     "DataFolderInUseError",
     "EditConflictError",
@@ -235,6 +237,10 @@ class MemoryLimitError(JobError):
 
 class StorageFullError(JobError):
     """There is no space left to write to."""
+
+
+class ClusterSetUpError(JobError):
+    """A machine of the cluster lacks the data folder, or has another Sightline."""
 
 
 class JobInterruptedError(JobError):

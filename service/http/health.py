@@ -13,7 +13,7 @@ from service.errors import BusyError
 from service.jobs.pool import Lane, WorkerPool
 from service.jobs.supervisor import Supervisor
 from service.machine.limits import Machine, this_machine
-from service.machine.shares import Processes, budget_bytes, share_of
+from service.machine.shares import budget_bytes, share_of
 from service.settings import Settings
 
 from .context import ServiceDep
@@ -158,7 +158,7 @@ class About(BaseModel):
 def memory_of(settings: Settings, machine: Machine) -> Memory:
     """What a service with these settings takes of the machine."""
     one = settings.max_worker_memory_bytes
-    most = Processes(settings.workers, settings.file_workers, settings.spare_workers).most_bytes(one)
+    most = settings.processes.most_bytes(one)
     return Memory(
         available_bytes=machine.memory_bytes,
         set_by="control group" if machine.limited else "machine",
@@ -175,8 +175,9 @@ def sentence_of_memory(settings: Settings, machine: Machine) -> tuple[bool, str]
     memory = memory_of(settings, machine)
     told = (
         f"{memory.available_bytes / MIB:,.0f} MiB of memory ({memory.set_by}), {machine.cores} "
-        f"core{'s' if machine.cores > 1 else ''}; {settings.workers} x {memory.calculation_bytes / MIB:,.0f} MiB for "
-        f"calculations, {settings.file_workers} x {memory.short_task_bytes / MIB:,.0f} MiB for short tasks, all "
+        f"core{'s' if machine.cores > 1 else ''}; {settings.processes.workers} x "
+        f"{memory.calculation_bytes / MIB:,.0f} MiB for calculations, {settings.file_workers} x "
+        f"{memory.short_task_bytes / MIB:,.0f} MiB for short tasks, all "
         f"processes at most {memory.most_bytes / MIB:,.0f} MiB"
     )
     if not memory.fits:

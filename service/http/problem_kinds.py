@@ -68,6 +68,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_planning.NoCoverageError: ProblemKind("no-coverage", 422, "The limits on positioning hold nowhere"),
     of_planning.PlanningProcessError: ProblemKind("planning-process", 500, "The planner ended before its answer"),
     of_planning.ClusterError: ProblemKind("cluster", 503, "The cluster cannot be used"),
+    ours.ClusterSetUpError: ProblemKind("cluster-set-up", 503, "A machine of the cluster is not set up"),
     of_detection.DetectionError: ProblemKind("detection", 422, "The detector cannot be run"),
     of_detection.DetectionInputError: ProblemKind("detection-input", 422, "Anchors or settings make no sense"),
     of_navigation.NavigationError: ProblemKind("navigation", 422, "The question cannot be answered"),

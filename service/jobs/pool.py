@@ -13,6 +13,7 @@ from service.machine.shares import share_of
 from service.settings import Settings
 
 from .channel import Order
+from .cluster.here import Cluster
 from .folder import DataFolder
 from .process import TaskFailed, WorkerDied, WorkerProcess
 from .sharing.turns import Turns
@@ -51,7 +52,9 @@ class WorkerPool:
     def __init__(self, settings: Settings, folder: DataFolder) -> None:
         self._settings = settings
         self._folder = folder
-        self._size = settings.workers + settings.file_workers + settings.spare_workers
+        here = settings.processes
+        self._size = here.workers + here.file_workers + here.spare_workers
+        self._cluster = Cluster(settings, folder) if settings.calculate_on == "cluster" else None
         files = Turns(settings.file_workers)
         self._lanes = {
             Lane.CALCULATIONS: Turns(settings.workers),
@@ -82,6 +85,8 @@ class WorkerPool:
         for keeper in self._keepers:
             keeper.cancel()
         await asyncio.gather(*self._keepers, return_exceptions=True)
+        if self._cluster is not None:
+            await self._cluster.close()
 
     @property
     def size(self) -> int:
@@ -136,6 +141,8 @@ class WorkerPool:
 
     async def ask_to_stop(self, token: str) -> bool:
         """Ask the task of that work folder to end with what it has; whether a process is at it."""
+        if self._cluster is not None:
+            return await self._cluster.ask_to_stop(token)
         worker = self._at_work.get(token)
         if worker is None:
             return False
@@ -157,6 +164,8 @@ class WorkerPool:
     ) -> Mapping[str, object]:
         memory_bytes = share_of(lane.value, self._settings.max_worker_memory_bytes)
         order = Order(task=task, token=token, salt=salt, memory_bytes=memory_bytes, arguments=dict(arguments))
+        if lane is Lane.CALCULATIONS and self._cluster is not None:
+            return await self._cluster.run(order, self._limits_s[lane], on_start, on_progress)
         worker = await self._take_idle()
         try:
             if on_start is not None:

@@ -29,11 +29,12 @@ class TaskFailed(Exception):  # noqa: N818 - an outcome, told by the worker in g
 
 
 class WorkerDied(Exception):  # noqa: N818 - an outcome
-    """The process ended before the task did; carries how."""
+    """The process ended before the task did; carries how, as its return code or in words."""
 
-    def __init__(self, returncode: int | None) -> None:
-        how = f"signal {-returncode}" if returncode is not None and returncode < 0 else f"exit code {returncode}"
-        super().__init__(how)
+    def __init__(self, ended: int | str | None) -> None:
+        if isinstance(ended, int) and ended < 0:
+            ended = f"signal {-ended}"
+        super().__init__(ended if isinstance(ended, str) else f"exit code {ended}")
 
 
 class WorkerProcess:
@@ -75,6 +76,11 @@ class WorkerProcess:
     def pid(self) -> int:
         """Its process id."""
         return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        """Whether it has not ended, as far as is known."""
+        return self._process.returncode is None
 
     async def ended(self) -> None:
         """Wait until the process is no more."""

@@ -20,6 +20,9 @@ class ServiceOptions:
     port: Annotated[int | None, WHOLE, option("Port; 0 picks a free one. (default 8000)")] = None
     data_folder: Annotated[Path | None, option("Folder for DEMs, jobs and results.", "DIR", "--data")] = None
     insecure: Annotated[bool | None, option("Listen off loopback without keys, for everybody who reaches it.")] = None
+    scheduler: Annotated[
+        str | None, option("Calculate every job on the Dask cluster of this scheduler, tcp://HOST:8786.", "ADDRESS")
+    ] = None
     workers: Annotated[int | None, WHOLE, option("Calculations at the same time. (default one per core)")] = None
 
 
@@ -28,7 +31,10 @@ def serve(*, options: ServiceOptions = ServiceOptions()) -> None:
     from service.http.app import serve as serve_until_stopped
     from service.settings import Settings
 
-    serve_until_stopped(Settings.model_validate(told(options)))
+    given = told(options)
+    if "scheduler" in given:
+        given |= {"dask_scheduler": given.pop("scheduler"), "calculate_on": "cluster"}
+    serve_until_stopped(Settings.model_validate(given))
 
 
 def warm_up() -> None:

@@ -47,7 +47,7 @@ GROUPS = [
     (reposition.DroneOptions, DroneFlightIn, set()),
     (los.LineOptions, LineOptions, set()),
     (detect.DetectorOptions, DetectorSettingsIn, {"more", "calibrate", "estimator"}),
-    (serve.ServiceOptions, Settings, set()),
+    (serve.ServiceOptions, Settings, {"scheduler"}),
 ]
 
 

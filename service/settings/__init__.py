@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import resource
-import string
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal, Self
-from urllib.parse import urlsplit
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from service.logs import LogFormat
 from service.machine.limits import this_machine
 from service.machine.shares import LEAST_BYTES, Processes, processes_for
+
+from .ground_sources import GroundSource
 
 __all__ = ["GroundSource", "Rehearsal", "Settings"]
 
@@ -21,73 +22,21 @@ MIB = 1024 * 1024
 GIB = 1024 * MIB
 
 Rehearsal = Literal["everything", "maps"]
-Scheme = Literal["copernicus-glo-30", "copernicus-glo-90", "srtm", "template"]
-
-COPERNICUS = "{base}/Copernicus_DSM_COG_{step}_{NS}{lat:02d}_00_{EW}{lon:03d}_00_DEM/"
-COPERNICUS_FILE = "Copernicus_DSM_COG_{step}_{NS}{lat:02d}_00_{EW}{lon:03d}_00_DEM.tif"
-# (template, EPSG code of the vertical CRS where the files do not say it)
-SCHEMES = {
-    "copernicus-glo-30": ((COPERNICUS + COPERNICUS_FILE).replace("{step}", "10"), 3855),
-    "copernicus-glo-90": ((COPERNICUS + COPERNICUS_FILE).replace("{step}", "30"), 3855),
-    "srtm": ("{base}/{NS}{lat:02d}{EW}{lon:03d}.hgt", None),
-}
-PLACES = {"base", "NS", "EW", "lat", "lon"}
 
 
-def _calculation_bytes(told: dict[str, int]) -> int:
+def _calculation_bytes(told: Mapping[str, Any]) -> int:
     """What a calculation may take so that all processes of these numbers fit into the machine or the control group."""
     names = ("workers", "file_workers", "spare_workers")
     # one that is not valid is told as such, not for want of memory
-    known = (told.get(name, 1) for name in names)
-    return Processes(*known).calculation_bytes(this_machine())
+    workers, files, spares = (told.get(name, 1) for name in names)
+    there = told.get("calculate_on") == "cluster"
+    return Processes(0 if there else workers, files, spares).calculation_bytes(this_machine())
 
 
 def _connections() -> int:
     """So many that descriptors are left for the store, workers, files that come in and files that go out."""
     most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return 1000 if most == resource.RLIM_INFINITY else max(16, min(1000, (most - 128) * 3 // 4))
-
-
-class GroundSource(BaseModel):
-    """A server of ground that the operator lists, and how its files are called: one per degree by degree."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    base: str = Field(description="Where the files lie, such as https://copernicus-dem-30m.s3.amazonaws.com.")
-    scheme: Scheme = Field("template", description="How files are called.")
-    template: str | None = Field(
-        None, description="With scheme template: {base}, {NS}, {lat:02d}, {EW} and {lon:03d} of the south-west corner."
-    )
-
-    @model_validator(mode="after")
-    def _says_where_files_lie(self) -> Self:
-        if urlsplit(self.base).scheme not in ("http", "https") or not urlsplit(self.base).netloc:
-            raise ValueError(f"base must be an http or https address, not {self.base!r}.")
-        if (self.scheme == "template") != (self.template is not None):
-            raise ValueError("Give a template with scheme 'template', and with no other.")
-        named = {name for _, name, _, _ in string.Formatter().parse(self._template) if name is not None}
-        if not named <= PLACES or not self._template.startswith("{base}/"):
-            raise ValueError(f"The template must begin with {{base}}/ and may hold {', '.join(sorted(PLACES))} only.")
-        return self
-
-    @property
-    def vertical_epsg(self) -> int | None:
-        """The vertical CRS of the scheme's files, which do not say it themselves."""
-        return None if self.scheme == "template" else SCHEMES[self.scheme][1]
-
-    def url_of(self, west_deg: int, south_deg: int) -> str:
-        """The address of the file of one cell, by its south-west corner."""
-        return self._template.format(
-            base=self.base.rstrip("/"),
-            NS="N" if south_deg >= 0 else "S",
-            EW="E" if west_deg >= 0 else "W",
-            lat=abs(south_deg),
-            lon=abs(west_deg),
-        )
-
-    @property
-    def _template(self) -> str:
-        return self.template or SCHEMES[self.scheme][0]
 
 
 class Settings(BaseSettings):
@@ -150,6 +99,15 @@ class Settings(BaseSettings):
     )
     access_log: bool = Field(default=True, description="Whether every request is a line of the log.")
 
+    dask_scheduler: str | None = Field(
+        default=None,
+        description="Address of a Dask scheduler that placements may be spread over, such as tcp://host:8786.",
+    )
+    calculate_on: Literal["here", "cluster"] = Field(
+        default="here",
+        description="Where jobs are calculated: here, or all of them by the workers of dask_scheduler, which have the "
+        "data folder under the same path.",
+    )
     workers: int = Field(
         default_factory=lambda: processes_for(this_machine()).workers,
         ge=1,
@@ -215,10 +173,6 @@ class Settings(BaseSettings):
     max_anchor_cells: int = Field(default=600_000_000, ge=1, description="Cells times anchors of one visibility map.")
     max_voxels: int = Field(default=100_000_000, ge=1, description="Voxels of one control volume.")
     max_candidates: int = Field(default=20_000, ge=1, description="Candidates of one placement.")
-    dask_scheduler: str | None = Field(
-        default=None,
-        description="Address of a Dask scheduler that placements may be spread over, such as tcp://host:8786.",
-    )
     max_pairs: int = Field(default=100_000, ge=1, description="Point pairs in one lines-of-sight request.")
     max_path_points: int = Field(default=100_000, ge=1, description="Points of one path of safety bubbles.")
     max_queued_jobs: int = Field(default=256, ge=1, description="Jobs that wait for a worker.")
@@ -289,3 +243,15 @@ class Settings(BaseSettings):
         le=MIB,
         description="Size of the body that opens a detector or asks for one detection, bytes.",
     )
+
+    @model_validator(mode="after")
+    def _names_its_cluster(self) -> Self:
+        if self.calculate_on == "cluster" and self.dask_scheduler is None:
+            raise ValueError("With calculate_on 'cluster', dask_scheduler names the scheduler.")
+        return self
+
+    @property
+    def processes(self) -> Processes:
+        """The processes of this machine."""
+        workers = 0 if self.calculate_on == "cluster" else self.workers
+        return Processes(workers, self.file_workers, self.spare_workers)
