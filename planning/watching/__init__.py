@@ -2,6 +2,7 @@
 
 from .advice import Advice, DarkStretch, Drive, MoveAdvice, SpeedAdvice, advise, advise_move
 from .detector import MapDetector, WatchedEpoch
+from .detours import PathAdvice, advise_path
 from .doubts import Expected, MapDoubt
 from .forecasts import GroundErrors, SightForecast, forecast_sight
 
@@ -14,10 +15,12 @@ __all__ = [
     "MapDetector",
     "MapDoubt",
     "MoveAdvice",
+    "PathAdvice",
     "SightForecast",
     "SpeedAdvice",
     "WatchedEpoch",
     "advise",
     "advise_move",
+    "advise_path",
     "forecast_sight",
 ]

@@ -39,7 +39,8 @@ class Drive:
 
     path_m: (n, 2) east, north, in the frame of the map. speed_m_per_s: foreseen; max_speed_m_per_s: possible.
     min_anchors: a stretch with fewer usable ones is told. horizon_m: how far ahead is looked. interval_s: between
-    ranges. epsilon: sigmas in a bubble. usable: probability of sight from which an anchor counts. Raises WatchError.
+    ranges. epsilon: sigmas in a bubble. usable: probability of sight from which an anchor counts. max_slope_rad: of
+    ground that the rover can drive over, for another path. Raises WatchError.
     """
 
     path_m: Floats
@@ -50,6 +51,7 @@ class Drive:
     interval_s: float = 1.0
     epsilon: float = 3.0
     usable: float = 0.5
+    max_slope_rad: float = math.radians(25.0)
     motion: MotionNoise = field(default_factory=MotionNoise)
 
     def __post_init__(self) -> None:
@@ -58,7 +60,7 @@ class Drive:
             raise WatchError("A path needs at least two places (east, north), all finite.")
         path_m.setflags(write=False)
         object.__setattr__(self, "path_m", path_m)
-        for name in ("speed_m_per_s", "max_speed_m_per_s", "horizon_m", "interval_s", "epsilon"):
+        for name in ("speed_m_per_s", "max_speed_m_per_s", "horizon_m", "interval_s", "epsilon", "max_slope_rad"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise WatchError(f"{name} must be a number > 0, not {getattr(self, name)}.")
         if self.min_anchors < 1 or not 0.0 < self.usable < 1.0:

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
 from detection import (
@@ -35,8 +34,17 @@ from visibility import Anchor, AnchorError, Curvature
 from visibility.sight import check_anchors
 
 from .advice import Advice, DarkStretch, Drive, MoveAdvice, advise, advise_move
+from .detours import PathAdvice, advise_path
 from .doubts import Doubts, MapDoubt, off_without_map
-from .forecasts import DEFAULT_ERRORS, GroundErrors, SightForecast, check_antenna, forecast_sight, ground_amid
+from .forecasts import (
+    DEFAULT_ERRORS,
+    GroundErrors,
+    SightForecast,
+    check_antenna,
+    forecast_sight,
+    ground_amid,
+    strange_anchors,
+)
 from .heights import HeightCheck, free_height
 
 __all__ = ["MapDetector", "WatchedEpoch"]
@@ -48,7 +56,6 @@ USUAL_SIGHT = 0.9  # what a detector takes without a map
 RIGHT, WORDS, MEMORY = 19.0, 20.0, 400.0
 TOLD = 0.8  # what the map and the ranges say is counted where both are surer than this
 LOOKS = 3  # at the map before a session has a track: a place tells whom to believe, and that a better place
-FURTHEST_M = 5e5  # anchors that fly further from the map than this are left out of its forecasts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +111,7 @@ class MapDetector:
         self._curvature = Curvature.over(grid, curvature)
         self._area = area
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
-        self._strange = _strange(grid, self._anchors)
+        self._strange = strange_anchors(grid, self._anchors)
         self._somewhere = ground_amid(grid, anchors, antenna_above_ground_m)
         if settings.altitude_hint_m is None:
             settings = replace(settings, altitude_hint_m=self._somewhere.altitude_m)
@@ -155,11 +162,19 @@ class MapDetector:
 
     def advise_move(self, drive: Drive, stretch: DarkStretch, movable: Sequence[str]) -> MoveAdvice:
         """The drone to move before a stretch that was advised. Raises PlacementError, AnchorError."""
-        anchors = [Anchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
         return advise_move(
-            self.grid, drive, stretch, anchors, movable=movable, occluded=self._doubts.hidden(),
+            self.grid, drive, stretch, self._standing(), movable=movable, occluded=self._doubts.hidden(),
             antenna_above_ground_m=self.antenna_above_ground_m,
         )  # fmt: skip
+
+    def advise_path(self, drive: Drive, stretch: DarkStretch, at_m: float) -> PathAdvice:
+        """A way round a stretch that was advised; at_m: where on the path the rover is."""
+        occluded, above_m = self._doubts.hidden(), self.antenna_above_ground_m
+        about = (self.grid, drive, stretch, self._standing())
+        return advise_path(*about, at_m, occluded, above_m, self._curvature)
+
+    def _standing(self) -> list[Anchor]:
+        return [Anchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
 
     def process(self, epoch: RangeEpoch) -> WatchedEpoch:
         """The answer to one epoch; the same as ``Detector.process`` where the map has nothing to say."""
@@ -167,7 +182,7 @@ class MapDetector:
             if anchor.id in self._anchors:
                 self._anchors[anchor.id] = (anchor.east_m, anchor.north_m, anchor.altitude_m)
         if epoch.moved:
-            self._strange = _strange(self.grid, self._anchors)
+            self._strange = strange_anchors(self.grid, self._anchors)
         ids = tuple(self._anchors)
         forecast = self._foresee(epoch)
         if forecast is None:
@@ -266,15 +281,6 @@ def _with_prediction(measured: RangeMeasurement, told: Mapping[str, float]) -> R
     if measured.p_sight is not None or math.isnan(told.get(measured.anchor_id, math.nan)):
         return measured
     return replace(measured, p_sight=told[measured.anchor_id])
-
-
-def _strange(grid: ElevationGrid, anchors: Mapping[str, tuple[float, float, float]]) -> npt.NDArray[np.bool_]:
-    """(k,) bool: anchors of which the map can say nothing, since they are far outside it or below its ground."""
-    anchors_m = np.array(list(anchors.values())).reshape(-1, 3)
-    west_m, south_m, east_m, north_m = grid.bounds_m
-    off_m = np.maximum([west_m, south_m] - anchors_m[:, :2], anchors_m[:, :2] - [east_m, north_m]).max(axis=1)
-    strange: npt.NDArray[np.bool_] = (off_m > FURTHEST_M) | (anchors_m[:, 2] < height_at(grid, *anchors_m.T[:2]))
-    return strange
 
 
 def _warnings(grid: ElevationGrid, anchors: Sequence[RangingAnchor]) -> tuple[str, ...]:

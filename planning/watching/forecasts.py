@@ -7,7 +7,7 @@ sight lines the clearance is known exactly, and the error of the ground is folde
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +18,22 @@ from planning.errors import WatchError
 from terrain import ElevationGrid, height_at
 from visibility import Curvature, lines_of_sight
 
-__all__ = ["GroundErrors", "SightForecast", "check_antenna", "forecast_sight", "ground_amid", "sight_probability"]
+__all__ = [
+    "GroundErrors",
+    "SightForecast",
+    "check_antenna",
+    "forecast_sight",
+    "ground_amid",
+    "sight_probability",
+    "strange_anchors",
+]
 
 Floats = npt.NDArray[np.float64]
 
 POINTS = 19
 # A place that is less sure than so many cells in every direction says nothing about the ground it stands on.
 FURTHEST_CELLS = 50.0
+FURTHEST_M = 5e5  # anchors that fly further from the map than this are left out
 NEAREST_M = 1e-3  # and no place is surer than that
 
 
@@ -199,6 +208,15 @@ def ground_amid(grid: ElevationGrid, anchors: Sequence[RangingAnchor], antenna_m
     spread_m = float(np.nanstd(heights_m)) + 1.0
     level_m = float(np.nanmean(heights_m)) + antenna_m
     return GroundHeight(middle_east_m, middle_north_m, level_m, 0.0, 0.0, spread_m)
+
+
+def strange_anchors(grid: ElevationGrid, anchors: Mapping[str, tuple[float, float, float]]) -> npt.NDArray[np.bool_]:
+    """(k,) bool: anchors of which the map can say nothing, since they are far outside it or below its ground."""
+    anchors_m = np.array(list(anchors.values())).reshape(-1, 3)
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    off_m = np.maximum([west_m, south_m] - anchors_m[:, :2], anchors_m[:, :2] - [east_m, north_m]).max(axis=1)
+    strange: npt.NDArray[np.bool_] = (off_m > FURTHEST_M) | (anchors_m[:, 2] < height_at(grid, *anchors_m.T[:2]))
+    return strange
 
 
 def _normal(x: Floats) -> Floats:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from planning.watching import Advice, Drive, MoveAdvice
+from planning.watching import Advice, Drive, MoveAdvice, PathAdvice
 from service.parts.points import Metres, Positive, StrictModel
 
-__all__ = ["AdviceOut", "DriveIn", "FullAdviceOut", "advice_answer", "move_answer"]
+__all__ = ["AdviceOut", "DriveIn", "FullAdviceOut", "advice_answer", "move_answer", "path_answer"]
 
 MOST_PLACES = 10_000
 
@@ -33,14 +34,17 @@ class DriveIn(StrictModel):
     interval_s: Annotated[float, Field(strict=True, ge=0.01, le=3600.0)] = Field(
         1.0, description="Seconds between two epochs of ranges."
     )
+    max_slope_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = Field(
+        25.0, description="Of ground that the rover can drive over, degrees; for another path."
+    )
     movable: list[str] | None = Field(
         None, max_length=62, description="Ids of the anchors that are drones and may be moved; null = none."
     )
 
     def drive(self) -> Drive:
         """The same for the map. Raises WatchError."""
-        given = self.model_dump(exclude={"movable"})
-        return Drive(**given)
+        given = self.model_dump(exclude={"movable", "max_slope_deg"})
+        return Drive(**given, max_slope_rad=math.radians(self.max_slope_deg))
 
 
 class Exact(BaseModel):
@@ -97,8 +101,21 @@ class AdvisedMoveOut(Exact):
     sentence: str = Field(description="The same in words.")
 
 
+class AdvisedPathOut(Exact):
+    """A way round the first stretch."""
+
+    path_m: list[tuple[float, float]] | None = Field(description="Places (east, north), metres; null: there is none.")
+    from_m: float = Field(description="Where it leaves the path, metres along it.")
+    to_m: float = Field(description="Where it comes back, metres along the path.")
+    longer_m: float | None = Field(description="By so much longer than the path, metres.")
+    fewest: int | None = Field(description="How few anchors are in sight where there are fewest.")
+    sentence: str = Field(description="The same in words, or why there is none.")
+
+
 class FullAdviceOut(AdviceOut):
-    """The same with a move."""
+    """The same with a move and a way round."""
+
+    path: AdvisedPathOut | None = Field(description="A way round the first stretch; null: no stretch.")
 
     move: AdvisedMoveOut | None = Field(
         description="For the first stretch, where drones may be moved; null: nothing to move."
@@ -134,6 +151,18 @@ def advice_answer(advice: Advice) -> dict[str, object]:
             "bubble_before_m": speed.bubble_before_m,
             "sentence": speed.sentence,
         },
+    }
+
+
+def path_answer(advised: PathAdvice) -> dict[str, object]:
+    """In the words of ``AdvisedPathOut``."""
+    return {
+        "path_m": None if advised.path_m is None else advised.path_m.tolist(),
+        "from_m": advised.from_m,
+        "to_m": advised.to_m,
+        "longer_m": advised.longer_m,
+        "fewest": advised.fewest,
+        "sentence": advised.sentence,
     }
 
 

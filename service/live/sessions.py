@@ -13,7 +13,7 @@ from detection import Calibrated
 from planning.watching import Advice, Drive, WatchedEpoch
 from service.errors import RequestError, TooManyError
 from service.live.answers import as_json, calibration_answer, epoch_answer, state_answer
-from service.live.drives import DriveIn, advice_answer, move_answer
+from service.live.drives import DriveIn, advice_answer, move_answer, path_answer
 from service.live.keeping import Kept, SessionFolder
 from service.live.request import DetectorLimits, EpochIn
 from service.live.snapshots import freeze
@@ -248,7 +248,7 @@ class DetectorSession:
             raise RequestError(f"movable: the session has no anchor {strange[:64]!r}.")
 
     async def advise(self) -> dict[str, object]:
-        """What lies ahead, with a drone to move, in the words of ``FullAdviceOut``.
+        """What lies ahead, with a drone to move and a way round, in the words of ``FullAdviceOut``.
 
         Raises RequestError without map, path or place.
         """
@@ -256,12 +256,13 @@ class DetectorSession:
             advice = await self._bench.beside(self._advice)
             if self._drive is None or advice is None:
                 raise RequestError(NO_PATH if self._drive is None else NO_PLACE)
-            driven, move = self._drive, None
-        if advice.stretches and driven.movable:
+            driven, move, path = self._drive, None, None
+        if advice.stretches:
             detector, first = self.memory.detector, advice.stretches[0]
-            found = await asyncio.to_thread(detector.advise_move, driven.drive, first, driven.movable)
-            move = move_answer(found)
-        return {**advice_answer(advice), "move": move}
+            if driven.movable:
+                move = move_answer(await asyncio.to_thread(detector.advise_move, driven.drive, first, driven.movable))
+            path = path_answer(await asyncio.to_thread(detector.advise_path, driven.drive, first, advice.at_m))
+        return {**advice_answer(advice), "move": move, "path": path}
 
     def _advice(self) -> Advice | None:
         if self._drive is None:

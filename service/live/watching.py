@@ -20,6 +20,7 @@ from planning.watching import (
     MapDetector,
     MapDoubt,
     MoveAdvice,
+    PathAdvice,
     WatchedEpoch,
     forecast_sight,
 )
@@ -84,6 +85,10 @@ class MaybeMapped:
     def advise_move(self, drive: Drive, stretch: DarkStretch, movable: Sequence[str]) -> MoveAdvice:
         """The drone to move before a stretch. Raises RequestError where there is no map, PlacementError."""
         return self._mapped().advise_move(drive, stretch, movable)
+
+    def advise_path(self, drive: Drive, stretch: DarkStretch, at_m: float) -> PathAdvice:
+        """A way round a stretch. Raises RequestError where there is no map."""
+        return self._mapped().advise_path(drive, stretch, at_m)
 
     def _mapped(self) -> MapDetector:
         if not isinstance(self._detector, MapDetector):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from detection import PositionFix, RangingAnchor
 from planning import WatchError
 from planning.placement import Flight
-from planning.watching import Drive, advise, advise_move
+from planning.watching import Drive, advise, advise_move, advise_path
 from planning.watching.advice import distance_along_m
 from terrain import ElevationGrid
 from tests.planning.watching.grounds import ANTENNA_M, on_ground
@@ -116,3 +118,41 @@ def test_a_path_that_crosses_itself_is_followed() -> None:
 def test_a_drive_that_makes_no_sense_is_refused(change: dict[str, object], word: str) -> None:
     with pytest.raises(WatchError, match=word):
         Drive(**{"path_m": PATH, **change})  # type: ignore[arg-type] # what is asked for wrongly
+
+
+def test_a_way_round_keeps_enough_anchors_in_sight_and_comes_back_to_the_path() -> None:
+    grid, drive = wall(), Drive(PATH, min_anchors=4, horizon_m=1000.0)
+    ahead = advise(grid, drive, fix(300.0, 740.0), ANCHORS)
+    anchors = [Anchor(one.id, one.east_m, one.north_m, one.altitude_m) for one in ANCHORS]
+    whole = replace(ahead.stretches[0], to_m=ahead.stretches[-1].to_m)
+    told = advise_path(grid, drive, whole, anchors, at_m=ahead.at_m, seconds=60.0)
+    assert told.path_m is not None, told.sentence
+    np.testing.assert_allclose(told.path_m[0], (300.0, 780.0 - told.from_m), atol=0.1)
+    np.testing.assert_allclose(told.path_m[-1], (300.0, 780.0 - told.to_m), atol=0.1)
+    assert ahead.at_m <= told.from_m < whole.from_m < whole.to_m < told.to_m
+    points_m = on_ground(grid, *told.path_m.T)
+    anchors_m = [(a.east_m, a.north_m, a.altitude_m) for a in anchors]
+    seen = [lines_of_sight(grid, points_m, np.tile(at, (len(points_m), 1))).clearance_m > 0.0 for at in anchors_m]
+    assert told.fewest == np.sum(seen, axis=0).min() >= 4
+    length_m = np.hypot(*np.diff(told.path_m, axis=0).T).sum()
+    assert told.longer_m == pytest.approx(length_m - (told.to_m - told.from_m))
+    assert told.longer_m > 50.0
+
+
+def test_where_no_way_is_left_the_reason_is_told() -> None:
+    grid, drive = wall(), Drive(PATH, min_anchors=5, horizon_m=1000.0)
+    ahead = advise(grid, drive, fix(300.0, 740.0), ANCHORS)
+    anchors = [Anchor(one.id, one.east_m, one.north_m, one.altitude_m) for one in ANCHORS]
+    told = advise_path(grid, drive, ahead.stretches[0], anchors, at_m=ahead.at_m, occluded=["A1"])
+    assert told.path_m is None
+    assert "5 anchors" in told.sentence
+
+
+def test_a_plan_that_runs_out_of_time_does_not_say_that_there_is_no_way() -> None:
+    grid, drive = wall(), Drive(PATH, min_anchors=4, horizon_m=1000.0)
+    ahead = advise(grid, drive, fix(300.0, 740.0), ANCHORS)
+    anchors = [Anchor(one.id, one.east_m, one.north_m, one.altitude_m) for one in ANCHORS]
+    whole = replace(ahead.stretches[0], to_m=ahead.stretches[-1].to_m)
+    told = advise_path(grid, drive, whole, anchors, at_m=ahead.at_m, seconds=1e-9)
+    assert told.path_m is None
+    assert told.sentence.startswith("No way round was found")

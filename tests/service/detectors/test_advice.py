@@ -79,6 +79,9 @@ async def test_the_whole_advice_names_a_drone_to_move() -> None:
     assert (told.move.anchor_id, told.move.restored) == ("A1", True)
     assert told.move.flight_m is not None
     assert told.move.flight_m > 0.0
+    assert told.path is not None
+    assert told.path.sentence
+    assert (told.path.path_m is None) == (told.path.longer_m is None)
 
 
 @pytest.mark.anyio
