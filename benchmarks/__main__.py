@@ -144,7 +144,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(bubbles.bubble_speed, points=1000),
     ),
     "monitor": (partial(quality_monitor.steps_found, epochs=4000), partial(quality_monitor.monitor_speed, epochs=2000)),
-    "memory": (partial(memory.memory, posts=512),),
+    "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (
         first_request.first_request,
         partial(over_http.requests, posts=128),
