@@ -185,14 +185,14 @@ def _uploaded(client: httpx.Client, posts: int) -> dict[str, Any]:
 def _open_mission(page: Browser, client: httpx.Client, dem: dict[str, Any]) -> None:
     """Open the page on a ground with anchors, a mission that the service keeps."""
     bounds = dem["bounds_of_posts_m"]
-    side_m = bounds["east"] - bounds["west"]
+    across_m, up_m = bounds["east"] - bounds["west"], bounds["north"] - bounds["south"]
     base = {"kind": "drone", "height_m": 120.0, "height_from": "above_ground_m", "ranging_sigma_m": 0.1}
     none = {"max_range_m": None, "azimuth_from_deg": None, "azimuth_to_deg": None}
     anchors = [
         {
             "id": f"D{number + 1}",
-            "east_m": bounds["west"] + side_m * (0.3 + 0.2 * (number % 3)),
-            "north_m": bounds["south"] + side_m * (0.35 + 0.3 * (number // 3)),
+            "east_m": bounds["west"] + across_m * (0.3 + 0.2 * (number % 3)),
+            "north_m": bounds["south"] + up_m * (0.35 + 0.3 * (number // 3)),
             **base,
             **none,
         }

@@ -26,6 +26,8 @@ export const frameShown = signal(0);
 export const frame = computed<Frame | null>(() => frames.value?.all[frameShown.value] ?? null);
 /** So many values are kept of all frames together. */
 const MOST_VALUES = 60_000_000;
+/** So many places are told of a flight. */
+const MOST_LEGS = 2000;
 
 /** Bytes of a file of orbits, which is kept within the mission. */
 const MOST_ORBITS = 600_000;
@@ -53,10 +55,20 @@ export function placeAt(anchor: Anchor, timeS: number): Place {
   return { east_m: from.east_m + part * (to.east_m - from.east_m), north_m: from.north_m + part * (to.north_m - from.north_m) };
 }
 
-function trackBody(anchor: Anchor, lastsS: number): Record<string, unknown> {
+/** Places so close together that a height above the ground follows the ground between them, as drones do. */
+function trackBody(anchor: Anchor, lastsS: number, cellM: number): Record<string, unknown> {
   const points = flightOf(anchor);
   const last = points[points.length - 1] as (typeof points)[number];
-  const all = last.time_s < lastsS ? [...points, { ...last, time_s: lastsS }] : points;
+  const everyS = Math.max(cellM / anchor.flies_m_per_s, last.time_s / MOST_LEGS);
+  const all = points.flatMap((point, at) => {
+    const next = points[at + 1];
+    const legs = next ? Math.ceil((next.time_s - point.time_s) / everyS) : 1;
+    return Array.from({ length: legs }, (_, leg) => {
+      const time_s = next ? point.time_s + (leg / legs) * (next.time_s - point.time_s) : point.time_s;
+      return { ...placeAt(anchor, time_s), time_s };
+    });
+  });
+  if (last.time_s < lastsS) all.push({ ...last, time_s: lastsS });
   return { ...antennaBody(anchor), points: all.map((point) => ({ ...point, [anchor.height_from]: anchor.height_m })) };
 }
 
@@ -68,12 +80,13 @@ function satellitesBody({ begins_at, orbits }: Mission["times"]): Record<string,
 
 function question(): Record<string, unknown> {
   const { anchors, positioning, rover, times, ceiling_above_ground_m } = mission.value;
-  if (!ground.value) throw new Error(words.chooseGround);
+  const here = ground.value;
+  if (!here) throw new Error(words.chooseGround);
   if (anchors.length === 0 && times.orbits === null) throw new Error(words.nothingToRangeTo);
   return {
-    dem_id: ground.value.dem.id,
+    dem_id: here.dem.id,
     anchors: anchors.filter((one) => !flies(one)).map(anchorBody),
-    tracks: anchors.filter(flies).map((one) => trackBody(one, times.lasts_s)),
+    tracks: anchors.filter(flies).map((one) => trackBody(one, times.lasts_s, here.dem.cell_east_m)),
     ...satellitesBody(times),
     kind: positioning.kind,
     measure: positioning.measure,
