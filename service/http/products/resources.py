@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Annotated, cast
 
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi.responses import JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
 from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFields, NeedsFields
@@ -31,15 +31,12 @@ from ..jobs import (
     after_waiting,
     answer_of,
     events_of,
-    file_answer,
-    finished,
-    has_layer,
     path_of,
     state_of,
     whole_answer,
 )
-from ..meta import LOCATION, Responses, body_of, problem_responses
-from .tiles import add_tiles
+from ..meta import LOCATION, body_of, problem_responses
+from .layers import add_layers, add_tiles
 
 __all__ = ["product_router"]
 
@@ -51,7 +48,7 @@ def product_router(product: Product) -> APIRouter:
     router = APIRouter(prefix=product.path, tags=[product.tag])
     _add_asking(router, product)
     _add_following(router, product)
-    _add_files(router, product)
+    add_layers(router, product, _singular(product), _article(product))
     add_tiles(router, product, _singular(product))
     _add_pins(router, product)
     if product.searches:
@@ -234,53 +231,6 @@ def _add_pins(router: APIRouter, product: Product) -> None:
     )
     async def unpin_one(job_id: str, service: ServiceDep) -> MapOut:
         return await pinned(service, job_id, False)
-
-
-def _add_files(router: APIRouter, product: Product) -> None:
-    one, layers = _singular(product), product.layer
-    responses: Responses = {
-        200: {
-            "description": "The file.",
-            "content": {
-                layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
-            },
-            "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
-        },
-        304: {"description": "You have it already (If-None-Match)."},
-        **problem_responses(404, 409, 416, 422, 503, 507),
-    }
-
-    @router.get(
-        "/{job_id}/layers/{layer}",
-        name=f"download_{one}_layer",
-        summary=f"Download a layer of {_article(product)}",
-        description="A file of the result. It is written when it is first asked for; ranges and If-None-Match are "
-        "understood.",
-        response_class=FileResponse,
-        responses=responses,
-    )
-    async def download_layer(job_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
-        job = await finished(service, product.name, job_id)
-        if layer not in layers or not has_layer(job, layers[layer]):
-            raise NotFoundError("layer", layer)
-        assert job.digest is not None
-        path, version = service.folder.result(job.digest) / layer, f"{job.digest}-{layer}"
-        if product.finished is not None:
-            path = await service.drawings.layer(job.digest, layer, job.summary or {})
-            version += f"-{path.parent.name}"  # of the Sightline that drew it
-        return await file_answer(request, path, layers[layer].media_type, version)
-
-    if product.inline is not None:
-        router.add_api_route(
-            "/{job_id}/files/{layer}",
-            download_layer,
-            name=f"download_{one}_file",
-            summary=f"Download a file of {_article(product)}",
-            description="The same as `/layers/`, under its older name.",
-            deprecated=True,
-            response_class=FileResponse,
-            responses=responses,
-        )
 
 
 def _add_stop(router: APIRouter, product: Product) -> None:

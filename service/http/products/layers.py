@@ -1,4 +1,4 @@
-"""Raster layers of results as bare numbers, by level and by tile: what a program that draws maps wants."""
+"""Layers of results: as files, and rasters as bare numbers by level and by tile, for programs that draw maps."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..context import Service, ServiceDep
 from ..jobs import file_answer, finished, has_layer, path_of
 from ..meta import Responses, problem_responses
 
-__all__ = ["add_tiles"]
+__all__ = ["add_layers", "add_tiles"]
 
 OCTETS = "application/octet-stream"
 Number = Annotated[int, InPath(ge=0, le=1_000_000)]
@@ -29,6 +29,54 @@ NUMBERS: Responses = {
     304: {"description": "You have it already (If-None-Match)."},
     **problem_responses(404, 409, 416, 422, 503, 507),
 }
+
+
+def add_layers(router: APIRouter, product: Product, one: str, article: str) -> None:
+    """The route of a product's files. article: one of it, in words."""
+    layers = product.layer
+    responses: Responses = {
+        200: {
+            "description": "The file.",
+            "content": {
+                layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
+            },
+            "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
+        },
+        304: {"description": "You have it already (If-None-Match)."},
+        **problem_responses(404, 409, 416, 422, 503, 507),
+    }
+
+    @router.get(
+        "/{job_id}/layers/{layer}",
+        name=f"download_{one}_layer",
+        summary=f"Download a layer of {article}",
+        description="A file of the result. It is written when it is first asked for; ranges and If-None-Match are "
+        "understood.",
+        response_class=FileResponse,
+        responses=responses,
+    )
+    async def download_layer(job_id: str, layer: str, request: Request, service: ServiceDep) -> Response:
+        job = await finished(service, product.name, job_id)
+        if layer not in layers or not has_layer(job, layers[layer]):
+            raise NotFoundError("layer", layer)
+        assert job.digest is not None
+        path, version = service.folder.result(job.digest) / layer, f"{job.digest}-{layer}"
+        if product.finished is not None:
+            path = await service.drawings.layer(job.digest, layer, job.summary or {})
+            version += f"-{path.parent.name}"  # of the Sightline that drew it
+        return await file_answer(request, path, layers[layer].media_type, version)
+
+    if product.inline is not None:
+        router.add_api_route(
+            "/{job_id}/files/{layer}",
+            download_layer,
+            name=f"download_{one}_file",
+            summary=f"Download a file of {article}",
+            description="The same as `/layers/`, under its older name.",
+            deprecated=True,
+            response_class=FileResponse,
+            responses=responses,
+        )
 
 
 def add_tiles(router: APIRouter, product: Product, one: str) -> None:
