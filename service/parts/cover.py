@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, Literal, Self, cast
+from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
-from pydantic import Base64Bytes, BaseModel, Field, JsonValue, model_validator
+from pydantic import Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, model_validator
 
 from service.errors import RequestError
 from service.parts.geojson_reading import Fields, shapes_of
@@ -54,7 +54,7 @@ class BuildingsIn(StrictModel):
 class FootprintsIn(StrictModel):
     """Footprints of buildings with heights, as OpenStreetMap's tools write GeoJSON."""
 
-    geojson: dict[str, JsonValue] = Field(
+    geojson: Annotated[dict[str, JsonValue], WithJsonSchema({"type": "object"})] = Field(
         description="A FeatureCollection: polygons with a tag building, building:part or height. Their height is in "
         "metres, or says its unit; min_height is told, and counts as solid below. Degrees, unless it says otherwise."
     )

@@ -1,0 +1,116 @@
+"""Canopy over a grid: how high trees are and where their crowns begin, and how far lines run through it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from terrain import ElevationGrid, height_at, same_map
+from visibility.errors import CoverError
+from visibility.sight.curvature import Curvature
+from visibility.sight.kernels.canopy import canopy_shares
+from visibility.sight.roofs import roof_heights
+from visibility.sight.sight_points import check_points, in_posts
+
+__all__ = ["Canopy", "canopy_between", "canopy_paths", "resampled_canopy"]
+
+Heights = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Canopy:
+    """Trees over the posts of a grid, straight between them as the ground is.
+
+    top_m: (rows, cols) height of the canopy over the ground, 0 = none, NaN = unknown. base_m: the same of where crowns
+    begin. notes: what was done to get them, sentences. Raises CoverError.
+    """
+
+    grid: ElevationGrid
+    top_m: Heights
+    base_m: Heights
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("top_m", "base_m"):
+            values = np.array(np.broadcast_to(getattr(self, name), self.grid.shape), np.float32, order="C")
+            negative = int(np.count_nonzero(values < 0.0))
+            if negative or np.isinf(values).any():
+                raise CoverError(f"{name} of a canopy must be heights >= 0 m; {negative} posts are below.")
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        over = int(np.count_nonzero((self.base_m > self.top_m) & (self.top_m > 0.0)))
+        if over:
+            raise CoverError(f"At {over} posts the crown base is above the canopy.")
+
+
+def canopy_between(grid: ElevationGrid, surface: ElevationGrid, base_m: npt.ArrayLike = 0.0) -> Canopy:
+    """The canopy between a grid of bare ground and one of the surface (DSM less DTM).
+
+    A surface of other posts is resampled. Where it is below the ground there is no canopy; what stands on the grid is
+    taken out. Both are told. Raises CoverError where the two lie in different CRS, or do not overlap.
+    """
+    heights_m, notes = _at_posts(grid, surface)
+    over_m = heights_m - grid.heights_m
+    below = int(np.count_nonzero(over_m < 0.0))
+    if below:
+        deepest_m = -float(np.nanmin(over_m))
+        told = f"At {below} posts the surface is below the ground, by up to {deepest_m:.2f} m: no canopy there."
+        notes = (*notes, told)
+    top_m = np.maximum(over_m, np.float32(0.0))
+    if grid.standing is not None:
+        built = np.isfinite(roof_heights(grid))
+        top_m[built] = 0.0
+        notes = (*notes, f"{int(built.sum())} posts under roofs are no canopy.")
+    return Canopy(grid, top_m, np.asarray(np.minimum(base_m, top_m), np.float32), notes)
+
+
+def resampled_canopy(grid: ElevationGrid, heights: ElevationGrid, base_m: npt.ArrayLike = 0.0) -> Canopy:
+    """The canopy of a raster of heights over ground, at the posts of a grid; told where it had others.
+
+    Beyond the raster the canopy is unknown. Raises CoverError for negative heights, and for another CRS.
+    """
+    top_m, notes = _at_posts(grid, heights)
+    return Canopy(grid, top_m, np.asarray(np.minimum(base_m, top_m), np.float32), notes)
+
+
+def canopy_paths(
+    canopy: Canopy, from_points_m: npt.ArrayLike, to_points_m: npt.ArrayLike, curvature: Curvature | None = None
+) -> npt.NDArray[np.float64]:
+    """(n,) metres that straight lines between points (n, 3) each run between crown bases and tops; NaN = unknown.
+
+    Exact over the triangulation of ground and canopy. Points are east, north, altitude in the grid's frame; outside the
+    grid there is no canopy. Raises VisibilityInputError.
+    """
+    grid = canopy.grid
+    start_m, end_m = check_points(grid, "from_points_m", from_points_m), check_points(grid, "to_points_m", to_points_m)
+    if len(start_m) != len(end_m):
+        raise CoverError(f"Each line needs two points, not {len(start_m)} and {len(end_m)}.")
+    layers = np.stack([grid.heights_m, canopy.top_m, canopy.base_m])
+    shares = np.empty(len(start_m))
+    drop_per_m2 = Curvature.over(grid, curvature).drop_per_m2
+    cells_m = (grid.cell_east_m, grid.cell_north_m)
+    canopy_shares(layers, cells_m, drop_per_m2, in_posts(grid, start_m), in_posts(grid, end_m), shares)
+    length_m: npt.NDArray[np.float64] = np.linalg.norm(end_m - start_m, axis=1)
+    return shares * length_m
+
+
+def _at_posts(grid: ElevationGrid, other: ElevationGrid) -> tuple[Heights, tuple[str, ...]]:
+    """(heights of another grid at the posts of this one, whether it was resampled, told)."""
+    same_frame = (grid.crs is None) == (other.crs is None) and (
+        grid.crs is None or other.crs is None or same_map(grid.crs, other.crs)
+    )
+    if not same_frame:
+        names = ["a local frame" if one.crs is None else repr(one.crs.name) for one in (other, grid)]
+        raise CoverError(f"The canopy is in {names[0]} and the ground in {names[1]}; read both in one CRS.")
+    ours = (grid.shape, grid.cell_east_m, grid.cell_north_m, grid.origin_east_m, grid.origin_north_m)
+    theirs = (other.shape, other.cell_east_m, other.cell_north_m, other.origin_east_m, other.origin_north_m)
+    if ours == theirs:
+        return other.heights_m, ()
+    rows, cols = np.indices(grid.shape)
+    heights_m = np.asarray(height_at(other, *grid.position_of(rows, cols)), np.float32)
+    if np.isnan(heights_m).all():
+        raise CoverError("The canopy lies nowhere on the ground.")
+    apart = f"{other.cell_east_m:g} by {other.cell_north_m:g} m"
+    return heights_m, (f"The canopy's posts are {apart} apart; it was resampled to the DEM's.",)
