@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
+from planning import PlanningProcessError
 from service.access.callers import DEFAULT_TENANT, acting_client, acting_tenant
 from service.errors import (
     DataFolderError,
@@ -42,6 +43,7 @@ __all__ = ["Supervisor"]
 logger = logging.getLogger("sightline.jobs")
 
 CANCELLED = "The job was cancelled before it was finished."
+PLANNER_DIED = Failure.of(PlanningProcessError("")).error  # a process of its own, as a worker is
 STORE_RETRY_S = 1.0
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -231,7 +233,9 @@ class Supervisor:
                         on_progress=lambda share: self._progress.__setitem__(job.id, share),
                     )
                     break
-                except WorkerDied as died:
+                except (WorkerDied, TaskFailed) as died:
+                    if isinstance(died, TaskFailed) and died.failure.error != PLANNER_DIED:
+                        raise
                     logger.warning("job %s: its worker ended with %s in attempt %d", job.id, died, attempts)
                     if attempts >= self._settings.max_attempts:
                         await self._over(job, JobStatus.INTERRUPTED, interrupted(attempts))
