@@ -28,6 +28,7 @@ from . import (
     inertial,
     large_dems,
     machine,
+    map_estimates,
     map_loop,
     memory,
     over_http,
@@ -94,7 +95,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_faults.faults_named,
         detector_speed.detector_speed,
     ),
-    "loop": (map_loop.map_loop, map_loop.loop_speed),
+    "loop": (map_loop.map_loop, map_estimates.map_estimates, map_loop.loop_speed),
     "planning": (
         planning.random_paths,
         planning.first_path,
@@ -167,7 +168,11 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(detector_faults.faults_named, logs=12),
         partial(detector_speed.detector_speed, epochs=100),
     ),
-    "loop": (partial(map_loop.map_loop, drives=1), partial(map_loop.loop_speed, drives=1)),
+    "loop": (
+        partial(map_loop.map_loop, drives=1),
+        partial(map_estimates.map_estimates, drives=1),
+        partial(map_loop.loop_speed, drives=1),
+    ),
     "planning": (
         partial(planning.random_paths, count=20, posts=60),
         partial(planning.first_path, posts=128, count=4),
