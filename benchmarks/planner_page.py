@@ -27,6 +27,7 @@ CELL_M = 30.0
 DRAG_POSTS, SLIDER_POSTS = 878, 2048  # about 770,000 and 4 million posts
 ANCHORS, STEPS, SLIDER_S = 6, 10, 3.0
 DRAGS = 1000
+NO_RESULTS = ("sightline.sqlite3", "service.log")  # a line of the log for each request
 REAL = {"bigtujunga": "bigtujunga.tif", "Gale crater, Mars": "mmgis_gale_missionDEM.tif"}
 NOTE = """\
 A rough fractal ground of 30 m cells in a local frame, as an upload; anchors 120 m above it; window 1500 by 1000,
@@ -115,9 +116,9 @@ def _thousand_drags(client: httpx.Client, folder: Path) -> list[Row]:
 
 
 def _held(folder: Path) -> tuple[int, int]:
-    """Bytes of memory of all processes that this one began, and of files."""
+    """Bytes of memory of all processes that this one began, and of files but store and log."""
     memory = sum(child.memory_info().rss for child in psutil.Process().children(recursive=True))
-    files = [path for path in folder.rglob("*") if path.is_file() and "sqlite3" not in path.name]
+    files = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(NO_RESULTS)]
     return memory, sum(path.stat().st_size for path in files)
 
 

@@ -124,10 +124,15 @@ export function Facts({ rows }: { rows: readonly (readonly [string, string])[] }
   );
 }
 
-/** An answer that comes into view when it arrives, however far down it stands. */
-export function Arriving({ id, of, children }: { id: string; of: unknown; children: ComponentChildren }) {
+const arrived = new WeakSet<object>();
+
+/** An answer that comes into view when it arrives, however far down it stands; once, so that a mode is entered at its top. */
+export function Arriving({ id, of, children }: { id: string; of: object; children: ComponentChildren }) {
   const at = useRef<HTMLDivElement>(null);
-  useEffect(() => at.current?.scrollIntoView({ block: "nearest" }), [of]);
+  useEffect(() => {
+    if (!arrived.has(of)) at.current?.scrollIntoView({ block: "nearest" });
+    arrived.add(of);
+  }, [of]);
   return (
     <div id={id} ref={at} class="group" aria-live="polite">
       {children}
