@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-import numpy.typing as npt
-
 from .epochs import OdometryIncrement
 from .settings import DetectorSettings, sigma_odometry_m
 from .verdicts import OdometryCondition
 
-__all__ = ["Motion", "aligned", "expected_range_m", "motion_of", "violates_triangle"]
+__all__ = ["Motion", "aligned", "motion_of"]
 
 RELIABLE = OdometryCondition.RELIABLE
 
@@ -33,25 +30,6 @@ class Motion:
     def reliable(self) -> bool:
         """Whether occlusion may be judged by it."""
         return self.condition is RELIABLE
-
-
-def violates_triangle(
-    range_change_m: npt.ArrayLike, length_m: npt.ArrayLike, tolerance_m: npt.ArrayLike
-) -> npt.NDArray[np.bool_]:
-    """Whether ranges changed by more than the rover moved: |Δr| > L + ε (step 4)."""
-    return np.asarray(np.abs(range_change_m) > np.add(length_m, tolerance_m), np.bool_)
-
-
-def expected_range_m(
-    range_m: npt.ArrayLike, length_m: npt.ArrayLike, bearing_rad: npt.ArrayLike, heading_rad: npt.ArrayLike
-) -> npt.NDArray[np.float64]:
-    """The range after a move of so many metres along a heading, by the law of cosines (step 5).
-
-    bearing_rad: of the anchor from where the rover was; the angle between it and the heading counts, in one plane.
-    """
-    old_m, moved_m = np.asarray(range_m, np.float64), np.asarray(length_m, np.float64)
-    along = np.cos(np.subtract(bearing_rad, heading_rad))
-    return np.sqrt(np.maximum(old_m**2 + moved_m**2 - 2.0 * old_m * moved_m * along, 0.0))
 
 
 def motion_of(odometry: OdometryIncrement, settings: DetectorSettings) -> Motion:

@@ -16,7 +16,7 @@ from service.errors import RequestError
 from service.files.csv_table import TableWriter
 from service.files.geojson import Feature, coordinates_of, feature, write_collection
 from service.files.kml import ANCHORS, Mark, anchor_mark, write_kml
-from service.files.layer import COPTER, WAYPOINT, PlanItem, above_sea_level, plan_text, sea_level_m
+from service.files.mission_files import COPTER, WAYPOINT, PlanItem, above_sea_level, plan_text, sea_level_m
 from service.missions.document import MissionAnchor, MissionIn, MissionPlace
 from terrain import (
     ElevationGrid,

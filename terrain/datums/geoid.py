@@ -13,7 +13,7 @@ from terrain.errors import VerticalDatumError
 
 from .packing import unpack
 
-__all__ = ["EGM96_ERROR", "egm96_height_m"]
+__all__ = ["egm96_height_m"]
 
 Array = npt.NDArray[np.float64]
 
@@ -22,7 +22,6 @@ GRID_SHA256 = "efd9171e69a4e52bf6afdf0255e1f9a78e46d08ddca3651485c7c2496327adb0"
 STEP_DEG = 0.25
 # posts beyond the poles and 180° that a spline looks at; its weight falls to a quarter with each
 RIM = 12
-EGM96_ERROR = "EGM96 on a grid of 15′: 7 mm RMS from the model itself, at worst 0.17 m"
 
 
 def egm96_height_m(lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike) -> Array:

@@ -38,7 +38,6 @@ LENGTHS = {**{unit: unit for unit in LENGTHS_M}, "metres": "m", "meters": "m", "
 ID_LAST = re.compile(
     r"(?i:ranges?|distances?|dist|dis|rng|[rd](?=\W*\d))(?:[_\s.\-]+(?:to|m)\b)?(?:[_\s.\-:/(\[]+|(?=[A-Z\d]))(?P<id>[\w\-]+?)[\])]?"
 )
-SHORT = re.compile(r"[rd]\W*\d", re.IGNORECASE)
 ID_FIRST = re.compile(r"(?P<id>[\w\-]+?)[_\s.\-:/]+(?:range|ranges|distance|dist|rng)", re.IGNORECASE)
 NODE = re.compile(r"(?:anchor|beacon|node|uwb|bs|station|a|b)[_\s\-]*\d+", re.IGNORECASE)
 UNIT = re.compile(r"[_\s]*[\[(]?\b(mm|cm|km|m|ft)\b[\])]?$|_(mm|cm|km|m|ft)$")

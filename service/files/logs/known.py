@@ -18,7 +18,6 @@ NED = 1.0  # MAV_FRAME_LOCAL_NED
 DOWNWARD = 25.0  # MAV_SENSOR_ROTATION_PITCH_270: an altimeter
 # of sensors that call themselves so, people send ranges to anchors as ranges of a distance sensor
 NOT_OPTICAL = (3.0, 4.0)  # MAV_DISTANCE_SENSOR_RADAR, _UNKNOWN
-FEWEST_ANCHORS = 3
 
 
 @dataclass(frozen=True, slots=True)

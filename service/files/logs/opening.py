@@ -13,7 +13,7 @@ from service.errors import RequestError
 
 from .messages import MessageLog
 
-__all__ = ["is_table", "kind_of", "open_messages", "reading"]
+__all__ = ["kind_of", "open_messages", "reading"]
 
 TELEMETRY, DATAFLASH_TEXT, BAG_FOLDER = "MAVLink telemetry", "DataFlash as text", "ROS 2 bag"
 # first bytes: what it is
@@ -56,11 +56,6 @@ def kind_of(path: Path) -> str | None:
     if found is None and (path.suffix.lower() == ".tlog" or (len(begin) > 8 and begin[8] in PACKET and begin[0] < 32)):
         return TELEMETRY
     return found
-
-
-def is_table(path: Path) -> bool:
-    """Whether a log is text: a table or lines of JSON. Raises RequestError."""
-    return kind_of(path) is None
 
 
 def open_messages(path: Path) -> MessageLog:

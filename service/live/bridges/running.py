@@ -11,7 +11,7 @@ from detection import Detector, DetectorSettings, RangeEpoch, RangingAnchor
 from gnss import Place
 from planning.watching import MapDetector, WatchedEpoch
 from service.errors import RequestError
-from service.files.layer import sea_level_m
+from service.files.mission_files import sea_level_m
 from service.live.watching import MaybeMapped
 from terrain import ElevationGrid, VerticalDatumError, egm96_height_m
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 
 from planning.paths import FlightProblem, PathStatus, PlanBudget, plan_flight
 from planning.validation import FlightSamples, fly_along
-from service.files.layer import mission_warnings
+from service.files.mission_files import mission_warnings
 from service.parts.map_area import map_area, refuse_outside
 from service.parts.map_facts import MapSummary, preamble
 from service.parts.plan_answers import ValidationOut, finite, validation_answer

@@ -10,19 +10,8 @@ import shapely
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import Feature, feature, place_of, write_collection
-from service.files.layer import (
-    COPTER,
-    GEOJSON,
-    KML,
-    MISSIONS,
-    PNG,
-    TAKE_OFF,
-    WAYPOINT,
-    Layer,
-    PlanItem,
-    plan_text,
-    sea_level_m,
-)
+from service.files.layer import GEOJSON, KML, PNG, Layer
+from service.files.mission_files import COPTER, MISSIONS, TAKE_OFF, WAYPOINT, PlanItem, plan_text, sea_level_m
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.products.flights.calculate import AIR_COLUMNS, AirPlaceOut, FinishedFlight
 from service.products.in_common import Drawn

@@ -21,7 +21,7 @@ from planning.paths import (
     RoverModel,
     plan_path,
 )
-from service.files.layer import mission_warnings
+from service.files.mission_files import mission_warnings
 from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import preamble
 from service.parts.plan_answers import finite, place_answer, validation_answer

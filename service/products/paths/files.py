@@ -12,19 +12,8 @@ import shapely
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import Feature, coordinates_of, feature, place_of, write_collection
-from service.files.layer import (
-    GEOJSON,
-    KML,
-    MISSIONS,
-    PNG,
-    ROVER,
-    WAYPOINT,
-    Layer,
-    PlanItem,
-    above_sea_level,
-    plan_text,
-    sea_level_m,
-)
+from service.files.layer import GEOJSON, KML, PNG, Layer
+from service.files.mission_files import MISSIONS, ROVER, WAYPOINT, PlanItem, above_sea_level, plan_text, sea_level_m
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.plan_answers import PathPlaceOut
 from service.products.in_common import Drawn

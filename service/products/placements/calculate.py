@@ -18,7 +18,7 @@ from planning.placement import (
     placement_maps,
 )
 from service.errors import RequestError
-from service.files.layer import above_sea_level, mission_warnings
+from service.files.mission_files import above_sea_level, mission_warnings
 from service.parts.map_area import MapArea, map_area
 from service.parts.map_facts import preamble
 from service.parts.positioning_answers import placed_anchors

@@ -11,16 +11,12 @@ import numpy.typing as npt
 
 from service.files.csv_table import TableWriter
 from service.files.geojson import feature, place_of, write_collection
-from service.files.layer import (
-    COG,
-    GEOJSON,
-    KML,
+from service.files.layer import COG, GEOJSON, KML, PNG, Layer
+from service.files.mission_files import (
     LOITER,
     MISSIONS,
-    PNG,
     TAKE_OFF,
     WAYPOINT,
-    Layer,
     PlanItem,
     above_sea_level,
     plan_text,

@@ -12,7 +12,7 @@ from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
 from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
 from planning.placement.repositioning import USUAL_HEIGHTS_M
-from service.files.layer import mission_warnings
+from service.files.mission_files import mission_warnings
 from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import MapSummary, curvature_of, preamble
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors

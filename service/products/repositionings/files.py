@@ -10,19 +10,8 @@ import shapely
 from planning.placement import flight_level_m
 from service.files.csv_table import TableWriter
 from service.files.geojson import coordinates_of, feature, write_collection
-from service.files.layer import (
-    GEOJSON,
-    KML,
-    LOITER,
-    MISSIONS,
-    PNG,
-    WAYPOINT,
-    Layer,
-    PlanItem,
-    plan_text,
-    sea_level_m,
-    zip_plans,
-)
+from service.files.layer import GEOJSON, KML, PNG, Layer
+from service.files.mission_files import LOITER, MISSIONS, WAYPOINT, PlanItem, plan_text, sea_level_m, zip_plans
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.positioning_answers import PlacedAnchor
 from service.products.in_common import Drawn

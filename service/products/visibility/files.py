@@ -11,7 +11,8 @@ import numpy.typing as npt
 import shapely
 
 from service.files.geojson import feature, place_of, write_collection
-from service.files.layer import COG, GEOJSON, JSON, KML, MISSIONS, PNG, Layer
+from service.files.layer import COG, GEOJSON, JSON, KML, PNG, Layer
+from service.files.mission_files import MISSIONS
 from service.parts.map_facts import altitude_datum_of, dem_name
 from service.products.in_common import BYTES, Drawn, Later, Raster, add_array, common_tags, write_cog
 from service.products.visibility.calculate import VisibilityMap
