@@ -28,7 +28,7 @@ from planning.placement import (
     path_targets,
     place_anchors,
 )
-from terrain import ElevationGrid
+from terrain import ElevationGrid, height_at
 from tests.planning.placement.grounds import anchor_positions, exact_sight, rough_grid
 from visibility import Anchor
 
@@ -140,13 +140,20 @@ def test_with_a_spare_any_one_may_be_lost_as_recomputed_edge_by_edge() -> None:
 
 
 def test_hovering_off_costs_nothing_where_nobody_moves_and_never_goes_underground() -> None:
-    placed = place_anchors(GRID, LATTICE, TARGETS, 3, Goal(min_anchors=2))
+    placed = place_anchors(GRID, LATTICE, TARGETS, 3, Goal(min_anchors=2), sight=SightOptions("exact"))
     still = hover_sensitivity(GRID, placed, 0.0, draws=2)
     assert (still.mean, still.worst, still.vertical_low) == (placed.value,) * 3
-    off = hover_sensitivity(GRID, placed, 10.0)
-    assert off.worst <= off.mean
-    assert off.vertical_low <= placed.value <= off.vertical_high
-    assert hover_sensitivity(GRID, placed, 500.0, draws=2).worst >= 0.0
+    where_m = anchor_positions(placed.anchors)
+    ground_m = height_at(GRID, where_m[:, 0], where_m[:, 1])
+
+    def seen_by_two(altitude_m: np.ndarray) -> float:
+        seen = exact_sight(GRID, np.column_stack([where_m[:, :2], altitude_m]), TARGETS.point_m)
+        return float(np.average(seen.sum(axis=0) >= 2, weights=TARGETS.weight))
+
+    for hover_m in (10.0, 500.0):
+        off = hover_sensitivity(GRID, placed, hover_m, draws=2)
+        assert off.vertical_low == pytest.approx(seen_by_two(np.maximum(where_m[:, 2] - hover_m, ground_m)))
+        assert off.vertical_high == pytest.approx(seen_by_two(where_m[:, 2] + hover_m))
     with pytest.raises(PlacementError, match="hover_m must be"):
         hover_sensitivity(GRID, placed, math.nan)
 
