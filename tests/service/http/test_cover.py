@@ -1,0 +1,25 @@
+"""Buildings over HTTP: in a request they hide, and what cannot be used of them is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from service.products.registry import PRODUCTS
+from tests.service.http.test_bad_requests import assert_problem
+from tests.service.http.test_every_product import posted
+from tests.service.running import Server
+from tests.service.test_cover_of_products import COVER, footprints
+
+
+def test_a_map_with_buildings_shows_less_and_one_without_their_heights_is_refused(
+    server: Server, ground: dict[str, Any]
+) -> None:
+    product = PRODUCTS["visibility-map"]
+    bare, built = posted(server, product, ground), posted(server, product, ground, cover=COVER)
+    assert (bare.status_code, built.status_code) == (201, 201), built.text
+    seen = [sum(one["visible_share"] for one in answer.json()["result"]["anchors"]) for answer in (bare, built)]
+    assert seen[1] < seen[0]
+    town = footprints()
+    del town["features"][0]["properties"]["height"]
+    refused = posted(server, product, ground, cover={"footprints": {"geojson": town}})
+    assert_problem(refused, 422, "cover", "the first is way/0")
