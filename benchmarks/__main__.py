@@ -31,6 +31,7 @@ from . import (
     map_estimates,
     map_loop,
     memory,
+    mixed_load,
     over_http,
     pages,
     path_benefit,
@@ -85,7 +86,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "ground": (ground.tiles_to_map, ground.probes),
     "page": (planner_page.planner,),
     "attacks": (attacks.health_under_attack,),
-    "strangers": (slow_clients.slow_clients,),
+    "strangers": (slow_clients.slow_clients, mixed_load.mixed),
     "detectors": (detector_streams.streams,),
     "detection": (
         detector_proof.real_ranges,

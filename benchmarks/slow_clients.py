@@ -25,7 +25,16 @@ from service.cli.own_service import running_service
 from .report import Row, Table, duration
 from .slow_attackers import ATTACKS
 
-__all__ = ["Honest", "Place", "honest_clients", "made_place", "resident_bytes", "slow_clients", "under_attack"]
+__all__ = [
+    "Honest",
+    "Place",
+    "asked_in_turn",
+    "honest_clients",
+    "made_place",
+    "resident_bytes",
+    "slow_clients",
+    "under_attack",
+]
 
 HONEST = 20
 PAUSE_S = 0.05
@@ -112,12 +121,11 @@ _DETECTOR_ANCHORS = [
 async def honest_clients(place: Place, seconds: float, clients: int = HONEST) -> Honest:
     """So many clients at work for so long."""
     honest, until_s = Honest(), time.perf_counter() + seconds
-    upload = json.dumps({"not a DEM": "x" * 20_000}).encode()
 
     async def work(number: int) -> None:
         limits = httpx.AsyncHTTPTransport(retries=1)
         async with httpx.AsyncClient(base_url=place.url, transport=limits, timeout=60.0, trust_env=False) as client:
-            asks = _asks(client, place, upload)
+            asks = asked_in_turn(client, place)
             turn = number
             while time.perf_counter() < until_s:
                 what, right, ask = asks[turn % len(asks)]
@@ -139,8 +147,9 @@ async def honest_clients(place: Place, seconds: float, clients: int = HONEST) ->
 Ask = Callable[[], Awaitable[httpx.Response]]
 
 
-def _asks(client: httpx.AsyncClient, place: Place, upload: bytes) -> list[tuple[str, set[int], Ask]]:
-    """(what, statuses of success, what asks it)."""
+def asked_in_turn(client: httpx.AsyncClient, place: Place, *, maps: bool = False) -> list[tuple[str, set[int], Ask]]:
+    """(what, statuses of success, what asks it). maps: also for new maps, which workers calculate."""
+    upload = json.dumps({"not a DEM": "x" * 20_000}).encode()
     bounds = place.dem["bounds_of_posts_m"]
     probe = {
         "dem_id": place.dem["id"],
@@ -149,7 +158,7 @@ def _asks(client: httpx.AsyncClient, place: Place, upload: bytes) -> list[tuple[
     ranges = [{"anchor_id": one["id"], "range_m": 100.0 + n} for n, one in enumerate(_DETECTOR_ANCHORS)]
     detection = {"anchors": _DETECTOR_ANCHORS, "ranges": ranges}
     layer = place.map["layers"][0]["href"]
-    return [
+    asks: list[tuple[str, set[int], Ask]] = [
         ("health", {200}, lambda: client.get("/health")),
         ("list", {200}, lambda: client.get("/visibility-maps", params={"limit": 5})),
         ("map", {200}, lambda: client.get(place.map["links"]["self"])),
@@ -159,6 +168,10 @@ def _asks(client: httpx.AsyncClient, place: Place, upload: bytes) -> list[tuple[
         # it is received, read by a worker, and refused as what it is
         ("upload", {422}, lambda: client.post("/dems", params={"filename": "none.tif"}, content=upload)),
     ]
+    if maps:
+        new = {"dem_id": place.dem["id"], "anchors": place.map["request"]["anchors"]}
+        asks.append(("new map", {201, 202}, lambda: client.post("/visibility-maps", json=new)))
+    return asks
 
 
 @contextmanager

@@ -12,11 +12,13 @@ __all__ = [
     "DEFAULT_TENANT",
     "LOCAL",
     "NOBODY",
+    "ROOT",
     "TENANT",
     "Caller",
     "Scope",
     "acting_client",
     "acting_tenant",
+    "rooted",
     "seen_tenant",
 ]
 
@@ -62,6 +64,15 @@ NOBODY = Caller("", "nobody", ())
 # Whose request is being handled. What keeps things looks here, so that no route can forget to ask whose they are;
 # where no request is handled (at the start, in jobs, at the command line) it is None, and everything is seen.
 CALLER: ContextVar[Caller | None] = ContextVar("caller", default=None)
+
+
+# Under which path of a proxy's name the request came (``/sightline`` of example.org/sightline), empty for none.
+ROOT: ContextVar[str] = ContextVar("root", default="")
+
+
+def rooted(path: str) -> str:
+    """The path by which whoever asks finds what has this one here."""
+    return ROOT.get() + path
 
 
 def seen_tenant() -> str | None:

@@ -13,6 +13,7 @@ import uvicorn
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from starlette.middleware.cors import CORSMiddleware
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from service.access.gate import Gate
 from service.errors import AddressError, ServiceError
@@ -33,8 +34,9 @@ from .detectors import router as detectors
 from .guard.access import Access
 from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
-from .guard.connections import Connections
+from .guard.connections import Connections, Proxies
 from .guard.leaving import Leave, Leaving
+from .guard.prefix import Prefix
 from .guard.protocols import GuardedConfig
 from .health import router as health
 from .health import sentence_of_memory
@@ -188,8 +190,9 @@ def serve(settings: Settings) -> None:
             connections = Connections(settings)
             app = create_app(settings, folder, gate)
             app.state.metrics.connections = connections
+            proxies = ProxyHeadersMiddleware(app, list(settings.trusted_proxies))  # type: ignore[arg-type] # the same ASGI
             config = GuardedConfig(
-                app,
+                Prefix(proxies, settings, Proxies(settings.trusted_proxies)),  # type: ignore[arg-type] # the same ASGI
                 connections,
                 settings,
                 # one event loop everywhere, whatever else is installed
@@ -197,7 +200,7 @@ def serve(settings: Settings) -> None:
                 log_config=None,
                 access_log=False,
                 server_header=False,
-                forwarded_allow_ips=list(settings.trusted_proxies),
+                proxy_headers=False,  # Prefix has to see the proxy's own address
                 timeout_graceful_shutdown=GRACE_S,
                 # accepted at once; with more of them descriptors run out before any has been counted
                 backlog=ACCEPTED_AT_ONCE,

@@ -7,6 +7,7 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from service.access.callers import rooted
 from service.jobs.records import DemRecord
 from service.parts.map_facts import BoundsOfPosts
 
@@ -112,9 +113,9 @@ class DemOut(BaseModel):
             "name": dem.name,
             "created_at": datetime.fromtimestamp(dem.created_at_s, UTC),
             "links": {
-                "self": f"/dems/{dem.id}",
-                "hillshade": f"/dems/{dem.id}/hillshade.png",
-                "levels": f"/dems/{dem.id}/levels",
+                "self": rooted(f"/dems/{dem.id}"),
+                "hillshade": rooted(f"/dems/{dem.id}/hillshade.png"),
+                "levels": rooted(f"/dems/{dem.id}/levels"),
             },
         }
         told = cls.model_validate({**own, "transform": [0.0] * 6, **dem.summary})
@@ -146,7 +147,7 @@ class DemUnderWay(BaseModel):
             status="cancelled" if ground.making.cancelled() else "running",
             progress=min(max(ground.progress, 0.0), 1.0),
             created_at=datetime.fromtimestamp(ground.since_s, UTC),
-            links={"self": f"/dems/{ground.dem_id}"},
+            links={"self": rooted(f"/dems/{ground.dem_id}")},
         )
 
 

@@ -11,6 +11,7 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from dem_samples import sample_manifest
+from service.access.callers import rooted
 from service.errors import NotFoundError, RequestError
 from service.ground.coverage import Coverage
 from service.ground.levels import Levels, levels_of
@@ -202,7 +203,10 @@ async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
     The coarsest has at most 256 rows and columns. A value is the mean of the known posts under it.
     """
     dem = await service.supervisor.in_store(service.store.dem, dem_id)
-    return levels_of(dem.id, dem.summary)
+    told = levels_of(dem.id, dem.summary)
+    for one in told.levels:
+        one.href = rooted(one.href)
+    return told
 
 
 @router.get(

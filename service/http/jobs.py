@@ -13,6 +13,7 @@ from pydantic import BaseModel, JsonValue
 from starlette.exceptions import HTTPException
 from starlette.types import Message, Receive, Scope, Send
 
+from service.access.callers import rooted
 from service.errors import NotFoundError, NotReadyError, RangeError, StoppingError
 from service.files.layer import Layer
 from service.jobs.records import Failure, JobRecord, JobStatus
@@ -98,7 +99,7 @@ async def _spliced(state: str, name: str, path: Path | None) -> AsyncIterator[by
 
 def path_of(service: Service, job: JobRecord) -> str:
     """Where the job is found."""
-    return f"{service.products[job.kind].path}/{job.id}"
+    return rooted(f"{service.products[job.kind].path}/{job.id}")
 
 
 def state_of(service: Service, job: JobRecord) -> JobOut:
@@ -117,7 +118,7 @@ def state_of(service: Service, job: JobRecord) -> JobOut:
         pinned=job.pinned,
         expires_at=moment(service.supervisor.retention.expires_at_s(job)),
         problem=None if job.failure is None else problem_of(job.failure, path_of(service, job)),
-        links={"self": path_of(service, job), "dem": f"/dems/{job.dem_id}"},
+        links={"self": path_of(service, job), "dem": rooted(f"/dems/{job.dem_id}")},
     )
 
 

@@ -9,6 +9,7 @@ from html import escape
 from fastapi import APIRouter, Request, Response
 from starlette.responses import HTMLResponse, RedirectResponse
 
+from service.access.callers import rooted
 from service.access.gate import Gate, cookie_in
 from service.access.logins import COOKIE
 from service.errors import AccessError, UnauthenticatedError
@@ -31,7 +32,7 @@ HEADERS = {"Content-Security-Policy": POLICY, "Referrer-Policy": "same-origin", 
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <title>Log in to Sightline</title><style>{style}</style>
-<main><h1>Sightline</h1><form method="post" action="/login">{told}
+<main><h1>Sightline</h1><form method="post" action="{action}">{told}
 <label for="key">Your key</label>
 <input id="key" name="key" type="password" autocomplete="current-password" required autofocus>
 <button>Log in</button></form></main></html>
@@ -62,6 +63,7 @@ async def log_in(request: Request) -> Response:
         COOKIE,
         gate.logins.open(caller.key_id),
         max_age=int(gate.logins.lasts_s),
+        path=rooted("/"),
         httponly=True,
         samesite="strict",
         secure=request.url.scheme == "https",
@@ -75,10 +77,10 @@ async def log_out(request: Request) -> Response:
     gate: Gate = request.app.state.gate
     gate.logins.close(cookie_in(request.headers))
     answer = RedirectResponse("/login", 303)
-    answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
+    answer.delete_cookie(COOKIE, rooted("/"), httponly=True, samesite="strict")
     return answer
 
 
 def _page(told: str = "", status: int = 200) -> Response:
     alert = f'<p role="alert">{escape(told)}</p>' if told else ""
-    return HTMLResponse(PAGE.format(style=STYLE, told=alert), status, HEADERS)
+    return HTMLResponse(PAGE.format(style=STYLE, told=alert, action=rooted("/login")), status, HEADERS)

@@ -10,6 +10,7 @@ import orjson
 from fastapi import APIRouter, FastAPI, Request, Response
 from pydantic import BaseModel, JsonValue
 
+from service.access.callers import ROOT
 from service.access.gate import is_open
 from service.access.logins import COOKIE
 from service.errors import NotFoundError
@@ -165,7 +166,7 @@ def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
 
     async def document(request: Request) -> Response:
         # written once: it is long, and whoever asks again and again should not keep others waiting
-        root = str(request.scope.get("root_path", ""))
+        root = ROOT.get()
         if root not in written:
             written[root] = orjson.dumps(described() | ({"servers": [{"url": root}]} if root else {}))
         return Response(written[root], media_type="application/json")

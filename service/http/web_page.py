@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI, Request, Response
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, HTMLResponse
 from starlette.staticfiles import StaticFiles
+
+from service.access.callers import ROOT
 
 __all__ = ["SAID_OF_EVERY_ANSWER", "install"]
 
@@ -51,6 +54,9 @@ def install(app: FastAPI) -> None:
 
 def _document(name: str) -> Callable[[Request], Awaitable[Response]]:
     async def document(request: Request) -> Response:
-        return FileResponse(BUILT / name, headers=HEADERS)
+        if not ROOT.get():
+            return FileResponse(BUILT / name, headers=HEADERS)
+        text = await asyncio.to_thread((BUILT / name).read_text, encoding="utf-8")
+        return HTMLResponse(text.replace('="/page/', f'="{ROOT.get()}/page/'), headers=HEADERS)
 
     return document

@@ -6,11 +6,13 @@ import asyncio
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from detection import Calibrated
 from planning.watching import Advice, Drive, WatchedEpoch
+from service.access.callers import rooted
 from service.errors import RequestError, TooManyError
 from service.live.answers import as_json, calibration_answer, epoch_answer, state_answer
 from service.live.drives import DriveIn, advice_answer, move_answer, path_answer
@@ -50,7 +52,8 @@ class Bench:
 
     async def beside(self, work: Callable[[], Judged]) -> Judged:
         """What heavier work comes to, while others are answered."""
-        return await asyncio.get_running_loop().run_in_executor(self._beside, work)
+        asked = copy_context()  # where it was asked decides what links begin with
+        return await asyncio.get_running_loop().run_in_executor(self._beside, asked.run, work)
 
     def close(self) -> None:
         """Begin nothing more."""
@@ -201,7 +204,7 @@ class DetectorSession:
 
     def description(self) -> dict[str, object]:
         """The session in the words of ``DetectorOut``."""
-        path = f"/detectors/{self.id}"
+        path = rooted(f"/detectors/{self.id}")
         left_s = self.idle_left_s
         return {
             "id": self.id,

@@ -16,12 +16,13 @@ from service.machine.shares import LEAST_BYTES, Processes, processes_for
 
 from .ground_sources import GroundSource
 
-__all__ = ["GroundSource", "Rehearsal", "Settings"]
+__all__ = ["ROOT_PATH", "GroundSource", "Rehearsal", "Settings"]
 
 MIB = 1024 * 1024
 GIB = 1024 * MIB
 
 Rehearsal = Literal["everything", "maps"]
+ROOT_PATH = r"(/[A-Za-z0-9._~-]{1,64}){1,4}"
 
 
 def _calculation_bytes(told: Mapping[str, Any]) -> int:
@@ -76,9 +77,14 @@ class Settings(BaseSettings):
         '["https://maps.example.org"].',
     )
 
+    root_path: str = Field(
+        default="",
+        pattern=rf"^({ROOT_PATH})?$",
+        description="Path of a shared name under which a proxy has the service, such as /sightline.",
+    )
     trusted_proxies: tuple[str, ...] = Field(
         default=("127.0.0.1", "::1"),
-        description="Addresses and networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed, a "
+        description="Addresses and networks of proxies whose X-Forwarded-For, -Proto and -Prefix are believed, a "
         "JSON list.",
     )
     max_connections: int = Field(default_factory=_connections, ge=4, description="Connections that are open at once.")

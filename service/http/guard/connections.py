@@ -16,7 +16,7 @@ from service.errors import BusyError, LimitError, TooManyError
 from service.http.problems import answer_to
 from service.settings import Settings
 
-__all__ = ["Connections", "Watched"]
+__all__ = ["Connections", "Proxies", "Watched"]
 
 logger = logging.getLogger("sightline.connections")
 
@@ -28,6 +28,19 @@ TOLD_EVERY_S = 60.0
 # Of connections that come together the first have not been read from when the last are counted.
 MOMENT_S = 0.5
 OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
+
+
+class Proxies:
+    """Addresses and networks of proxies that are believed; * is any."""
+
+    def __init__(self, addresses: Sequence[str]) -> None:
+        self._networks = _networks(addresses)
+
+    def __contains__(self, address: str) -> bool:
+        try:
+            return any(ipaddress.ip_address(address) in network for network in self._networks)
+        except ValueError:
+            return False
 
 
 class Watched(Protocol):
@@ -66,7 +79,7 @@ class Connections:
 
     def __init__(self, settings: Settings) -> None:
         self._most, self._most_each = settings.max_connections, settings.max_client_connections
-        self._proxies = _networks(settings.trusted_proxies)
+        self._proxies = Proxies(settings.trusted_proxies)
         self._open: dict[Watched, None] = {}
         # over which nothing has been asked yet, by age: who has been answered comes back for more, they go first
         self._silent: dict[Watched, None] = {}
@@ -82,7 +95,7 @@ class Connections:
     def enter(self, one: Watched) -> ASGIApp | None:
         """Take in a connection; where it cannot be, the app that answers it instead."""
         refusal: LimitError | None = None
-        if self._each[one.address] >= self._most_each and not self._is_proxy(one.address):
+        if self._each[one.address] >= self._most_each and one.address not in self._proxies:
             if not self._make_room(one.address):
                 refusal = TooManyError(
                     f"This address has {self._most_each} connections, as many as it may; close some",
@@ -161,12 +174,6 @@ class Connections:
         self._count("idle")
         longest.end(None)
         return True
-
-    def _is_proxy(self, address: str) -> bool:
-        try:
-            return any(ipaddress.ip_address(address) in network for network in self._proxies)
-        except ValueError:
-            return False
 
     def _count(self, what: str) -> None:
         self.ended[what] += 1

@@ -7,6 +7,7 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from service.access.callers import rooted
 from service.http.answers import LayerLink, Page
 from service.missions.document import MissionIn
 from service.missions.files import MISSION_FILES
@@ -73,7 +74,7 @@ class MissionOut(MissionSummary):
             "files": [
                 LayerLink(
                     name=file.name,
-                    href=f"/missions/{mission.id}/files/{file.name}",
+                    href=rooted(f"/missions/{mission.id}/files/{file.name}"),
                     media_type=file.media_type,
                     description=file.description,
                 )
@@ -101,7 +102,7 @@ class VersionOut(BaseModel):
     @classmethod
     def of(cls, mission_id: str, version: VersionRecord) -> Self:
         """The version of a record."""
-        path = f"/missions/{mission_id}/versions/{version.version}"
+        path = rooted(f"/missions/{mission_id}/versions/{version.version}")
         return cls(
             version=version.version,
             name=version.name,
@@ -141,8 +142,8 @@ def _summary(mission: MissionRecord) -> dict[str, object]:
         "saved_at": _moment(mission.saved_at_s),
         "saved_by": mission.saved_by,
         "links": {
-            "self": f"/missions/{mission.id}",
-            "versions": f"/missions/{mission.id}/versions",
-            "page": f"/?mission={mission.id}",
+            "self": rooted(f"/missions/{mission.id}"),
+            "versions": rooted(f"/missions/{mission.id}/versions"),
+            "page": rooted(f"/?mission={mission.id}"),
         },
     }

@@ -2,6 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import "ol/ol.css";
 import "./planner.css";
+import { at } from "./api/here";
 import { frameTimesMs, makeMap } from "./map/map";
 import { remember, shownMap } from "./map/snapshot";
 import { useInTheMiddle } from "./map/tools";
@@ -69,7 +70,7 @@ export function App() {
           <button type="button" id="redo" disabled={!canRedo.value} onClick={redo}>{ui.redo}</button>
           <button type="button" id="unit" onClick={() => (unit.value = unit.value === "m" ? "ft" : "m")}>{unit.value === "m" ? ui.feet : ui.metres}</button>
           <button type="button" id="theme" onClick={() => (theme.value = theme.value === "dark" ? "light" : "dark")}>{ui.theme}</button>
-          <a href="/docs">{ui.reference}</a>
+          <a href={at("/docs")}>{ui.reference}</a>
         </span>
       </header>
       <main>

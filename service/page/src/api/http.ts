@@ -1,5 +1,6 @@
 // Asking the service. What it refuses, and what does not arrive, becomes a Refusal whose message is one sentence.
 import { words } from "../words";
+import { at } from "./here";
 
 export class Refusal extends Error {
   constructor(
@@ -20,14 +21,14 @@ interface Problem {
 export async function ask(path: string, options: RequestInit = {}): Promise<Response> {
   let answer: Response;
   try {
-    answer = await fetch(path, options);
+    answer = await fetch(at(path), options);
   } catch (error) {
     if (options.signal?.aborted) throw error;
     throw new Refusal(words.serviceSilent, 0, "");
   }
   if (answer.ok) return answer;
   // the service wants a key: the login brings one, and comes back here
-  if (answer.status === 401) window.location.assign("/login");
+  if (answer.status === 401) window.location.assign(at("/login"));
   const problem = await read<Problem>(answer);
   throw new Refusal(problem.detail ?? words.serviceAnswered(answer.status), answer.status, problem.type ?? "");
 }

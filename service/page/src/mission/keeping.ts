@@ -1,4 +1,5 @@
 // The mission is saved by itself: after every change, as a version that builds on the one that was opened.
+import { at } from "../api/here";
 import { effect, signal } from "@preact/signals";
 import { getDem } from "../api/dems";
 import { Refusal } from "../api/http";
@@ -47,7 +48,7 @@ function take(told: { id: string; version: number }, document: Mission): void {
   sent = document;
   kept.value = { id: told.id, version: told.version };
   localStorage.setItem(LAST, told.id);
-  const address = `/?mission=${told.id}`;
+  const address = at(`/?mission=${told.id}`);
   if (location.pathname + location.search !== address) history.replaceState(null, "", address);
 }
 

@@ -1,4 +1,5 @@
 // Brief: the mission as a file, and what a crew takes along on paper.
+import { at } from "../api/here";
 import { begin, kept, openFile, saved } from "../mission/keeping";
 import { NEW_MISSION } from "../mission/mission";
 import { prepareSheet } from "../products/brief";
@@ -17,7 +18,7 @@ async function copyLink(): Promise<void> {
   await saved();
   const here = kept.peek();
   if (!here) throw new Error(words.nothingToSave);
-  const link = `${location.origin}/?mission=${here.id}`;
+  const link = `${location.origin}${at("/")}?mission=${here.id}`;
   // over plain HTTP from another machine there is no clipboard
   await (navigator as Partial<Navigator>).clipboard?.writeText(link).catch(() => undefined);
   notice.value = words.linkIs(link);

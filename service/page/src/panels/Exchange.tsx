@@ -1,4 +1,5 @@
 // Anchors, route and areas from files of other programs, and to them. The service reads and writes the files.
+import { at } from "../api/here";
 import { signal } from "@preact/signals";
 import { importPlaces, type Imported } from "../api/imports";
 import { pathOf } from "../api/missions";
@@ -26,7 +27,7 @@ export async function saveFile(name: keyof typeof ENDINGS): Promise<void> {
   const here = kept.peek();
   if (!here) throw new Error(words.nothingToSave);
   const link = document.createElement("a");
-  link.href = `${pathOf(here.id)}/files/${name}`;
+  link.href = at(`${pathOf(here.id)}/files/${name}`);
   link.download = `${mission.peek().name}.${ENDINGS[name]}`;
   link.click();
 }
