@@ -13,6 +13,7 @@ from planning.placement import (
     Candidates,
     Flight,
     Goal,
+    MoveQuestion,
     PlacementRules,
     area_targets,
     candidate_grid,
@@ -132,7 +133,8 @@ def moves_against_all(cases: int = 60, posts: int = 32, reach_m: float = 500.0) 
     for seed in range(cases):
         grid = fractal(posts, seed, relief_m=120.0, cell_m=30.0)
         anchors, path_m = _crew(grid, seed), _ahead(grid, seed, 150.0)
-        found = reposition(grid, anchors, path_m, goal, occluded=["D0"], flight=Flight(max_flight_m=reach_m))
+        question = MoveQuestion(goal, occluded=["D0"], flight=Flight(max_flight_m=reach_m))
+        found = reposition(grid, anchors, path_m, question)
         if found.move is None and found.restored:
             needless += 1
             continue

@@ -14,9 +14,10 @@ from .checking import (
 from .cluster import Cluster
 from .judges import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
+from .moves import Move, MoveQuestion
 from .placing import Placement, place_anchors
 from .plans import RepositioningPlan, plan_repositioning
-from .repositioning import Move, Repositioning, reposition
+from .repositioning import Repositioning, reposition
 from .rules import Feasible, Link, PlacementRules, feasible_candidates
 from .searching import SearchOptions
 from .sight import SightOptions
@@ -43,6 +44,7 @@ __all__ = [
     "Leapfrog",
     "Link",
     "Move",
+    "MoveQuestion",
     "Placement",
     "PlacementGeometry",
     "PlacementMaps",

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +16,9 @@ from visibility import Anchor
 from visibility.sight import check_anchors
 
 from .judges import Goal
-from .repositioning import ROUNDING, Move, reposition_for
-from .rules import PlacementRules
-from .sight import SightOptions
-from .stretches import Flight, SeenStretch, path_between, path_length_m, value_over
+from .moves import ROUNDING, Move, MoveQuestion
+from .repositioning import reposition_for
+from .stretches import SeenStretch, path_between, path_length_m, value_over
 
 __all__ = ["Leapfrog", "StretchPlan", "TimedMove", "leapfrog"]
 
@@ -96,19 +94,10 @@ def leapfrog(
     grid: ElevationGrid,
     anchors: Sequence[Anchor],
     path_m: npt.ArrayLike,
-    goal: Goal,
+    question: MoveQuestion,
     *,
     stretch_m: float,
     rover_m_per_s: float = 1.0,
-    occluded: Collection[str] = (),
-    movable: Collection[str] | None = None,
-    share: float = 1.0,
-    above_ground_m: Sequence[float] | None = None,
-    receiver_above_ground_m: float = 1.5,
-    cheapest: Literal["distance", "time"] = "distance",
-    flight: Flight | None = None,
-    rules: PlacementRules | None = None,
-    sight: SightOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Leapfrog:
     """Moves of anchors along a path (n, 2), so that a share of the goal holds over each stretch of it.
@@ -116,42 +105,31 @@ def leapfrog(
     Before each stretch drones move, one after the other, until the share holds or no move gains. A drone that the
     stretch before does not need flies while the rover still drives there; for any other the rover waits, since a drone
     on its way is no anchor. The rover drives on over a stretch that cannot be served.
-    occluded: ids that count only once they are moved.
     Raises PlacementError, AnchorError.
     """
     if not (math.isfinite(stretch_m) and stretch_m > 0.0 and math.isfinite(rover_m_per_s) and rover_m_per_s > 0.0):
         raise PlacementError(f"stretch_m and rover_m_per_s must be > 0, not {stretch_m} and {rover_m_per_s}.")
     check_anchors(grid, anchors)
-    rules, flight = rules or PlacementRules(), flight or Flight()
-    options = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
+    goal, movable = question.goal, question.movable
     path = np.asarray(path_m, np.float64)
     length_m = path_length_m(path)
     edges_m = np.linspace(0.0, length_m, max(math.ceil(length_m / stretch_m - 1e-9), 1) + 1)
-    hidden = frozenset(occluded)
+    hidden = frozenset(question.occluded)
     standing, start = tuple(anchors), _without(anchors, hidden)
     plans: list[StretchPlan] = []
     moves: list[TimedMove] = []
     last: SeenStretch | None = None
     clock_s = 0.0
     for number, (from_m, to_m) in enumerate(pairwise(edges_m.tolist())):
-        stretch = SeenStretch.of(grid, path_between(path, from_m, to_m), receiver_above_ground_m, options)
+        stretch = SeenStretch.of(
+            grid, path_between(path, from_m, to_m), question.receiver_above_ground_m, question.sight
+        )
         ready_s = clock_s
         moved: set[str] = set()
         for _ in range(len(anchors)):
-            found = reposition_for(
-                stretch,
-                standing,
-                goal,
-                occluded=hidden,
-                # who has moved for this stretch stays: another flight would be for less than the first
-                movable=[a.id for a in anchors if a.id not in moved and (movable is None or a.id in movable)],
-                share=share,
-                above_ground_m=above_ground_m,
-                cheapest=cheapest,
-                flight=flight,
-                rules=rules,
-                toward=True,
-            )
+            # who has moved for this stretch stays: another flight would be for less than the first
+            free = [a.id for a in anchors if a.id not in moved and (movable is None or a.id in movable)]
+            found = reposition_for(stretch, standing, replace(question, occluded=hidden, movable=free), toward=True)
             if found.move is None:
                 break
             earliest_s = _free_from(last, plans, moves, found.move, goal, clock_s)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -12,12 +11,10 @@ import numpy.typing as npt
 from terrain import ElevationGrid
 from visibility import Anchor
 
-from .judges import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
-from .repositioning import ROUNDING, reposition
-from .rules import PlacementRules
-from .sight import SightOptions
-from .stretches import Flight, good_along, path_between, path_length_m
+from .moves import ROUNDING, MoveQuestion
+from .repositioning import reposition
+from .stretches import good_along, path_between, path_length_m
 from .targets import path_targets
 
 __all__ = ["RepositioningPlan", "plan_repositioning"]
@@ -43,35 +40,22 @@ def plan_repositioning(
     grid: ElevationGrid,
     anchors: Sequence[Anchor],
     path_m: npt.ArrayLike,
-    goal: Goal,
+    question: MoveQuestion,
     *,
     stretch_m: float | None = None,
     rover_m_per_s: float = 1.0,
-    occluded: Collection[str] = (),
-    movable: Collection[str] | None = None,
-    share: float = 1.0,
-    above_ground_m: Sequence[float] | None = None,
-    receiver_above_ground_m: float = 1.5,
-    cheapest: Literal["distance", "time"] = "distance",
-    flight: Flight | None = None,
-    rules: PlacementRules | None = None,
-    sight: SightOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> RepositioningPlan:
     """What ``reposition`` advises, with ``stretch_m`` what ``leapfrog`` does, and what it brings along the path (n, 2).
 
-    Arguments as for those. Raises PlacementError, AnchorError.
+    Raises PlacementError, AnchorError.
     """
-    path, rules = np.asarray(path_m, np.float64), rules or PlacementRules()
-    sight = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
+    path = np.asarray(path_m, np.float64)
     if stretch_m is None:
-        one = reposition(
-            grid, anchors, path, goal, occluded=occluded, movable=movable, share=share, above_ground_m=above_ground_m,
-            receiver_above_ground_m=receiver_above_ground_m, cheapest=cheapest, flight=flight, rules=rules, sight=sight,
-        )  # fmt: skip
+        one = reposition(grid, anchors, path, question)
         moves = () if one.move is None else (TimedMove(one.move, 0.0, one.move.flight_s, 0),)
         after = one.anchors_after(anchors)
-        hidden = set(occluded) - {timed.move.anchor.id for timed in moves}
+        hidden = set(question.occluded) - {timed.move.anchor.id for timed in moves}
         counted = tuple(anchor for anchor in after if anchor.id not in hidden)
         length_m = path_length_m(path)
         arrive_s = length_m / rover_m_per_s
@@ -79,21 +63,20 @@ def plan_repositioning(
         schedule = Leapfrog((only,), moves)
     else:
         schedule = leapfrog(
-            grid, anchors, path, goal, stretch_m=stretch_m, rover_m_per_s=rover_m_per_s, occluded=occluded,
-            movable=movable, share=share, above_ground_m=above_ground_m, cheapest=cheapest, flight=flight, rules=rules,
-            receiver_above_ground_m=receiver_above_ground_m, sight=sight, progress=progress,
-        )  # fmt: skip
-    start = [anchor for anchor in anchors if anchor.id not in occluded]
+            grid, anchors, path, question, stretch_m=stretch_m, rover_m_per_s=rover_m_per_s, progress=progress
+        )
+    start = [anchor for anchor in anchors if anchor.id not in question.occluded]
     points_m, good = [], []
     for stretch in schedule.stretches:
-        part = path_targets(grid, path_between(path, stretch.from_m, stretch.to_m), receiver_above_ground_m)
+        part = path_targets(grid, path_between(path, stretch.from_m, stretch.to_m), question.receiver_above_ground_m)
         points_m.append(part.point_m)
-        good.append(np.column_stack([good_along(grid, part, who, goal, sight) for who in (start, stretch.counted)]))
+        both = (start, stretch.counted)
+        good.append(np.column_stack([good_along(grid, part, who, question.goal, question.sight) for who in both]))
     return RepositioningPlan(
         schedule,
         np.concatenate(points_m),
         np.concatenate(good),
-        all(stretch.value >= share - ROUNDING for stretch in schedule.stretches),
+        all(stretch.value >= question.share - ROUNDING for stretch in schedule.stretches),
         _sentence(schedule),
     )
 

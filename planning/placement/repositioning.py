@@ -2,51 +2,30 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
-from planning.errors import NoCandidateError, PlacementError
+from planning.errors import NoCandidateError
 from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
 from .judges import CountJudge, Goal, judge_of
+from .moves import ROUNDING, USUAL_HEIGHTS_M, Move, MoveQuestion
 from .placing import positions_of
-from .rules import PlacementRules, candidates_within, feasible_candidates
-from .sight import SightOptions
-from .stretches import Flight, SeenStretch, flight_costs, problem_along, worth_over
+from .rules import candidates_within, feasible_candidates
+from .stretches import SeenStretch, flight_costs, problem_along, worth_over
 from .together import may_stand_beside
 
-__all__ = ["USUAL_HEIGHTS_M", "Move", "Repositioning", "reposition", "reposition_for"]
+__all__ = ["Repositioning", "reposition", "reposition_for"]
 
 Floats = npt.NDArray[np.float64]
 MOST_CHECKS = 400  # places whose lines are traced exactly, cheapest first
 TRIES = 8  # places of each drone that are traced when none restores
-ROUNDING = 1e-9
-USUAL_HEIGHTS_M = (60.0, 120.0)  # above ground, beside each drone's own altitude, where none are asked for
-
-
-@dataclass(frozen=True, slots=True)
-class Move:
-    """A drone's move. anchor: where it comes from; to: where it goes. flight_m, flight_s: of the path flown."""
-
-    anchor: Anchor
-    to: Anchor
-    flight_m: float
-    flight_s: float
-
-    def words(self) -> str:
-        """Who flies how far, how long and where to: the beginning of a sentence."""
-        return (
-            f"{self.anchor.id} flies {self.flight_m:.0f} m in {self.flight_s:.0f} s to {self.to.east_m:.0f}, "
-            f"{self.to.north_m:.0f} at {self.to.altitude_m:.0f} m"
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,67 +52,28 @@ class Repositioning:
 
 
 def reposition(
-    grid: ElevationGrid,
-    anchors: Sequence[Anchor],
-    path_m: npt.ArrayLike,
-    goal: Goal,
-    *,
-    occluded: Collection[str] = (),
-    movable: Collection[str] | None = None,
-    share: float = 1.0,
-    above_ground_m: Sequence[float] | None = None,
-    receiver_above_ground_m: float = 1.5,
-    cheapest: Literal["distance", "time"] = "distance",
-    flight: Flight | None = None,
-    rules: PlacementRules | None = None,
-    sight: SightOptions | None = None,
+    grid: ElevationGrid, anchors: Sequence[Anchor], path_m: npt.ArrayLike, question: MoveQuestion
 ) -> Repositioning:
     """The cheapest move of one drone that restores a share of the goal over the path (n, 2) ahead.
 
-    occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved, a
-        cell at least.
-    movable: ids that may be moved; all by default. above_ground_m: the heights to consider, and no others; None =
-        USUAL_HEIGHTS_M and each drone's own altitude.
-    Every post within the flight range is considered at each of these heights. Raises PlacementError, AnchorError.
+    Every post within the flight range is considered at each of the heights. Raises PlacementError, AnchorError.
     """
-    rules = rules or PlacementRules()
-    options = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
     check_anchors(grid, anchors)
-    stretch = SeenStretch.of(grid, path_m, receiver_above_ground_m, options)
     return reposition_for(
-        stretch,
-        anchors,
-        goal,
-        occluded=occluded,
-        movable=movable,
-        share=share,
-        above_ground_m=above_ground_m,
-        cheapest=cheapest,
-        flight=flight or Flight(),
-        rules=rules,
+        SeenStretch.of(grid, path_m, question.receiver_above_ground_m, question.sight), anchors, question
     )
 
 
 def reposition_for(
-    stretch: SeenStretch,
-    anchors: Sequence[Anchor],
-    goal: Goal,
-    *,
-    occluded: Collection[str],
-    movable: Collection[str] | None,
-    share: float,
-    above_ground_m: Sequence[float] | None,
-    cheapest: Literal["distance", "time"],
-    flight: Flight,
-    rules: PlacementRules,
-    toward: bool = False,
+    stretch: SeenStretch, anchors: Sequence[Anchor], question: MoveQuestion, *, toward: bool = False
 ) -> Repositioning:
     """The same over a stretch that is swept already.
 
     toward: where no move restores or gains, take one that brings points nearer to what the goal needs in sight.
     """
-    _check(anchors, goal, occluded, movable, share, above_ground_m)
-    counted = [anchor for anchor in anchors if anchor.id not in occluded]
+    question.check_ids(anchors)
+    goal, share = question.goal, question.share
+    counted = [anchor for anchor in anchors if anchor.id not in question.occluded]
     before, partly = worth_over(stretch, counted, goal)
     if before >= share - ROUNDING:
         return Repositioning(
@@ -141,14 +81,14 @@ def reposition_for(
         )
     options: list[_Places] = []
     for anchor in anchors:
-        if movable is None or anchor.id in movable:
+        if question.movable is None or anchor.id in question.movable:
             others = [other for other in counted if other.id != anchor.id]
             standing = [other for other in anchors if other.id != anchor.id]
-            found = _places_of(stretch, anchor, others, standing, goal, above_ground_m, flight, rules)
+            found = _places_of(stretch, anchor, others, standing, question)
             if found is not None:
                 options.append(found)
     looked_at = sum(len(some.position_m) for some in options)
-    chosen = _cheapest_that_restores(stretch, options, goal, share, cheapest)
+    chosen = _cheapest_that_restores(stretch, options, question)
     restored = chosen is not None
     if chosen is None:
         chosen = _best_effort(stretch, options, goal, (before, partly if toward else 1.0))
@@ -183,19 +123,16 @@ def _places_of(
     anchor: Anchor,
     others: list[Anchor],
     standing: list[Anchor],
-    goal: Goal,
-    above_ground_m: Sequence[float] | None,
-    flight: Flight,
-    rules: PlacementRules,
+    question: MoveQuestion,
 ) -> _Places | None:
     """Every post within the flight range at every height, a cell away or more, as far as the rules allow; None = none.
 
     others: those that count; standing: all that stay where they are.
     """
-    grid = stretch.grid
+    grid, goal, flight, rules = stretch.grid, question.goal, question.flight, question.rules
     here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
-    heights_m = USUAL_HEIGHTS_M if above_ground_m is None else above_ground_m
-    own_m = [anchor.altitude_m] if above_ground_m is None else []
+    heights_m = USUAL_HEIGHTS_M if question.above_ground_m is None else question.above_ground_m
+    own_m = [anchor.altitude_m] if question.above_ground_m is None else []
     post, candidates = candidates_within(grid, here_m, flight.max_flight_m, heights_m, own_m)
     relayed = rules.link is not None and rules.link.relays > 0
     try:
@@ -235,18 +172,19 @@ def _places_of(
 
 
 def _cheapest_that_restores(
-    stretch: SeenStretch, options: list[_Places], goal: Goal, share: float, cheapest: str
+    stretch: SeenStretch, options: list[_Places], question: MoveQuestion
 ) -> tuple[Move, float] | None:
     """The cheapest place whose exact lines restore the share; candidates in the order of their cost."""
     # of a share below the whole the few points tell only roughly
+    share = question.share
     enough = share - ROUNDING - (0.0 if share == 1.0 else 1.0 / len(stretch.few))
     queue = [
-        (float((some.flight_m if cheapest == "distance" else some.flight_s)[n]), option, int(n))
+        (float((some.flight_m if question.cheapest == "distance" else some.flight_s)[n]), option, int(n))
         for option, some in enumerate(options)
         for n in np.flatnonzero(some.share >= enough)
     ]
     for _, option, number in sorted(queue)[:MOST_CHECKS]:
-        move, (after, _) = _tried(stretch, options[option], number, goal)
+        move, (after, _) = _tried(stretch, options[option], number, question.goal)
         if after >= share - ROUNDING:
             return move, after
     return None
@@ -273,23 +211,3 @@ def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tupl
     to = replace(some.anchor, east_m=east_m, north_m=north_m, altitude_m=altitude_m)
     move = Move(some.anchor, to, float(some.flight_m[number]), float(some.flight_s[number]))
     return move, worth_over(stretch, [*some.others, to], goal)
-
-
-def _check(
-    anchors: Sequence[Anchor],
-    goal: Goal,
-    occluded: Collection[str],
-    movable: Collection[str] | None,
-    share: float,
-    above_ground_m: Sequence[float] | None,
-) -> None:
-    ids = {anchor.id for anchor in anchors}
-    strange = sorted({*occluded, *(movable or ())} - ids)
-    if strange:
-        raise PlacementError(f"There is no anchor {', '.join(strange[:5])} among {', '.join(sorted(ids)[:10])}.")
-    if not goal.is_share:
-        raise PlacementError("Repositioning restores a share: ask for the objective coverage or dop.")
-    if not (math.isfinite(share) and 0.0 < share <= 1.0):
-        raise PlacementError(f"share must be > 0 and <= 1, not {share}.")
-    if above_ground_m is not None and not len(above_ground_m):
-        raise PlacementError("above_ground_m names no height to move to; give one or leave it out.")

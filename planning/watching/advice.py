@@ -16,7 +16,7 @@ import numpy.typing as npt
 from detection import PositionFix, RangingAnchor
 from navigation import MotionNoise, predict_bubble
 from planning.errors import WatchError
-from planning.placement import Flight, Goal, Repositioning, path_between, reposition
+from planning.placement import Flight, Goal, MoveQuestion, Repositioning, path_between, reposition
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, Curvature, lines_of_sight
 from visibility.dilution import surface_normals
@@ -193,11 +193,11 @@ def advise_move(
 ) -> MoveAdvice:
     """The drone whose move, at the least flight, gives a stretch the anchors that it needs. Raises PlacementError."""
     path_m = path_between(drive.path_m, stretch.from_m, max(stretch.to_m, stretch.from_m + 1e-3))
-    found = reposition(
-        grid, anchors, path_m, Goal("coverage", min_anchors=drive.min_anchors), occluded=occluded, movable=movable,
-        receiver_above_ground_m=antenna_above_ground_m, flight=flight,
+    question = MoveQuestion(
+        Goal("coverage", min_anchors=drive.min_anchors), occluded=occluded, movable=movable,
+        receiver_above_ground_m=antenna_above_ground_m, flight=flight or Flight(),
     )  # fmt: skip
-    return MoveAdvice(stretch, found)
+    return MoveAdvice(stretch, reposition(grid, anchors, path_m, question))
 
 
 def _p_sight(

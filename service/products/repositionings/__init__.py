@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from planning.placement import Goal, path_length_m, path_targets, reposition, straight_ahead
+from planning.placement import Goal, MoveQuestion, path_length_m, path_targets, reposition, straight_ahead
 from service.estimates import Demand, sight_lines
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import resolve_anchor
@@ -49,7 +49,7 @@ def _check_question(grid: ElevationGrid, parameters: RepositioningParameters) ->
 
 def _ahead(grid: ElevationGrid) -> None:
     ahead = straight_ahead(101.0, -100.0, 1.0, 60.0)
-    reposition(grid, [Anchor("F", 101.0, -77.0, 60.0)], ahead, Goal("dop"), above_ground_m=[30.0])
+    reposition(grid, [Anchor("F", 101.0, -77.0, 60.0)], ahead, MoveQuestion(Goal("dop"), above_ground_m=[30.0]))
 
 
 def _needs(asked: RepositioningIn) -> Needs | None:

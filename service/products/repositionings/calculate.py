@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 
-from planning.placement import Flight, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
-from planning.placement.repositioning import USUAL_HEIGHTS_M
+from planning.placement import Flight, MoveQuestion, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
+from planning.placement.moves import USUAL_HEIGHTS_M
 from service.files.mission_files import mission_warnings
 from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import MapSummary, curvature_of, preamble
@@ -124,18 +124,9 @@ def calculate_repositioning(
         grid,
         anchors,
         path_ahead(grid, parameters),
-        goal_of(parameters.goal),
+        _question(grid, parameters),
         stretch_m=parameters.stretch_m,
         rover_m_per_s=parameters.rover_m_per_s,
-        occluded=parameters.occluded,
-        movable=parameters.movable,
-        share=parameters.share,
-        above_ground_m=parameters.heights_above_ground_m,
-        receiver_above_ground_m=parameters.receiver_above_ground_m,
-        cheapest=parameters.cheapest,
-        flight=_flight(parameters.flight),
-        rules=rules_of(grid, parameters.rules),
-        sight=sight_of(parameters),
         progress=work.progress,
     )
     told = (*told_of_areas(grid, areas_of_rules(parameters.rules)), *mission_warnings("repositioning", grid))
@@ -155,6 +146,21 @@ def path_ahead(grid: ElevationGrid, parameters: RepositioningParameters) -> Floa
         ahead_m = straight_ahead(float(east_m), float(north_m), math.radians(rover.heading_deg), rover.ahead_m)
     refuse_outside(grid, parameters.area, ahead_m, "Place {} of the path ahead")
     return ahead_m
+
+
+def _question(grid: ElevationGrid, asked: RepositioningParameters) -> MoveQuestion:
+    return MoveQuestion(
+        goal_of(asked.goal),
+        occluded=asked.occluded,
+        movable=asked.movable,
+        share=asked.share,
+        above_ground_m=asked.heights_above_ground_m,
+        receiver_above_ground_m=asked.receiver_above_ground_m,
+        cheapest=asked.cheapest,
+        flight=_flight(asked.flight),
+        rules=rules_of(grid, asked.rules),
+        sight=sight_of(asked),
+    )
 
 
 def _flight(asked: DroneFlightIn) -> Flight:

@@ -11,6 +11,7 @@ import pytest
 from planning.placement import (
     Flight,
     Goal,
+    MoveQuestion,
     area_targets,
     candidate_grid,
     flight_level_m,
@@ -71,9 +72,9 @@ def test_the_maps_tell_unknown_ground_and_where_a_path_goes() -> None:
 
 
 def test_a_plan_of_one_move_is_the_advice_and_tells_where_it_holds() -> None:
-    goal, flight = Goal(min_anchors=3), Flight(max_flight_m=900.0)
-    advice = reposition(GRID, CREW, PATH_M, goal, occluded=["D1"], flight=flight)
-    plan = plan_repositioning(GRID, CREW, PATH_M, goal, occluded=["D1"], flight=flight, rover_m_per_s=2.0)
+    question = MoveQuestion(Goal(min_anchors=3), occluded=["D1"], flight=Flight(max_flight_m=900.0))
+    advice = reposition(GRID, CREW, PATH_M, question)
+    plan = plan_repositioning(GRID, CREW, PATH_M, question, rover_m_per_s=2.0)
     assert advice.move is not None
     assert [timed.move for timed in plan.schedule.moves] == [advice.move]
     assert (plan.schedule.share_unmoved, plan.schedule.share) == (advice.before, advice.after)
@@ -87,9 +88,9 @@ def test_a_plan_of_one_move_is_the_advice_and_tells_where_it_holds() -> None:
 
 
 def test_a_plan_by_stretches_is_the_leapfrog() -> None:
-    goal = Goal(min_anchors=3)
-    expected = leapfrog(GRID, CREW, PATH_M, goal, stretch_m=400.0, occluded=["D0"])
-    plan = plan_repositioning(GRID, CREW, PATH_M, goal, stretch_m=400.0, occluded=["D0"])
+    question = MoveQuestion(Goal(min_anchors=3), occluded=["D0"])
+    expected = leapfrog(GRID, CREW, PATH_M, question, stretch_m=400.0)
+    plan = plan_repositioning(GRID, CREW, PATH_M, question, stretch_m=400.0)
     assert plan.schedule == expected
     assert len(plan.schedule.stretches) > 1
     assert len(plan.good) == len(plan.point_m)
@@ -97,7 +98,7 @@ def test_a_plan_by_stretches_is_the_leapfrog() -> None:
 
 
 def test_nobody_moves_where_nothing_has_to() -> None:
-    plan = plan_repositioning(GRID, CREW, PATH_M, Goal(min_anchors=1), share=0.01)
+    plan = plan_repositioning(GRID, CREW, PATH_M, MoveQuestion(Goal(min_anchors=1), share=0.01))
     assert plan.schedule.moves == ()
     assert plan.restored
     assert plan.sentence.startswith("Nobody moves")

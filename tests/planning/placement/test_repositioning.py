@@ -14,6 +14,7 @@ from planning import PlacementError
 from planning.placement import (
     Flight,
     Goal,
+    MoveQuestion,
     PlacementRules,
     leapfrog,
     path_between,
@@ -52,7 +53,8 @@ def test_most_that_any_move_can_restore_is_restored() -> None:
     for seed in range(16):
         grid = rough_grid(32, seed=seed, relief_m=120.0)
         anchors, path_m = crew(grid, 4, seed), ahead(grid, seed, 150.0)
-        found = reposition(grid, anchors, path_m, GOAL, occluded=["D0"], flight=Flight(max_flight_m=reach_m))
+        question = MoveQuestion(GOAL, occluded=["D0"], flight=Flight(max_flight_m=reach_m))
+        found = reposition(grid, anchors, path_m, question)
         if found.move is None and found.restored:
             continue
         possible = any_move_can(grid, anchors, "D0", path_m, GOAL, reach_m)
@@ -67,7 +69,7 @@ def test_after_the_move_the_lines_of_sight_are_there() -> None:
     for seed in range(12):
         grid = rough_grid(40, seed=seed, relief_m=250.0)
         anchors, path_m = crew(grid, 4, seed), ahead(grid, seed)
-        found = reposition(grid, anchors, path_m, GOAL, occluded=["D1"])
+        found = reposition(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D1"]))
         if found.move is None or not found.restored:
             continue
         counted = [a for a in found.anchors_after(anchors) if a.id != "D1" or found.move.anchor.id == "D1"]
@@ -89,7 +91,7 @@ def test_heights_asked_for_are_the_only_ones() -> None:
     path_m = straight_ahead(100.0, -500.0, 0.3, 150.0)
 
     def to_m(heights_m: list[float] | None) -> float:
-        found = reposition(grid, anchors, path_m, GOAL, occluded=["D1"], above_ground_m=heights_m)
+        found = reposition(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D1"], above_ground_m=heights_m))
         assert found.move is not None
         return found.move.to.altitude_m
 
@@ -97,8 +99,8 @@ def test_heights_asked_for_are_the_only_ones() -> None:
     assert to_m([60.0, 400.0]) == 400.0
     assert to_m(None) == 445.0  # level flight is the shortest, and its own altitude is looked at by default
     for schedule in (
-        leapfrog(grid, anchors, path_m, GOAL, stretch_m=80.0, occluded=["D1"], above_ground_m=[60.0]),
-        plan_repositioning(grid, anchors, path_m, GOAL, occluded=["D1"], above_ground_m=[60.0]).schedule,
+        leapfrog(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D1"], above_ground_m=[60.0]), stretch_m=80.0),
+        plan_repositioning(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D1"], above_ground_m=[60.0])).schedule,
     ):
         assert [timed.move.to.altitude_m for timed in schedule.moves] == [60.0]
     with pytest.raises(PlacementError, match="names no height"):
@@ -108,7 +110,7 @@ def test_heights_asked_for_are_the_only_ones() -> None:
 def test_an_occluded_drone_has_to_go_a_cell_away_before_it_counts() -> None:
     grid = ElevationGrid(np.zeros((30, 30)), 20.0, 30.0)
     anchors = [anchor_above_ground(grid, f"D{n}", 60.0 + 140.0 * n, -300.0, 60.0) for n in range(3)]
-    found = reposition(grid, anchors, straight_ahead(100.0, -500.0, 0.3, 150.0), GOAL, occluded=["D1"])
+    found = reposition(grid, anchors, straight_ahead(100.0, -500.0, 0.3, 150.0), MoveQuestion(GOAL, occluded=["D1"]))
     # on a plane every place sees everything: the nearest will do, but for the one where something unknown hides it
     assert found.restored
     assert found.move is not None
@@ -120,7 +122,7 @@ def test_an_occluded_drone_has_to_go_a_cell_away_before_it_counts() -> None:
 
 def test_nothing_moves_where_nothing_has_to() -> None:
     grid = ElevationGrid(np.zeros((20, 20), np.float32), 30.0, 30.0)
-    found = reposition(grid, crew(grid), [(100.0, -100.0), (200.0, -200.0)], GOAL, occluded=["D0"])
+    found = reposition(grid, crew(grid), [(100.0, -100.0), (200.0, -200.0)], MoveQuestion(GOAL, occluded=["D0"]))
     assert found.move is None
     assert found.restored
     assert "Nothing has to move" in found.sentence
@@ -129,8 +131,8 @@ def test_nothing_moves_where_nothing_has_to() -> None:
 def test_the_cheapest_move_in_time_is_not_slower_than_the_shortest() -> None:
     grid = rough_grid(40, seed=2, relief_m=250.0)
     anchors, path_m = crew(grid, 4, 2), ahead(grid, 2)
-    by_distance = reposition(grid, anchors, path_m, GOAL, occluded=["D0", "D1"])
-    by_time = reposition(grid, anchors, path_m, GOAL, occluded=["D0", "D1"], cheapest="time")
+    by_distance = reposition(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D0", "D1"]))
+    by_time = reposition(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D0", "D1"], cheapest="time"))
     if by_distance.restored and by_distance.move is not None:
         assert by_time.move is not None
         assert by_time.move.flight_s <= by_distance.move.flight_s
@@ -159,7 +161,7 @@ def test_drones_that_follow_serve_more_of_a_long_path_and_the_times_add_up() -> 
     west, south, east, north = grid.bounds_m
     path = [(west + 60.0, south + 60.0), (east - 60.0, north - 60.0)]
     near = [anchor_above_ground(grid, f"D{n}", west + 100.0 + 120.0 * n, south + 150.0, 60.0) for n in range(4)]
-    plan = leapfrog(grid, near, path, GOAL, stretch_m=400.0, rover_m_per_s=2.0)
+    plan = leapfrog(grid, near, path, MoveQuestion(GOAL), stretch_m=400.0, rover_m_per_s=2.0)
     assert plan.share > plan.share_unmoved
     assert plan.stretches[0].from_m == 0.0
     assert plan.stretches[-1].to_m == pytest.approx(math.hypot(east - west - 120.0, north - south - 120.0))
@@ -176,9 +178,8 @@ def test_a_move_keeps_the_rules_for_places_and_ways() -> None:
     anchors, path_m = crew(grid, 4, 3), ahead(grid, 3)
     west, south, east, north = grid.bounds_m
     zone = shapely.box(west, south, (west + east) / 2, north)
-    found = reposition(
-        grid, anchors, path_m, GOAL, occluded=["D0", "D2"], rules=PlacementRules(no_fly=(zone,), max_altitude_m=400.0)
-    )
+    rules = PlacementRules(no_fly=(zone,), max_altitude_m=400.0)
+    found = reposition(grid, anchors, path_m, MoveQuestion(GOAL, occluded=["D0", "D2"], rules=rules))
     if found.move is not None:
         way = shapely.LineString(
             [(found.move.anchor.east_m, found.move.anchor.north_m), (found.move.to.east_m, found.move.to.north_m)]
@@ -199,9 +200,10 @@ def test_a_move_keeps_the_rules_for_places_and_ways() -> None:
 )
 def test_a_question_that_makes_no_sense_is_refused(change: dict, sentence: str) -> None:
     grid = rough_grid(24)
-    question = {"path_m": [(100.0, -100.0), (200.0, -200.0)], "goal": GOAL, **change}
+    asked = {"goal": GOAL, **change}
+    path_m = asked.pop("path_m", [(100.0, -100.0), (200.0, -200.0)])
     with pytest.raises(PlacementError, match=sentence):
-        reposition(grid, crew(grid), **question)
+        reposition(grid, crew(grid), path_m, MoveQuestion(**asked))
 
 
 def test_a_flight_that_cannot_be_flown_is_refused() -> None:
@@ -216,6 +218,7 @@ def test_no_range_is_measured_beyond_its_limit_in_one_move_or_many(stretch_m: fl
     level = ElevationGrid(np.zeros((60, 60), np.float32), 50.0, 50.0)
     anchors = [Anchor(f"D{n}", 100.0 + 700.0 * n, -1500.0, 80.0) for n in range(4)]
     path_m, rules = [(200.0, -1500.0), (2700.0, -1500.0)], PlacementRules(max_range_m=600.0)
-    plan = plan_repositioning(level, anchors, path_m, Goal(min_anchors=2), rules=rules, movable=[], stretch_m=stretch_m)
+    question = MoveQuestion(Goal(min_anchors=2), rules=rules, movable=[])
+    plan = plan_repositioning(level, anchors, path_m, question, stretch_m=stretch_m)
     assert plan.schedule.share_unmoved == pytest.approx(0.6, abs=0.05)
     assert plan.good[:, 0].mean() == pytest.approx(plan.schedule.share_unmoved, abs=0.05)

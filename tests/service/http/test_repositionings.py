@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from planning.placement import Flight, Goal, reposition, straight_ahead
+from planning.placement import Flight, Goal, MoveQuestion, reposition, straight_ahead
 from service.parts.anchors import AnchorIn
 from service.parts.shapes_in_grid import resolve_anchor
 from tests.service.http.test_bad_requests import assert_problem
@@ -49,9 +49,8 @@ def test_the_advice_is_the_library_s(advice: dict[str, Any]) -> None:
     grid = small_grid()
     anchors = [resolve_anchor(grid, AnchorIn.model_validate(one)) for one in ANCHORS]
     path_m = straight_ahead(WEST_M + 640.0, NORTH_M - 380.0, math.radians(20.0), 120.0)
-    expected = reposition(
-        grid, anchors, path_m, Goal(min_anchors=2), occluded=["D1"], flight=Flight(max_flight_m=900.0)
-    )
+    question = MoveQuestion(Goal(min_anchors=2), occluded=["D1"], flight=Flight(max_flight_m=900.0))
+    expected = reposition(grid, anchors, path_m, question)
     result = advice["result"]
     assert expected.move is not None
     assert result["restored"] is expected.restored is True
