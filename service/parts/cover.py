@@ -11,7 +11,7 @@ from pydantic import Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, m
 from service.errors import RequestError
 from service.parts.geojson_reading import Fields, shapes_of
 from service.parts.points import Metres, Positive, StrictModel
-from terrain import ElevationGrid, to_grid_frame
+from terrain import ElevationGrid, body_of, to_grid_frame
 from visibility.cover import (
     Buildings,
     Footprint,
@@ -24,7 +24,16 @@ from visibility.cover import (
     with_standing,
 )
 
-__all__ = ["BuildingsIn", "CoverIn", "CoverParameters", "FootprintsIn", "buildings_of", "covered", "footprints_in"]
+__all__ = [
+    "BuildingsIn",
+    "CoverIn",
+    "CoverParameters",
+    "FootprintsIn",
+    "buildings_of",
+    "covered",
+    "footprints_in",
+    "notes_on_cover",
+]
 
 MOST_MESHES = 20
 
@@ -98,6 +107,11 @@ def covered(grid: ElevationGrid, parameters: BaseModel) -> ElevationGrid:
     return _covered(grid, cover.model_dump_json()) if isinstance(cover, CoverIn) else grid
 
 
+def notes_on_cover(grid: ElevationGrid) -> tuple[str, ...]:
+    """What was assumed or left out of what stands on a grid, for answers that tell no other warnings of the DEM."""
+    return () if grid.standing is None else grid.standing.notes
+
+
 def buildings_of(grid: ElevationGrid, asked: BuildingsIn | None) -> Buildings | None:
     """The buildings of a mesh in a request, stood on the grid. Raises MeshError."""
     if asked is None:
@@ -133,9 +147,15 @@ def footprints_in(
 def _ring(grid: ElevationGrid, places: list[Fields]) -> Any:
     if "east_m" in places[0]:
         return np.array([(place["east_m"], place["north_m"]) for place in places], np.float64)
-    degrees = np.array([(place["lon_deg"], place["lat_deg"]) for place in places], np.float64)
     if grid.crs is None:
-        return degrees  # a local frame has metres only
+        raise RequestError(
+            "The footprints are in degrees, which have no place on a DEM without a CRS; a collection in metres of the "
+            'DEM says so with "coordinates_are": "metres".'
+        )
+    body, own = places[0].get("body"), body_of(grid.crs).name
+    if body not in (None, own):
+        raise RequestError(f"The footprints are in degrees on {body}, which have no place on a DEM of {own}.")
+    degrees = np.array([(place["lon_deg"], place["lat_deg"]) for place in places], np.float64)
     return np.column_stack(to_grid_frame(grid, degrees[:, 0], degrees[:, 1]))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from service.parts.anchors import AnchorIn
+from service.parts.cover import notes_on_cover
 from service.parts.map_area import refuse_outside
 from service.parts.map_facts import curvature_of
 from service.parts.points import StrictModel
@@ -66,7 +67,8 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
                 horizontal_sigma_m=_sigma(fixes, here, "horizontal_sigma_m"),
             )
         )
-    return ProbeOut.model_construct(points=points, curvature=curvature.sentence(), warnings=list(warnings))
+    told = [*notes_on_cover(grid), *warnings]
+    return ProbeOut.model_construct(points=points, curvature=curvature.sentence(), warnings=told)
 
 
 def number(value: float | np.floating) -> float | None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from service.errors import RequestError
 from service.ground.levels import at_level
 from service.parts.altitude_datums import in_dem_datum
+from service.parts.cover import notes_on_cover
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import resolve_anchor
 from terrain import ElevationGrid
@@ -55,7 +56,7 @@ def write_preview(grid: ElevationGrid, asked: PreviewIn, path: Path) -> None:
         mode=lines.mode,
         error_statement=lines.error_statement,
         curvature=lines.curvature.sentence(),
-        warnings=[*notes, *lines.warnings],
+        warnings=[*notes, *notes_on_cover(ground), *lines.warnings],
     )
     line = told.model_dump_json().encode()
     with path.open("wb") as file:

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from service.parts.cover import notes_on_cover
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import points_in_grid
 from service.products.lines_of_sight.calculate import WORDS, BlockingPoint, refuse_lines_outside
@@ -38,7 +39,8 @@ def profiles(grid: ElevationGrid, asked: ProfilesIn) -> ProfilesOut:
         _profile(profile(grid, start, end, curvature=curvature), lines, line, math.dist(start[:2], end[:2]), asked)
         for line, (start, end) in enumerate(zip(from_m, to_m, strict=True))
     ]
-    return ProfilesOut.model_construct(profiles=found, curvature=curvature.sentence(), warnings=list(lines.warnings))
+    warnings = [*notes_on_cover(grid), *lines.warnings]
+    return ProfilesOut.model_construct(profiles=found, curvature=curvature.sentence(), warnings=warnings)
 
 
 def _profile(ground: GroundProfile, lines: LinesOfSight, line: int, reach_m: float, asked: ProfilesIn) -> ProfileOut:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import shapely
 from pydantic import ValidationError
 
+from service.errors import RequestError
 from service.live.request import DetectorIn
 from service.live.watching import memory_of
 from service.parts.cover import CoverParameters, covered
@@ -18,11 +20,12 @@ from service.probes.profiles import profiles
 from service.probes.request import ProbeIn, ProfilesIn
 from service.products import Work
 from service.products.registry import PRODUCTS
-from terrain import to_lon_lat
+from terrain import ElevationGrid, to_lon_lat
 from tests.service.asked import ASKED
 from tests.service.small_maps import small_grid
 from tests.service.small_paths import at
 from visibility import CoverError
+from visibility.cover import parse_footprints
 
 # what changes from run to run, or repeats the question
 NO_FIGURES = {"parameters", "timing", "elapsed_s", "warnings", "version", "dem", "created_at"}
@@ -93,6 +96,31 @@ def test_a_path_goes_round_buildings() -> None:
     assert way.distance(towns) > 0.0
 
 
+@pytest.mark.parametrize("name", sorted(ASKED.keys() - {"site-map"}))
+def test_what_a_job_keeps_of_its_question_has_the_buildings(name: str, tmp_path: Path) -> None:
+    product, grid = PRODUCTS[name], small_grid()
+    asked = product.parameters.model_validate({**ASKED[name], "cover": COVER})
+    unpacked = product.unpacked(product.pack(grid, asked, tmp_path / "inputs"), tmp_path / "inputs")
+    standing = covered(grid, unpacked).standing
+    assert standing is not None
+    assert standing.bodies == len(BLOCKS)
+
+
+def test_footprints_of_another_body_or_without_a_frame_are_refused() -> None:
+    def asked(**members: str) -> CoverParameters:
+        town = {**footprints(), **members}
+        return CoverParameters.model_validate({"cover": {"footprints": {"geojson": town}}})
+
+    assert covered(small_grid(), asked(body="Earth")).standing is not None
+    with pytest.raises(RequestError, match="on Moon, which have no place on a DEM of Earth"):
+        covered(small_grid(), asked(body="Moon"))
+    with pytest.raises(CoverError, match="'Moon', the grid lies on Earth"):
+        parse_footprints({**footprints(), "body": "Moon"}, small_grid())
+    local = ElevationGrid(np.zeros((9, 9), np.float32), 10.0, 10.0)
+    with pytest.raises(RequestError, match="coordinates_are"):
+        covered(local, asked())
+
+
 @pytest.mark.parametrize("name", ["site-map"])
 def test_what_knows_bare_ground_only_refuses_buildings(name: str) -> None:
     with pytest.raises(ValidationError, match="knows bare ground only"):
@@ -121,6 +149,20 @@ def test_probes_profiles_and_detectors_look_at_the_same_ground() -> None:
     assert looked_at.standing.bodies == len(BLOCKS)
     with pytest.raises(ValidationError, match="A cover stands on a DEM"):
         DetectorIn.model_validate({"anchors": anchors, "cover": COVER})
+
+
+def test_probes_and_lines_tell_what_was_assumed_of_buildings() -> None:
+    town = footprints()
+    town["features"][0]["properties"]["min_height"] = "4"
+    cover = {"footprints": {"geojson": town}}
+    place, line = at(330.0, 229.0), ASKED["lines-of-sight"]["pairs"]
+    asked = ProbeIn.model_validate({"dem_id": "d", "points": [place], "cover": cover})
+    lines = ProfilesIn.model_validate({"dem_id": "d", "pairs": line, "cover": cover})
+    warned = [
+        probe(covered(small_grid(), asked), asked).warnings,
+        profiles(covered(small_grid(), lines), lines).warnings,
+    ]
+    assert [any("count as solid below" in one for one in told) for told in warned] == [True, True]
 
 
 def test_a_request_without_heights_is_refused_and_levels_are_taken_when_asked() -> None:

@@ -89,6 +89,9 @@ BOW_TIE = [[140.0, -110.0], [160.0, -90.0], [160.0, -110.0], [140.0, -90.0], [14
         ({"type": "FeatureCollection"}, "without a list of features"),
         (collection({"type": "way"}), "no GeoJSON feature"),
         ({**collection(), "crs": {"type": "name", "properties": {"name": "EPSG:25832"}}}, "longitude and latitude"),
+        ({**collection(), "crs": {"type": "name", "properties": None}}, "longitude and latitude"),
+        (collection({"type": "Feature", "geometry": {"type": "Polygon", "coordinates": 5}}), "no list of coordinates"),
+        (collection({"type": "Feature", "geometry": {"type": "MultiPolygon", "coordinates": [5]}}), "no list of rings"),
         (collection(feature({"building": "yes", "height": 5}, ([["a", "b"], [1.0, 1.0], [2.0, 3.0]],))), "no list of"),
     ],
 )

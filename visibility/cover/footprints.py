@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from terrain import ElevationGrid, FrameError, to_grid_frame
+from terrain import ElevationGrid, FrameError, body_of, to_grid_frame
 from visibility.errors import CoverError
 
 __all__ = ["Footprint", "FootprintHeights", "OneFootprint", "footprints_of", "parse_footprints", "read_footprints"]
@@ -127,6 +127,7 @@ def parse_footprints(
     Coordinates are longitude and latitude (RFC 7946), or metres of the grid where the grid has no CRS. Lines and points
     beside the polygons are passed over, and told. Raises CoverError.
     """
+    _check_body(document, grid, called)
     polygons: list[OneFootprint] = []
     others = 0
     for feature in _features(document, called):
@@ -140,8 +141,12 @@ def parse_footprints(
         if kind not in ("Polygon", "MultiPolygon"):
             others += 1
             continue
-        for rings in [coordinates] if kind == "Polygon" else coordinates or []:
-            placed = tuple(_in_grid(grid, ring, name, called) for ring in rings or [])
+        if not isinstance(coordinates, list):
+            raise CoverError(f"{called}: {name} has no list of coordinates.")
+        for rings in [coordinates] if kind == "Polygon" else coordinates:
+            if not isinstance(rings, list):
+                raise CoverError(f"{called}: {name} has a polygon that is no list of rings.")
+            placed = tuple(_in_grid(grid, ring, name, called) for ring in rings)
             polygons.append(OneFootprint(placed, tags, name))
     found, told = footprints_of(polygons, heights or FootprintHeights(), called)
     if others:
@@ -149,12 +154,20 @@ def parse_footprints(
     return found, told
 
 
+def _check_body(document: object, grid: ElevationGrid, called: str) -> None:
+    """Degrees of another body than the grid's, which Sightline's own files name, are no places on it."""
+    body = document.get("body") if isinstance(document, dict) else None
+    if body is not None and grid.crs is not None and body != body_of(grid.crs).name:
+        raise CoverError(f"{called} are on the body {str(body)[:80]!r}, the grid lies on {body_of(grid.crs).name}.")
+
+
 def _features(document: object, called: str) -> Iterator[dict[str, Any]]:
     if not isinstance(document, dict):
         raise CoverError(f"{called} are no GeoJSON object.")
     crs = document.get("crs")
     if crs is not None:
-        name = crs.get("properties", {}).get("name") if isinstance(crs, dict) else None
+        properties = crs.get("properties") if isinstance(crs, dict) else None
+        name = properties.get("name") if isinstance(properties, dict) else crs
         if name not in CRS84:
             raise CoverError(f"{called} are in the CRS {str(name)[:80]!r}; give longitude and latitude (RFC 7946).")
     features = document.get("features") if document.get("type") == "FeatureCollection" else [document]

@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field, JsonValue
 
 from service.files.layer import JSON, Layer
 from service.parts.areas import AnyArea
+from service.parts.cover import CoverIn, notes_on_cover
 from service.parts.map_area import places_in_area
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import points_in_grid
@@ -24,7 +25,7 @@ from visibility import HIDDEN, UNKNOWN, VISIBLE, lines_of_sight
 from visibility.sight import LinesOfSight
 from visibility.sight.sight_points import check_points
 
-from .request import LineOptions, LinesOfSightParameters
+from .request import LinesOfSightParameters
 
 __all__ = [
     "LAYERS",
@@ -110,9 +111,14 @@ class LinesOfSightSummary(BaseModel):
 class Question:
     """How lines are calculated, and both ends of each in the grid's frame, (n, 3)."""
 
-    options: LineOptions
+    options: LinesOfSightParameters
     from_m: Floats
     to_m: Floats
+
+    @property
+    def cover(self) -> CoverIn | None:
+        """What stands on the ground, as ``covered`` looks for it."""
+        return self.options.cover
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,7 +174,7 @@ def calculate_lines(grid: ElevationGrid, question: Question, work: Work = UNWATC
         unknown=counts["unknown"],
         error_statement=sight.error_statement,
         curvature=sight.curvature.sentence(),
-        warnings=list(sight.warnings),
+        warnings=[*notes_on_cover(grid), *sight.warnings],
         timing={"calculation_s": sight.elapsed_s},
         version=sight.version,
     )

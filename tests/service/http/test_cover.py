@@ -8,6 +8,7 @@ from service.products.registry import PRODUCTS
 from tests.service.http.test_bad_requests import assert_problem
 from tests.service.http.test_every_product import posted
 from tests.service.running import Server
+from tests.service.small_paths import at
 from tests.service.test_cover_of_products import COVER, footprints
 
 
@@ -23,3 +24,16 @@ def test_a_map_with_buildings_shows_less_and_one_without_their_heights_is_refuse
     del town["features"][0]["properties"]["height"]
     refused = posted(server, product, ground, cover={"footprints": {"geojson": town}})
     assert_problem(refused, 422, "cover", "the first is way/0")
+
+
+def test_lines_of_sight_are_blocked_by_buildings_and_tell_what_was_assumed(
+    server: Server, ground: dict[str, Any]
+) -> None:
+    ends = [{**at(95.0, 229.0), "above_ground_m": 5.0}, {**at(330.0, 229.0), "above_ground_m": 2.0}]
+    pairs, town = [dict(zip(("from", "to"), ends, strict=True))], footprints()
+    town["features"][0]["properties"]["min_height"] = "4"
+    product = PRODUCTS["lines-of-sight"]
+    bare = posted(server, product, ground, pairs=pairs).json()
+    built = posted(server, product, ground, pairs=pairs, cover={"footprints": {"geojson": town}}).json()
+    assert [answer["lines"][0]["verdict"] for answer in (bare, built)] == ["clear", "blocked"]
+    assert any("count as solid below" in warning for warning in built["result"]["warnings"])
