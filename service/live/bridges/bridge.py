@@ -34,7 +34,10 @@ class Asked:
 class Codec(Protocol):
     """The language of a link. What comes is taken in the link's thread, what goes is made in the detector's."""
 
-    bad: int
+    @property
+    def bad(self) -> int:
+        """Bytes or lines that made no sense."""
+        ...
 
     def received(self, source: str, data: bytes) -> Iterable[Asked]:
         """The epochs that are complete by what came."""

@@ -19,6 +19,7 @@ from service.files.logs.messages import Message, Stream
 from service.files.range_log import Row
 
 from .bridge import Asked
+from .mavlink_frames import Frames
 from .mavlink_out import Outgoing
 from .rounds import Rounds
 from .true_north import TrueFrame, Unplaced
@@ -56,28 +57,38 @@ class MavlinkCodec:
         ids: Mapping[str, str],
         drones: Drones,
     ) -> None:
-        self.bad = 0
         self._rounds, self._out, self._drones = rounds, outgoing, drones
         self._anchors = {anchor.id: anchor for anchor in anchors}
         self._rows = Rows({}, ids)
         self._ids = ids
-        self._parsers: dict[str, dialect.MAVLink] = {}
+        self._frames: dict[str, Frames] = {}
+        self._forgotten_bad = 0
         self._ranks: dict[str, tuple[int, str]] = {}
         self._looked_at: set[str] = set()
 
+    @property
+    def bad(self) -> int:
+        """Bytes that belong to no message."""
+        return self._forgotten_bad + sum(frames.bad for frames in list(self._frames.values()))
+
     def received(self, source: str, data: bytes) -> Iterable[Asked]:
         """The epochs that end by what came; bytes that are no message are counted."""
-        for message in self._messages(source, data):
-            name = message.get_type()
-            if name == "BAD_DATA":
-                self.bad += len(message.data)
-                continue
-            self._out.heard(message)
-            yield from self._taken(name, message)
+        frames = self._frames.get(source)
+        if frames is None:
+            if len(self._frames) >= MOST_SENDERS:
+                self._forgotten_bad += self._frames.pop(next(iter(self._frames))).bad
+            frames = self._frames[source] = Frames()
+        for message in frames.take(data, time.monotonic()):
+            yield from self._heard(message)
 
     def idle(self) -> Iterable[Asked]:
         """The round that lasted long enough."""
-        return [Asked(epoch, epoch.time_s) for epoch in self._rounds.late(time.monotonic())]
+        now_s = time.monotonic()
+        for frames in self._frames.values():
+            for message in frames.late(now_s):
+                yield from self._heard(message)
+        for epoch in self._rounds.late(now_s):
+            yield Asked(epoch, epoch.time_s)
 
     def due(self) -> Iterable[bytes]:
         """Heartbeats, parameters, targets."""
@@ -91,14 +102,9 @@ class MavlinkCodec:
         """A text."""
         return self._out.text(dialect.MAV_SEVERITY_ERROR, "Too many ranges: an epoch was lost")
 
-    def _messages(self, source: str, data: bytes) -> Iterator[dialect.MAVLink_message]:
-        parser = self._parsers.get(source)
-        if parser is None:
-            parser = self._parsers[source] = dialect.MAVLink(None)
-            parser.robust_parsing = True
-            if len(self._parsers) > MOST_SENDERS:
-                del self._parsers[next(iter(self._parsers))]
-        yield from parser.parse_buffer(data) or ()
+    def _heard(self, message: dialect.MAVLink_message) -> Iterator[Asked]:
+        self._out.heard(message)
+        yield from self._taken(message.get_type(), message)
 
     def _taken(self, name: str, message: dialect.MAVLink_message) -> Iterator[Asked]:
         drone = self._drones.systems.get(message.get_srcSystem())
