@@ -54,11 +54,6 @@ class FilterState:
         object.__setattr__(self, "covariance", covariance)
 
     @property
-    def has_clock(self) -> bool:
-        """Whether the receiver's clock is part of the state."""
-        return self.mean.size == WITH_CLOCK
-
-    @property
     def position_m(self) -> Array:
         """(3,) east, north, up."""
         return self.mean[POSITION]

@@ -31,7 +31,6 @@ FREE = (0.0, 0.0, 0.0)
 NEARLY_FLAT = 0.01
 # The same (an aspect of 1 to 1.8) above which no second place lies on the other side of the anchors.
 ONE_SIDED = 0.3
-ONE_PLACE_M = 1e-3
 ON_A_LINE = 1e-6
 # Least part of the way between two places that lies along the axes which a hint knows, for the hint to tell them apart.
 KNOWN_APART = 0.1
