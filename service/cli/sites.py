@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 from rich.markup import escape
 from rich.table import Table
 
+from service.errors import RequestError
+
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -82,6 +84,8 @@ def sites(
 
     from .asking.products import ask, request_of_fields
 
+    if reading.cover.buildings is not None:
+        raise RequestError("A map of sites knows bare ground only; leave out --buildings, or ask for a visibility map.")
     asked: BaseModel | Path | None = request
     if asked is None:
         asked = request_of_fields({**options.part(), "area": area.part(in_degrees=False)}, SiteMapParameters)
@@ -91,8 +95,6 @@ def sites(
 
 
 def _one_polygon(path: Path) -> Fields:
-    from service.errors import RequestError
-
     from .asking.path_files import polygon_fields
 
     polygons = polygon_fields(path)

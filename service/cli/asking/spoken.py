@@ -20,6 +20,9 @@ PHRASES = (
     ("its altitude_m instead of above_ground_m", "its altitude (612msl) instead of its height above ground (80agl)"),
     ("give above_ground_m", "give its height above ground (80agl)"),
     ("Give times_s or", "Give time_s in the file of --path or"),
+    ("cover.footprints", "--buildings"),
+    ("say how high a level is", "say how high a level is (--level-height)"),
+    ("what to take for those without.", "what to take for those without (--default-height)."),
     ("place (lon_deg, lat_deg)", "place (--sky-at LON,LAT)"),
 )
 # as --help writes what is typed, and fields whose option is called otherwise

@@ -64,3 +64,17 @@ def test_maps_tell_what_stands_there(sightline, files, command):
         for name in ("elapsed_s", "timing", "parameters", "warnings", "version", "dem"):
             answer.pop(name, None)
     assert told[0] != told[1]
+
+
+def test_maps_of_sites_refuse_buildings(sightline, files):
+    dem, town = files
+    sightline("sites", dem, "--buildings", town).refused("knows bare ground only; leave out --buildings")
+
+
+def test_footprints_without_heights_are_refused_by_the_names_of_options(sightline, files, tmp_path):
+    dem, _ = files
+    town = footprints()
+    del town["features"][0]["properties"]["height"]
+    (tmp_path / "flat.geojson").write_text(json.dumps(town))
+    told = sightline("los", dem, *ends(), "--buildings", str(tmp_path / "flat.geojson"))
+    told.refused("--buildings: 1 of 4 footprints", "the first is way/0", "(--level-height)", "(--default-height)")
