@@ -107,6 +107,10 @@ def test_ground_is_no_go_where_the_dop_reaches_the_limit_or_too_few_anchors_are_
     for limit, anchors in ((2.5, 0), (1.2, 0), (2.5, 6), (1e9, 0)):
         expected = (found.dop >= np.float32(limit)) | (found.count < anchors)
         np.testing.assert_array_equal(found.no_go(limit, anchors), np.where(expected, NO_GO, GO))
+    # a dilution of exactly the limit is no go; under a limit that is the next number up it is go
+    dop = found.dop[np.isfinite(found.dop)][0]
+    assert (found.no_go(float(dop))[found.dop == dop] == NO_GO).all()
+    assert (found.no_go(float(np.nextafter(dop, np.float32(np.inf))))[found.dop == dop] == GO).all()
     # no fix is no go whatever the limit
     assert (found.no_go(1e30)[np.isposinf(found.dop)] == NO_GO).all()
 

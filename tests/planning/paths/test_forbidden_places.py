@@ -15,7 +15,7 @@ from planning import PlaceError
 from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reason, RoverModel, plan_path
 from planning.paths.checks import breaks
 from planning.paths.ends import ends_of
-from planning.paths.fields import cost_field
+from planning.paths.fields import bit_of, cost_field
 from planning.paths.sight_maps import Positioning, Sightings, sight_maps
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, dop
@@ -115,6 +115,14 @@ def test_a_dilution_that_reaches_the_limit_is_no_good_one() -> None:
     seen = Sightings(none.astype(np.bool_), none, np.array([1.9, 2.0, 2.1, np.inf, np.nan]))
     assert breaks(PathLimits(dop_limit=2.0), seen).tolist() == [False, True, True, True, True]
     assert not breaks(PathLimits(), seen).any()
+    maps = sight_maps(level_problem(dop_limit=50.0))
+    assert maps is not None
+    squares = maps.positioning(None).dop
+    limit = float(squares[20, 30])
+    barred = cost_field(level_problem(dop_limit=limit), maps).reasons & bit_of(Reason.DOP) != 0
+    assert barred[20, 30]
+    assert not barred.all()
+    assert (barred == (squares >= np.float32(limit))).all()
 
 
 def test_a_start_that_has_its_sight_and_loses_it_on_every_way_on_is_not_forbidden_but_cut_off(

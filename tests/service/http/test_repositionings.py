@@ -57,7 +57,9 @@ def test_the_advice_is_the_library_s(advice: dict[str, Any]) -> None:
     assert (result["before_share"], result["after_share"]) == (expected.before, expected.after)
     (move,) = result["moves"]
     assert move["anchor_id"] == expected.move.anchor.id
-    assert move["flight_m"] == expected.move.flight_m
+    assert move["flight_m"] == result["flight_m"] == expected.move.flight_m
+    assert move["flight_s"] == move["end_s"] == expected.move.flight_s
+    assert (move["start_s"], move["stretch"], result["waited_s"]) == (0.0, 0, 0.0)
     assert (move["to"]["east_m"], move["to"]["north_m"]) == (expected.move.to.east_m, expected.move.to.north_m)
     assert result["occluded"] == ["D1"]
 
