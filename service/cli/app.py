@@ -79,12 +79,12 @@ def _domain_exit_code(error: Exception) -> int | None:
     from pydantic import ValidationError
 
     from service.error_roots import domain_errors
-    from service.errors import RequestError, ServiceError, StartError
+    from service.errors import NotFoundError, RequestError, ServiceError, StartError
     from service.parts.sentences import sentence_of
 
     if isinstance(error, ValidationError):
         return _say(sentence_of(error), BAD_INPUT)
-    if isinstance(error, (*domain_errors().values(), RequestError, StartError)):
+    if isinstance(error, (*domain_errors().values(), RequestError, NotFoundError, StartError)):
         return _say(str(error), BAD_INPUT)
     if isinstance(error, ServiceError):
         return _say(str(error), FAULT)

@@ -9,7 +9,7 @@ import math
 import re
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -119,14 +119,22 @@ def _of_tiles(dem: str, area: Area | None, margin_m: float, crs: str | None, cel
         raise RequestError(f"{dem} needs an area: --around PLACE,RADIUS, --area W,S,E,N or --polygon FILE.")
     if dem.startswith("@") and dem != LIBRARY_WORD and area is not None:
         return _from_source(dem[1:], area, margin_m, crs, cell_m, settings)
+    passed_over: list[str] = []
     if dem == LIBRARY_WORD:
         tiles = library_in(settings.data_folder.absolute()).tiles
     else:
-        tiles = index_ground(GroundLibrary(), [dem])[0].tiles
+        indexed, found = index_ground(GroundLibrary(), [dem])
+        tiles, passed_over = indexed.tiles, [one.why for one in found.skipped]
         if not tiles:
             raise RequestError(f"The folder {dem} holds no DEM that can be read.")
     with progress_bar("Reading tiles") as progress:
-        return read_mosaic(tiles, area, margin_m=margin_m, target_crs=crs, cell_m=cell_m, progress=progress)
+        grid = read_mosaic(tiles, area, margin_m=margin_m, target_crs=crs, cell_m=cell_m, progress=progress)
+    if not passed_over:
+        return grid
+    count = "1 file" if len(passed_over) == 1 else f"{len(passed_over)} files"
+    warning = f"Of the folder {Path(dem).name} {count} cannot serve as tiles: {passed_over[0]}"
+    provenance = replace(grid.provenance, warnings=(*grid.provenance.warnings, warning))
+    return replace(grid, provenance=provenance)
 
 
 def _from_source(

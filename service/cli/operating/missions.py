@@ -113,6 +113,7 @@ def import_mission(
     from tempfile import TemporaryDirectory
     from zipfile import is_zipfile
 
+    from service.errors import NotValidError, RequestError
     from service.jobs.channel import model_of
     from service.missions.bundle import sheet_of, unpack
     from service.missions.document import MissionIn
@@ -121,10 +122,15 @@ def import_mission(
     settings = Settings()
     with TemporaryDirectory() as folder:
         limits = {"max_mission_bytes": settings.max_mission_bytes, "max_dem_bytes": settings.max_upload_bytes}
-        packed = is_zipfile(file)
-        text, dem = unpack(file, Path(folder) / "dem", **limits) if packed else (file.read_bytes(), None)
-        sheet = sheet_of(model_of(MissionIn, text, lambda _: None))
-    with _shelf(data) as (shelf, _):
+        try:
+            packed = is_zipfile(file)
+            text, dem = unpack(file, Path(folder) / "dem", **limits) if packed else (file.read_bytes(), None)
+            sheet = sheet_of(model_of(MissionIn, text, lambda _: None))
+        except FileNotFoundError as error:
+            raise RequestError(f"There is no file {str(file)!r}.") from error
+        except NotValidError as error:
+            raise RequestError(f"The file {file.name} is no mission: {error}") from error
+    with _shelf(data, may_be_new=True) as (shelf, _):
         mission = shelf.add(sheet, by)
     if as_json:
         print_json(_told(mission))
@@ -171,14 +177,17 @@ def restore(
 
 
 @contextmanager
-def _shelf(data: Path | None) -> Iterator[tuple[MissionShelf, Path]]:
-    """The missions of a data folder, and the folder. Raises DataFolderError."""
+def _shelf(data: Path | None, *, may_be_new: bool = False) -> Iterator[tuple[MissionShelf, Path]]:
+    """The missions of a data folder, and the folder. Raises DataFolderError, RequestError."""
+    from service.errors import RequestError
     from service.jobs.marker import STORE, claimed
     from service.jobs.store import Store
     from service.missions.shelf import MissionShelf
     from service.settings import Settings
 
     settings = Settings() if data is None else Settings(data_folder=data)
+    if not may_be_new and not settings.data_folder.exists():
+        raise RequestError(f"There is no data folder {str(settings.data_folder)!r}.")
     root = claimed(settings.data_folder)
     store = Store(root / STORE)
     try:

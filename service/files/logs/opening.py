@@ -83,9 +83,10 @@ def reading(path: Path, kind: str) -> Iterator[None]:
         except Exception as error:
             if not isinstance(error, DAMAGED) and type(error) is not Exception:  # pymavlink raises that itself
                 raise
-            raise RequestError(f"The log {path.name} is no whole {kind}: {_one_line(error)}.") from error
+            raise RequestError(f"The log {path.name} is no whole {kind}: {_one_line(error, path)}.") from error
 
 
-def _one_line(error: Exception) -> str:
-    said = " ".join(str(error).split()) or type(error).__name__
+def _one_line(error: Exception, path: Path) -> str:
+    """What a library said, with the name of the file where it told its whole path."""
+    said = " ".join(str(error).replace(str(path), path.name).split()) or type(error).__name__
     return said[:200].encode("ascii", "replace").decode().rstrip(".")

@@ -105,6 +105,11 @@ def test_a_folder_of_tiles_is_a_dem_and_an_area_of_it_a_map(sightline: Any, tile
         np.testing.assert_array_equal(of_part.read(), expected)
 
 
+def test_files_of_a_folder_that_cannot_be_tiles_are_told(sightline: Any, tiles: Path) -> None:
+    told = json.loads(sightline("info", tiles, "--json").stdout)
+    assert any("1 file cannot serve as tiles: page.tif" in warning for warning in told["warnings"]), told["warnings"]
+
+
 def test_of_one_large_file_only_area_and_margin_are_read(sightline: Any, tmp_path: Path) -> None:
     heights = rough(120, 150)
     path = write_tif(tmp_path / "large.tif", heights, transform=METRES, tiled=True, blockxsize=16, blockysize=16)

@@ -82,3 +82,12 @@ def test_what_needs_the_ground_says_that_it_is_not_here(sightline, data, mission
     odd = sightline("missions", "export", kept["id"], tmp_path / "out.doc", "--data", data)
     assert odd.code == 2
     assert ".geojson" in odd.stderr
+
+
+def test_what_is_not_there_or_no_mission_is_bad_input(sightline, data, tmp_path):
+    sightline("missions", "show", "nope", "--data", data).refused("There is no mission 'nope'")
+    sightline("missions", "import", tmp_path / "none.zip", "--data", data).refused("There is no file", "none.zip")
+    (tmp_path / "town.json").write_text('{"type": "FeatureCollection", "features": []}')
+    sightline("missions", "import", tmp_path / "town.json", "--data", data).refused("town.json is no mission: ")
+    sightline("missions", "list", "--data", tmp_path / "typo").refused("There is no data folder", "typo")
+    assert not (tmp_path / "typo").exists()

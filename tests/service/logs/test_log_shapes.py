@@ -7,7 +7,9 @@ import math
 
 import pytest
 
+from service.errors import RequestError
 from service.files.logs.form import read_map
+from service.files.logs.opening import open_messages
 from service.live.epoch_logs import read_epochs
 from service.live.log_survey import survey_log
 from tests.service.logs.drive import ANCHORS, RANGES, SECONDS, place_m
@@ -87,3 +89,11 @@ def test_what_was_recognised_is_told(tmp_path):
     told = " ".join(read(RECORDED["PX4 ULog, ranging_beacon"](tmp_path / "px4")).warnings)
     assert "Taken for ranges: ranging_beacon." in told
     assert "vehicle_local_position is an estimate of the autopilot" in told
+
+
+def test_a_damaged_bag_is_named_without_the_folder_that_holds_it(tmp_path):
+    path = tmp_path / "drive.db3"
+    path.write_bytes(b"SQLite format 3\0" + bytes(90))
+    with pytest.raises(RequestError, match="The log drive") as refused:
+        open_messages(path)
+    assert str(tmp_path) not in str(refused.value)
