@@ -28,6 +28,7 @@ from . import (
     inertial,
     large_dems,
     machine,
+    map_advice,
     map_estimates,
     map_loop,
     memory,
@@ -96,7 +97,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_faults.faults_named,
         detector_speed.detector_speed,
     ),
-    "loop": (map_loop.map_loop, map_estimates.map_estimates, map_loop.loop_speed),
+    "loop": (map_loop.map_loop, map_estimates.map_estimates, map_loop.loop_speed, map_advice.advice_speed),
     "planning": (
         planning.random_paths,
         planning.first_path,
@@ -173,6 +174,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(map_loop.map_loop, drives=1),
         partial(map_estimates.map_estimates, drives=1),
         partial(map_loop.loop_speed, drives=1),
+        partial(map_advice.advice_speed, drives=2),
     ),
     "planning": (
         partial(planning.random_paths, count=20, posts=60),

@@ -29,7 +29,7 @@ class MoveQuestion:
     occluded: ids that the detector finds hidden for good, whatever the map says: they count only once they are moved, a
         cell at least.
     movable: ids that may be moved; None = all. above_ground_m: the heights to consider, and no others; None =
-        USUAL_HEIGHTS_M and each drone's own altitude.
+        USUAL_HEIGHTS_M and each drone's own altitude. every: rows and columns of posts from one place to the next.
     cheapest: whether a flight's metres or its seconds count. sight: its max_range_m is that of the rules.
     Raises PlacementError.
     """
@@ -39,6 +39,7 @@ class MoveQuestion:
     movable: Collection[str] | None = None
     share: float = 1.0
     above_ground_m: Sequence[float] | None = None
+    every: int = 1
     receiver_above_ground_m: float = 1.5
     cheapest: Literal["distance", "time"] = "distance"
     flight: Flight = field(default_factory=Flight)
@@ -52,6 +53,8 @@ class MoveQuestion:
             raise PlacementError(f"share must be > 0 and <= 1, not {self.share}.")
         if self.above_ground_m is not None and not len(self.above_ground_m):
             raise PlacementError("above_ground_m names no height to move to; give one or leave it out.")
+        if self.every < 1:
+            raise PlacementError(f"every must be a number of posts >= 1, not {self.every}.")
         # copies: what is asked must not change with a caller's list
         object.__setattr__(self, "occluded", frozenset(self.occluded))
         if self.movable is not None:

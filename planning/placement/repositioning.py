@@ -133,7 +133,7 @@ def _places_of(
     here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
     heights_m = USUAL_HEIGHTS_M if question.above_ground_m is None else question.above_ground_m
     own_m = [anchor.altitude_m] if question.above_ground_m is None else []
-    post, candidates = candidates_within(grid, here_m, flight.max_flight_m, heights_m, own_m)
+    post, candidates = candidates_within(grid, here_m, flight.max_flight_m, heights_m, own_m, question.every)
     relayed = rules.link is not None and rules.link.relays > 0
     try:
         feasible = feasible_candidates(

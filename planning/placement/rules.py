@@ -233,15 +233,17 @@ def candidates_within(
     reach_m: float,
     above_ground_m: Sequence[float],
     altitudes_m: Sequence[float],
+    every: int = 1,
 ) -> tuple[npt.NDArray[np.intp], Candidates]:
     """(posts (n,), candidates over them) of all posts within reach, at each height above ground and each altitude.
 
-    here_m: (3,) east, north, altitude of a drone in the grid's frame; reach_m: metres over the ground. Unknown ground
-    gives NaN.
+    here_m: (3,) east, north, altitude of a drone in the grid's frame; reach_m: metres over the ground. every: of the
+    rows and columns every so many. Unknown ground gives NaN.
     """
     row, col = np.arange(grid.rows), np.arange(grid.cols)
     north_m, east_m = grid.origin_north_m - row * grid.cell_north_m, grid.origin_east_m + col * grid.cell_east_m
     near = np.add.outer((north_m - here_m[1]) ** 2, (east_m - here_m[0]) ** 2) <= reach_m**2
+    near &= np.logical_and.outer(row % every == 0, col % every == 0)
     post = np.flatnonzero(near)
     ground_m = grid.heights_m.reshape(-1)[post].astype(np.float64)
     east, north = east_m[post % grid.cols], north_m[post // grid.cols]

@@ -1,10 +1,11 @@
 """What a map says while a rover drives: who should be in sight, how high the ground is, and where ranges disagree."""
 
-from .advice import Advice, DarkStretch, Drive, MoveAdvice, SpeedAdvice, advise, advise_move
+from .advice import Advice, DarkStretch, Drive, SpeedAdvice, advise
 from .detector import MapDetector, WatchedEpoch
 from .detours import PathAdvice, advise_path
 from .doubts import Expected, MapDoubt
 from .forecasts import GroundErrors, SightForecast, forecast_sight
+from .moves import MoveAdvice, advise_move
 
 __all__ = [
     "Advice",

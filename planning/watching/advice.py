@@ -16,14 +16,13 @@ import numpy.typing as npt
 from detection import PositionFix, RangingAnchor
 from navigation import MotionNoise, predict_bubble
 from planning.errors import WatchError
-from planning.placement import Flight, Goal, MoveQuestion, Repositioning, path_between, reposition
 from terrain import ElevationGrid, height_at
-from visibility import Anchor, Curvature, lines_of_sight
+from visibility import Curvature, lines_of_sight
 from visibility.dilution import surface_normals
 
 from .forecasts import DEFAULT_ERRORS, GroundErrors, sight_probability
 
-__all__ = ["Advice", "DarkStretch", "Drive", "MoveAdvice", "SpeedAdvice", "advise", "advise_move", "distance_along_m"]
+__all__ = ["Advice", "DarkStretch", "Drive", "SpeedAdvice", "advise", "distance_along_m"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -100,14 +99,6 @@ class SpeedAdvice:
     sentence: str
 
 
-@dataclass(frozen=True, slots=True)
-class MoveAdvice:
-    """A drone to move before a stretch: what ``reposition`` finds for it."""
-
-    stretch: DarkStretch
-    found: Repositioning
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Advice:
     """What is ahead. at_m: where on the path the rover is; off_path_m: how far beside it.
@@ -178,26 +169,6 @@ def advise(
     stretches = _stretches(drive, at_m, along_m, usable, ids, bubble_m)
     speed = _better_speed(ways, drive, bubble_m) if stretches else None
     return Advice(at_m, off_path_m, along_m, usable.sum(axis=1), bubble_m, stretches, speed)
-
-
-def advise_move(
-    grid: ElevationGrid,
-    drive: Drive,
-    stretch: DarkStretch,
-    anchors: Sequence[Anchor],
-    *,
-    movable: Collection[str] | None = None,
-    occluded: Collection[str] = (),
-    antenna_above_ground_m: float = 1.5,
-    flight: Flight | None = None,
-) -> MoveAdvice:
-    """The drone whose move, at the least flight, gives a stretch the anchors that it needs. Raises PlacementError."""
-    path_m = path_between(drive.path_m, stretch.from_m, max(stretch.to_m, stretch.from_m + 1e-3))
-    question = MoveQuestion(
-        Goal("coverage", min_anchors=drive.min_anchors), occluded=occluded, movable=movable,
-        receiver_above_ground_m=antenna_above_ground_m, flight=flight or Flight(),
-    )  # fmt: skip
-    return MoveAdvice(stretch, reposition(grid, anchors, path_m, question))
 
 
 def _p_sight(

@@ -33,7 +33,7 @@ from terrain import ElevationGrid, height_at
 from visibility import Anchor, AnchorError, Curvature
 from visibility.sight import check_anchors
 
-from .advice import Advice, DarkStretch, Drive, MoveAdvice, advise, advise_move
+from .advice import Advice, DarkStretch, Drive, advise
 from .detours import PathAdvice, advise_path
 from .doubts import Doubts, MapDoubt, off_without_map
 from .forecasts import (
@@ -46,6 +46,7 @@ from .forecasts import (
     strange_anchors,
 )
 from .heights import HeightCheck, free_height
+from .moves import MoveAdvice, advise_move
 
 __all__ = ["MapDetector", "WatchedEpoch"]
 
@@ -164,14 +165,13 @@ class MapDetector:
         """The drone to move before a stretch that was advised. Raises PlacementError, AnchorError."""
         return advise_move(
             self.grid, drive, stretch, self._standing(), movable=movable, occluded=self._doubts.hidden(),
-            antenna_above_ground_m=self.antenna_above_ground_m,
+            antenna_above_ground_m=self.antenna_above_ground_m, curvature=self._curvature,
         )  # fmt: skip
 
     def advise_path(self, drive: Drive, stretch: DarkStretch, at_m: float) -> PathAdvice:
         """A way round a stretch that was advised; at_m: where on the path the rover is."""
         occluded, above_m = self._doubts.hidden(), self.antenna_above_ground_m
-        about = (self.grid, drive, stretch, self._standing())
-        return advise_path(*about, at_m, occluded, above_m, self._curvature)
+        return advise_path(self.grid, drive, stretch, self._standing(), at_m, occluded, above_m, self._curvature)
 
     def _standing(self) -> list[Anchor]:
         return [Anchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]

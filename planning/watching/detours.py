@@ -20,7 +20,7 @@ from visibility import Anchor, AnchorError, Curvature, min_visible_altitude
 
 from .advice import DarkStretch, Drive
 
-__all__ = ["PathAdvice", "advise_path"]
+__all__ = ["PathAdvice", "advise_path", "part_around"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def advise_path(
     # a stretch ends half way to a point that is well; a cell more stands clear of its edge
     from_m, to_m = max(at_m, stretch.from_m - cell_m), min(float(drive.along_m[-1]), stretch.to_m + cell_m)
     ends_m = np.array([_on_path(drive, along_m) for along_m in (from_m, to_m)])
-    part = _part(grid, np.vstack([ends_m, drive.path_m, [(one.east_m, one.north_m) for one in usable] or ends_m]))
+    part = part_around(grid, np.vstack([ends_m, drive.path_m, [(one.east_m, one.north_m) for one in usable] or ends_m]))
     if part.rows * part.cols > MOST_POSTS:
         return PathAdvice(
             None, from_m, to_m, math.nan, None,
@@ -112,11 +112,10 @@ def _on_path(drive: Drive, along_m: float) -> tuple[float, float]:
     return east_m, north_m
 
 
-def _part(grid: ElevationGrid, places_m: Floats) -> ElevationGrid:
-    """The part of the grid that holds all places, and some cells more."""
-    rows, cols = np.asarray(grid.post_at(places_m[:, 0], places_m[:, 1]))
-    first_row, first_col = (max(int(one.min()) - MARGIN_CELLS, 0) for one in (rows, cols))
-    last_row, last_col = (
-        min(math.ceil(one.max()) + MARGIN_CELLS, count - 1) for one, count in ((rows, grid.rows), (cols, grid.cols))
-    )
-    return grid.window(first_row, last_row, first_col, last_col)
+def part_around(grid: ElevationGrid, places_m: Floats) -> ElevationGrid:
+    """The part of the grid that holds all of (n, 2) places east, north that are inside it, and some cells more."""
+    spans = []
+    for posts, count in zip(grid.post_at(places_m[:, 0], places_m[:, 1]), grid.shape, strict=True):
+        first, last = math.floor(np.min(posts)) - MARGIN_CELLS, math.ceil(np.max(posts)) + MARGIN_CELLS
+        spans += [min(max(first, 0), count - 2), max(min(last, count - 1), 1)]
+    return grid.window(*spans)

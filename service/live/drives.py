@@ -177,5 +177,5 @@ def move_answer(advised: MoveAdvice) -> dict[str, object]:
         "flight_m": None if move is None else move.flight_m,
         "flight_s": None if move is None else move.flight_s,
         "restored": found.restored,
-        "sentence": found.sentence,
+        "sentence": advised.sentence,
     }

@@ -103,6 +103,35 @@ def test_a_drone_is_moved_so_that_the_stretch_sees_enough() -> None:
     assert advise(grid, drive, fix(300.0, 780.0), moved).stretches == ()
 
 
+def test_a_move_among_fewer_places_is_hardly_dearer_and_what_was_left_out_is_told() -> None:
+    grid, drive = wall(), Drive(PATH, min_anchors=4, horizon_m=1000.0)
+    high = [Anchor(a.id, a.east_m, a.north_m, 2000.0 if n > 1 else a.altitude_m) for n, a in enumerate(ANCHORS)]
+    (stretch,) = advise(
+        grid, drive, fix(300.0, 780.0), [RangingAnchor(a.id, a.east_m, a.north_m, a.altitude_m) for a in high]
+    ).stretches
+    everywhere, near, sparse, nearest = (
+        advise_move(grid, drive, stretch, high, movable={"A1"}, most_places=places, most_posts=posts)
+        for places, posts in ((100_000, 100_000), (100_000, 5000), (2000, 100_000), (100_000, 300))
+    )
+    least = everywhere.found.move
+    assert least is not None
+    assert everywhere.reach_m == np.inf
+    assert least.flight_m < near.reach_m < 400.0
+    assert near.found.move == least
+    assert near.found.places < everywhere.found.places
+    assert everywhere.sentence == everywhere.found.sentence
+    assert near.sentence == near.found.sentence
+    assert sparse.found.places <= 2000
+    assert sparse.apart_m == 40.0
+    assert sparse.found.restored
+    assert sparse.found.move is not None
+    assert least.flight_m <= sparse.found.move.flight_m <= least.flight_m + 2.0 * sparse.apart_m
+    assert sparse.sentence.endswith(" Places 40 m apart were looked at.")
+    assert nearest.reach_m < least.flight_m
+    assert not nearest.found.restored
+    assert nearest.sentence.endswith(f" Flights longer than {nearest.reach_m:.0f} m were not.")
+
+
 def test_a_path_that_crosses_itself_is_followed() -> None:
     eight = Drive(np.array([(0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)]))
     first, last = np.hypot(50.0, 50.0), np.hypot(100.0, 100.0) + 100.0 + np.hypot(50.0, 50.0)
