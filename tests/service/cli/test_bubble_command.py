@@ -65,6 +65,9 @@ def test_bubble_writes_what_the_library_answers(sightline, dem_file, path_file, 
     np.testing.assert_allclose([float(row["radius_m"]) for row in rows], radius_m, atol=1e-5)
     np.testing.assert_allclose([float(row["margin_m"]) for row in rows], clearance_m - radius_m, atol=1e-5)
     assert told["violated"] == np.count_nonzero(clearance_m < radius_m)
+    assert told["least_margin_m"] == pytest.approx((clearance_m - radius_m).min(), abs=1e-9)
+    assert told["least_promise"] == pytest.approx(min(float(row["promise"]) for row in rows), abs=1e-5)
+    assert told["radius_quantiles_m"]["p50"] == pytest.approx(np.median(radius_m), abs=1e-9)
     assert json.loads((tmp_path / "out" / "bubble.json").read_text())["least_margin_m"] == told["least_margin_m"]
 
 
