@@ -223,6 +223,8 @@ def _why(ground: Ground, name: str, reason: Reason, post: tuple[float, float], w
             count = int(seen.visible.sum()) if seen is not None and own else int(field.count[square])
             return _count_words(ground, min(count, limits.min_anchors - 1))
         return _dop_words(ground, float(seen.dop[0]) if seen is not None and own else float(field.dop[square]))
+    if reason is Reason.NO_GO and field.grid.standing is not None:
+        return f"{reason} or building"
     return str(reason)
 
 

@@ -39,7 +39,8 @@ __all__ = [
     "with_map",
 ]
 
-SIGHT = ("area", "anchors", "satellites", "unknown", "curvature")
+OF_GROUND = ("area", "cover")
+SIGHT = (*OF_GROUND, "anchors", "satellites", "unknown", "curvature")
 MAP_KINDS = ("visibility-map", "dop-map", "morphing-map")
 # fields of summaries by which their kinds are told apart
 TELLING = {"states": "morphing-map", "dop_quantiles": "dop-map", "count_histogram": "visibility-map"}
@@ -133,9 +134,12 @@ def with_map(fields: Mapping[str, Any], kind: str, asked: Mapping[str, Any]) -> 
 
 
 def on_morphing_map(fields: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, JsonValue]:
-    """The fields of a plan's request with the parameters of a finished morphing map; its area is the plan's too."""
-    area = {} if asked.get("area") is None else {"area": asked["area"]}
-    return {**area, **fields, "morphing_map": {name: value for name, value in asked.items() if name != "area"}}
+    """The fields of a plan's request with the parameters of a finished morphing map.
+
+    Its area and what stands on its ground are the plan's too.
+    """
+    ground = {name: asked[name] for name in OF_GROUND if asked.get(name) is not None}
+    return {**ground, **fields, "morphing_map": {name: value for name, value in asked.items() if name not in OF_GROUND}}
 
 
 def kind_of_summary(summary: Mapping[str, Any]) -> str:

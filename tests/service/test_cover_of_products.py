@@ -11,6 +11,7 @@ import pytest
 import shapely
 from pydantic import ValidationError
 
+from planning import PlaceError
 from service.errors import RequestError
 from service.live.request import DetectorIn
 from service.live.watching import memory_of
@@ -18,12 +19,12 @@ from service.parts.cover import CoverParameters, covered
 from service.probes.places import probe
 from service.probes.profiles import profiles
 from service.probes.request import ProbeIn, ProfilesIn
-from service.products import Work
+from service.products import Given, Work
 from service.products.registry import PRODUCTS
 from terrain import ElevationGrid, to_lon_lat
 from tests.service.asked import ASKED
 from tests.service.small_maps import small_grid
-from tests.service.small_paths import at
+from tests.service.small_paths import at, path_request
 from visibility import CoverError
 from visibility.cover import parse_footprints
 
@@ -119,6 +120,31 @@ def test_footprints_of_another_body_or_without_a_frame_are_refused() -> None:
     local = ElevationGrid(np.zeros((9, 9), np.float32), 10.0, 10.0)
     with pytest.raises(RequestError, match="coordinates_are"):
         covered(local, asked())
+
+
+@pytest.mark.parametrize("kind", ["visibility-map", "morphing-map"])
+def test_a_path_on_a_finished_map_stands_on_the_buildings_of_the_map(kind: str) -> None:
+    product = PRODUCTS["path"]
+    asked = product.asked.model_validate({"dem_id": "d", "map_id": "m", **path_request(), "anchors": []})
+    of_map = PRODUCTS[kind].parameters.model_validate(
+        {
+            "anchors": ASKED[kind]["anchors"],
+            "cover": COVER,
+            **({"ceiling_above_ground_m": 300.0} if kind[0] == "m" else {}),
+        }
+    )
+    given = Given(kind, of_map.model_dump(mode="json", exclude_none=True))
+    standing = covered(small_grid(), product.completed(asked, given)).standing
+    assert standing is not None
+    assert standing.bodies == len(BLOCKS)
+
+
+def test_a_start_inside_a_building_is_told_so() -> None:
+    grid = covered(small_grid(), CoverParameters.model_validate({"cover": COVER}))
+    product = PRODUCTS["path"]
+    asked = product.parameters.model_validate({**path_request(), "start": at(250.0, 230.0)})
+    with pytest.raises(PlaceError, match="cannot be stood on: no-go area or building; "):
+        product.calculate(grid, asked, Work())
 
 
 @pytest.mark.parametrize("name", ["site-map"])
