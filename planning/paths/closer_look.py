@@ -42,6 +42,7 @@ HOPELESS = 16.0
 ASIDE = 4.0
 # how far a way stays from the ends of the sides that it crosses, as a share of them
 APART = 0.05
+TIME_UP = "the time was up before it was searched finely enough"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +74,7 @@ class CloserLook:
         without_proof = 0
         for _ in range(MOST_ROUNDS):
             if self._ended():
-                return self._undecided("the time was up before it was searched finely enough")
+                return self._undecided(TIME_UP)
             graph = Graph(len(self._leaves), self._leaves.sides())
             begin, end = self._ends()
             if not (begin.any() and end.any()):
@@ -94,6 +95,8 @@ class CloserLook:
                 return self._undecided("what is left in doubt cannot be decided by searching more finely")
             if len(self._leaves) > MOST_LEAVES:
                 break
+            if self._ended():
+                return self._undecided(TIME_UP)
             self._split(chosen)
         return self._undecided(f"{MOST_ROUNDS} rounds of searching more finely did not decide it")
 
