@@ -2,7 +2,7 @@
 # the first run creates .venv and compiles the kernels, later runs find the stamps and start at once. To serve takes the
 # packages of the product, to develop some more; the demo also leaves all kernels but those of maps, which it compiles.
 
-.PHONY: setup demo test check bench serve page lock sbom audit clean
+.PHONY: setup demo test check bench soak serve page lock sbom audit clean
 .DEFAULT_GOAL := setup
 # two verbs at once (make -j check demo) must not install into one environment at the same time
 .NOTPARALLEL:
@@ -58,6 +58,10 @@ check: $(INSTALLED)
 
 bench: $(INSTALLED) $(WARM)
 	$(BIN)/python -m benchmarks --write docs/benchmarks.md
+
+# hours: maps and epochs under retention, and kills at random moments; SOAK='--maps 200 --kills 10' for less
+soak: $(INSTALLED) $(WARM)
+	$(BIN)/python -m benchmarks.soak $(SOAK)
 
 serve: $(WARM)
 	$(BIN)/sightline serve

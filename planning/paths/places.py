@@ -83,7 +83,8 @@ def middles(places: Floats) -> tuple[Floats, Floats]:
     ):
         first = np.floor(np.minimum(before, after)) + 1.0
         run = np.where(after == before, np.nan, after - before)
-        shares += [np.clip(np.nan_to_num((first + more - before) / run), 0.0, 1.0) for more in range(4)]
+        with np.errstate(over="ignore"):  # a piece that runs along a line by next to nothing crosses it nowhere near
+            shares += [np.clip(np.nan_to_num((first + more - before) / run), 0.0, 1.0) for more in range(4)]
     cuts = np.sort(np.stack(shares, axis=1), axis=1)
     middle, length = 0.5 * (cuts[:, 1:] + cuts[:, :-1]), cuts[:, 1:] - cuts[:, :-1]
     piece, number = np.nonzero(length > 0.0)

@@ -67,10 +67,9 @@ def test_every_ray_is_as_marched_by_itself(
     # a ray that touches the ground within the rounding of float32 may go either way
     cell_m2 = CELL_M[0] * CELL_M[1]
     assert np.array_equal(np.isnan(found.seen_m2), np.isnan(surely))
-    close = np.isclose(found.seen_m2 / cell_m2, surely, rtol=1e-4, atol=1e-3, equal_nan=True)
-    assert close.mean() > 0.98
-    both = found.seen_m2 + found.undecided_m2
-    assert np.isclose(both / cell_m2, possibly, rtol=1e-4, atol=1e-3, equal_nan=True).mean() > 0.98
+    for area_m2, posts in ((found.seen_m2, surely), (found.seen_m2 + found.undecided_m2, possibly)):
+        close = np.isclose(area_m2 / cell_m2, posts, rtol=1e-4, atol=1e-3, equal_nan=True)
+        assert np.count_nonzero(~close) <= max(1.0, 0.02 * close.size)
     assert found.target_m2 == pytest.approx(known.sum() * cell_m2)
 
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, RoverModel, plan_path
@@ -44,6 +44,8 @@ def slope_rad(places):
 
 @settings(max_examples=60, deadline=None)
 @given(PLACES)
+@example([(0.0, 0.0), (5e-324, 1.0)])
+@example([(1.5, 2.5), (2.5, 2.5 + 1e-310)])
 def test_the_steepest_slope_is_that_of_the_steepest_triangle_on_the_way(corners):
     places = steps_of(corners)
     if np.hypot(*np.diff(places, axis=0).T).min() < 0.05:

@@ -1,0 +1,21 @@
+"""`make soak` in short: under retention nothing grows without end, and kills lose nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.soak import KEEP_BYTES, kill, use
+
+MB = 1_000_000
+
+
+def test_many_maps_and_epochs_leave_descriptors_and_disk_as_they_were(tmp_path: Path) -> None:
+    first, last = use(tmp_path, 60, 2000)
+    assert last.descriptors <= first.descriptors + 2
+    assert last.disk_bytes <= first.disk_bytes + KEEP_BYTES
+    assert last.server_bytes <= first.server_bytes + 30 * MB
+
+
+def test_kills_at_random_moments_lose_no_result_and_leave_no_half_file_and_no_process(tmp_path: Path) -> None:
+    lost = kill(tmp_path, 8, seed=3)
+    assert (lost.kills, lost.results, lost.half, lost.orphans) == (8, 0, (), 0), lost
