@@ -26,6 +26,7 @@ from .report import Row, Table, duration
 from .slow_attackers import ATTACKS
 
 __all__ = [
+    "HONEST",
     "Honest",
     "Place",
     "asked_in_turn",

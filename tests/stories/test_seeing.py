@@ -27,6 +27,17 @@ def lines(server: Server) -> list[dict[str, Any]]:
     return [json.loads(line) for line in server.log.read_text().splitlines()]
 
 
+def said_of(server: Server, request_id: str, wanted: set[str]) -> dict[str, dict[str, Any]]:
+    """The lines of a request by their messages; the last is written once the answer is on its way."""
+    deadline_s = time.monotonic() + 20.0
+    while True:
+        said = {line["message"]: line for line in lines(server) if line.get("request_id") == request_id}
+        if wanted <= said.keys():
+            return said
+        assert time.monotonic() < deadline_s, said.keys()
+        time.sleep(0.05)
+
+
 def metric(server: Server, name: str, **labels: str) -> float:
     text = server.client.get("/metrics").text
     found = [
@@ -43,8 +54,7 @@ def test_a_request_id_comes_back_and_is_in_every_line_of_its_request_and_job(ser
     asked = {"X-Request-Id": "from-the-proxy.7", "Prefer": "wait=60"}
     answer = server.client.post("/visibility-maps", json=short_job(dem), headers=asked)
     assert (answer.status_code, answer.headers["X-Request-Id"]) == (201, "from-the-proxy.7")
-    told = [line for line in lines(server) if line.get("request_id") == "from-the-proxy.7"]
-    messages = {line["message"]: line for line in told}
+    messages = said_of(server, "from-the-proxy.7", {"job begins", "job is over", "POST /visibility-maps 201"})
     job_id = answer.json()["id"]
     begins, over = messages["job begins"], messages["job is over"]
     assert (begins["job"], begins["kind"], begins["attempt"]) == (job_id, "visibility-map", 1)

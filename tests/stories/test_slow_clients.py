@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from benchmarks.slow_attackers import ATTACKS
-from benchmarks.slow_clients import Place, honest_clients, made_place, resident_bytes, under_attack
+from benchmarks.slow_clients import HONEST, Place, honest_clients, made_place, resident_bytes, under_attack
 from tests.service.running import Server, running
 
 HEADER_S, STALL_S = 2.0, 3.0
@@ -44,7 +44,7 @@ def test_honest_clients_notice_nothing_of(guarded: tuple[Server, Place], what: s
     with under_attack(place, what):
         honest = asyncio.run(honest_clients(place, 4.0))
     assert honest.failures == []
-    assert len(honest.times_s) > 100
+    assert len(honest.times_s) >= HONEST  # each of them was answered
     deadline_s = time.monotonic() + 10.0
     while (connections := open_connections(server)) > 30 or resident_bytes(server.process.pid) - before_bytes > 60 * MB:
         assert time.monotonic() < deadline_s, (connections, resident_bytes(server.process.pid) - before_bytes)
