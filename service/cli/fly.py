@@ -145,6 +145,7 @@ def fly(
         reading=reading,
         output=output,
         margin_m=margin_m,
+        on=given(),
     )
 
 

@@ -226,6 +226,7 @@ def plan(
         reading=reading,
         output=output,
         margin_m=margin_m,
+        on=on,
     )
 
 

@@ -73,10 +73,14 @@ class Needs:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """The same, found: which kind of map with which parameters, and which anchors are occluded for so long."""
+    """The same, found: which kind of map with which parameters, and which anchors are occluded for so long.
+
+    map_ground: the digest of the ground that a map of a file was made of, buildings included; None where not known.
+    """
 
     map_kind: str | None = None
     map_parameters: Mapping[str, Any] = field(default_factory=dict)
+    map_ground: str | None = None
     occluded: tuple[str, ...] = ()
 
 

@@ -39,6 +39,10 @@ Model = TypeVar("Model", bound=BaseModel)
 FILES_OF_MAPS = {"visibility-map": "visibility.json", "dop-map": "dop.json", "morphing-map": "morph.json"}
 # in place of the names that a service would have given
 OF_THE_COMMAND_LINE = "command-line"
+OTHER_GROUND = (
+    "The map was made of other ground than this: another DEM, area or buildings (give the same --buildings); its "
+    "anchors and limits are taken, and what they see is worked out on this ground."
+)
 
 
 def ask(
@@ -55,18 +59,22 @@ def ask(
     work: Work | None = None,
     changes: Mapping[str, object] | None = None,
     margin_m: float | None = None,
+    on: Given | None = None,
 ) -> None:
     """Read, calculate, write and print. What can be wrong in the request is found before the work.
 
     asked: what the options make, of ``product.parameters``, or the file of a request; changes: what the command line
     says of either. tables: of the answer. summary: the file of the answer. left_out: layers that are
     not written. work: what the calculation may use; its progress is shown here. margin_m: how far around the area
-    ground is read; None: of one file all, of tiles none. Raises RequestError and what the packages raise.
+    ground is read; None: of one file all, of tiles none. on: the map that it begins from. Raises RequestError and what
+    the packages raise.
     """
     parameters = request_from_file(asked, product) if isinstance(asked, Path) else asked
     parameters = parameters.model_copy(update=dict(changes or {}))
     grid = covered(reading.read(dem, getattr(parameters, "area", None), margin_m), parameters)
     parameters, told = in_dem_datum(grid, parameters)
+    if on is not None and on.map_ground not in (None, grid.digest):
+        told = (*told, OTHER_GROUND)
     layers = tuple(
         layer
         for layer in product.layers
@@ -154,7 +162,9 @@ def given_map(file: Path, kinds: Collection[str] = MAP_KINDS) -> Given:
         raise RequestError(f"The map {file.name}: it is no {told} that Sightline wrote.")
     parameters = summary["parameters"]
     assert isinstance(parameters, dict), "kind_of_summary has looked"
-    return Given(map_kind=kind, map_parameters=parameters)
+    ground = summary.get("dem")
+    digest = ground.get("sha256") if isinstance(ground, dict) else None
+    return Given(map_kind=kind, map_parameters=parameters, map_ground=digest if isinstance(digest, str) else None)
 
 
 def _calculated(product: Product, grid: ElevationGrid, parameters: BaseModel, work: Work) -> Finished:

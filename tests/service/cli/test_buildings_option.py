@@ -78,3 +78,32 @@ def test_footprints_without_heights_are_refused_by_the_names_of_options(sightlin
     (tmp_path / "flat.geojson").write_text(json.dumps(town))
     told = sightline("los", dem, *ends(), "--buildings", str(tmp_path / "flat.geojson"))
     told.refused("--buildings: 1 of 4 footprints", "the first is way/0", "(--level-height)", "(--default-height)")
+
+
+@pytest.mark.parametrize("command", ["plan", "fly"])
+def test_a_map_of_a_file_that_knew_other_buildings_is_told(sightline, files, tmp_path, command):
+    dem, town = files
+    anchors = [
+        word
+        for number, place in enumerate((at(95.0, 305.0), at(400.0, 30.0), at(420.0, 430.0), at(750.0, 90.0)))
+        for word in ("--anchor", f"A{number},{place['east_m']},{place['north_m']},60agl")
+    ]
+    of_air = ["--dop-limit", "30", "--ceiling", "300agl"]
+    kind, limits, summary = (
+        ("morph", of_air, "morph.json") if command == "fly" else ("visibility", [], "visibility.json")
+    )
+    sightline(kind, dem, *anchors, *limits, "--buildings", town, "--out", str(tmp_path / "map"))
+    height = ",150agl" if command == "fly" else ""
+    start, goal = (f"{place['east_m']},{place['north_m']}{height}" for place in (at(330.0, 329.0), at(430.0, 329.0)))
+    asked = [
+        command,
+        dem,
+        f"--start={start}",
+        f"--goal={goal}",
+        "--map",
+        str(tmp_path / "map" / summary),
+        "--json",
+    ]
+    bare, built = (json.loads(sightline(*asked, *more).stdout)["warnings"] for more in ([], ["--buildings", town]))
+    assert [sentence for sentence in bare if "made of other ground" in sentence]
+    assert not [sentence for sentence in built if "made of other ground" in sentence]
