@@ -80,8 +80,8 @@ class Given:
 
     map_kind: str | None = None
     map_parameters: Mapping[str, Any] = field(default_factory=dict)
-    map_ground: str | None = None
     occluded: tuple[str, ...] = ()
+    map_ground: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
