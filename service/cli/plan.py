@@ -236,12 +236,13 @@ def _weights(texts: tuple[str, ...]) -> dict[str, float]:
 
     names, found = tuple(WeightsIn.model_fields), {}
     for text in texts:
-        name, equals, value = text.partition("=")
+        option, _, value = text.partition("=")
+        name = option.strip().replace("-", "_")
         try:
-            found[name.strip().replace("-", "_")] = float(value)
+            found[name] = float(value)
         except ValueError as error:
             raise RequestError(f"--weight {text!r} is not of the form NAME=NUMBER.") from error
-        if not equals or name.strip().replace("-", "_") not in names:
+        if name not in names:
             raise RequestError(f"--weight {text!r} is not one of {', '.join(names)}, such as climb=2.")
     return found
 
@@ -260,14 +261,12 @@ def _tables(answer: PathSummary) -> tuple[Table, ...]:
         ("time", time_words(totals.time_s)),
     ]
     if answer.ranged_to:
+        no_fix = "no fix somewhere"
         facts += [
             (f"with fewer than {answer.needed_in_sight} in sight", time_words(totals.out_of_sight_s)),
             ("  longest at a stretch", time_words(totals.longest_out_of_sight_s)),
             ("fewest in sight", str(totals.fewest_anchors)),
-            (
-                f"worst {_measure(answer)}",
-                "no fix somewhere" if totals.worst_dop is None else f"{totals.worst_dop:.2f}",
-            ),
+            (f"worst {_measure(answer)}", no_fix if totals.worst_dop is None else f"{totals.worst_dop:.2f}"),
             ("position error, mean", f"{totals.mean_position_sigma_m:.2f} m, one sigma, predicted"),
             ("  one sigma of a range", answer.sigmas),
         ]
