@@ -104,7 +104,7 @@ def path_of(service: Service, job: JobRecord) -> str:
 
 def state_of(service: Service, job: JobRecord) -> JobOut:
     """How a job stands, without what was asked and what came out."""
-    ran = job.started_at_s is not None and job.finished_at_s is not None
+    begun_s, over_s = job.started_at_s, job.finished_at_s
     return JobOut.model_construct(
         id=job.id,
         status=job.status,
@@ -113,7 +113,7 @@ def state_of(service: Service, job: JobRecord) -> JobOut:
         created_at=moment(job.created_at_s),
         started_at=moment(job.started_at_s),
         finished_at=moment(job.finished_at_s),
-        run_s=job.finished_at_s - job.started_at_s if ran else None,  # type: ignore[operator] # both are there
+        run_s=None if begun_s is None or over_s is None else over_s - begun_s,
         attempts=job.attempts,
         pinned=job.pinned,
         expires_at=moment(service.supervisor.retention.expires_at_s(job)),

@@ -80,16 +80,18 @@ def number_at(body: object, path: str) -> float | None:
     return sum(numbers) / len(numbers) if numbers else None
 
 
-def _number(value: object) -> float | None:
-    if hasattr(value, "sec"):  # a time of ROS
-        return float(value.sec) + 1e-9 * float(getattr(value, "nanosec", 0))
-    if isinstance(value, Mapping) and {"sec", "secs"} & set(value):
-        seconds, parts = value.get("sec", value.get("secs")), (value.get(key) for key in ("nanosec", "nsec", "nsecs"))
-        return float(seconds) + 1e-9 * float(next((part for part in parts if part is not None), 0))
+def _number(value: Any) -> float | None:
+    """None for what is no number, times of ROS with parts that are none among them."""
     if isinstance(value, str | bytes) or value is None:
         return None
     try:
-        return float(value)  # type: ignore[arg-type] # what is no number is caught
+        if hasattr(value, "sec"):  # a time of ROS
+            return float(value.sec) + 1e-9 * float(getattr(value, "nanosec", 0))
+        if isinstance(value, Mapping) and {"sec", "secs"} & set(value):
+            parts = (value.get(key) for key in ("nanosec", "nsec", "nsecs"))
+            seconds = value.get("sec", value.get("secs"))
+            return float(seconds) + 1e-9 * float(next((part for part in parts if part is not None), 0))
+        return float(value)
     except (TypeError, ValueError):
         return None
 

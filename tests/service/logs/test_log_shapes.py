@@ -9,6 +9,7 @@ import pytest
 
 from service.errors import RequestError
 from service.files.logs.form import read_map
+from service.files.logs.messages import number_at
 from service.files.logs.opening import open_messages
 from service.live.epoch_logs import read_epochs
 from service.live.log_survey import survey_log
@@ -97,3 +98,18 @@ def test_a_damaged_bag_is_named_without_the_folder_that_holds_it(tmp_path):
     with pytest.raises(RequestError, match="The log drive") as refused:
         open_messages(path)
     assert str(tmp_path) not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("time", "seconds"),
+    [
+        ({"sec": 12, "nanosec": 500_000_000}, 12.5),
+        ({"secs": 12, "nsecs": 250_000_000}, 12.25),
+        ({"sec": None, "nanosec": 5}, None),
+        ({"sec": "soon"}, None),
+        ({"sec": 12, "nanosec": []}, None),
+        ({"sec": {"sec": 1}}, None),
+    ],
+)
+def test_a_time_of_ros_whose_parts_are_no_numbers_is_no_number(time: dict[str, object], seconds: float | None) -> None:
+    assert number_at({"header": {"stamp": time}}, "header.stamp") == seconds
