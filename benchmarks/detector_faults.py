@@ -27,7 +27,7 @@ __all__ = ["FAULTS", "Log", "faults_named", "log_of", "suspected"]
 
 Floats = npt.NDArray[np.float64]
 
-SEED = 177_000  # seeds below 100,000 chose what detection/causes.py and its like hold; these chose nothing
+SEED = 177_000  # seeds below 100,000 chose what detection/faults/causes.py and its like hold; these chose nothing
 EPOCHS = 120
 OCCLUDED_S, OCCLUDED_SHARE = 8.0, 0.12
 TIMES = (1e3, 1e6, 1e9)

@@ -24,7 +24,9 @@ LEAST_M, MOST_M = 3.0, 1e6
 WRAPS_M = (655.35, 65535.0)  # 0xFFFF of centimetres, of metres
 SPEED_M_PER_S = 1.5
 EPOCHS_A_DRIVE = 250
-SEED = 2026  # seeds 5 to 8, 98 and 99 chose what detection/tracking.py and tracks.py hold; this one chose nothing
+SEED = 2026  # seeds 5 to 8, 98 and 99 chose what detection/motion/tracks.py and tracking.py hold; this one is new
+    2026  # seeds 5 to 8, 98 and 99 chose what detection/motion/tracking.py and tracks.py hold; this one chose nothing
+)
 MAY_LEAVE, CONFIRMED = 0.005, (PlanningStatus.CHECKED, PlanningStatus.DEGRADED)
 
 # (ranges (n, k), how many of a row may be off, generator): changes them in place

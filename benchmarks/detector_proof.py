@@ -8,8 +8,9 @@ from unittest import mock
 
 import numpy as np
 
-from detection import DetectorSettings, RangeEpoch, detect_3d, false_positive_rate, tracks
+from detection import DetectorSettings, RangeEpoch, detect_3d, false_positive_rate
 from detection.kernels import misfits, subsets
+from detection.motion import tracks
 from detection.subset_search import Ranges, Rules
 
 from .detector_replays import Replay, geometric_step, plain_fit, pooled, session

@@ -143,7 +143,7 @@ def _measured(cog: Path, anchors: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _measured_in_memory(cog: Path, anchor: dict[str, Any], folder: Path) -> dict[str, Any]:
     """One anchor over the square of its reach, cut out of the COG; and how many of its posts windows say otherwise."""
-    from terrain.large_dem import LargeDem
+    from terrain.files.large_dem import LargeDem
     from visibility import Anchor, AntennaLimits
     from visibility.sight.in_reach import reach_of
 

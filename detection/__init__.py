@@ -1,12 +1,14 @@
 """The runtime range-based detector: notices occlusion from the ranges themselves, without a map."""
 
-from .calibration import Calibrated, Calibration, calibrate
+from detection.faults.calibration import Calibrated, Calibration, calibrate
+from detection.faults.diagnosis import diagnose
+from detection.faults.suspicions import Cause, Suspicion
+from detection.motion.odometry import Motion
+
 from .detector import Detector, detect_epoch
-from .diagnosis import diagnose
 from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .geometric import GeometricDetection, detect_2d, detect_3d
-from .odometry import Motion
 from .settings import (
     DetectorSettings,
     false_positive_rate,
@@ -15,7 +17,6 @@ from .settings import (
     sigma_odometry_m,
 )
 from .state import AnchorState, DetectorState, Health
-from .suspicions import Cause, Suspicion
 from .verdicts import (
     AnchorVerdict,
     Classification,

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Sequence
 
-from .calibration import Calibrated, Calibration, calibration_of
-from .diagnosis import EpochNote, note_of, places_of, suspicions_of
+from detection.faults.calibration import Calibrated, Calibration, calibration_of
+from detection.faults.diagnosis import EpochNote, note_of, places_of, suspicions_of
+from detection.faults.suspicions import Suspicion
+from detection.motion.odometry import Motion
+from detection.motion.tracks import foretold
+
 from .epoch_results import rejected_epoch
 from .epochs import RangeEpoch, RangingAnchor, check_anchors
 from .errors import DetectionInputError
 from .geometric import MOST_RANGES
 from .intake import EpochOrder, take_in
 from .judging import Judge
-from .odometry import Motion
 from .settings import DetectorSettings
 from .state import AnchorRecord, DetectorState
-from .suspicions import Suspicion
-from .tracks import foretold
 from .verdicts import EpochResult, PositionFix, Rejection
 
 __all__ = ["Detector", "detect_epoch"]

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from detection.motion.tracks import Heard, Track
+
 from .epochs import RangeMeasurement, RangingAnchor
 from .settings import DetectorSettings, sigma_geometric_m
 from .subset_search import Ranges
-from .tracks import Heard, Track
 
 __all__ = ["EpochArrays", "anchor_places", "arrays_of"]
 

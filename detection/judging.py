@@ -6,18 +6,19 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
+from detection.motion.odometry import Motion, aligned, motion_of
+from detection.motion.tracking import Tracker
+from detection.motion.tracks import Track
+
 from .epoch_arrays import EpochArrays, anchor_places, arrays_of
 from .epoch_results import epoch_result, verdict_on
 from .epochs import RangeEpoch, RangingAnchor
 from .fusion import GEOMETRY_WEIGHTS, MOTION_WEIGHT, ODOMETRY_WEIGHTS, is_good_geometry
 from .geometric import GeometricDetection
 from .intake import Intake
-from .odometry import Motion, aligned, motion_of
 from .settings import DetectorSettings
 from .standing import detect_standing
 from .state import Monitor, sensitivity_scale
-from .tracking import Tracker
-from .tracks import Track
 from .verdicts import AnchorVerdict, EpochResult, OdometryCondition, PositionFix, Say, Sight
 from .witnesses import Change, Trusted, geometry_says, motion_says, odometry_says, prediction_says
 

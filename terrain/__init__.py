@@ -1,5 +1,12 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
+from terrain.crs.frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
+from terrain.crs.parts import same_map
+from terrain.crs.texts import parse_crs
+from terrain.files.arrays import write_npz
+from terrain.files.large_dem import LargeDem, open_dem
+from terrain.files.reading import read_dem
+
 from .areas import (
     DEGREES,
     GRID_METRES,
@@ -12,9 +19,6 @@ from .areas import (
     area_window,
     grown_area,
 )
-from .array_files import write_npz
-from .crs_parts import same_map
-from .crs_texts import parse_crs
 from .datums.conversion import altitude_step, with_vertical_datum
 from .datums.geoid import egm96_height_m
 from .datums.references import (
@@ -39,13 +43,10 @@ from .errors import (
     TerrainError,
     VerticalDatumError,
 )
-from .frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
 from .grid import ElevationGrid, Provenance
-from .large_dem import LargeDem, open_dem
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
-from .reading import read_dem
 from .sampling import height_at
 from .standing import Standing
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge

@@ -10,12 +10,13 @@ import numpy.typing as npt
 import pyproj
 import shapely
 
-from .crs_parts import same_map
-from .crs_texts import parse_crs
+from terrain.crs.frames import degrees_to_crs, geodesics_of
+from terrain.crs.metric import local_metric_crs
+from terrain.crs.parts import same_map
+from terrain.crs.texts import parse_crs
+
 from .errors import AreaError, FrameError
-from .frames import degrees_to_crs, geodesics_of
 from .grid import ElevationGrid
-from .metric_crs import local_metric_crs
 
 __all__ = [
     "DEGREES",

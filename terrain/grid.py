@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
-from .crs_parts import axes_fault
-from .crs_texts import parse_crs
+from terrain.crs.parts import axes_fault
+from terrain.crs.texts import parse_crs
+
 from .errors import ElevationGridError, FrameError
 from .standing import Standing
 

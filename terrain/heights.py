@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import pyproj
 
-from .crs_parts import vertical_part
+from terrain.crs.frames import body_of
+from terrain.crs.parts import vertical_part
+from terrain.files.raw import RawDem
+
 from .errors import DemUnsupportedError
-from .frames import body_of
-from .raw import RawDem
 from .units import HEIGHT_UNITS, HeightUnit, counts_down, height_unit_of
 
 __all__ = ["Heights", "heights_of"]

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+from terrain.crs.frames import to_lon_lat
+
 from .errors import FrameError
-from .frames import to_lon_lat
 from .grid import ElevationGrid
 
 __all__ = ["places_told", "told_place"]

@@ -19,7 +19,7 @@ from pydantic import BaseModel, JsonValue, ValidationError
 from service.parts.anchors import SightParameters
 from service.products import Finished, Product
 from terrain import ElevationGrid, Provenance
-from terrain.crs_texts import parse_crs
+from terrain.crs.texts import parse_crs
 from visibility import Anchor, DistantAnchor
 
 from .folder import digest_of, make_durable

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from terrain.crs.frames import body_of, to_lon_lat
 from terrain.errors import VerticalDatumError
-from terrain.frames import body_of, to_lon_lat
 from terrain.grid import ElevationGrid
 
 from .references import VerticalDatum, parse_vertical_datum, vertical_datum_of

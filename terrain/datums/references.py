@@ -10,8 +10,8 @@ from functools import lru_cache
 import pyproj
 from pyproj.exceptions import CRSError
 
+from terrain.crs.frames import body_of
 from terrain.errors import VerticalDatumError
-from terrain.frames import body_of
 from terrain.grid import ElevationGrid
 
 __all__ = [

@@ -10,15 +10,15 @@ import numpy.typing as npt
 import pyproj
 
 from terrain import kernels
-from terrain.crs_parts import same_map, split_shift
+from terrain.crs.parts import same_map, split_shift
 from terrain.datums.references import VerticalDatum
 from terrain.errors import NoGroundError
+from terrain.files.placing import Placed
+from terrain.files.reading import grid_of
+from terrain.files.warping import Frame, Posts, sample
 from terrain.grid import ElevationGrid, Provenance
 from terrain.limits import check_declared_size
-from terrain.placing import Placed
-from terrain.reading import grid_of
 from terrain.units import degrees_per_unit
-from terrain.warping import Frame, Posts, sample
 
 from .frame import frame_of, target_of, window_for
 from .layer import CONTRADICTION_M, Layer, Part, read_layer

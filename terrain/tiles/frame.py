@@ -8,12 +8,12 @@ import numpy as np
 import pyproj
 
 from terrain.areas import Box, Outline, area_in
-from terrain.crs_parts import same_map, split_shift, with_shift
+from terrain.crs.parts import same_map, split_shift, with_shift
 from terrain.errors import NoGroundError
-from terrain.placing import axes_in_metres, better_crs
-from terrain.raw import PostWindow
+from terrain.files.placing import axes_in_metres, better_crs
+from terrain.files.raw import PostWindow
+from terrain.files.warping import Frame, Posts, border_positions, cell_sizes
 from terrain.units import degrees_per_unit
-from terrain.warping import Frame, Posts, border_positions, cell_sizes
 
 from .layer import Layer
 from .plan import MosaicPlan

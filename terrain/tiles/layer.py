@@ -13,10 +13,10 @@ import numpy.typing as npt
 import pyproj
 
 from terrain.datums.references import VerticalDatum
-from terrain.raw import PostWindow
-from terrain.reading import read_part
+from terrain.files.raw import PostWindow
+from terrain.files.reading import read_part
+from terrain.files.warping import Posts
 from terrain.units import degrees_per_unit
-from terrain.warping import Posts
 
 from .levelling import Step, levelled
 from .tile import Tile, check_unchanged

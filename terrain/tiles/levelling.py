@@ -12,7 +12,7 @@ import numpy.typing as npt
 from terrain.datums.conversion import NODES_M, raised
 from terrain.datums.references import VerticalDatum, vertical_datum_named
 from terrain.datums.surfaces import datum_step_m
-from terrain.raw import PostWindow
+from terrain.files.raw import PostWindow
 
 from .tile import Tile, to_degrees
 

@@ -10,11 +10,11 @@ import numpy as np
 import pyproj
 
 from terrain.areas import Area, area_window
+from terrain.files.placing import place
+from terrain.files.raw import RawDem
+from terrain.files.reading import grid_of, horizontal_target
 from terrain.grid import ElevationGrid, Provenance
 from terrain.limits import DEFAULT_MAX_CELLS, check_declared_size
-from terrain.placing import place
-from terrain.raw import RawDem
-from terrain.reading import grid_of, horizontal_target
 
 from .blending import blend
 from .frame import bounds_wanted, target_of, window_for

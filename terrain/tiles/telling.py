@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from terrain.crs.frames import body_of
 from terrain.datums.references import HeightReference, VerticalDatum, reference_of_name, vertical_datum_named
 from terrain.errors import DemUnsupportedError
-from terrain.frames import body_of
+from terrain.files.placing import Placed
 from terrain.grid import ElevationGrid
-from terrain.placing import Placed
 from terrain.told_places import told_place
 from terrain.voids import implausible_heights
 

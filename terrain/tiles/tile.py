@@ -13,13 +13,13 @@ import pyproj
 import shapely
 from pyproj.enums import TransformDirection
 
-from terrain.array_files import npz_head
-from terrain.crs_texts import parse_crs
+from terrain.crs.frames import body_of, degrees_to_crs, geodesics_of
+from terrain.crs.texts import parse_crs
 from terrain.errors import DemUnsupportedError, GroundChangedError
-from terrain.formats import local_file, sniff_format
-from terrain.frames import body_of, degrees_to_crs, geodesics_of
-from terrain.raster_files import read_raster_head
-from terrain.raw import RawHead
+from terrain.files.arrays import npz_head
+from terrain.files.formats import local_file, sniff_format
+from terrain.files.raster import read_raster_head
+from terrain.files.raw import RawHead
 
 __all__ = ["Tile", "check_unchanged", "read_tile", "to_degrees"]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from detection import Cause, Detector, DetectorSettings, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
-from detection.frames import Step, frame_of_headings
+from detection.faults.frames import Step, frame_of_headings
 
 PLACES_M = [(0, 0, 60), (300, 0, 40), (300, 300, 70), (0, 300, 50), (150, 150, 90), (80, 220, 30)]
 RANGE_SIGMA_M = 0.1

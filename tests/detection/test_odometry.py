@@ -18,7 +18,7 @@ from detection import (
     RangingAnchor,
     Say,
 )
-from detection.odometry import Motion, aligned, motion_of
+from detection.motion.odometry import Motion, aligned, motion_of
 
 SETTINGS = DetectorSettings(wheel_sigma_m=0.02, accelerometer_sigma_m=0.02, max_speed_m_per_s=3.0, range_sigma_m=0.05)
 RELIABLE, STUCK, SLIPPED = OdometryCondition.RELIABLE, OdometryCondition.STUCK, OdometryCondition.SLIPPED

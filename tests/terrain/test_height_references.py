@@ -10,7 +10,7 @@ import pyproj
 import pytest
 
 from terrain import ElevationGrid, HeightReference, height_reference_of, read_dem
-from terrain.crs_parts import vertical_part
+from terrain.crs.parts import vertical_part
 from tests.terrain.files import hill, write_tif
 
 

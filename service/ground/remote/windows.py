@@ -31,8 +31,8 @@ from terrain import (
     parse_crs,
     read_tile,
 )
-from terrain.raster_files import SEALED
-from terrain.stated_crs import check_stated_stream
+from terrain.crs.stated import check_stated_stream
+from terrain.files.raster import SEALED
 
 from .blocks import BlockStore
 from .ranged import RangedFile, client_of

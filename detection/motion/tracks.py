@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from .epochs import GroundHeight
-from .kernels import track as kernel
-from .odometry import Motion
-from .settings import DetectorSettings
+from detection.epochs import GroundHeight
+from detection.kernels import track as kernel
+from detection.motion.odometry import Motion
+from detection.settings import DetectorSettings
 
 __all__ = [
     "Heard",

@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 from typing import BinaryIO
 
-from .errors import DemFormatError
-from .stated_crs import prj_text
+from terrain.crs.stated import prj_text
+from terrain.errors import DemFormatError
 
 __all__ = ["NUMBER", "ascii_place", "check_ascii_header", "read_header", "unit_in_prj"]
 

@@ -7,8 +7,8 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
-from .crs_texts import check_no_files
-from .errors import DemFormatError, DemUnsupportedError, FrameError
+from terrain.crs.texts import check_no_files
+from terrain.errors import DemFormatError, DemUnsupportedError, FrameError
 
 __all__ = ["check_stated_crs", "check_stated_stream", "prj_text"]
 

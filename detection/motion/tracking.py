@@ -7,16 +7,26 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from .epoch_arrays import EpochArrays
-from .epochs import GroundHeight
-from .geometric import GeometricDetection, detect_ranges
-from .headings import Heading
-from .kernels import misfits
-from .odometry import Motion
-from .settings import DetectorSettings
-from .subset_search import Ranges, squared_sigmas
-from .tracks import Heard, Track, begin, follow, foretold, is_sane, mirrored_near, on_ground, with_displacement
-from .verdicts import PositionFix
+from detection.epoch_arrays import EpochArrays
+from detection.epochs import GroundHeight
+from detection.geometric import GeometricDetection, detect_ranges
+from detection.kernels import misfits
+from detection.motion.headings import Heading
+from detection.motion.odometry import Motion
+from detection.motion.tracks import (
+    Heard,
+    Track,
+    begin,
+    follow,
+    foretold,
+    is_sane,
+    mirrored_near,
+    on_ground,
+    with_displacement,
+)
+from detection.settings import DetectorSettings
+from detection.subset_search import Ranges, squared_sigmas
+from detection.verdicts import PositionFix
 
 __all__ = ["Tracker"]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from .odometry import Motion
-from .settings import DetectorSettings
-from .tracks import Track
+from detection.motion.odometry import Motion
+from detection.motion.tracks import Track
+from detection.settings import DetectorSettings
 
 __all__ = ["Heading"]
 

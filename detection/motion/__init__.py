@@ -1,0 +1,1 @@
+"""What the rover's own motion says of ranges: odometry, headings, tracks."""

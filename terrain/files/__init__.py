@@ -1,0 +1,1 @@
+"""Elevation files: formats, their parts, posts placed in metres, DEMs larger than memory."""
