@@ -61,7 +61,7 @@ bench: $(INSTALLED) $(WARM)
 
 # hours: maps and epochs under retention, and kills at random moments; SOAK='--maps 200 --kills 10' for less
 soak: $(INSTALLED) $(WARM)
-	$(BIN)/python -m benchmarks.soak $(SOAK)
+	$(BIN)/python -m benchmarks.service.soak $(SOAK)
 
 serve: $(WARM)
 	$(BIN)/sightline serve

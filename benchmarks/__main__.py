@@ -11,45 +11,28 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from . import (
-    accuracy,
+from benchmarks import machine, memory, pages, report
+from benchmarks.detection import faults as detector_faults
+from benchmarks.detection import map_advice, map_estimates, map_loop
+from benchmarks.detection import odometry as detector_odometry
+from benchmarks.detection import outliers as detector_outliers
+from benchmarks.detection import proof as detector_proof
+from benchmarks.detection import speed as detector_speed
+from benchmarks.navigation import bubbles, inertial, quality_monitor
+from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
+from benchmarks.planning import paths as planning
+from benchmarks.service import (
     attacks,
-    bubbles,
-    detector_faults,
-    detector_odometry,
-    detector_outliers,
-    detector_proof,
-    detector_speed,
     detector_streams,
-    dilution,
-    exactness,
     first_request,
-    ground,
-    inertial,
-    large_dems,
-    machine,
-    map_advice,
-    map_estimates,
-    map_loop,
-    memory,
     mixed_load,
     over_http,
-    pages,
-    path_benefit,
-    placing,
-    placing_baselines,
     planner_page,
-    planning,
     plans_over_http,
-    quality_monitor,
-    report,
-    sites,
-    situations,
     slow_clients,
-    speed,
-    unreachables,
-    volumes,
 )
+from benchmarks.terrain import ground, large_dems
+from benchmarks.visibility import accuracy, dilution, exactness, sites, situations, speed, volumes
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),

@@ -1,14 +1,13 @@
 """The runtime range-based detector: notices occlusion from the ranges themselves, without a map."""
 
-from detection.faults.calibration import Calibrated, Calibration, calibrate
-from detection.faults.diagnosis import diagnose
-from detection.faults.suspicions import Cause, Suspicion
-from detection.motion.odometry import Motion
-
 from .detector import Detector, detect_epoch
 from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
+from .faults.calibration import Calibrated, Calibration, calibrate
+from .faults.diagnosis import diagnose
+from .faults.suspicions import Cause, Suspicion
 from .geometric import GeometricDetection, detect_2d, detect_3d
+from .motion.odometry import Motion
 from .settings import (
     DetectorSettings,
     false_positive_rate,

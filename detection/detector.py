@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Sequence
 
-from detection.faults.calibration import Calibrated, Calibration, calibration_of
-from detection.faults.diagnosis import EpochNote, note_of, places_of, suspicions_of
-from detection.faults.suspicions import Suspicion
-from detection.motion.odometry import Motion
-from detection.motion.tracks import foretold
-
 from .epoch_results import rejected_epoch
 from .epochs import RangeEpoch, RangingAnchor, check_anchors
 from .errors import DetectionInputError
+from .faults.calibration import Calibrated, Calibration, calibration_of
+from .faults.diagnosis import EpochNote, note_of, places_of, suspicions_of
+from .faults.suspicions import Suspicion
 from .geometric import MOST_RANGES
 from .intake import EpochOrder, take_in
 from .judging import Judge
+from .motion.odometry import Motion
+from .motion.tracks import foretold
 from .settings import DetectorSettings
 from .state import AnchorRecord, DetectorState
 from .verdicts import EpochResult, PositionFix, Rejection

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from detection.motion.tracks import Heard, Track
-
 from .epochs import RangeMeasurement, RangingAnchor
+from .motion.tracks import Heard, Track
 from .settings import DetectorSettings, sigma_geometric_m
 from .subset_search import Ranges
 

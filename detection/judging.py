@@ -6,16 +6,15 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from detection.motion.odometry import Motion, aligned, motion_of
-from detection.motion.tracking import Tracker
-from detection.motion.tracks import Track
-
 from .epoch_arrays import EpochArrays, anchor_places, arrays_of
 from .epoch_results import epoch_result, verdict_on
 from .epochs import RangeEpoch, RangingAnchor
 from .fusion import GEOMETRY_WEIGHTS, MOTION_WEIGHT, ODOMETRY_WEIGHTS, is_good_geometry
 from .geometric import GeometricDetection
 from .intake import Intake
+from .motion.odometry import Motion, aligned, motion_of
+from .motion.tracking import Tracker
+from .motion.tracks import Track
 from .settings import DetectorSettings
 from .standing import detect_standing
 from .state import Monitor, sensitivity_scale

@@ -12,9 +12,8 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from detection.motion.odometry import Motion
-
 from .geometric import GeometricDetection
+from .motion.odometry import Motion
 from .settings import DetectorSettings
 from .verdicts import Classification, Say, Witness, WitnessSay
 

@@ -1,24 +1,9 @@
 """The ground: one frozen grid type, reading it, frames, sampling, synthetic terrains, the mesh of the same surface."""
 
-from terrain.crs.frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
-from terrain.crs.parts import same_map
-from terrain.crs.texts import parse_crs
-from terrain.files.arrays import write_npz
-from terrain.files.large_dem import LargeDem, open_dem
-from terrain.files.reading import read_dem
-
-from .areas import (
-    DEGREES,
-    GRID_METRES,
-    Area,
-    Box,
-    Circle,
-    Outline,
-    area_in,
-    area_in_degrees,
-    area_window,
-    grown_area,
-)
+from .areas import DEGREES, GRID_METRES, Area, Box, Circle, Outline, area_in, area_in_degrees, area_window, grown_area
+from .crs.frames import Body, body_of, grid_north, to_grid_frame, to_lon_lat, true_offsets
+from .crs.parts import same_map
+from .crs.texts import parse_crs
 from .datums.conversion import altitude_step, with_vertical_datum
 from .datums.geoid import egm96_height_m
 from .datums.references import (
@@ -43,6 +28,9 @@ from .errors import (
     TerrainError,
     VerticalDatumError,
 )
+from .files.arrays import write_npz
+from .files.large_dem import LargeDem, open_dem
+from .files.reading import read_dem
 from .grid import ElevationGrid, Provenance
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh

@@ -10,11 +10,10 @@ import numpy.typing as npt
 import pyproj
 import shapely
 
-from terrain.crs.frames import degrees_to_crs, geodesics_of
-from terrain.crs.metric import local_metric_crs
-from terrain.crs.parts import same_map
-from terrain.crs.texts import parse_crs
-
+from .crs.frames import degrees_to_crs, geodesics_of
+from .crs.metric import local_metric_crs
+from .crs.parts import same_map
+from .crs.texts import parse_crs
 from .errors import AreaError, FrameError
 from .grid import ElevationGrid
 

@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
-from terrain.crs.parts import axes_fault
-from terrain.crs.texts import parse_crs
-
+from .crs.parts import axes_fault
+from .crs.texts import parse_crs
 from .errors import ElevationGridError, FrameError
 from .standing import Standing
 

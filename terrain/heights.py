@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pyproj
 
-from terrain.crs.frames import body_of
-from terrain.crs.parts import vertical_part
-from terrain.files.raw import RawDem
-
+from .crs.frames import body_of
+from .crs.parts import vertical_part
 from .errors import DemUnsupportedError
+from .files.raw import RawDem
 from .units import HEIGHT_UNITS, HeightUnit, counts_down, height_unit_of
 
 __all__ = ["Heights", "heights_of"]

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from terrain.crs.frames import to_lon_lat
-
+from .crs.frames import to_lon_lat
 from .errors import FrameError
 from .grid import ElevationGrid
 

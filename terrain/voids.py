@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from terrain.files.raw import RawDem
-
 from .errors import DemUnsupportedError
+from .files.raw import RawDem
 
 __all__ = ["implausible_heights", "unknown_posts"]
 

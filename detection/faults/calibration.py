@@ -14,11 +14,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from detection.epochs import RangeEpoch, RangingAnchor
-from detection.errors import DetectionInputError
-from detection.faults.diagnosis import EpochNote, blocks_of, places_of
-from detection.faults.systematic import Block, shared_fit
-from detection.settings import DetectorSettings
+from ..epochs import RangeEpoch, RangingAnchor
+from ..errors import DetectionInputError
+from ..settings import DetectorSettings
+from .diagnosis import EpochNote, blocks_of, places_of
+from .systematic import Block, shared_fit
 
 __all__ = ["Calibrated", "Calibration", "calibrate", "calibration_of"]
 

@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from detection.faults.misplaced import misplaced_cause
-from detection.faults.suspicions import Cause, Suspicion
-from detection.faults.systematic import Block, SharedFit, shared_fit
-from detection.settings import DetectorSettings
+from ..settings import DetectorSettings
+from .misplaced import misplaced_cause
+from .suspicions import Cause, Suspicion
+from .systematic import Block, SharedFit, shared_fit
 
 __all__ = ["ENOUGH", "HARDLY", "SPACE", "shared_cause"]
 

@@ -15,15 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from detection.epochs import RangeEpoch, RangeMeasurement, RangingAnchor
-from detection.faults.causes import ENOUGH, FEW, HARDLY, SPACE, shared_cause
-from detection.faults.frames import UNKNOWN_STEP, Step, frame_of_headings, places_in_degrees
-from detection.faults.suspicions import Cause, Suspicion
-from detection.faults.systematic import Block
-from detection.geometric import MOST_RANGES
-from detection.settings import DetectorSettings
-from detection.units import range_unit, time_unit
-from detection.verdicts import EpochResult, OdometryCondition, Rejection, Sight
+from ..epochs import RangeEpoch, RangeMeasurement, RangingAnchor
+from ..geometric import MOST_RANGES
+from ..settings import DetectorSettings
+from ..units import range_unit, time_unit
+from ..verdicts import EpochResult, OdometryCondition, Rejection, Sight
+from .causes import ENOUGH, FEW, HARDLY, SPACE, shared_cause
+from .frames import UNKNOWN_STEP, Step, frame_of_headings, places_in_degrees
+from .suspicions import Cause, Suspicion
+from .systematic import Block
 
 __all__ = ["EpochNote", "blocks_of", "diagnose", "note_of", "suspicions_of"]
 

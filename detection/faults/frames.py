@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from detection.faults.suspicions import Cause, Suspicion
-from detection.faults.systematic import Block
-from detection.units import IMPOSSIBLE, POSSIBLE, impossible_share
+from ..units import IMPOSSIBLE, POSSIBLE, impossible_share
+from .suspicions import Cause, Suspicion
+from .systematic import Block
 
 __all__ = ["UNKNOWN_STEP", "Step", "frame_of_headings", "places_in_degrees"]
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from detection.faults.suspicions import Cause, Suspicion
-from detection.faults.systematic import Block, SharedFit, shared_fit
+from .suspicions import Cause, Suspicion
+from .systematic import Block, SharedFit, shared_fit
 
 __all__ = ["misplaced_cause"]
 

@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from detection.kernels import fits
-from detection.kernels.linear_systems import Ranges
+from ..kernels import fits
+from ..kernels.linear_systems import Ranges
 
 __all__ = ["Block", "SharedFit", "shared_fit"]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from detection.motion.odometry import Motion
-from detection.motion.tracks import Track
-from detection.settings import DetectorSettings
+from ..settings import DetectorSettings
+from .odometry import Motion
+from .tracks import Track
 
 __all__ = ["Heading"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from detection.epochs import OdometryIncrement
-from detection.settings import DetectorSettings, sigma_odometry_m
-from detection.verdicts import OdometryCondition
+from ..epochs import OdometryIncrement
+from ..settings import DetectorSettings, sigma_odometry_m
+from ..verdicts import OdometryCondition
 
 __all__ = ["Motion", "aligned", "motion_of"]
 

@@ -7,26 +7,16 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from detection.epoch_arrays import EpochArrays
-from detection.epochs import GroundHeight
-from detection.geometric import GeometricDetection, detect_ranges
-from detection.kernels import misfits
-from detection.motion.headings import Heading
-from detection.motion.odometry import Motion
-from detection.motion.tracks import (
-    Heard,
-    Track,
-    begin,
-    follow,
-    foretold,
-    is_sane,
-    mirrored_near,
-    on_ground,
-    with_displacement,
-)
-from detection.settings import DetectorSettings
-from detection.subset_search import Ranges, squared_sigmas
-from detection.verdicts import PositionFix
+from ..epoch_arrays import EpochArrays
+from ..epochs import GroundHeight
+from ..geometric import GeometricDetection, detect_ranges
+from ..kernels import misfits
+from ..settings import DetectorSettings
+from ..subset_search import Ranges, squared_sigmas
+from ..verdicts import PositionFix
+from .headings import Heading
+from .odometry import Motion
+from .tracks import Heard, Track, begin, follow, foretold, is_sane, mirrored_near, on_ground, with_displacement
 
 __all__ = ["Tracker"]
 

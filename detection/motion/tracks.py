@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from detection.epochs import GroundHeight
-from detection.kernels import track as kernel
-from detection.motion.odometry import Motion
-from detection.settings import DetectorSettings
+from ..epochs import GroundHeight
+from ..kernels import track as kernel
+from ..settings import DetectorSettings
+from .odometry import Motion
 
 __all__ = [
     "Heard",

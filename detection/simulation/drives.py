@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from detection.epochs import RangingAnchor, check_anchors
-from detection.errors import DetectionInputError
+from ..epochs import RangingAnchor, check_anchors
+from ..errors import DetectionInputError
 
 __all__ = ["SimulatedDrive", "drive_along"]
 

@@ -9,12 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import scipy.stats
 
-from detection.detector import Detector, detect_epoch
-from detection.epochs import RangeEpoch
-from detection.errors import DetectionInputError
-from detection.settings import DetectorSettings
-from detection.verdicts import EpochResult, Sight
-
+from ..detector import Detector, detect_epoch
+from ..epochs import RangeEpoch
+from ..errors import DetectionInputError
+from ..settings import DetectorSettings
+from ..verdicts import EpochResult, Sight
 from .drives import Floats, SimulatedDrive
 
 __all__ = [

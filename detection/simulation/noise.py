@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from detection.epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
-from detection.errors import DetectionInputError
-
+from ..epochs import OdometryIncrement, RangeEpoch, RangeMeasurement
+from ..errors import DetectionInputError
 from .drives import Floats, SimulatedDrive
 
 __all__ = ["Occlusion", "RangingNoise", "draw_epochs", "occluded_by", "random_occlusions"]

@@ -12,8 +12,8 @@ import numpy.typing as npt
 import pyproj
 from pyproj.enums import TransformDirection
 
-from terrain.errors import FrameError
-from terrain.grid import ElevationGrid
+from ..errors import FrameError
+from ..grid import ElevationGrid
 
 __all__ = [
     "Body",

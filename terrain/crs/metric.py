@@ -8,9 +8,9 @@ import pyproj
 from pyproj.crs import ProjectedCRS
 from pyproj.crs.coordinate_operation import AzimuthalEquidistantConversion, UTMConversion
 
-from terrain.crs.frames import body_of
-from terrain.errors import DemUnsupportedError
-from terrain.units import degrees_per_unit
+from ..errors import DemUnsupportedError
+from ..units import degrees_per_unit
+from .frames import body_of
 
 __all__ = ["ground_scale", "local_metric_crs"]
 

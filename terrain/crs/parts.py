@@ -7,7 +7,7 @@ from typing import Any
 
 import pyproj
 
-from terrain.units import HeightUnit, height_unit_of_axis
+from ..units import HeightUnit, height_unit_of_axis
 
 __all__ = ["axes_fault", "horizontal_part", "same_map", "split_shift", "vertical_part", "with_shift"]
 

@@ -7,8 +7,8 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
-from terrain.crs.texts import check_no_files
-from terrain.errors import DemFormatError, DemUnsupportedError, FrameError
+from ..errors import DemFormatError, DemUnsupportedError, FrameError
+from .texts import check_no_files
 
 __all__ = ["check_stated_crs", "check_stated_stream", "prj_text"]
 

@@ -14,7 +14,7 @@ from typing import Any
 import pyproj
 from pyproj.exceptions import CRSError
 
-from terrain.errors import FrameError
+from ..errors import FrameError
 
 __all__ = ["check_no_files", "parse_crs"]
 

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from terrain.crs.frames import body_of, to_lon_lat
-from terrain.errors import VerticalDatumError
-from terrain.grid import ElevationGrid
-
+from ..crs.frames import body_of, to_lon_lat
+from ..errors import VerticalDatumError
+from ..grid import ElevationGrid
 from .references import VerticalDatum, parse_vertical_datum, vertical_datum_of
 from .surfaces import datum_step_m
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from terrain.errors import VerticalDatumError
-
+from ..errors import VerticalDatumError
 from .packing import unpack
 
 __all__ = ["egm96_height_m"]

@@ -10,9 +10,9 @@ from functools import lru_cache
 import pyproj
 from pyproj.exceptions import CRSError
 
-from terrain.crs.frames import body_of
-from terrain.errors import VerticalDatumError
-from terrain.grid import ElevationGrid
+from ..crs.frames import body_of
+from ..errors import VerticalDatumError
+from ..grid import ElevationGrid
 
 __all__ = [
     "EGM96",

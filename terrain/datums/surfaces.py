@@ -12,8 +12,7 @@ import pyproj
 from pyproj.crs import CompoundCRS
 from pyproj.transformer import AreaOfInterest, TransformerGroup
 
-from terrain.errors import VerticalDatumError
-
+from ..errors import VerticalDatumError
 from .geoid import egm96_height_m
 from .references import EGM96, MEAN_SEA_LEVEL, HeightReference, VerticalDatum
 

@@ -14,12 +14,12 @@ from typing import IO, Any
 
 import numpy as np
 
-from terrain.crs.parts import horizontal_part
-from terrain.crs.texts import parse_crs
-from terrain.errors import DemFormatError, DemUnsupportedError
-from terrain.files.raw import PostWindow, RawDem, RawHead
-from terrain.grid import ElevationGrid
-from terrain.limits import check_declared_size
+from ..crs.parts import horizontal_part
+from ..crs.texts import parse_crs
+from ..errors import DemFormatError, DemUnsupportedError
+from ..grid import ElevationGrid
+from ..limits import check_declared_size
+from .raw import PostWindow, RawDem, RawHead
 
 __all__ = ["npz_head", "read_npy", "read_npz", "write_npz"]
 

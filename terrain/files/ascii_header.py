@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 from typing import BinaryIO
 
-from terrain.crs.stated import prj_text
-from terrain.errors import DemFormatError
+from ..crs.stated import prj_text
+from ..errors import DemFormatError
 
 __all__ = ["NUMBER", "ascii_place", "check_ascii_header", "read_header", "unit_in_prj"]
 

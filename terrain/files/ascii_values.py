@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from terrain.errors import DemFormatError
-from terrain.files.ascii_header import NUMBER, read_header
+from ..errors import DemFormatError
+from .ascii_header import NUMBER, read_header
 
 __all__ = ["check_ascii_values", "whole_numbers"]
 

@@ -7,7 +7,7 @@ import re
 import zipfile
 from pathlib import Path
 
-from terrain.errors import DemFormatError, DemReadError
+from ..errors import DemFormatError, DemReadError
 
 __all__ = ["FORMATS", "local_file", "sniff_format"]
 

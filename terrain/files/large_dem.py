@@ -8,20 +8,20 @@ from pathlib import Path
 
 import pyproj
 
-from terrain.crs.parts import same_map, split_shift
-from terrain.datums.conversion import with_vertical_datum
-from terrain.datums.references import parse_vertical_datum
-from terrain.errors import DemReadError, DemUnsupportedError, GroundChangedError
-from terrain.files.formats import local_file, sniff_format
-from terrain.files.placing import place
-from terrain.files.raster import read_raster, read_raster_head
-from terrain.files.raw import PostWindow
-from terrain.files.reading import grid_of, heights_in_metres
-from terrain.grid import ElevationGrid, Provenance
-from terrain.heights import heights_of
-from terrain.limits import DEFAULT_MAX_CELLS
-from terrain.units import HEIGHT_UNITS
-from terrain.voids import unknown_posts
+from ..crs.parts import same_map, split_shift
+from ..datums.conversion import with_vertical_datum
+from ..datums.references import parse_vertical_datum
+from ..errors import DemReadError, DemUnsupportedError, GroundChangedError
+from ..grid import ElevationGrid, Provenance
+from ..heights import heights_of
+from ..limits import DEFAULT_MAX_CELLS
+from ..units import HEIGHT_UNITS
+from ..voids import unknown_posts
+from .formats import local_file, sniff_format
+from .placing import place
+from .raster import read_raster, read_raster_head
+from .raw import PostWindow
+from .reading import grid_of, heights_in_metres
 
 __all__ = ["LargeDem", "open_dem"]
 

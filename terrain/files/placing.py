@@ -10,13 +10,13 @@ import numpy.typing as npt
 import pyproj
 from pyproj.exceptions import ProjError
 
-from terrain.crs.frames import body_of, shift_matters
-from terrain.crs.metric import ground_scale, local_metric_crs
-from terrain.crs.parts import axes_fault, same_map, split_shift, with_shift
-from terrain.errors import DemUnsupportedError
-from terrain.files.raw import RawDem
-from terrain.files.warping import Posts, border_positions, warp
-from terrain.units import axis_unit, degrees_per_unit, in_metres, metres_per_unit
+from ..crs.frames import body_of, shift_matters
+from ..crs.metric import ground_scale, local_metric_crs
+from ..crs.parts import axes_fault, same_map, split_shift, with_shift
+from ..errors import DemUnsupportedError
+from ..units import axis_unit, degrees_per_unit, in_metres, metres_per_unit
+from .raw import RawDem
+from .warping import Posts, border_positions, warp
 
 __all__ = ["Placed", "axes_in_metres", "better_crs", "place"]
 

@@ -19,15 +19,15 @@ from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.windows import Window
 
-from terrain.crs.parts import horizontal_part, vertical_part
-from terrain.crs.stated import check_stated_crs
-from terrain.crs.texts import parse_crs
-from terrain.errors import DemFormatError, DemUnsupportedError, FrameError
-from terrain.files.ascii_header import ascii_place, check_ascii_header, unit_in_prj
-from terrain.files.ascii_values import check_ascii_values, whole_numbers
-from terrain.files.raw import PostWindow, RawDem, RawHead
-from terrain.limits import check_declared_size
-from terrain.units import HeightUnit
+from ..crs.parts import horizontal_part, vertical_part
+from ..crs.stated import check_stated_crs
+from ..crs.texts import parse_crs
+from ..errors import DemFormatError, DemUnsupportedError, FrameError
+from ..limits import check_declared_size
+from ..units import HeightUnit
+from .ascii_header import ascii_place, check_ascii_header, unit_in_prj
+from .ascii_values import check_ascii_values, whole_numbers
+from .raw import PostWindow, RawDem, RawHead
 
 __all__ = ["read_raster", "read_raster_head"]
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
-from terrain.units import HeightUnit
+from ..units import HeightUnit
 
 __all__ = ["PostWindow", "RawDem", "RawHead"]
 

@@ -12,22 +12,22 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
-from terrain.crs.frames import datum_doubt
-from terrain.crs.parts import horizontal_part, vertical_part
-from terrain.crs.texts import parse_crs
-from terrain.datums.conversion import with_vertical_datum
-from terrain.datums.references import parse_vertical_datum
-from terrain.errors import DemReadError, DemUnsupportedError, ElevationGridError
-from terrain.files.arrays import read_npy, read_npz
-from terrain.files.formats import local_file, sniff_format
-from terrain.files.placing import Placed, place
-from terrain.files.raster import read_raster
-from terrain.files.raw import PostWindow, RawDem
-from terrain.grid import ElevationGrid, Provenance
-from terrain.heights import Heights, heights_of
-from terrain.limits import DEFAULT_MAX_CELLS
-from terrain.units import HEIGHT_UNITS
-from terrain.voids import implausible_heights, unknown_posts
+from ..crs.frames import datum_doubt
+from ..crs.parts import horizontal_part, vertical_part
+from ..crs.texts import parse_crs
+from ..datums.conversion import with_vertical_datum
+from ..datums.references import parse_vertical_datum
+from ..errors import DemReadError, DemUnsupportedError, ElevationGridError
+from ..grid import ElevationGrid, Provenance
+from ..heights import Heights, heights_of
+from ..limits import DEFAULT_MAX_CELLS
+from ..units import HEIGHT_UNITS
+from ..voids import implausible_heights, unknown_posts
+from .arrays import read_npy, read_npz
+from .formats import local_file, sniff_format
+from .placing import Placed, place
+from .raster import read_raster
+from .raw import PostWindow, RawDem
 
 __all__ = ["grid_of", "heights_in_metres", "horizontal_target", "read_dem", "read_part"]
 

@@ -11,10 +11,10 @@ import numpy.typing as npt
 import pyproj
 from pyproj.enums import TransformDirection
 
-from terrain import kernels
-from terrain.errors import DemUnsupportedError
-from terrain.limits import check_declared_size
-from terrain.units import degrees_per_unit
+from .. import kernels
+from ..errors import DemUnsupportedError
+from ..limits import check_declared_size
+from ..units import degrees_per_unit
 
 __all__ = ["Frame", "Posts", "border_positions", "cell_sizes", "sample", "warp"]
 

@@ -9,17 +9,16 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
-from terrain import kernels
-from terrain.crs.parts import same_map, split_shift
-from terrain.datums.references import VerticalDatum
-from terrain.errors import NoGroundError
-from terrain.files.placing import Placed
-from terrain.files.reading import grid_of
-from terrain.files.warping import Frame, Posts, sample
-from terrain.grid import ElevationGrid, Provenance
-from terrain.limits import check_declared_size
-from terrain.units import degrees_per_unit
-
+from .. import kernels
+from ..crs.parts import same_map, split_shift
+from ..datums.references import VerticalDatum
+from ..errors import NoGroundError
+from ..files.placing import Placed
+from ..files.reading import grid_of
+from ..files.warping import Frame, Posts, sample
+from ..grid import ElevationGrid, Provenance
+from ..limits import check_declared_size
+from ..units import degrees_per_unit
 from .frame import frame_of, target_of, window_for
 from .layer import CONTRADICTION_M, Layer, Part, read_layer
 from .levelling import one_datum

@@ -7,14 +7,13 @@ import math
 import numpy as np
 import pyproj
 
-from terrain.areas import Box, Outline, area_in
-from terrain.crs.parts import same_map, split_shift, with_shift
-from terrain.errors import NoGroundError
-from terrain.files.placing import axes_in_metres, better_crs
-from terrain.files.raw import PostWindow
-from terrain.files.warping import Frame, Posts, border_positions, cell_sizes
-from terrain.units import degrees_per_unit
-
+from ..areas import Box, Outline, area_in
+from ..crs.parts import same_map, split_shift, with_shift
+from ..errors import NoGroundError
+from ..files.placing import axes_in_metres, better_crs
+from ..files.raw import PostWindow
+from ..files.warping import Frame, Posts, border_positions, cell_sizes
+from ..units import degrees_per_unit
 from .layer import Layer
 from .plan import MosaicPlan
 

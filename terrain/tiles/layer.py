@@ -12,12 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import pyproj
 
-from terrain.datums.references import VerticalDatum
-from terrain.files.raw import PostWindow
-from terrain.files.reading import read_part
-from terrain.files.warping import Posts
-from terrain.units import degrees_per_unit
-
+from ..datums.references import VerticalDatum
+from ..files.raw import PostWindow
+from ..files.reading import read_part
+from ..files.warping import Posts
+from ..units import degrees_per_unit
 from .levelling import Step, levelled
 from .tile import Tile, check_unchanged
 

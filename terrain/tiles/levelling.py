@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from terrain.datums.conversion import NODES_M, raised
-from terrain.datums.references import VerticalDatum, vertical_datum_named
-from terrain.datums.surfaces import datum_step_m
-from terrain.files.raw import PostWindow
-
+from ..datums.conversion import NODES_M, raised
+from ..datums.references import VerticalDatum, vertical_datum_named
+from ..datums.surfaces import datum_step_m
+from ..files.raw import PostWindow
 from .tile import Tile, to_degrees
 
 __all__ = ["Step", "levelled", "levels_told", "one_datum"]

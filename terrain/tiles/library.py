@@ -11,8 +11,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from terrain.errors import DemReadError, FrameError
-
+from ..errors import DemReadError, FrameError
 from .tile import Tile, read_tile
 
 __all__ = ["GroundLibrary", "Indexed", "Skipped", "edited", "index_ground", "read_library", "without"]

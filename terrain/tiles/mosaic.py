@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pyproj
 
-from terrain.areas import Area, area_window
-from terrain.files.placing import place
-from terrain.files.raw import RawDem
-from terrain.files.reading import grid_of, horizontal_target
-from terrain.grid import ElevationGrid, Provenance
-from terrain.limits import DEFAULT_MAX_CELLS, check_declared_size
-
+from ..areas import Area, area_window
+from ..files.placing import place
+from ..files.raw import RawDem
+from ..files.reading import grid_of, horizontal_target
+from ..grid import ElevationGrid, Provenance
+from ..limits import DEFAULT_MAX_CELLS, check_declared_size
 from .blending import blend
 from .frame import bounds_wanted, target_of, window_for
 from .layer import Layer, Part, read_layer

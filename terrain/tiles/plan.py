@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import pyproj
 import shapely
 
-from terrain.areas import Area, Outline, area_in_degrees, grown_area
-from terrain.errors import NoGroundError
-
+from ..areas import Area, Outline, area_in_degrees, grown_area
+from ..errors import NoGroundError
 from .layer import Layer, layers_of
 from .tile import Tile
 

@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from terrain.crs.frames import body_of
-from terrain.datums.references import HeightReference, VerticalDatum, reference_of_name, vertical_datum_named
-from terrain.errors import DemUnsupportedError
-from terrain.files.placing import Placed
-from terrain.grid import ElevationGrid
-from terrain.told_places import told_place
-from terrain.voids import implausible_heights
-
+from ..crs.frames import body_of
+from ..datums.references import HeightReference, VerticalDatum, reference_of_name, vertical_datum_named
+from ..errors import DemUnsupportedError
+from ..files.placing import Placed
+from ..grid import ElevationGrid
+from ..told_places import told_place
+from ..voids import implausible_heights
 from .layer import CONTRADICTION_M, Part
 from .levelling import Step, levels_told
 from .plan import RULE, MosaicPlan

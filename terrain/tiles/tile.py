@@ -13,13 +13,13 @@ import pyproj
 import shapely
 from pyproj.enums import TransformDirection
 
-from terrain.crs.frames import body_of, degrees_to_crs, geodesics_of
-from terrain.crs.texts import parse_crs
-from terrain.errors import DemUnsupportedError, GroundChangedError
-from terrain.files.arrays import npz_head
-from terrain.files.formats import local_file, sniff_format
-from terrain.files.raster import read_raster_head
-from terrain.files.raw import RawHead
+from ..crs.frames import body_of, degrees_to_crs, geodesics_of
+from ..crs.texts import parse_crs
+from ..errors import DemUnsupportedError, GroundChangedError
+from ..files.arrays import npz_head
+from ..files.formats import local_file, sniff_format
+from ..files.raster import read_raster_head
+from ..files.raw import RawHead
 
 __all__ = ["Tile", "check_unchanged", "read_tile", "to_degrees"]
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.bubble_case import DRONES, REFLECTION_REACH_M, Draws, drone_case, heard
-from benchmarks.bubble_filters import Method, bend_m2, fly_filters
-from benchmarks.consistency import shares_inside
-from benchmarks.paper_case import DEM_FILE, read_mountains
-from benchmarks.plaza_track import plaza_track
+from benchmarks.navigation.bubble_case import DRONES, REFLECTION_REACH_M, Draws, drone_case, heard
+from benchmarks.navigation.bubble_filters import Method, bend_m2, fly_filters
+from benchmarks.navigation.consistency import shares_inside
+from benchmarks.navigation.plaza_track import plaza_track
+from benchmarks.visibility.paper_case import DEM_FILE, read_mountains
 
 pytestmark = pytest.mark.skipif(not DEM_FILE.exists(), reason="needs ../shared/data")
 

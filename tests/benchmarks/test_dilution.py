@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.dilution import drones, error_of_one_per_set, satellites
 from benchmarks.terrains import fractal_grid
+from benchmarks.visibility.dilution import drones, error_of_one_per_set, satellites
 from visibility import FLAT, Anchor, DistantAnchor, min_visible_altitude
 from visibility.dilution import DopKind
 

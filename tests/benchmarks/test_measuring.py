@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as program
-from benchmarks.deviation import deviation, pooled
-from benchmarks.gdal_peer import GdalDem
 from benchmarks.pages import parts_of
 from benchmarks.report import Row, Table, as_markdown, duration, missed
 from benchmarks.terrains import fractal_grid, fractal_m, spread_anchors
 from benchmarks.timing import best_of_each_s
+from benchmarks.visibility.deviation import deviation, pooled
+from benchmarks.visibility.gdal_peer import GdalDem
 from visibility import FLAT, Anchor, min_visible_altitude
 
 MISSED = Table("Speed", ("what", "ratio"), [Row(("fast", "2 ×"), "≥ 8 ×", False), Row(("exact", "9 ×"), "≥ 8 ×", True)])

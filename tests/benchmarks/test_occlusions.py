@@ -9,9 +9,9 @@ import pytest
 
 import terrain
 import visibility
-from benchmarks.occlusion_scenarios import BY_EPOCH, SCENARIOS, SESSION, drives_of, run
-from benchmarks.occlusion_terrain import ANTENNA_M, Place, ground_drives, jacksboro
-from benchmarks.occlusions import over_terrain
+from benchmarks.detection.occlusion_scenarios import BY_EPOCH, SCENARIOS, SESSION, drives_of, run
+from benchmarks.detection.occlusion_terrain import ANTENNA_M, Place, ground_drives, jacksboro
+from benchmarks.detection.occlusions import over_terrain
 from detection import RangingAnchor
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import rasterio
 
-from benchmarks.paper import write_case
-from benchmarks.paper_case import (
+from benchmarks.visibility.paper import write_case
+from benchmarks.visibility.paper_case import (
     ALMANAC_FILE,
     BAD,
     COLS,
@@ -29,7 +29,7 @@ from benchmarks.paper_case import (
     scene,
     sections,
 )
-from benchmarks.paper_flight import ABOVE_GROUND_M, TAKE_OFF, fly, valley_path
+from benchmarks.visibility.paper_flight import ABOVE_GROUND_M, TAKE_OFF, fly, valley_path
 
 pytestmark = pytest.mark.skipif(
     not (DEM_FILE.is_file() and ALMANAC_FILE.is_file()), reason="the real DEM and almanac are not beside the checkout"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.measured_ranges import RANGING, RangeLog, plaza, starloc
-from benchmarks.ranging_logs import write_log
+from benchmarks.detection.measured_ranges import RANGING, RangeLog, plaza, starloc
+from benchmarks.detection.ranging_logs import write_log
 from detection import RangeEpoch
 from service.cli.asking.anchor_files import ranging_anchors
 from service.live.epoch_logs import read_epochs

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.ranging_logs import PLACES, main
+from benchmarks.detection.ranging_logs import PLACES, main
 
 
 def place_in(folder: Path, what: str) -> Path:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.detector_replays import geometric_step, session
-from benchmarks.measured_ranges import RANGING, starloc, starloc_sequences
-from benchmarks.ranking import area_under_curve, caught_at, curve
+from benchmarks.detection.measured_ranges import RANGING, starloc, starloc_sequences
+from benchmarks.detection.ranking import area_under_curve, caught_at, curve
+from benchmarks.detection.replays import geometric_step, session
 from detection import DetectorSettings
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import navigation
-from benchmarks.measured_ranges import starloc, starloc_sequences
-from benchmarks.starloc_track import detector_weights, starloc_track
+from benchmarks.detection.measured_ranges import starloc, starloc_sequences
+from benchmarks.navigation.starloc_track import detector_weights, starloc_track
 
 pytestmark = pytest.mark.skipif(not starloc_sequences(), reason="needs ../shared/data")
 

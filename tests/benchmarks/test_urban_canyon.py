@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import navigation
-from benchmarks.paper_case import ALMANAC_FILE
-from benchmarks.urban_canyon import MOST_PDOP, SETTLED, canyon, drive, geometry, within
+from benchmarks.navigation.urban_canyon import MOST_PDOP, SETTLED, canyon, drive, geometry, within
+from benchmarks.visibility.paper_case import ALMANAC_FILE
 from visibility import dop
 
 pytestmark = pytest.mark.skipif(not ALMANAC_FILE.exists(), reason="needs ../shared/data")

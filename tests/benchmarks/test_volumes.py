@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import volumes
+from benchmarks.visibility import volumes
 
 
 def test_one_anchor_that_moves_is_the_only_one_recomputed() -> None:

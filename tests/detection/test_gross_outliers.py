@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.detector_outliers import KINDS, follow_drives
+from benchmarks.detection.outliers import KINDS, follow_drives
 from detection import Detector, DetectorSettings, PlanningStatus
 from tests.detection.worlds import drones, heard, named
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 
 import pytest
 
@@ -12,6 +13,7 @@ from service.settings import Settings
 from tests.house.repository import PACKAGES, ROOT, project_files, pyproject
 
 LONGEST_FILE = 300
+MOST_MODULES = 20  # of a folder
 LONGER_FILES: dict[str, str] = {}  # path: why there is no second subject in it
 
 TEXT = {".py", ".md", ".toml", ".txt", ".cfg", ".yml", ".yaml", ".json", ".js", ".css", ".html", ""}
@@ -34,6 +36,17 @@ def test_no_python_file_is_longer_than_the_house_allows() -> None:
     too_long = {path: lines for path, lines in lengths.items() if lines > LONGEST_FILE and path not in LONGER_FILES}
     assert too_long == {}, "is there a second subject in it?"
     assert set(LONGER_FILES) <= {path for path, lines in lengths.items() if lines > LONGEST_FILE}
+
+
+def test_no_folder_holds_more_modules_than_a_reader_takes_in() -> None:
+    folders = Counter(
+        path.parent.as_posix()
+        for path in project_files()
+        if path.suffix == ".py" and path.name != "__init__.py" and path.parts[0] in {*PACKAGES, "benchmarks"}
+    )
+    assert {folder: count for folder, count in folders.items() if count > MOST_MODULES} == {}, (
+        "which of them are a room?"
+    )
 
 
 @pytest.mark.parametrize("what", NOT_PORTABLE)

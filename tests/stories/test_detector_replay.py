@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from websockets.sync.client import connect
 
-from benchmarks.ranging_logs import write_labyrinth
+from benchmarks.detection.ranging_logs import write_labyrinth
 from detection import Detector, DetectorSettings, RangeEpoch, RangingAnchor
 from service.files.range_log import read_range_log
 from service.live.answers import as_json, epoch_answer

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.attacks import attack_bodies, attacked, health_times_s
+from benchmarks.service.attacks import attack_bodies, attacked, health_times_s
 from tests.service.running import Server
 
 GENEROUS_S = 1.0

@@ -18,8 +18,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from benchmarks.slow_attackers import ATTACKS
-from benchmarks.slow_clients import HONEST, Place, honest_clients, made_place, resident_bytes, under_attack
+from benchmarks.service.slow_attackers import ATTACKS
+from benchmarks.service.slow_clients import HONEST, Place, honest_clients, made_place, resident_bytes, under_attack
 from tests.service.running import Server, running
 
 HEADER_S, STALL_S = 2.0, 3.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks.soak import KEEP_BYTES, kill, use
+from benchmarks.service.soak import KEEP_BYTES, kill, use
 
 MB = 1_000_000
 

@@ -12,7 +12,7 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
-from benchmarks.slow_clients import made_place
+from benchmarks.service.slow_clients import made_place
 from service.access.callers import Scope
 from service.access.keys import add_key
 from service.jobs.marker import claimed

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.situations import SITUATIONS, judged, window_of
 from benchmarks.terrains import fractal_grid
+from benchmarks.visibility.situations import SITUATIONS, judged, window_of
 from terrain import ElevationGrid
 from tests.visibility.grounds import clearing_eye, hills, real_dem, rough
 from visibility import FLAT, min_visible_altitude

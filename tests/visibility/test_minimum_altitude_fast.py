@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.deviation import deviation
+from benchmarks.visibility.deviation import deviation
 from terrain import ElevationGrid
 from terrain.synthetic import fractal
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window

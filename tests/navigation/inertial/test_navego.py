@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.inertial_sets import SYNTHETIC, navego_synthetic
+from benchmarks.navigation.inertial_sets import SYNTHETIC, navego_synthetic
 from navigation.inertial import navigate
 
 pytestmark = pytest.mark.skipif(not SYNTHETIC.is_dir(), reason="NaveGo's data are not beside the checkout")

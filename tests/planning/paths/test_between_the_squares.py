@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from benchmarks.unreachables import close_problems, finer, refuted
+from benchmarks.planning.unreachables import close_problems, finer, refuted
 from dem_samples import load_sample
 from planning.paths import PathOutcome, PathProblem, PathStatus, PlanBudget, Reason, RoverModel, plan_path
 from planning.paths.closer_look import MOST_WITHOUT_PROOF, CloserLook

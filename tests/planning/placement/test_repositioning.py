@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from benchmarks.placing_baselines import any_move_can
+from benchmarks.planning.placing_baselines import any_move_can
 from planning import PlacementError
 from planning.placement import (
     Flight,

@@ -1,0 +1,1 @@
+"""The detector on real and made-up ranges, with a map and without."""

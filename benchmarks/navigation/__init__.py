@@ -1,0 +1,1 @@
+"""Filters, safety bubbles, the quality monitor and inertial navigation."""

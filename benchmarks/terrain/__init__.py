@@ -1,0 +1,1 @@
+"""Ground of any size and place."""
