@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.access.callers import rooted
 from service.jobs.records import DemRecord
-from service.parts.map_facts import BoundsOfPosts
+from service.parts.map_facts import Ground
 
 from .answers import TurnedPage
 from .grounds import GroundUnderWay
@@ -61,48 +61,37 @@ class BoundsDegrees(BaseModel):
     north: float = Field(description="Largest latitude, degrees.")
 
 
-class DemOut(BaseModel):
-    """An uploaded DEM: what was read, what was converted, and every warning."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
+class _Shelved(BaseModel):
+    """What a DEM is on the shelf, whatever ground it holds."""
 
     id: str = Field(description="Names the DEM in requests; the same file read the same way has the same id.")
-    name: str = Field(description="Name of the file, or of the bundled DEM.")
     created_at: datetime = Field(description="When it was uploaded first.")
     file_bytes: int | None = Field(description="Size of the file, bytes; null for a bundled DEM.")
     driver: str = Field(description="Format that the file was read as.")
-    rows: int = Field(description="Rows of posts, north to south.")
-    cols: int = Field(description="Columns of posts, west to east.")
+
+
+class DemOut(Ground, _Shelved):
+    """An uploaded DEM: what was read, what was converted, and every warning.
+
+    Records of older Sightlines told less: what they lack is null, or is called unknown.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
+
     cells: int = Field(description="Rows times columns.")
-    cell_east_m: float = Field(description="Distance between neighbouring posts eastwards, metres.")
-    cell_north_m: float = Field(description="Distance between neighbouring posts northwards, metres.")
-    bounds_of_posts_m: BoundsOfPosts
-    crs: str | None = Field(description="Metric CRS that positions are in; null for a local metric frame.")
-    crs_name: str | None = Field(None, description="The same in words.")
-    crs_wkt: str | None = Field(None, description="The same as WKT2 (ISO 19162:2019); null for a local frame.")
+    crs_wkt: str | None = Field(None, description="The CRS as WKT2 (ISO 19162:2019); null for a local frame.")
     crs_proj: str | None = Field(
-        None, description="The same as a PROJ string, where one can say it; null for a local frame."
+        None, description="The CRS as a PROJ string, where one can say it; null for a local frame."
     )
     transform: list[float] = Field(
         description="a, b, c, d, e, f of x = a·col + b·row + c and y = d·col + e·row + f, metres, for cell corners.",
     )
     bounds_deg: BoundsDegrees | None = Field(
-        None, description="The same bounds in longitude and latitude, degrees; null for a local frame."
-    )
-    body: str | None = Field(None, description="Celestial body that the CRS lies on; null for a local frame.")
-    grid_north_deg: float | None = Field(
-        None, description="True azimuth of the grid's north in the middle, degrees; add it to azimuths from grid north."
-    )
-    vertical_datum: str | None = Field(description="What heights are measured from, when the file says so.")
-    heights_count_from: str | None = Field(
-        None, description="What that is: sea level, ellipsoid or unknown. Mission files need sea level."
+        None, description="The bounds in longitude and latitude, degrees; null for a local frame."
     )
     lowest_m: float | None = Field(description="Lowest known height, metres; null when all is unknown.")
     highest_m: float | None = Field(description="Highest known height, metres; null when all is unknown.")
-    unknown_posts: int = Field(description="Posts of unknown height.")
-    conversions: list[str] = Field(description="What was converted while reading, in sentences.")
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
-    sha256: str = Field(description="Digest of heights, geometry and CRS.")
     links: dict[str, str] = Field(description="Paths of what belongs to it.")
 
     @classmethod
@@ -118,7 +107,8 @@ class DemOut(BaseModel):
                 "levels": rooted(f"/dems/{dem.id}/levels"),
             },
         }
-        told = cls.model_validate({**own, "transform": [0.0] * 6, **dem.summary})
+        lacking = {"crs_name": dem.summary.get("crs") or "local frame", "transform": [0.0] * 6}
+        told = cls.model_validate({**own, **lacking, **dem.summary})
         return told.model_copy(update={"transform": _transform(told)})
 
 
