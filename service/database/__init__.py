@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-__all__ = ["READ", "WRITE", "Begin", "Connection", "Cursor", "Database", "Row"]
+__all__ = ["READ", "WRITE", "Begin", "Connection", "Cursor", "Database", "Place", "Row"]
 
 # how a transaction begins: one that only reads holds up nobody
 Begin = Literal["BEGIN", "BEGIN IMMEDIATE"]
@@ -14,6 +15,22 @@ READ: Begin = "BEGIN"
 WRITE: Begin = "BEGIN IMMEDIATE"
 # a value of a column; by number or by name
 Row = Any
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where something stands in lists, which are newest first and by id within the same moment.
+
+    number: the moment, seconds since 1970 UTC, or the number of a version.
+    """
+
+    number: float
+    id: str
+
+    def condition(self, number: str, id: str = "id") -> tuple[str, tuple[float | str, ...]]:
+        """What rows behind it meet, and its values. number, id: the columns that the list is in the order of."""
+        # the first half leads into the index
+        return f"{number} <= ? AND ({number} < ? OR {id} > ?)", (self.number, self.number, self.id)
 
 
 class Cursor(Protocol):

@@ -1,63 +1,37 @@
-"""What HTTP answers with: problems, pages of lists, jobs, and the models of each product's answers."""
+"""What HTTP answers with: problems, jobs, and the models of each product's answers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from types import GenericAlias
 from typing import Annotated, Any, TypeVar, cast
 
-from fastapi import Query
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, create_model
 
-from service.jobs.records import DemRecord, JobRecord, JobStatus, Place
+from service.jobs.records import JobStatus
 from service.parts.map_facts import DEM_ID, MapSummary
 from service.products import Product
 
+from .lists import Page
+
 __all__ = [
-    "Cursor",
     "FieldProblem",
     "JobOut",
     "LayerLink",
-    "Limit",
     "MapOut",
-    "Offset",
-    "OlderOffset",
     "OlderResult",
     "OrOlder",
-    "Page",
     "Problem",
     "ProblemType",
-    "TurnedPage",
-    "cursor_after",
     "list_model",
     "moment",
     "or_older",
     "out_model",
-    "place_of_cursor",
     "state_model",
 ]
 
-Limit = Annotated[int, Field(ge=1, le=200, description="At most so many entries in one answer.")]
-Offset = Annotated[int, Field(ge=0, le=1_000_000_000, description="Leave out so many entries from the start.")]
-OlderOffset = Annotated[
-    int,
-    Query(
-        ge=0,
-        le=1_000_000_000,
-        deprecated=True,
-        description="Leave out so many entries from the start; follow `next` instead, which nothing new shifts.",
-    ),
-]
-Cursor = Annotated[
-    str | None,
-    Query(
-        pattern=r"^[0-9]{1,12}(\.[0-9]{1,9})?-[0-9a-f]{32}$",
-        description="`next` of the page before.",
-        examples=["1777636800.25-9b2d4c55f0c94f5c8f3d0d3d7f7e6a01"],
-    ),
-]
 Summary = TypeVar("Summary", bound=BaseModel)
 Model = TypeVar("Model", bound=BaseModel)
 JOB_ID = "9b2d4c55f0c94f5c8f3d0d3d7f7e6a01"
@@ -116,33 +90,6 @@ class ProblemType(BaseModel):
     title: str = Field(description="What kind of problem it is.")
     status: int = Field(description="The HTTP status it comes with.")
     description: str = Field(description="What it means.")
-
-
-class Page(BaseModel):
-    """Where in the whole list this page is."""
-
-    total: int = Field(description="Entries in the whole list.")
-    limit: int = Field(description="At most so many entries are in this page.")
-    offset: int = Field(description="So many entries come before this page.")
-
-
-class TurnedPage(Page):
-    """A page that tells where the next one begins."""
-
-    next: str | None = Field(description="Give it as `cursor` for the next page; null on the last one.")
-
-
-def place_of_cursor(cursor: str | None) -> Place | None:
-    """Where the page of a cursor begins."""
-    if cursor is None:
-        return None
-    created_at_s, _, id = cursor.partition("-")
-    return Place(float(created_at_s), id)
-
-
-def cursor_after(page: Sequence[JobRecord | DemRecord], limit: int) -> str | None:
-    """The cursor of the page after that one, which was read with an entry more than it may have."""
-    return f"{page[limit - 1].created_at_s!r}-{page[limit - 1].id}" if len(page) > limit else None
 
 
 class JobOut(BaseModel):
@@ -261,12 +208,12 @@ def out_model(product: Product) -> type[MapOut]:
 
 
 @cache
-def list_model(product: Product) -> type[TurnedPage]:
+def list_model(product: Product) -> type[Page]:
     """One page of them, newest first, without what was asked and what came out."""
     return _made(
         f"{product.model}List",
         f"One page of {product.plural.replace('_', ' ')}, newest first; each tells in links where the whole is.",
-        TurnedPage,
+        Page,
         {product.plural: (_list_of(JobOut), ...)},
     )
 

@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 
 import uvicorn
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, Depends, FastAPI
 from fastapi.routing import APIRoute
 from starlette.middleware.cors import CORSMiddleware
 from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
@@ -38,6 +38,7 @@ from .guard.connections import Connections, Proxies
 from .guard.leaving import Leave, Leaving
 from .guard.prefix import Prefix
 from .guard.protocols import GuardedConfig
+from .guard.queries import refuse_unknown
 from .health import router as health
 from .health import sentence_of_memory
 from .login import router as login
@@ -141,7 +142,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     ]
     for router in routers:
         allow_head(router)
-        app.include_router(router)
+        app.include_router(router, dependencies=[Depends(refuse_unknown)])
     app.include_router(detector_streams)
     app.include_router(login)
     app.state.gate = gate

@@ -11,8 +11,8 @@ from service.access.callers import rooted
 from service.jobs.records import DemRecord
 from service.parts.map_facts import Ground
 
-from .answers import TurnedPage
 from .grounds import GroundUnderWay
+from .lists import Page
 
 __all__ = ["BoundsDegrees", "DemList", "DemOut", "DemUnderWay"]
 
@@ -141,7 +141,7 @@ class DemUnderWay(BaseModel):
         )
 
 
-class DemList(TurnedPage):
+class DemList(Page):
     """One page of DEMs, newest first."""
 
     dems: list[DemOut]

@@ -20,12 +20,12 @@ from service.jobs.channel import ReadDemArguments, ReadingOptions
 from service.jobs.pool import Lane
 from service.jobs.records import DemRecord
 
-from .answers import Cursor, Limit, OlderOffset, cursor_after, place_of_cursor
 from .bodies import WaitDep, receive
 from .context import Service, ServiceDep
 from .dem_answers import DemList, DemOut, DemUnderWay
 from .dem_keeping import dem_id_of, ground_of_library, keep_dem, under_way_answer
 from .jobs import file_answer
+from .lists import TurnDep
 from .meta import LOCATION, problem_responses
 from .problems import is_json
 
@@ -146,12 +146,12 @@ async def upload_dem(
 
 
 @router.get("", summary="List DEMs", responses=problem_responses(422))
-async def list_dems(service: ServiceDep, limit: Limit = 50, offset: OlderOffset = 0, cursor: Cursor = None) -> DemList:
+async def list_dems(service: ServiceDep, turn: TurnDep) -> DemList:
     """DEMs, newest first. `next` leads to the page after."""
-    after = place_of_cursor(cursor)
-    dems, total = await service.supervisor.in_store(service.store.dems, limit + 1, offset, after)
-    told, following = [DemOut.of(dem) for dem in dems[:limit]], cursor_after(dems, limit)
-    return DemList(dems=told, total=total, limit=limit, offset=offset, next=following)
+    dems, total = await service.supervisor.in_store(service.store.dems, turn.limit + 1, turn.offset, turn.after)
+    told = [DemOut.of(dem) for dem in dems[: turn.limit]]
+    following = turn.cursor([dem.place for dem in dems])
+    return DemList(dems=told, total=total, limit=turn.limit, offset=turn.offset, next=following)
 
 
 @router.get(

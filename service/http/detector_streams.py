@@ -19,6 +19,7 @@ from service.live.request import EpochIn
 from service.live.sessions import DetectorSession
 
 from .context import Service
+from .guard.queries import refuse_unknown
 from .problems import MEDIA_TYPE, ProblemFields, problem_of
 
 __all__ = ["router"]
@@ -39,6 +40,7 @@ async def stream(socket: WebSocket, detector_id: str, watch: bool = False) -> No
     """Answer each message; with ``?watch=true`` send every answer of the session instead, whoever sent the epoch."""
     service: Service = socket.app.state.service
     try:
+        await refuse_unknown(socket)
         session = service.detectors.get(detector_id)
         session.open_stream()
     except ServiceError as error:

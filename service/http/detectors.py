@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic_core import from_json
 
 from detection import Calibrated, detect_epoch, diagnose
+from service.database import Place
 from service.jobs.channel import model_of, validated
 from service.jobs.mission_tasks import RangeLogArguments
 from service.live.answer_models import CalibrationOut, DetectionOut, DetectorOut, DetectorStateful, EpochsOut
@@ -17,10 +19,11 @@ from service.live.answers import as_json, epoch_answer
 from service.live.drives import DriveIn, FullAdviceOut
 from service.live.log_answers import RangeLogOut
 from service.live.request import DetectionIn, DetectorIn, EpochIn, EpochsIn
+from service.live.sessions import DetectorSession
 
-from .answers import Limit, Offset, Page
 from .bodies import json_body, receive
 from .context import Service, ServiceDep
+from .lists import Page, TurnDep
 from .meta import FILE_BODY, LOCATION, body_of, problem_responses
 
 __all__ = ["detections", "range_logs", "router"]
@@ -81,11 +84,13 @@ async def open_detector(request: Request, service: ServiceDep) -> Response:
 
 
 @router.get("", summary="List detectors", responses=problem_responses(422))
-async def list_detectors(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> DetectorList:
-    """Open sessions, newest first, without what they remember."""
-    sessions = service.detectors.page(limit, offset)
-    described = [DetectorOut.model_validate(session.description()) for session in sessions]
-    return DetectorList(detectors=described, total=len(service.detectors), limit=limit, offset=offset)
+async def list_detectors(service: ServiceDep, turn: TurnDep) -> DetectorList:
+    """Open sessions, newest first, without what they remember. `next` leads to the page after."""
+    sessions = {_place(session): session for session in service.detectors.newest_first()}
+    places = turn.part_of(list(sessions))
+    described = [DetectorOut.model_validate(sessions[place].description()) for place in places[: turn.limit]]
+    total, following = len(sessions), turn.cursor(places)
+    return DetectorList(detectors=described, total=total, limit=turn.limit, offset=turn.offset, next=following)
 
 
 @router.get(
@@ -236,6 +241,11 @@ async def read_log(
         arguments = RangeLogArguments(path=str(upload.path), anchor_ids=anchor_id or [], epoch_s=epoch_s)
         found = await service.checks.ask("read-range-log", arguments, big=True)
     return _json(str(found["json"]).encode())
+
+
+def _place(session: DetectorSession) -> Place:
+    """Where it stands in lists."""
+    return Place(datetime.fromisoformat(session.created_at).timestamp(), session.id)
 
 
 async def _epochs_in(body: str, service: Service) -> list[EpochIn]:

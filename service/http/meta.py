@@ -81,7 +81,7 @@ TYPES = {
 
 def problem_responses(*statuses: int) -> Responses:
     """OpenAPI responses for these statuses and for what may happen everywhere, each a problem of some kinds."""
-    return {status: _response(status) for status in sorted({*statuses, 401, 403, 500, 503})}
+    return {status: _response(status) for status in sorted({*statuses, 401, 403, 422, 500, 503})}
 
 
 def _response(status: int) -> dict[str, JsonValue]:

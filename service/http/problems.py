@@ -9,10 +9,10 @@ import sqlite3
 import uuid
 from collections.abc import Mapping
 from http import HTTPStatus
-from typing import TypedDict, cast
+from typing import Any, TypedDict, cast
 
 from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
+from fastapi.exceptions import RequestValidationError, WebSocketRequestValidationError
 from starlette._utils import get_route_path
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
@@ -85,6 +85,7 @@ def answer_with_problems(app: FastAPI) -> None:
     app.add_exception_handler(TaskFailed, _task_failed)
     app.add_exception_handler(FailedJob, _failed_job)
     app.add_exception_handler(RequestValidationError, _not_valid)
+    app.add_exception_handler(WebSocketRequestValidationError, _not_valid_stream)
     app.add_exception_handler(HTTPException, _of_framework)
     app.add_exception_handler(ClientDisconnect, _nobody_there)
     app.add_exception_handler(sqlite3.DatabaseError, _of_store)
@@ -111,6 +112,11 @@ async def _task_failed(request: Request, error: Exception) -> Response:
 async def _failed_job(request: Request, error: Exception) -> Response:
     assert isinstance(error, FailedJob)
     return _respond(problem_of(error.failure, error.path), {"Location": error.path})
+
+
+async def _not_valid_stream(socket: Any, error: Any) -> None:
+    """The same of a WebSocket: its handshake is answered. The framework has one type for handlers of both."""
+    await socket.send_denial_response(await _not_valid(socket, RequestValidationError(error.errors())))
 
 
 async def _not_valid(request: Request, error: Exception) -> Response:

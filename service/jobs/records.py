@@ -11,7 +11,7 @@ from typing import NotRequired, TypedDict
 from pydantic import JsonValue
 
 from service.access.callers import DEFAULT_TENANT
-from service.database import Row
+from service.database import Place, Row
 
 __all__ = [
     "ACTIVE",
@@ -21,7 +21,6 @@ __all__ = [
     "JobRequest",
     "JobStatus",
     "Known",
-    "Place",
     "as_json",
     "dem_of",
     "failure_text",
@@ -96,14 +95,6 @@ class Known:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Where something stands in lists, which are newest first and by id within the same moment."""
-
-    created_at_s: float
-    id: str
-
-
-@dataclass(frozen=True, slots=True)
 class DemRecord:
     """An uploaded DEM: its id, the name it came under, when (seconds since 1970 UTC), what was read, whose it is."""
 
@@ -112,6 +103,11 @@ class DemRecord:
     created_at_s: float
     summary: Mapping[str, JsonValue]
     tenant: str = DEFAULT_TENANT
+
+    @property
+    def place(self) -> Place:
+        """Where it stands in lists."""
+        return Place(self.created_at_s, self.id)
 
 
 class JobRequest(TypedDict):
@@ -148,6 +144,11 @@ class JobRecord:
     failure: Failure | None = None
     pinned: bool = False
     tenant: str = DEFAULT_TENANT
+
+    @property
+    def place(self) -> Place:
+        """Where it stands in lists."""
+        return Place(self.created_at_s, self.id)
 
     @property
     def has_inputs(self) -> bool:

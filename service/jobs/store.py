@@ -11,11 +11,11 @@ from typing import Literal
 
 from pydantic import JsonValue
 
-from service.database import READ, WRITE, Begin, Connection, Database
+from service.database import READ, WRITE, Begin, Connection, Database, Place
 from service.database.sqlite import SqliteDatabase
 from service.errors import InUseError, NotFoundError
 
-from .records import DemRecord, Failure, JobRecord, JobStatus, Known, Place, as_json, dem_of, failure_text, job_of
+from .records import DemRecord, Failure, JobRecord, JobStatus, Known, as_json, dem_of, failure_text, job_of
 from .sharing.tenants import own_id, salt_of, seen, spend
 from .store_file import IS_ACTIVE, StoredRow, read_known
 
@@ -78,7 +78,7 @@ class Store:
     def dems(self, limit: int, offset: int = 0, after: Place | None = None) -> tuple[list[DemRecord], int]:
         """One page, newest first, and how many there are in all. after: the last of the page before, if it is known."""
         mine, whose = seen()
-        older, than = _after(after)
+        older, than = ("1 = 1", ()) if after is None else after.condition("created_at_s")
         with self._reading() as connection:
             total = connection.execute(f"SELECT count(*) FROM dems WHERE {mine}", whose).fetchone()[0]
             rows = connection.execute(
@@ -145,7 +145,7 @@ class Store:
         after: the last of the page before, where it is known; a page is then as quick however deep it lies.
         """
         mine, whose = seen()
-        older, than = _after(after)
+        older, than = ("1 = 1", ()) if after is None else after.condition("created_at_s")
         with self._reading() as connection:
             total = self._count(connection, kind)
             rows = connection.execute(
@@ -284,12 +284,3 @@ class Store:
     def _reading(self) -> AbstractContextManager[Connection]:
         """A transaction that only reads; another program that writes does not hold it up."""
         return self._database.transaction(READ)
-
-
-def _after(place: Place | None) -> tuple[str, tuple[float | str, ...]]:
-    """A condition that whatever stands behind a place in lists meets, and its values."""
-    if place is None:
-        return "1 = 1", ()
-    # the first half leads into the index
-    condition = "created_at_s <= ? AND (created_at_s < ? OR id > ?)"
-    return condition, (place.created_at_s, place.created_at_s, place.id)

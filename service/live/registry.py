@@ -134,12 +134,11 @@ class Detectors:
         session.touch()
         return session
 
-    def page(self, limit: int, offset: int) -> list[DetectorSession]:
-        """Sessions, newest first."""
+    def newest_first(self) -> list[DetectorSession]:
+        """Those that may be seen now; by id where they were made in the same moment."""
         self.sweep()
-        return [session for session in reversed(self._sessions.values()) if self._is_seen(session.id)][
-            offset : offset + limit
-        ]
+        seen = sorted((one for one in self._sessions.values() if self._is_seen(one.id)), key=lambda one: one.id)
+        return sorted(seen, key=lambda one: one.created_at, reverse=True)
 
     def delete(self, id: str) -> None:
         """End the session and its streams. Raises NotFoundError, GoneError."""

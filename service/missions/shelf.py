@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from service.access.callers import acting_tenant, seen_tenant
-from service.database import READ, WRITE, Begin, Connection
+from service.database import READ, WRITE, Begin, Connection, Place
 from service.errors import EditConflictError, LimitError, NotFoundError
 
 __all__ = ["MissionRecord", "MissionShelf", "Sheet", "VersionRecord"]
@@ -52,6 +52,11 @@ class MissionRecord:
     saved_at_s: float
     version: int
     saved_by: str | None
+
+    @property
+    def place(self) -> Place:
+        """Where it stands in lists."""
+        return Place(self.saved_at_s, self.id)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +105,15 @@ class MissionShelf:
         with self._transaction(READ) as connection:
             return _found(connection, mission_id)
 
-    def missions(self, limit: int, offset: int) -> tuple[list[MissionRecord], int]:
-        """One page, last saved first, and how many there are in all."""
+    def missions(self, limit: int, offset: int, after: Place | None = None) -> tuple[list[MissionRecord], int]:
+        """One page, last saved first, and how many there are in all. after: the last of the page before."""
         mine, whose = _seen("tenant")
+        older, than = ("1 = 1", ()) if after is None else after.condition("saved_at_s", "m.id")
         with self._transaction(READ) as connection:
             total = connection.execute(f"SELECT count(*) FROM missions WHERE {mine}", whose).fetchone()[0]
             rows = connection.execute(
-                f"{MISSION} WHERE {mine} ORDER BY saved_at_s DESC, m.id LIMIT ? OFFSET ?", (*whose, limit, offset)
+                f"{MISSION} WHERE {mine} AND {older} ORDER BY saved_at_s DESC, m.id LIMIT ? OFFSET ?",
+                (*whose, *than, limit, offset),
             ).fetchall()
         return [MissionRecord(*row) for row in rows], total
 
@@ -117,15 +124,21 @@ class MissionShelf:
             told, document = _version(connection, mission_id, mission.version if version is None else version)
         return mission, told, document
 
-    def versions(self, mission_id: str, limit: int, offset: int) -> tuple[list[VersionRecord], int]:
-        """One page of a mission's versions, newest first, and how many there are in all. Raises NotFoundError."""
+    def versions(
+        self, mission_id: str, limit: int, offset: int, after: Place | None = None
+    ) -> tuple[list[VersionRecord], int]:
+        """One page of a mission's versions, newest first, and how many there are in all. Raises NotFoundError.
+
+        after: the last of the page before; its number is that of the version.
+        """
+        older, than = ("1 = 1", ()) if after is None else ("version < ?", (after.number,))
         with self._transaction(READ) as connection:
             _found(connection, mission_id)
             of = "FROM mission_versions WHERE mission_id = ?"
             total = connection.execute(f"SELECT count(*) {of}", (mission_id,)).fetchone()[0]
             rows = connection.execute(
-                f"SELECT version, name, saved_at_s, saved_by {of} ORDER BY version DESC LIMIT ? OFFSET ?",
-                (mission_id, limit, offset),
+                f"SELECT version, name, saved_at_s, saved_by {of} AND {older} ORDER BY version DESC LIMIT ? OFFSET ?",
+                (mission_id, *than, limit, offset),
             ).fetchall()
         return [VersionRecord(*row) for row in rows], total
 

@@ -8,7 +8,8 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.access.callers import rooted
-from service.http.answers import LayerLink, Page
+from service.http.answers import LayerLink
+from service.http.lists import Page
 from service.missions.document import MissionIn
 from service.missions.files import MISSION_FILES
 from service.missions.shelf import MissionRecord, VersionRecord

@@ -6,16 +6,17 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 
+from service.database import Place
 from service.errors import NoPreconditionError
 from service.jobs.channel import BodyArguments
 from service.jobs.mission_tasks import sheet_in
 from service.missions.document import MissionIn
 from service.missions.shelf import MissionRecord, Sheet, VersionRecord
 
-from ..answers import Limit, Offset
 from ..bodies import json_body, receive
 from ..context import Service, ServiceDep
 from ..guard.body_limit import too_large
+from ..lists import TurnDep
 from ..meta import LOCATION, body_of, problem_responses
 from ..problems import is_json
 from .answers import MissionList, MissionOut, MissionSummary, VersionList, VersionNameIn, VersionOut
@@ -87,10 +88,13 @@ async def add_mission(
 
 
 @router.get("", summary="List missions", responses=problem_responses(422))
-async def list_missions(service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> MissionList:
-    """Missions without their documents, last saved first."""
-    missions, total = await service.supervisor.in_store(service.missions.missions, limit, offset)
-    return MissionList(missions=[MissionSummary.of(one) for one in missions], total=total, limit=limit, offset=offset)
+async def list_missions(service: ServiceDep, turn: TurnDep) -> MissionList:
+    """Missions without their documents, last saved first. `next` leads to the page after."""
+    asked = (turn.limit + 1, turn.offset, turn.after)
+    missions, total = await service.supervisor.in_store(service.missions.missions, *asked)
+    told = [MissionSummary.of(one) for one in missions[: turn.limit]]
+    following = turn.cursor([one.place for one in missions])
+    return MissionList(missions=told, total=total, limit=turn.limit, offset=turn.offset, next=following)
 
 
 @router.get(
@@ -144,11 +148,13 @@ async def delete_mission(mission_id: str, service: ServiceDep, if_match: IfMatch
 
 
 @router.get("/{mission_id}/versions", summary="List a mission's versions", responses=problem_responses(404, 422))
-async def list_versions(mission_id: str, service: ServiceDep, limit: Limit = 50, offset: Offset = 0) -> VersionList:
+async def list_versions(mission_id: str, service: ServiceDep, turn: TurnDep) -> VersionList:
     """Newest first. Those with names stay for good; of the others, older ones make room for newer ones."""
-    versions, total = await service.supervisor.in_store(service.missions.versions, mission_id, limit, offset)
-    told = [VersionOut.of(mission_id, one) for one in versions]
-    return VersionList(versions=told, total=total, limit=limit, offset=offset)
+    asked = (mission_id, turn.limit + 1, turn.offset, turn.after)
+    versions, total = await service.supervisor.in_store(service.missions.versions, *asked)
+    told = [VersionOut.of(mission_id, one) for one in versions[: turn.limit]]
+    following = turn.cursor([Place(one.version, mission_id) for one in versions])
+    return VersionList(versions=told, total=total, limit=turn.limit, offset=turn.offset, next=following)
 
 
 @router.get(

@@ -14,17 +14,7 @@ from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFi
 from service.jobs.records import JobRecord, JobStatus
 from service.products import Product
 
-from ..answers import (
-    Cursor,
-    Limit,
-    MapOut,
-    OlderOffset,
-    cursor_after,
-    list_model,
-    out_model,
-    place_of_cursor,
-    state_model,
-)
+from ..answers import MapOut, list_model, out_model, state_model
 from ..bodies import WaitDep, json_body, long_body
 from ..context import Service, ServiceDep
 from ..jobs import (
@@ -35,6 +25,7 @@ from ..jobs import (
     state_of,
     whole_answer,
 )
+from ..lists import TurnDep
 from ..meta import LOCATION, body_of, problem_responses
 from .layers import add_layers, add_tiles
 
@@ -140,13 +131,12 @@ def _add_following(router: APIRouter, product: Product) -> None:
         response_model=list_model(product),
         responses=problem_responses(422),
     )
-    async def list_all(
-        service: ServiceDep, limit: Limit = 50, offset: OlderOffset = 0, cursor: Cursor = None
-    ) -> Response:
-        after = place_of_cursor(cursor)
-        jobs, total = await service.supervisor.in_store(service.store.jobs, product.name, limit + 1, offset, after)
-        entries = [state_of(service, job).model_dump(mode="json") for job in jobs[:limit]]
-        page = {"total": total, "limit": limit, "offset": offset, "next": cursor_after(jobs, limit), many: entries}
+    async def list_all(service: ServiceDep, turn: TurnDep) -> Response:
+        asked = (product.name, turn.limit + 1, turn.offset, turn.after)
+        jobs, total = await service.supervisor.in_store(service.store.jobs, *asked)
+        entries = [state_of(service, job).model_dump(mode="json") for job in jobs[: turn.limit]]
+        following = turn.cursor([job.place for job in jobs])
+        page = {"total": total, "limit": turn.limit, "offset": turn.offset, "next": following, many: entries}
         return JSONResponse(page)
 
     @router.get(

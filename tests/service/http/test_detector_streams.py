@@ -183,6 +183,21 @@ def test_the_handshake_of_no_session_is_answered_with_a_problem(server: Server) 
     assert json.loads(error.value.response.body)["type"] == "/problems/gone"
 
 
+@pytest.mark.parametrize(
+    ("query", "told"),
+    [
+        ("?colour=red", "'colour' in the query is not known here, which takes watch."),
+        ("?watch=true&watch=false", "The query has 'watch' 2 times; give it once."),
+        ("?watch=perhaps", "query.watch: Input should be a valid boolean, unable to interpret input."),
+    ],
+)
+def test_what_a_stream_does_not_take_is_told(server: Server, session: str, query: str, told: str) -> None:
+    with refused() as error:
+        stream(server, session, query)
+    assert error.value.response.status_code == 422
+    assert json.loads(error.value.response.body)["detail"] == told
+
+
 def test_one_stream_too_many_is_refused_with_429_and_the_end_of_the_service_is_told(tmp_path: Any) -> None:
     with running(tmp_path / "data", max_detector_streams=1) as server:
         path = server.client.post("/detectors", json={"anchors": ANCHORS}).headers["Location"]
