@@ -11,9 +11,9 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic_core import from_json
 
 from detection import Calibrated, detect_epoch, diagnose
-from service.database import Place
 from service.jobs.channel import model_of, validated
 from service.jobs.mission_tasks import RangeLogArguments
+from service.jobs.records import Place
 from service.live.answer_models import CalibrationOut, DetectionOut, DetectorOut, DetectorStateful, EpochsOut
 from service.live.answers import as_json, epoch_answer
 from service.live.drives import DriveIn, FullAdviceOut

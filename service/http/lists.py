@@ -10,8 +10,8 @@ from typing import Annotated
 from fastapi import Depends, Query
 from pydantic import AfterValidator, BaseModel, Field
 
-from service.database import Place
 from service.errors import RequestError
+from service.jobs.records import Place
 
 __all__ = ["Page", "Turn", "TurnDep"]
 

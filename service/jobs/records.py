@@ -21,6 +21,7 @@ __all__ = [
     "JobRequest",
     "JobStatus",
     "Known",
+    "Place",
     "as_json",
     "dem_of",
     "failure_text",

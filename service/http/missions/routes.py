@@ -6,10 +6,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 
-from service.database import Place
 from service.errors import NoPreconditionError
 from service.jobs.channel import BodyArguments
 from service.jobs.mission_tasks import sheet_in
+from service.jobs.records import Place
 from service.missions.document import MissionIn
 from service.missions.shelf import MissionRecord, Sheet, VersionRecord
 

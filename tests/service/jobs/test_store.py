@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from service.database import Place
 from service.errors import DataFolderError, InUseError, NotFoundError
-from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus
+from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus, Place
 from service.jobs.store import Store
 
 MAPS = "visibility-map"
