@@ -28,7 +28,7 @@ from visibility.dilution import pack_sets, surface_normals
 from visibility.dilution.dop import solve
 from visibility.dilution.dop_questions import kind_code
 from visibility.dilution.sets_in_sight import column_tables
-from visibility.sight import ALL_ROUND, SurfaceCache
+from visibility.sight import ALL_ROUND, SurfaceCache, doubted
 
 from .places import Cells, metres_of
 
@@ -235,6 +235,7 @@ def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats) -> tuple[npt.
         if anchor.limits != ALL_ROUND:
             assert within is not None, "limited anchors have surfaces"
             visible[:, number] &= within[:, number]
+        visible[:, number] &= ~doubted(anchor.doubts, points_m)
         margin_m[:, number] = sight.clearance_m
     return visible, margin_m
 

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from terrain import ElevationGrid
 from visibility import (
@@ -88,6 +89,10 @@ def sight_along(
             reached = _within_reach(one.limits, ends_m, antenna_m[there], curvature)
         seen[there, number] = reached & (lines.verdict == VISIBLE)
         decided = (lines.verdict == VISIBLE) | (lines.verdict == HIDDEN)
+        if isinstance(one, Anchor) and one.doubts:
+            trusted = ~_is_doubted(one, antenna_m[there])
+            seen[there, number] &= trusted
+            decided &= trusted | (lines.verdict == HIDDEN)
         margin_m[there, number] = np.where(reached, np.where(decided, lines.clearance_m, np.nan), -np.inf)
     return SightAlong(antenna_m, seen, margin_m, sources_m, distant)
 
@@ -130,6 +135,17 @@ def _state(anchor: MovingAnchor, moment_s: float) -> Anchor | DistantAnchor | No
         return anchor.at(moment_s)
     except VisibilityInputError:  # nothing is known of it beyond its track, so nobody may count on it
         return None
+
+
+def _is_doubted(anchor: Anchor, antenna_m: Numbers) -> npt.NDArray[np.bool_]:
+    """(n,) whether ranges have denied the anchor's sight near an antenna, more likely than not."""
+    found = np.zeros(len(antenna_m), np.bool_)
+    for doubt in anchor.doubts:
+        if doubt.has_sight:
+            stretch = shapely.LineString(doubt.places_m) if len(doubt.places_m) > 1 else shapely.Point(doubt.places_m)
+            off_m = shapely.distance(stretch, shapely.points(antenna_m[:, :2]))
+            found |= doubt.probability * np.exp(-((off_m / doubt.reach_m) ** 2) / 2.0) > 0.5
+    return found
 
 
 def _source(state: Anchor | DistantAnchor | None) -> tuple[float, float, float]:

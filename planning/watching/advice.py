@@ -7,7 +7,7 @@ detector finds occluded for good count as hidden wherever the map has them.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,8 +19,9 @@ from planning.errors import WatchError
 from terrain import ElevationGrid, height_at
 from visibility import Curvature, lines_of_sight
 from visibility.dilution import surface_normals
+from visibility.sight import SightDoubt
 
-from .forecasts import DEFAULT_ERRORS, GroundErrors, sight_probability
+from .forecasts import DEFAULT_ERRORS, GroundErrors, mixed_with_doubts, sight_probability
 
 __all__ = ["Advice", "DarkStretch", "Drive", "SpeedAdvice", "advise", "distance_along_m"]
 
@@ -141,11 +142,13 @@ def advise(
     last_m: float | None = None,
     errors: GroundErrors = DEFAULT_ERRORS,
     curvature: Curvature | None = None,
+    doubts: Mapping[str, tuple[SightDoubt, ...]] | None = None,
 ) -> Advice:
     """What lies ahead of a rover at a place (2 or 3 dimensions), with its covariance, on its path.
 
-    occluded: ids of anchors that count as hidden. last_m: where on the path it was before. Places of the path that are
-    outside the map or on unknown ground have no usable anchor. Raises WatchError.
+    occluded: ids of anchors that count as hidden. last_m: where on the path it was before. doubts: by anchor, what
+    ranges said against the map. Places of the path that are outside the map or on unknown ground have no usable anchor.
+    Raises WatchError.
     """
     if not anchors:
         raise WatchError("Advice needs anchors.")
@@ -161,6 +164,7 @@ def advise(
     usable = np.zeros((len(points_m), len(anchors)), np.bool_)
     if known.any():
         sees = _p_sight(grid, points_m[known], anchors_m, errors, curvature)
+        sees = mixed_with_doubts(sees, [one.id for one in anchors], doubts or {}, points_m[known])
         usable[known] = (sees >= drive.usable) & np.array([one.id not in occluded for one in anchors])
     sigmas_m = np.hypot(range_sigma_m, [one.sigma_m for one in anchors])
     ways = _Ways(grid, points_m, along_m - at_m, anchors_m, usable, sigmas_m, place, drive, errors.dem_sigma_m)

@@ -29,9 +29,9 @@ from detection import (
 )
 from navigation import Estimator, RoverEstimate
 from planning.errors import WatchError
-from terrain import ElevationGrid, height_at
-from visibility import Anchor, AnchorError, Curvature
-from visibility.sight import check_anchors
+from terrain import ElevationGrid
+from visibility import Anchor, Curvature
+from visibility.sight import SightDoubt
 
 from .advice import Advice, DarkStretch, Drive, advise
 from .detours import PathAdvice, advise_path
@@ -43,7 +43,9 @@ from .forecasts import (
     check_antenna,
     forecast_sight,
     ground_amid,
+    mixed_with_doubts,
     strange_anchors,
+    warnings_over,
 )
 from .heights import HeightCheck, free_height
 from .moves import MoveAdvice, advise_move
@@ -88,7 +90,8 @@ class MapDetector:
     grid: the map, in the frame of the anchors. antenna_above_ground_m: of the rover, which stands on the ground.
     errors: how wrong the map may be. area: a polygon in the grid's frame; where the rover is outside it, the map is not
     asked; ground outside hides all the same. A range that brings its own p_sight keeps it. estimator: a fresh filter
-    that goes along. Raises WatchError, and DetectionInputError as Detector does.
+    that goes along. doubts: by anchor, what ranges of earlier drives said against the map; forgotten of one that moves.
+    Raises WatchError, and DetectionInputError as Detector does.
     """
 
     def __init__(
@@ -101,16 +104,18 @@ class MapDetector:
         curvature: Curvature | None = None,
         area: shapely.Geometry | None = None,
         estimator: Estimator | None = None,
+        doubts: Mapping[str, tuple[SightDoubt, ...]] | None = None,
     ) -> None:
         if settings.dimension != 3:
             raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
         if not anchors:
             raise WatchError("A map tells of anchors; give at least one, or leave the DEM out.")
         check_antenna(antenna_above_ground_m)
-        self.warnings = _warnings(grid, anchors)
+        self.warnings = warnings_over(grid, anchors)
         self.grid, self.errors, self.antenna_above_ground_m = grid, errors, antenna_above_ground_m
         self._curvature = Curvature.over(grid, curvature)
         self._area = area
+        self._taken = dict(doubts or {})
         self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
         self._strange = strange_anchors(grid, self._anchors)
         self._somewhere = ground_amid(grid, anchors, antenna_above_ground_m)
@@ -159,6 +164,7 @@ class MapDetector:
             self.grid, drive, place, anchors,
             antenna_above_ground_m=self.antenna_above_ground_m, range_sigma_m=self.settings.range_sigma_m,
             occluded=self._doubts.hidden(), last_m=last_m, errors=self.errors, curvature=self._curvature,
+            doubts=self._taken,
         )  # fmt: skip
 
     def advise_move(self, drive: Drive, stretch: DarkStretch, movable: Sequence[str]) -> MoveAdvice:
@@ -181,6 +187,7 @@ class MapDetector:
         for anchor in epoch.moved:
             if anchor.id in self._anchors:
                 self._anchors[anchor.id] = (anchor.east_m, anchor.north_m, anchor.altitude_m)
+                self._taken.pop(anchor.id, None)
         if epoch.moved:
             self._strange = strange_anchors(self.grid, self._anchors)
         ids = tuple(self._anchors)
@@ -241,10 +248,15 @@ class MapDetector:
             errors=replace(self.errors, dem_sigma_m=self.errors.dem_sigma_m * self._heights.scale),
             curvature=self._curvature,
         )
-        if forecast is not None:
-            for answer in (forecast.p_sight, forecast.p_direct, forecast.clearance_m):
-                answer[strange] = np.nan
-        return forecast
+        if forecast is None:
+            return None
+        for answer in (forecast.p_sight, forecast.p_direct, forecast.clearance_m):
+            answer[strange] = np.nan
+        p_sight, p_direct = (
+            mixed_with_doubts(p[None], tuple(self._anchors), self._taken, place.position_m[None])[0]
+            for p in (forecast.p_sight, forecast.p_direct)
+        )
+        return replace(forecast, p_sight=p_sight, p_direct=p_direct)
 
     def _harmful_m(self) -> float:
         settings = self.settings
@@ -281,20 +293,3 @@ def _with_prediction(measured: RangeMeasurement, told: Mapping[str, float]) -> R
     if measured.p_sight is not None or math.isnan(told.get(measured.anchor_id, math.nan)):
         return measured
     return replace(measured, p_sight=told[measured.anchor_id])
-
-
-def _warnings(grid: ElevationGrid, anchors: Sequence[RangingAnchor]) -> tuple[str, ...]:
-    """What is to be known of anchors over this map; raises WatchError where they are not of its frame."""
-    warnings: list[str] = []
-    for one in anchors:
-        under_m = float(height_at(grid, one.east_m, one.north_m)) - one.altitude_m
-        if under_m > 0.0:
-            warnings.append(
-                f"Anchor {one.id} is {under_m:.1f} m below the map's ground, so the map foretells no sight of it."
-            )
-            continue
-        try:
-            warnings += check_anchors(grid, [Anchor(one.id, one.east_m, one.north_m, one.altitude_m)])
-        except AnchorError as error:
-            raise WatchError(str(error)) from error
-    return tuple(warnings)

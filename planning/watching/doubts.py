@@ -14,6 +14,7 @@ from enum import StrEnum
 
 from detection import AnchorVerdict, Say, Witness
 from detection.fusion import fused_probability
+from visibility.sight import SightDoubt
 
 __all__ = ["Doubts", "Expected", "MapDoubt", "off_without_map"]
 
@@ -52,6 +53,13 @@ class MapDoubt:
     distance_m: float
     excess_m: float
     probability: float
+
+    def weight(self, reach_m: float) -> SightDoubt:
+        """The same as a weight on what a map has, for ``Anchor.doubts`` and other sessions; reach_m: as there.
+
+        Raises VisibilityInputError.
+        """
+        return SightDoubt(self.places_m, self.probability, self.expected is Expected.IN_SIGHT, reach_m)
 
 
 def off_without_map(verdict: AnchorVerdict) -> float | None:

@@ -16,7 +16,8 @@ import numpy.typing as npt
 from detection import GroundHeight, RangingAnchor
 from planning.errors import WatchError
 from terrain import ElevationGrid, height_at
-from visibility import Curvature, lines_of_sight
+from visibility import Anchor, AnchorError, Curvature, lines_of_sight
+from visibility.sight import SightDoubt, check_anchors, weighed_sight
 
 __all__ = [
     "GroundErrors",
@@ -24,8 +25,10 @@ __all__ = [
     "check_antenna",
     "forecast_sight",
     "ground_amid",
+    "mixed_with_doubts",
     "sight_probability",
     "strange_anchors",
+    "warnings_over",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -217,6 +220,37 @@ def strange_anchors(grid: ElevationGrid, anchors: Mapping[str, tuple[float, floa
     off_m = np.maximum([west_m, south_m] - anchors_m[:, :2], anchors_m[:, :2] - [east_m, north_m]).max(axis=1)
     strange: npt.NDArray[np.bool_] = (off_m > FURTHEST_M) | (anchors_m[:, 2] < height_at(grid, *anchors_m.T[:2]))
     return strange
+
+
+def mixed_with_doubts(
+    p_sight: Floats, ids: Sequence[str], doubts: Mapping[str, tuple[SightDoubt, ...]], points_m: Floats
+) -> Floats:
+    """(m, k) probabilities of sight at points (m, 2 or more), mixed with the opposite by the doubts about each anchor.
+
+    ids: of the k anchors.
+    """
+    mixed = p_sight.copy()
+    for column, anchor_id in enumerate(ids):
+        if anchor_id in doubts:
+            mixed[:, column] = weighed_sight(p_sight[:, column], doubts[anchor_id], points_m)
+    return mixed
+
+
+def warnings_over(grid: ElevationGrid, anchors: Sequence[RangingAnchor]) -> tuple[str, ...]:
+    """What is to be known of anchors over this map; raises WatchError where they are not of its frame."""
+    warnings: list[str] = []
+    for one in anchors:
+        under_m = float(height_at(grid, one.east_m, one.north_m)) - one.altitude_m
+        if under_m > 0.0:
+            warnings.append(
+                f"Anchor {one.id} is {under_m:.1f} m below the map's ground, so the map foretells no sight of it."
+            )
+            continue
+        try:
+            warnings += check_anchors(grid, [Anchor(one.id, one.east_m, one.north_m, one.altitude_m)])
+        except AnchorError as error:
+            raise WatchError(str(error)) from error
+    return tuple(warnings)
 
 
 def _normal(x: Floats) -> Floats:

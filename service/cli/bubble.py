@@ -12,6 +12,7 @@ from rich.table import Table
 from service.errors import RequestError
 
 from .asking.cover import BARE
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -96,6 +97,7 @@ def bubble(
         ),
     ] = None,
     sight: SightOptions = SightOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -126,6 +128,7 @@ def bubble(
             **told(filter),
             **({"motion": swerves} if swerves else {}),
             **told(sight),
+            **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, BubbleParameters)

@@ -17,6 +17,7 @@ from rich.table import Table
 from service.errors import RequestError
 
 from .asking.detectors import DetectorOptions, LogOptions, MapOptions
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin, area_asked
 from .asking.options import Output, option
 from .output import (
@@ -59,6 +60,7 @@ def detect(
     settings: DetectorOptions = DetectorOptions(),
     form: LogOptions = LogOptions(),
     ground: MapOptions = MapOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     output: Output = Output(),
@@ -82,7 +84,9 @@ def detect(
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
     within = area_asked(area.part(in_degrees=False))
     estimator = settings.filter(placed, asked.settings())
-    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator)
+    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator, doubts)
+    if estimator is not None and output.out is None:
+        raise RequestError("--estimator writes estimates.csv: give --out DIR.")
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
     known = [one.id for one in placed]

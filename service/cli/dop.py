@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -106,6 +107,7 @@ def dop(
     ] = (),
     volume: VolumeOptions = VolumeOptions(),
     sight: SightOptions = SightOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -137,6 +139,7 @@ def dop(
             "volume": air,
             "cuts": [cut_fields(text, lonlat=anchors.lonlat) for text in cut],
             **told(sight),
+            **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
             "anchors": anchors.part(range_sigma),
             "satellites": satellites.part(range_sigma),

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -72,6 +73,7 @@ def morph(
     ] = None,
     motion: MotionOptions = MotionOptions(),
     sight: SightOptions = SightOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -102,6 +104,7 @@ def morph(
             "tracks": [one for file in motion.track for one in tracks_from_file(file)],
             "frames": frames_fields(motion.frames, motion.available_at),
             **told(sight),
+            **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
             "anchors": anchors.read(),
             "satellites": satellites.part(),

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -172,6 +173,7 @@ def plan(
     range_sigma: RangeSigma = None,
     budget: BudgetOptions = BudgetOptions(),
     rest: RestOptions = RestOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -207,6 +209,7 @@ def plan(
             "anchors": anchors.part(range_sigma),
             **({} if sky is None else {"satellites": sky}),
             **told(rest),
+            **doubts.part(),
             "tracks": tracks,
             "rover": told(rover),
             "limits": told(limits),
@@ -289,11 +292,8 @@ def _cuts(answer: PathSummary) -> tuple[Table, ...]:
     if cut is None:
         return ()
     table = Table(title="What would let a path through, one by itself", title_justify="left")
-    table.add_column("limit")
-    table.add_column("asked", justify="right")
-    table.add_column("needed", justify="right")
-    table.add_column("in words")
-    table.add_column("path found")
+    for column in ("limit", "asked", "needed", "in words", "path found"):
+        table.add_column(column, justify="right" if column in ("asked", "needed") else "left")
     for one in cut.relaxations:
         numbers = ("–" if value is None else f"{value:.4g} {one.unit}".rstrip() for value in (one.asked, one.needed))
         table.add_row(one.reason, *numbers, escape(one.sentence), "yes" if one.shown else "not shown")

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -55,6 +56,7 @@ def visibility(
     anchors: AnchorOptions = AnchorOptions(),
     receiver: ReceiverOptions = ReceiverOptions(),
     sight: SightOptions = SightOptions(),
+    doubts: DoubtOptions = TRUSTING,
     windows: Annotated[
         bool, option("Read only the ground in reach of anchors with max_range_m: any DEM in metres.")
     ] = False,
@@ -89,7 +91,7 @@ def visibility(
             raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,80agl or --anchors FILE.")
         if receiver.receiver_above_ground_m is not None and receiver.receiver_altitude_m is not None:
             raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
-        fields: dict[str, object] = {"anchors": placed, **told(receiver), **told(sight)}
+        fields: dict[str, object] = {"anchors": placed, **told(receiver), **told(sight), **doubts.part()}
         fields["area"] = area.part(in_degrees=anchors.lonlat)
         asked = request_of_fields(fields, VisibilityMapParameters)
     # after the options were read: what is wrong with them must not wait for all that this loads

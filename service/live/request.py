@@ -13,6 +13,7 @@ from service.errors import LimitError
 from service.live.drives import DriveIn
 from service.live.settings import CalibrationIn, DetectorSettingsIn
 from service.parts.anchors import AnchorId
+from service.parts.doubts import DoubtParameters
 from service.parts.map_area import AreaParameters
 from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
 from service.settings import Settings
@@ -181,7 +182,7 @@ class DetectionIn(_Detector):
         return RangeEpoch(self.time_s, tuple(measured.measurement() for measured in self.ranges))
 
 
-class DetectorIn(_Detector, AreaParameters):
+class DetectorIn(_Detector, AreaParameters, DoubtParameters):
     """A session: anchors, settings, how long it may lie idle; of an area its DEM is asked while the rover is in it."""
 
     model_config = ConfigDict(
@@ -218,6 +219,8 @@ class DetectorIn(_Detector, AreaParameters):
             raise ValueError("An area is one of a DEM: give dem_id too, or leave out area.")
         if self.cover is not None and self.dem_id is None:
             raise ValueError("A cover stands on a DEM: give dem_id too, or leave out cover.")
+        if self.doubts is not None and self.dem_id is None:
+            raise ValueError("Doubts are about a DEM: give dem_id too, or leave out doubts.")
         return self
 
 

@@ -29,6 +29,7 @@ from service.files.geojson import Feature, collection_of, coordinates_of, featur
 from service.files.layer import replacing
 from service.live.request import DetectorIn, EpochIn
 from service.parts.cover import covered
+from service.parts.doubts import doubts_by_anchor
 from service.parts.map_area import area_shape
 from terrain import ElevationGrid
 
@@ -54,7 +55,7 @@ class MaybeMapped:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is to be known of the anchors over the map."""
+        """What is to be known of the anchors over the map, and of map doubts that are passed over."""
         return self._detector.warnings if isinstance(self._detector, MapDetector) else ()
 
     @property
@@ -162,13 +163,15 @@ def _detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
     if grid is None:
         return MaybeMapped(Detector(anchors, settings), estimator)
     errors = GroundErrors(asked.dem_sigma_m, asked.dem_correlation_m, asked.dem_shift_sigma_m)
-    return MaybeMapped(
-        MapDetector(
-            *(grid, anchors, settings, asked.antenna_above_ground_m, errors),
-            area=area_shape(grid, asked.area),
-            estimator=estimator,
-        )
+    doubts, passed_over = doubts_by_anchor(grid, asked.doubts, {one.id: (one.east_m, one.north_m) for one in anchors})
+    mapped = MapDetector(
+        *(grid, anchors, settings, asked.antenna_above_ground_m, errors),
+        area=area_shape(grid, asked.area),
+        estimator=estimator,
+        doubts=doubts,
     )
+    mapped.warnings += passed_over
+    return MaybeMapped(mapped)
 
 
 def _doubts_collection(grid: ElevationGrid, doubts: tuple[MapDoubt, ...]) -> dict[str, object]:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
 from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
+from service.parts.doubts import DoubtParameters
 from service.parts.map_facts import DEM_ID
 from service.parts.points import DegreesEast, DegreesNorth, InADatum, Metres, NotNegativeMetres, Positive, StrictModel
 
@@ -83,7 +84,7 @@ class SatellitesIn(StrictModel):
         return self
 
 
-class RangingParameters(SightParameters):
+class RangingParameters(SightParameters, DoubtParameters):
     """What is ranged to: anchors, satellites, or both."""
 
     satellites: SatellitesIn | None = Field(None, description="GPS satellites, besides the anchors or in their place.")

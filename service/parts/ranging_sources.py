@@ -11,6 +11,7 @@ import numpy as np
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
 from service.parts.anchors import FramesIn, SightParameters, TrackIn
+from service.parts.doubts import doubted_anchors
 from service.parts.map_facts import curvature_of
 from service.parts.positioning import (
     CeilingParameters,
@@ -60,7 +61,7 @@ Source = Anchor | DistantAnchor
 class RangingSources:
     """The anchors, then the satellites in view; those left out as unhealthy, and sentences about all left out.
 
-    passed_over: what else in the file of orbits was not used.
+    passed_over: what else in the file of orbits, and what of map doubts, was not used.
     """
 
     all: tuple[Source, ...]
@@ -76,13 +77,14 @@ class RangingSources:
 
 def ranging_sources(grid: ElevationGrid, parameters: RangingParameters) -> RangingSources:
     """What there is to range to. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
-    anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
+    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
+    anchors, told = doubted_anchors(grid, placed, parameters.doubts)
     if parameters.satellites is None:
-        return RangingSources(anchors)
+        return RangingSources(anchors, passed_over=told)
     asked = parameters.satellites
     eyes = eyes_of(grid, asked, [asked.time])
     seen = eyes.distant_anchors(ranging_sigma_m=asked.ranging_sigma_m)
-    return RangingSources((*anchors, *seen), eyes.view.unhealthy_ids, eyes.view.warnings)
+    return RangingSources((*anchors, *seen), eyes.view.unhealthy_ids, (*told, *eyes.view.warnings))
 
 
 def eyes_of(grid: ElevationGrid, asked: SatellitesIn, times: Sequence[datetime]) -> SatelliteEyes:
@@ -159,15 +161,16 @@ def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frame
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    standing = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
+    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
+    standing, told = doubted_anchors(grid, placed, parameters.doubts)
     tracks = tuple(track_of(grid, track) for track in parameters.tracks)
     if parameters.satellites is None:
-        return MovingSources((*standing, *tracks), (), len(tracks))
+        return MovingSources((*standing, *tracks), (), len(tracks), told)
     asked, times_s = parameters.satellites, frames.times_s()
     eyes = eyes_of(grid, asked, [time_of(asked.time, time_s) for time_s in times_s])
     sky = satellite_tracks(eyes, times_s, ranging_sigma_m=asked.ranging_sigma_m)
     moving = len(tracks) + len(sky)
-    return MovingSources((*standing, *tracks, *sky), eyes.view.unhealthy_ids, moving, eyes.view.warnings)
+    return MovingSources((*standing, *tracks, *sky), eyes.view.unhealthy_ids, moving, (*told, *eyes.view.warnings))
 
 
 def check_moving_sources(

@@ -13,7 +13,8 @@ from visibility.dilution.dop import Dop, solve
 from visibility.dilution.dop_questions import DopKind, Sources, set_words, sources_of
 from visibility.dilution.ground_normals import rover_normals
 from visibility.dilution.kernels.visible_sets import Antennas, Surfaces, Window, sets_at_points
-from visibility.sight.anchors import ALL_ROUND, Anchor, DistantAnchor, limits_of
+from visibility.sight.anchors import Anchor, DistantAnchor
+from visibility.sight.antenna_limits import ALL_ROUND, limits_of
 from visibility.sight.kernels.reach import LIMIT_FIELDS
 from visibility.sight.minimum_altitude import MinimumVisibleAltitude
 from visibility.sight.sight_points import check_points, in_posts

@@ -1,7 +1,8 @@
 """Who sees whom: anchors, lines of sight, minimum visible altitudes, curvature, cameras, reflections."""
 
 from visibility.sight.anchor_tracks import AnchorTrack, MovingAnchor
-from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, DistantAnchor, anchor_above_ground, check_anchors
+from visibility.sight.anchors import Anchor, DistantAnchor, anchor_above_ground, check_anchors
+from visibility.sight.antenna_limits import ALL_ROUND, AntennaLimits
 from visibility.sight.camera import (
     OUTSIDE_DEM,
     OUTSIDE_VIEW,
@@ -11,6 +12,7 @@ from visibility.sight.camera import (
     occluded_points,
 )
 from visibility.sight.curvature import FLAT, Curvature
+from visibility.sight.doubts import SightDoubt, doubted, weighed_sight
 from visibility.sight.in_reach import Reach, Reached, ReachOptions, in_reach, reach_of
 from visibility.sight.minimum_altitude import (
     HIDDEN,
@@ -56,10 +58,12 @@ __all__ = [
     "ReachOptions",
     "Reached",
     "Reflections",
+    "SightDoubt",
     "SurfaceCache",
     "anchor_above_ground",
     "camera_for_anchor",
     "check_anchors",
+    "doubted",
     "fresnel_radius_m",
     "in_reach",
     "knife_edge_loss_db",
@@ -71,4 +75,5 @@ __all__ = [
     "profile",
     "reach_of",
     "reflections",
+    "weighed_sight",
 ]

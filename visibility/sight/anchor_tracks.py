@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from visibility.errors import AnchorError, VisibilityInputError
-from visibility.sight.anchors import ALL_ROUND, Anchor, AntennaLimits, Covariance, DistantAnchor
+from visibility.sight.anchors import Anchor, Covariance, DistantAnchor
+from visibility.sight.antenna_limits import ALL_ROUND, AntennaLimits
 
 __all__ = ["AnchorTrack", "MovingAnchor", "anchors_at"]
 

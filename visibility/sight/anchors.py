@@ -12,21 +12,20 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid, height_at
 from visibility.errors import AnchorError
+from visibility.sight.antenna_limits import ALL_ROUND, AntennaLimits, limits_of
 from visibility.sight.curvature import Curvature
+from visibility.sight.doubts import SightDoubt, sentence_of_doubts
 from visibility.sight.kernels import reach as kernel
 from visibility.sight.kernels.crossings import GridPoint
 from visibility.sight.roofs import refuse_under_roof
 
 __all__ = [
-    "ALL_ROUND",
     "Anchor",
-    "AntennaLimits",
     "Covariance",
     "DistantAnchor",
     "anchor_above_ground",
     "check_anchors",
     "hide_beyond_reach",
-    "limits_of",
     "raise_to_reach",
 ]
 
@@ -34,8 +33,6 @@ PARALLEL_FROM_M = 1e8
 # An anchor this little under the surface is a rounding of one that stands on it.
 GROUND_TOLERANCE_M = 1e-3
 FURTHEST_USEFUL_M = 1_000_000.0
-# so many turns are a rounding of none, or of the one that is all round
-ROUNDED_TURNS = 1e-12
 
 Covariance = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
@@ -89,54 +86,13 @@ def middle_m(grid: ElevationGrid) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, slots=True)
-class AntennaLimits:
-    """What an anchor's antenna can reach.
-
-    min_range_m, max_range_m: slant range, metres; inf = unlimited.
-    azimuth_from_rad, azimuth_to_rad: sector clockwise from grid north; both None, and a whole turn, = all round.
-    min_elevation_rad, max_elevation_rad: above the anchor's horizontal.
-    Raises AnchorError.
-    """
-
-    min_range_m: float = 0.0
-    max_range_m: float = math.inf
-    azimuth_from_rad: float | None = None
-    azimuth_to_rad: float | None = None
-    min_elevation_rad: float = -math.pi / 2
-    max_elevation_rad: float = math.pi / 2
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.min_range_m < self.max_range_m:
-            raise AnchorError(f"Range limits must satisfy 0 <= {self.min_range_m} m < {self.max_range_m} m.")
-        if not -math.pi / 2 <= self.min_elevation_rad < self.max_elevation_rad <= math.pi / 2:
-            raise AnchorError(
-                "Elevation limits must satisfy -90 deg <= min < max <= 90 deg, not "
-                f"{math.degrees(self.min_elevation_rad):g} and {math.degrees(self.max_elevation_rad):g} deg."
-            )
-        if (self.azimuth_from_rad is None) != (self.azimuth_to_rad is None):
-            raise AnchorError("An azimuth sector needs both its start and its end.")
-        if not all(angle is None or math.isfinite(angle) for angle in (self.azimuth_from_rad, self.azimuth_to_rad)):
-            raise AnchorError("Azimuth limits must be finite angles.")
-        if self.azimuth_from_rad is not None and self.azimuth_to_rad is not None:
-            turns = (self.azimuth_to_rad - self.azimuth_from_rad) / (2.0 * math.pi)
-            if abs(turns - round(turns)) < ROUNDED_TURNS and round(turns) != 1:
-                start_deg, end_deg = math.degrees(self.azimuth_from_rad), math.degrees(self.azimuth_to_rad)
-                raise AnchorError(
-                    f"The azimuth sector from {start_deg:.6g} to {end_deg:.6g} deg is empty; leave both out, or give 0 "
-                    "and 360 deg, for all round."
-                )
-
-
-ALL_ROUND = AntennaLimits()
-
-
-@dataclass(frozen=True, slots=True)
 class Anchor:
     """A ranging anchor in the grid's frame.
 
     east_m, north_m, altitude_m: metres, in the grid's CRS and vertical datum; may lie outside the grid.
     ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of each coordinate of its own position, metres.
     pose_covariance_m2: covariance of its position in place of pose_sigma_m, rows of east, north, up, m².
+    doubts: where a rover's ranges contradicted what a map has of it: maps have its sight for unknown there.
     Raises AnchorError.
     """
 
@@ -148,6 +104,7 @@ class Anchor:
     pose_sigma_m: float = 0.0
     limits: AntennaLimits = field(default=ALL_ROUND)
     pose_covariance_m2: Covariance | None = None
+    doubts: tuple[SightDoubt, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.id:
@@ -218,7 +175,11 @@ def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]
         twice = sorted(id for id, times in Counter(ids).items() if times > 1)
         raise AnchorError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
     near = [anchor for anchor in anchors if isinstance(anchor, Anchor)]
-    return tuple(warning for anchor in near for warning in _check_one(grid, anchor))
+    return tuple(
+        warning
+        for anchor in near
+        for warning in (*_check_one(grid, anchor), *sentence_of_doubts(anchor.id, anchor.doubts))
+    )
 
 
 def _metres_outside(grid: ElevationGrid, id: str, at_east_m: float, at_north_m: float) -> float:
@@ -278,23 +239,3 @@ def hide_beyond_reach(
         cells_m = (grid.cell_east_m, grid.cell_north_m)
         limits = limits_of(anchor.limits)
         kernel.hide_beyond_reach(base_m, above_m, eye, cells_m, limits, curvature.drop_per_m2, seen)
-
-
-def limits_of(limits: AntennaLimits) -> kernel.Limits:
-    """Limits as the kernels take them; an unlimited angle becomes an infinite tangent."""
-    azimuth_from_rad, azimuth_width_rad = 0.0, 2.0 * math.pi
-    if limits.azimuth_from_rad is not None and limits.azimuth_to_rad is not None:
-        azimuth_from_rad = limits.azimuth_from_rad
-        azimuth_width_rad = limits.azimuth_to_rad - limits.azimuth_from_rad
-        if not 0.0 < azimuth_width_rad <= 2.0 * math.pi * (1.0 + ROUNDED_TURNS):
-            azimuth_width_rad %= 2.0 * math.pi
-    lowest = -math.inf if limits.min_elevation_rad <= -math.pi / 2 else math.tan(limits.min_elevation_rad)
-    highest = math.inf if limits.max_elevation_rad >= math.pi / 2 else math.tan(limits.max_elevation_rad)
-    return kernel.Limits(
-        min_range_m=limits.min_range_m,
-        max_range_m=limits.max_range_m,
-        azimuth_from_rad=azimuth_from_rad,
-        azimuth_width_rad=azimuth_width_rad,
-        tan_min_elevation=lowest,
-        tan_max_elevation=highest,
-    )

@@ -18,6 +18,7 @@ from visibility.errors import VisibilityInputError
 from visibility.sight.anchors import Anchor, DistantAnchor, check_anchors, hide_beyond_reach, raise_to_reach
 from visibility.sight.clear_altitudes import UnknownGround, clear_altitudes, raise_behind_standing
 from visibility.sight.curvature import Curvature
+from visibility.sight.doubts import forget_where_doubted
 from visibility.sight.fast_errors import fast_errors
 from visibility.sight.kernels.reach import classify
 from visibility.sight.sweeps import exact_sweep, fast_sweep
@@ -154,6 +155,11 @@ def min_visible_altitude(
         raise_to_reach(grid, anchor, curvature, hidden_below_m[number])
         if altitude_m is not hidden_below_m:
             raise_to_reach(grid, anchor, curvature, altitude_m[number])
+    if altitude_m is hidden_below_m and _are_doubted(anchors):
+        altitude_m = hidden_below_m.copy()
+    for number, anchor in enumerate(anchors):
+        if isinstance(anchor, Anchor):
+            forget_where_doubted(grid, anchor.doubts, altitude_m[number])
     return MinimumVisibleAltitude(
         grid=grid,
         anchors=anchors,
@@ -166,6 +172,10 @@ def min_visible_altitude(
         elapsed_s=time.perf_counter() - started_s,
         version=VERSION,
     )
+
+
+def _are_doubted(anchors: Sequence[Anchor | DistantAnchor]) -> bool:
+    return any(isinstance(anchor, Anchor) and anchor.doubts for anchor in anchors)
 
 
 Pair = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
@@ -219,7 +229,8 @@ class SurfaceCache:
         self._surfaces = kept
         nothing = np.empty((0, *self.box.shape), np.float32)
         altitude_m = np.stack([kept[anchor][0] for anchor in anchors]) if anchors else nothing
-        same = all(kept[anchor][0] is kept[anchor][1] for anchor in anchors) or not self.grid.unknown_posts
+        same = all(kept[anchor][0] is kept[anchor][1] for anchor in anchors)
+        same = same or not (self.grid.unknown_posts or _are_doubted(anchors))
         hidden_below_m = altitude_m if same else np.stack([kept[anchor][1] for anchor in anchors])
         return MinimumVisibleAltitude(
             grid=self.box,

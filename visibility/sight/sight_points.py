@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from terrain import ElevationGrid
 from visibility.errors import VisibilityInputError
-from visibility.sight.anchors import ALL_ROUND, FURTHEST_USEFUL_M, Anchor, limits_of
+from visibility.sight.anchors import FURTHEST_USEFUL_M, Anchor
+from visibility.sight.antenna_limits import ALL_ROUND, limits_of
 from visibility.sight.curvature import Curvature
 
 __all__ = ["check_point", "check_points", "checked_positions", "horizontal_box", "in_posts", "points_within_reach"]

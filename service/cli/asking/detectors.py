@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from service.errors import RequestError
 
+from .doubts import TRUSTING, DoubtOptions
 from .options import GROUP, WHOLE, Reading, option, told
 
 if TYPE_CHECKING:
@@ -156,22 +157,33 @@ class MapOptions:
         within: AnyArea | None = None,
         margin_m: float | None = None,
         estimator: Estimator | None = None,
-    ) -> MapDetector | None:
+        doubts: DoubtOptions = TRUSTING,
+    ) -> MapDetector | None | None:
         """The detector that looks at the DEM, where one was named; within: only where the rover is in this area.
 
-        estimator: a fresh filter that goes along.
-
+        estimator: a fresh filter that goes along. doubts: of earlier drives; what of them is passed over is among its
+        warnings.
         Raises RequestError, TerrainError, WatchError.
         """
         from planning.watching import GroundErrors, MapDetector
+        from service.parts.doubts import DoubtParameters, doubts_by_anchor
         from service.parts.map_area import area_shape
+
+        from .products import request_of_fields
 
         if self.dem is None:
             if within is not None or margin_m is not None:
                 raise RequestError("An area is one of a DEM: give --dem too, or leave out the area and --margin.")
+            if doubts.part():
+                raise RequestError("Doubts are about a DEM: give --dem too, or leave out --doubts.")
             return None
         if frame is not None:
             raise RequestError("With --dem give the anchors in metres of the DEM's CRS, not in degrees.")
         errors = GroundErrors(dem_sigma_m=self.dem_sigma, shift_sigma_m=self.dem_shift)
         grid = Reading().read(self.dem, within, margin_m)
-        return MapDetector(grid, anchors, settings, self.antenna, errors, None, area_shape(grid, within), estimator)
+        asked = request_of_fields(doubts.part(), DoubtParameters).doubts
+        taken, told = doubts_by_anchor(grid, asked, {one.id: (one.east_m, one.north_m) for one in anchors})
+        shape = area_shape(grid, within)
+        found = MapDetector(grid, anchors, settings, self.antenna, errors, None, shape, estimator, taken)
+        found.warnings += told
+        return found

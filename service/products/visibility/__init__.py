@@ -7,6 +7,7 @@ from typing import Literal
 
 from dem_samples import load_sample
 from service.estimates import Demand, sight_lines
+from service.parts.doubts import doubted_anchors
 from service.parts.map_area import map_area
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products import Product, WarmUp
@@ -28,7 +29,8 @@ def _estimate(grid: ElevationGrid, parameters: VisibilityMapParameters) -> Itera
 
 def _check(grid: ElevationGrid, parameters: VisibilityMapParameters, settings: Settings) -> None:
     map_area(grid, parameters.area)
-    check_anchors(grid, [resolve_anchor(grid, anchor) for anchor in parameters.anchors])
+    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
+    check_anchors(grid, doubted_anchors(grid, placed, parameters.doubts)[0])
 
 
 def _fast_maps(grid: ElevationGrid) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, Field
 
+from service.parts.doubts import doubted_anchors
 from service.parts.map_area import map_area
 from service.parts.map_facts import MapSummary, curvature_of, preamble, share_of
 from service.parts.sentences import told_as_asked
@@ -106,7 +107,8 @@ def calculate_visibility_map(
 
     Raises AnchorError, VisibilityInputError, FrameError.
     """
-    anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
+    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
+    anchors, passed_over = doubted_anchors(grid, placed, parameters.doubts)
     found = min_visible_altitude(
         grid,
         anchors,
@@ -126,7 +128,12 @@ def calculate_visibility_map(
     answer = VisibilityMapSummary(
         **preamble(
             *(found.grid, parameters, found),
-            (*found.warnings, *area.sentences(), *_receiver_warnings(found.grid, parameters.receiver_altitude_m)),
+            (
+                *found.warnings,
+                *passed_over,
+                *area.sentences(),
+                *_receiver_warnings(found.grid, parameters),
+            ),
             mode=parameters.mode,
             unknown=parameters.unknown,
         ),
@@ -150,7 +157,8 @@ def _undecided(
     return undecided & ~np.isnan(grid.heights_m)
 
 
-def _receiver_warnings(grid: ElevationGrid, receiver_altitude_m: float | None) -> tuple[str, ...]:
+def _receiver_warnings(grid: ElevationGrid, parameters: VisibilityMapParameters) -> tuple[str, ...]:
+    receiver_altitude_m = parameters.receiver_altitude_m
     if receiver_altitude_m is None:
         return ()
     below = int(np.count_nonzero(grid.heights_m > receiver_altitude_m))

@@ -18,6 +18,7 @@ from planning.placement.cluster import results_from_cluster
 from service.errors import RequestError
 from service.files.layer import replacing
 from service.parts.altitude_datums import in_dem_datum
+from service.parts.doubts import doubted_anchors
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products import Work
@@ -73,7 +74,8 @@ def make_large_map(
         raise RequestError("A map by windows knows bare ground only; leave out cover, or have the DEM read whole.")
     middle = _ground_at(dem, *_middle(dem))
     parameters, told = in_dem_datum(middle, parameters)
-    anchors = tuple(_anchor(dem, middle, parameters, number) for number in range(len(parameters.anchors)))
+    placed = [_anchor(dem, middle, parameters, number) for number in range(len(parameters.anchors))]
+    anchors, passed_over = doubted_anchors(middle, placed, parameters.doubts)
     reaches = {number: reach for number, anchor in enumerate(anchors) if (reach := reach_of(dem, anchor)) is not None}
     _check(dem, anchors, reaches, folder, memory_limit_bytes)
     options = ReachOptions(
@@ -97,7 +99,7 @@ def make_large_map(
     work.progress(1.0)
     by_anchor = {parcel.anchor.id: facts[parcel.number] for parcel in parcels}
     return _summary(
-        dem, middle, parameters, anchors, by_anchor, told,
+        dem, middle, parameters, anchors, by_anchor, (*told, *passed_over),
         read_by="this process" if work.scheduler is None else f"workers of the Dask scheduler {work.scheduler}",
         timing={"calculation_s": calculated_s - started_s, "files_s": finished_s - calculated_s},
     )  # fmt: skip

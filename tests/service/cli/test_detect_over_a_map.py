@@ -51,6 +51,49 @@ def test_the_map_settles_who_lies_and_is_doubted_where_it_has_that_one_in_sight(
     assert "Ranges contradict the map in 1 stretches, of D4" in told.stdout + told.stderr
 
 
+def test_what_it_says_of_the_map_maps_and_the_next_replay_take_back(sightline, log, tmp_path):
+    over = [sample_path("jacksboro"), *ANCHORS]
+    assert sightline("detect", log, *ANCHORS, "--dem", over[0], "--out", tmp_path / "out").code == 0
+    doubts = ["--doubts", tmp_path / "out" / "map_doubts.geojson"]
+    plain, found = (json.loads(sightline("visibility", *over, "--json", *more).stdout) for more in ([], doubts))
+    shares = [{one["id"]: one["unknown_share"] for one in told["anchors"]} for told in (plain, found)]
+    assert shares[1].pop("D4") > shares[0].pop("D4")
+    assert shares[0] == shares[1]
+    assert any("Ranges of anchor D4 contradicted its sight" in one for one in found["warnings"])
+    again = sightline("detect", log, *ANCHORS, "--dem", over[0], *doubts, "--out", tmp_path / "again")
+    assert json.loads((tmp_path / "again" / "map_doubts.geojson").read_text())["features"] == []
+    assert again.code == 0, again.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--doubts", "none.geojson"], "cannot be read"),
+        (["--doubts-reach", "3"], "--doubts-reach needs --doubts FILE"),
+        (["--doubts", str(sample_path("jacksboro"))], "are not GeoJSON"),
+    ],
+)
+def test_doubts_that_cannot_be_read_are_one_sentence(sightline, words, sentence):
+    told = sightline("visibility", sample_path("jacksboro"), *ANCHORS, *words)
+    assert told.code == 2
+    assert sentence in " ".join(told.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--doubts", "DOUBTS"], "Doubts are about a DEM: give --dem too"),
+        (["--estimator", "constant_velocity"], "--estimator writes estimates.csv: give --out DIR"),
+    ],
+)
+def test_what_would_be_of_no_use_is_refused(sightline, log, tmp_path, words, sentence):
+    (tmp_path / "doubts.geojson").write_text('{"type": "FeatureCollection", "features": []}')
+    given = [str(tmp_path / "doubts.geojson") if word == "DOUBTS" else word for word in words]
+    told = sightline("detect", log, *ANCHORS, *given)
+    assert told.code == 2
+    assert sentence in " ".join(told.stderr.split())
+
+
 def test_without_a_map_nothing_of_one_is_written(sightline, log, tmp_path):
     assert sightline("detect", log, *ANCHORS, "--out", tmp_path / "out").code == 0
     assert not (tmp_path / "out" / "map_doubts.geojson").exists()
