@@ -18,6 +18,7 @@ from benchmarks.detection import odometry as detector_odometry
 from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
+from benchmarks.gnss import receiver
 from benchmarks.navigation import bubbles, inertial, quality_monitor
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
@@ -65,6 +66,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "inertial": (inertial.made_up_drive, inertial.outages, inertial.inertial_speed),
     "monitor": (quality_monitor.steps_found, quality_monitor.monitor_speed),
+    "receiver": (receiver.recorded_sample, receiver.acquisition_speed),
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "ground": (ground.tiles_to_map, ground.probes),
@@ -137,6 +139,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(inertial.inertial_speed, seconds=20.0),
     ),
     "monitor": (partial(quality_monitor.steps_found, epochs=4000), partial(quality_monitor.monitor_speed, epochs=2000)),
+    "receiver": (receiver.recorded_sample, partial(receiver.acquisition_speed, prns=4)),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (
         first_request.first_request,

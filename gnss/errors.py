@@ -2,11 +2,12 @@
 
 GnssError
 ├── GnssInputError        times or places that make no question
+├── SamplesError          recorded samples that cannot be used: truncated, clipped, of another type or rate
 └── AlmanacError          satellite orbits that cannot be used: of another week, all unhealthy, no orbit ...
     └── AlmanacFileError  an almanac or navigation file that is missing, truncated or damaged
 """
 
-__all__ = ["AlmanacError", "AlmanacFileError", "GnssError", "GnssInputError"]
+__all__ = ["AlmanacError", "AlmanacFileError", "GnssError", "GnssInputError", "SamplesError"]
 
 
 class GnssError(Exception):
@@ -15,6 +16,10 @@ class GnssError(Exception):
 
 class GnssInputError(GnssError):
     """Times or places make no question that can be answered."""
+
+
+class SamplesError(GnssError):
+    """Recorded samples of a receiver cannot be used."""
 
 
 class AlmanacError(GnssError):

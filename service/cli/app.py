@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, str] = {
     "log": "service.cli.field.log:log",
     "sites": "service.cli.sites:sites",
     "bridge": "service.cli.field.bridge:bridge",
+    "receiver": "service.cli.field.receiver:receiver",
     "place": "service.cli.place:place",
     "plan": "service.cli.plan:plan",
     "fly": "service.cli.fly:fly",
@@ -158,7 +159,7 @@ def main(more: Mapping[str, str] | None = None) -> None:
         if not words or words[0] in ("--help", "-h"):
             for name in {**COMMANDS, **(more or {})}:
                 _ = app[name]  # imported, so that the list has what each of them says of itself
-        if not words or words in (["store"], ["ground"], ["keys"], ["bridge"]):
+        if not words or words in (["store"], ["ground"], ["keys"], ["bridge"], ["receiver"]):
             app.help_print(words)
             code = usage("No command was given; sightline --help lists them.")
         else:

@@ -1,0 +1,20 @@
+"""An open-loop receiver of GPS L1 C/A over recorded samples: codes, acquisition."""
+
+from .acquisition import Acquired, Acquisition, Search, acquire, correlation_powers, noise_limit
+from .codes import PRNS, ca_code
+from .samples import SAMPLE_TYPES, Samples, SampleType, read_samples
+
+__all__ = [
+    "PRNS",
+    "SAMPLE_TYPES",
+    "Acquired",
+    "Acquisition",
+    "SampleType",
+    "Samples",
+    "Search",
+    "acquire",
+    "ca_code",
+    "correlation_powers",
+    "noise_limit",
+    "read_samples",
+]
