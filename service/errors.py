@@ -4,7 +4,8 @@ ServiceError
 ├── StartError                 the service cannot start as it was told to
 │   ├── KeysError              keys or tokens cannot be checked as the settings say, or there are none
 │   ├── DataFolderError        the data folder cannot be used, at the start or later
-│   │   └── DataFolderInUseError   another process works on it
+│   │   ├── DataFolderInUseError   another process works on it
+│   │   └── StoreServerError   the PostgreSQL server of the job store cannot be used
 │   └── AddressError           it cannot listen at that address
 ├── AccessError                who asks may not
 │   ├── HostError              the request is for another host
@@ -77,6 +78,7 @@ __all__ = [
     "StoppingError",
     "StorageFullError",
     "StoreLockedError",
+    "StoreServerError",
     "TimeLimitError",
     "TooManyError",
     "TooSlowError",
@@ -98,6 +100,10 @@ class DataFolderError(StartError):
 
 class DataFolderInUseError(DataFolderError):
     """Another process works on the data folder."""
+
+
+class StoreServerError(DataFolderError):
+    """The PostgreSQL server that keeps the job store cannot be used."""
 
 
 class AddressError(StartError):

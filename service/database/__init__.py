@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-__all__ = ["READ", "WRITE", "Begin", "Connection", "Cursor", "Database", "Place", "Row"]
+from service.errors import DataFolderError, StorageFullError, StoreLockedError
+
+__all__ = ["READ", "TROUBLE", "WRITE", "Begin", "Connection", "Cursor", "Database", "Place", "Row"]
 
 # how a transaction begins: one that only reads holds up nobody
 Begin = Literal["BEGIN", "BEGIN IMMEDIATE"]
 READ: Begin = "BEGIN"
 WRITE: Begin = "BEGIN IMMEDIATE"
+# what passes: a store that is full, held, or away, and can be written again later
+TROUBLE = (sqlite3.OperationalError, OSError, DataFolderError, StoreLockedError, StorageFullError)
 # a value of a column; by number or by name
 Row = Any
 
@@ -66,6 +71,11 @@ class Connection(Protocol):
 
 class Database(Protocol):
     """Tables of the store. Safe to use from any thread; one transaction at a time."""
+
+    @property
+    def size_bytes(self) -> int:
+        """What it takes on its disk, as far as is known."""
+        ...
 
     def transaction(self, begin: Begin = WRITE) -> AbstractContextManager[Connection]:
         """All or nothing. Raises DataFolderError where the database is not the one that was opened, or is gone."""

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from service.errors import DataFolderError
 
-__all__ = ["SCHEMA_VERSION", "STEPS", "copy_before", "migrate", "version_of"]
+__all__ = ["SCHEMA_VERSION", "STEPS", "copy_before", "migrate", "refuse_newer", "version_of"]
 
 logger = logging.getLogger("sightline.jobs")
 
@@ -75,12 +75,17 @@ SCHEMA_VERSION = len(STEPS)
 def version_of(connection: sqlite3.Connection, path: Path) -> int:
     """The version of a store's schema, 0 of an empty file. Raises DataFolderError when a newer Sightline wrote it."""
     version = int(connection.execute("PRAGMA user_version").fetchone()[0])
+    refuse_newer(version, str(path))
+    return version
+
+
+def refuse_newer(version: int, what: str) -> None:
+    """Raises DataFolderError for a store of a version that is still to come."""
     if version > SCHEMA_VERSION:
         raise DataFolderError(
-            f"{path} was written by a newer Sightline (store version {version}, this one knows {SCHEMA_VERSION}) and "
+            f"{what} was written by a newer Sightline (store version {version}, this one knows {SCHEMA_VERSION}) and "
             "is left as it is; use that Sightline, or restore a backup that was made before."
         )
-    return version
 
 
 def migrate(connection: sqlite3.Connection, path: Path) -> None:

@@ -45,6 +45,12 @@ class SqliteDatabase:
         with self._lock:
             self._connection.close()
 
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of the file, and of what SQLite keeps beside it."""
+        files = [self._path.with_name(f"{self._path.name}{suffix}") for suffix in ("", "-wal", "-shm")]
+        return sum(file.stat().st_size for file in files if file.is_file())
+
     def check_writable(self) -> None:
         """Raise sqlite3.OperationalError when nothing can be written."""
         with self.transaction() as connection:

@@ -18,7 +18,7 @@ from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 from service.access.gate import Gate
 from service.errors import AddressError, ServiceError
 from service.jobs.folder import DataFolder
-from service.jobs.store import Store
+from service.jobs.store_place import StorePlace
 from service.live.replay import rehearse
 from service.logs import set_up_logging
 from service.machine.limits import this_machine
@@ -185,7 +185,7 @@ def serve(settings: Settings) -> None:
         folder = DataFolder.open(settings.data_folder)
         try:
             # a store that cannot be used ends here with one sentence, within the app with a traceback
-            Store(folder.database).close()
+            StorePlace.of(settings, folder.root).open().close()
             fits, told = sentence_of_memory(settings, this_machine())
             logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
             connections = Connections(settings)

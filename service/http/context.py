@@ -12,12 +12,12 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
-from service.errors import DataFolderError
 from service.jobs.folder import DataFolder
 from service.jobs.kept_files import load_grid
 from service.jobs.pool import WorkerPool
 from service.jobs.short_tasks import Checks, Drawings
-from service.jobs.store import Store
+from service.jobs.store import TROUBLE, Store
+from service.jobs.store_place import StorePlace
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors
 from service.live.watching import looked_at
@@ -63,7 +63,7 @@ class Service:
     def assemble(cls, settings: Settings, folder: DataFolder) -> Service:
         """Put the parts together; nothing runs yet. Raises DataFolderError."""
         settings = settings.model_copy(update={"data_folder": folder.root})
-        store = Store(folder.database)
+        store = Store(StorePlace.of(settings).open())
         missions = MissionShelf(store.transaction, settings.max_missions, settings.max_mission_versions)
         pool = WorkerPool(settings, folder)
         supervisor = Supervisor(settings, folder, store, pool)
@@ -95,7 +95,7 @@ class Service:
                 await asyncio.to_thread(self.supervisor.space.look)
                 await self.supervisor.in_store(self.store.check_writable)
                 self.store_writable = True
-            except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
+            except (sqlite3.DatabaseError, *TROUBLE) as error:
                 logger.error("the job store cannot be written: %s", error)
                 self.store_writable = False
             await asyncio.sleep(STORE_CHECK_EVERY_S)

@@ -81,6 +81,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.StartError: ProblemKind("start", 503, "The service cannot start"),
     ours.DataFolderError: ProblemKind("data-folder", 503, "The data folder cannot be used"),
     ours.DataFolderInUseError: ProblemKind("data-folder-in-use", 503, "The data folder is in use"),
+    ours.StoreServerError: ProblemKind("store-server", 503, "The server of the job store cannot be used"),
     ours.AddressError: ProblemKind("address", 503, "The address cannot be used"),
     ours.KeysError: ProblemKind("keys", 503, "Keys cannot be checked"),
     ours.AccessError: ProblemKind("access", 403, "Access is refused"),

@@ -2,12 +2,11 @@
 
 sightline-folder.json    the marker: this folder is Sightline's
 lock                     held while a service works on the folder
-sightline.sqlite3        DEMs and jobs
+sightline.sqlite3        DEMs and jobs; sightline.postgresql where a server keeps them
 incoming/                uploads and request bodies while they arrive            emptied of ours at start
 work/<token>/            what a task is writing                                  emptied of ours at start
 inputs/<job>/            big inputs of a job that is not finished
-dems/<id>/               heights and geometry of a DEM; pictures/ holds its hillshade, levels/ its
-                         heights as bare numbers
+dems/<id>/               heights and geometry of a DEM; its hillshade in pictures/, bare heights in levels/
 results/<digest>/        files of a finished result, named by their content; layers/<version>/ what that one drew
 detectors/<id>/          a detector session, while it is open
 quarantine/              what lay in one of these folders and the store does not know
@@ -30,14 +29,14 @@ from typing import IO, Self
 
 from service.errors import DataFolderError, DataFolderInUseError
 
-from .marker import STORE, FolderKind, Quarantine, kind_of, mark, sentence_of_parts
+from .marker import ELSEWHERE, STORE, FolderKind, Quarantine, kind_of, mark, sentence_of_parts
 from .records import Known
 from .store_file import SIDE_FILES
 
 __all__ = ["DataFolder", "digest_of", "is_full", "make_durable", "move_into_place"]
 
-# What the system says when a disk, a quota or a file-size limit is full.
 VERSION = importlib.metadata.version("sightline")
+# what the system says when a disk, a quota or a file-size limit is full
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 # numpy's own words for the same, without the system's number
 NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
@@ -231,7 +230,8 @@ class DataFolder:
             for path in (self.database.with_name(f"{STORE}{suffix}") for suffix in SIDE_FILES):
                 if path.is_file():
                     quarantine.take("store", path)
-            if any(any((self.root / name).iterdir()) for name in ("dems", "results", "inputs")):
+            there = any(any((self.root / name).iterdir()) for name in ("dems", "results", "inputs"))
+            if there and not (self.root / ELSEWHERE).is_file():
                 logger.warning("%s is missing; a new store is made, which knows nothing of what lies here", STORE)
         _tell(quarantine)
 

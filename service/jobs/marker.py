@@ -21,6 +21,7 @@ from service.errors import DataFolderError
 from .store_file import is_store
 
 __all__ = [
+    "ELSEWHERE",
     "MARKER",
     "STORE",
     "FolderKind",
@@ -38,6 +39,8 @@ __all__ = [
 
 MARKER = "sightline-folder.json"
 STORE = "sightline.sqlite3"
+# in its place where the store is in PostgreSQL: the id by which folder and database know each other
+ELSEWHERE = "sightline.postgresql"
 LAYOUT = 1
 OWNER = "owner"
 # a disk of its own has this when it is new

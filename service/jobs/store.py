@@ -11,7 +11,7 @@ from typing import Literal
 
 from pydantic import JsonValue
 
-from service.database import READ, WRITE, Begin, Connection, Database, Place
+from service.database import READ, TROUBLE, WRITE, Begin, Connection, Database, Place
 from service.database.sqlite import SqliteDatabase
 from service.errors import InUseError, NotFoundError
 
@@ -19,7 +19,7 @@ from .records import DemRecord, Failure, JobRecord, JobStatus, Known, as_json, d
 from .sharing.tenants import own_id, salt_of, seen, spend
 from .store_file import IS_ACTIVE, StoredRow, read_known
 
-__all__ = ["Store"]
+__all__ = ["TROUBLE", "Store"]
 
 # of a job in a list: what was asked and what came out can be long, and there are many
 SHORT = (
@@ -49,6 +49,11 @@ class Store:
     def check_writable(self) -> None:
         """Raises what a write would."""
         self._database.check_writable()
+
+    @property
+    def size_bytes(self) -> int:
+        """What the database takes."""
+        return self._database.size_bytes
 
     # -- DEMs
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import sqlite3
 import time
 import uuid
 from collections.abc import Callable, Mapping
@@ -16,8 +15,8 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 from planning import PlanningProcessError
 from service.access.callers import DEFAULT_TENANT, acting_client, acting_tenant
+from service.database import TROUBLE
 from service.errors import (
-    DataFolderError,
     InternalError,
     JobCancelledError,
     JobInterruptedError,
@@ -271,7 +270,7 @@ class Supervisor:
         while True:
             try:
                 await self.in_store(work, *args, **kwargs)
-            except (sqlite3.OperationalError, OSError, DataFolderError) as error:
+            except TROUBLE as error:
                 if self._stopping:
                     raise
                 logger.error("the job store cannot be written (%s); next try in %g s", error, STORE_RETRY_S)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SecretStr, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from service.logs import LogFormat
@@ -49,6 +49,12 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="TCP port; 0 picks a free one.")
     data_folder: Path = Field(
         default=Path("sightline-data"), description="Folder of uploaded DEMs, job state and results."
+    )
+
+    database_url: SecretStr | None = Field(
+        default=None,
+        description="Database of a PostgreSQL server that keeps the store in place of a file in the data folder, such "
+        "as postgresql://sightline@db/sightline.",
     )
 
     insecure: bool = Field(

@@ -86,7 +86,10 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "prometheus-client": "prometheus_client",
     }
     project = pyproject()["project"]
-    asked = [*project["dependencies"], *project["optional-dependencies"]["logs"]]
+    asked = [
+        *project["dependencies"],
+        *(text for name in ("logs", "postgres") for text in project["optional-dependencies"][name]),
+    ]
     requirements = [requirement.split(";")[0] for requirement in asked]
     names = ["".join(c if c.isalnum() or c in "-_" else " " for c in text).split()[0] for text in requirements]
     declared = {renamed.get(name, name) for name in names}

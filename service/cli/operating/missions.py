@@ -180,8 +180,9 @@ def restore(
 def _shelf(data: Path | None, *, may_be_new: bool = False) -> Iterator[tuple[MissionShelf, Path]]:
     """The missions of a data folder, and the folder. Raises DataFolderError, RequestError."""
     from service.errors import RequestError
-    from service.jobs.marker import STORE, claimed
+    from service.jobs.marker import claimed
     from service.jobs.store import Store
+    from service.jobs.store_place import StorePlace
     from service.missions.shelf import MissionShelf
     from service.settings import Settings
 
@@ -189,7 +190,7 @@ def _shelf(data: Path | None, *, may_be_new: bool = False) -> Iterator[tuple[Mis
     if not may_be_new and not settings.data_folder.exists():
         raise RequestError(f"There is no data folder {str(settings.data_folder)!r}.")
     root = claimed(settings.data_folder)
-    store = Store(root / STORE)
+    store = Store(StorePlace.of(settings, root).open())
     try:
         yield MissionShelf(store.transaction, settings.max_missions, settings.max_mission_versions), root
     finally:

@@ -14,7 +14,8 @@ from ..asking.options import option
 from ..output import facts_table, print_json, print_tables, print_warnings, progress_bar
 
 if TYPE_CHECKING:
-    from service.jobs.checking import Check
+    from service.jobs.copies.checking import Check
+    from service.jobs.store_place import StorePlace
 
 __all__ = ["store"]
 
@@ -35,10 +36,10 @@ def check(*, data: DataFolder = None, as_json: AsJson = False) -> None:
 
     Nothing is changed, and a service may be running. Exit code 1 when something that the store knows is not sound.
     """
-    from service.jobs.checking import check as checked
+    from service.jobs.copies.checking import check as checked
 
     with progress_bar("Checking the data folder") as progress:
-        found = checked(_folder(data), progress)
+        found = checked(_place(data), progress)
     if as_json:
         print_json(found.summary())
     else:
@@ -59,11 +60,12 @@ def backup(
     as_json: AsJson = False,
 ) -> None:
     """Copy store and files into a new folder, also while a service is running."""
-    from service.jobs.backups import back_up
+    from service.jobs.copies.backups import back_up
 
-    root = _folder(data)
+    place = _place(data)
+    root = place.root
     with progress_bar("Backing up") as progress:
-        made = back_up(root, target, progress)
+        made = back_up(place, target, progress)
     if as_json:
         print_json({"data_folder": str(root), "backup": str(target), **made.summary()})
     else:
@@ -89,11 +91,12 @@ def restore(
     as_json: AsJson = False,
 ) -> None:
     """Put a backup into a data folder that no service uses; what it replaces goes to quarantine."""
-    from service.jobs.backups import restore as restored
+    from service.jobs.copies.backups import restore as restored
 
-    root = _folder(data)
+    place = _place(data)
+    root = place.root
     with progress_bar("Restoring") as progress:
-        done = restored(source, root, progress)
+        done = restored(source, place, progress)
     if as_json:
         print_json({"data_folder": str(root), "backup": None if source is None else str(source), **done.summary()})
     else:
@@ -114,10 +117,11 @@ def restore(
 @store.command
 def vacuum(*, data: DataFolder = None, as_json: AsJson = False) -> None:
     """Give the room of deleted jobs in the store's file back to the disk; no service may use the folder."""
-    from service.jobs.backups import vacuum as vacuumed
+    from service.jobs.copies.backups import vacuum as vacuumed
 
-    root = _folder(data)
-    before, after = vacuumed(root)
+    place = _place(data)
+    root = place.root
+    before, after = vacuumed(place)
     if as_json:
         print_json({"data_folder": str(root), "bytes_before": before, "bytes_after": after})
     else:
@@ -125,10 +129,11 @@ def vacuum(*, data: DataFolder = None, as_json: AsJson = False) -> None:
         print_tables(facts_table(f"Store in {root}", facts))
 
 
-def _folder(data: Path | None) -> Path:
+def _place(data: Path | None) -> StorePlace:
+    from service.jobs.store_place import StorePlace
     from service.settings import Settings
 
-    return (Settings().data_folder if data is None else data).absolute()
+    return StorePlace.of(Settings(), data)
 
 
 def _counts(counts: Mapping[str, int]) -> list[tuple[str, str]]:

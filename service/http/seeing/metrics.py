@@ -23,8 +23,6 @@ router = APIRouter(tags=["Health"])
 
 REQUEST_BUCKETS_S = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
 JOB_BUCKETS_S = (0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0, 120.0, 300.0, 900.0)
-# of the store, with what SQLite keeps beside it
-STORE_FILES = ("sightline.sqlite3", "sightline.sqlite3-wal", "sightline.sqlite3-shm")
 
 
 class Metrics:
@@ -98,9 +96,7 @@ class _State(Collector):
             yield _one("sightline_connections", "Connections that are open.", len(self._connections))
             ended = {what: float(number) for what, number in self._connections.ended.items()}
             yield _one("sightline_connections_ended", "Ended or refused, and why, since the start.", ended, "why")
-        root = service.folder.root
-        store = sum(path.stat().st_size for name in STORE_FILES if (path := root / name).is_file())
-        yield _one("sightline_store_bytes", "The store's files.", store)
+        yield _one("sightline_store_bytes", "What the store takes.", service.store.size_bytes)
         yield _one("sightline_store_writable", "1 when it could be written last.", float(service.store_writable))
         yield _one("sightline_results_bytes", "Files of results.", supervisor.retention.results_bytes)
         yield _one("sightline_disk_free_bytes", "Left on the data folder's disk.", supervisor.space.free_bytes)

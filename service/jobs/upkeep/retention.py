@@ -9,8 +9,7 @@ import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from service.database import READ, Row
-from service.errors import DataFolderError
+from service.database import READ, TROUBLE, Row
 from service.jobs.folder import DataFolder
 from service.jobs.marker import size_bytes
 from service.jobs.records import JobRecord, JobStatus
@@ -54,7 +53,7 @@ class Retention:
                     noted = await in_store(note_some, self._store, self._folder, noted)
                 while await in_store(self.measure) or await in_store(space.freeing, self.sweep):
                     await asyncio.sleep(0)
-            except (sqlite3.DatabaseError, OSError, DataFolderError) as error:
+            except (sqlite3.DatabaseError, *TROUBLE) as error:
                 logger.error("results are not swept (%s); next try in %g s", error, SWEEP_EVERY_S)
             await asyncio.sleep(SWEEP_EVERY_S)
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import sqlite3
 import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import psycopg
 import pytest
 
+from service.database import Database
 from service.errors import DataFolderError, InUseError, NotFoundError
 from service.jobs.records import DemRecord, Failure, JobRecord, JobStatus, Place
 from service.jobs.store import Store
@@ -16,21 +19,24 @@ MAPS = "visibility-map"
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Store:
-    store = Store(tmp_path / "store.sqlite3")
+def store(opened: Callable[[], Database]) -> Iterator[Store]:
+    store = Store(opened())
     store.add_dem(DemRecord("d1", "hill.tif", 1.0, {"rows": 3}))
-    return store
+    yield store
+    store.close()
 
 
 def queued(job_id: str, created_at_s: float = 1.0) -> JobRecord:
     return JobRecord(job_id, MAPS, "d1", {"anchors": 1}, JobStatus.QUEUED, created_at_s)
 
 
-def test_a_dem_is_remembered_as_it_was_first(store: Store, tmp_path: Path) -> None:
+def test_a_dem_is_remembered_as_it_was_first(store: Store, opened: Callable[[], Database]) -> None:
     store.add_dem(DemRecord("d1", "other.tif", 2.0, {"rows": 4}))
     assert store.dem("d1") == DemRecord("d1", "hill.tif", 1.0, {"rows": 3})
     store.close()
-    assert Store(tmp_path / "store.sqlite3").dem("d1").name == "hill.tif"
+    again = Store(opened())
+    assert again.dem("d1").name == "hill.tif"
+    again.close()
 
 
 def test_what_is_not_there_is_named(store: Store) -> None:
@@ -133,7 +139,7 @@ def test_how_many_there_are_is_told_after_every_change(store: Store) -> None:
     assert store.jobs(MAPS, 1)[1] == 0
     store.add_job(queued("j1"))
     store.add_job(queued("j2"))
-    with pytest.raises(sqlite3.IntegrityError):
+    with pytest.raises((sqlite3.IntegrityError, psycopg.IntegrityError)):
         store.add_job(queued("j2"))
     with pytest.raises(NotFoundError):
         store.add_job(JobRecord("j3", MAPS, "no-such-dem", {"parameters": {}}, JobStatus.QUEUED, 1.0))
@@ -163,7 +169,9 @@ def test_a_file_that_is_no_store_is_refused(tmp_path: Path) -> None:
         Store(path)
 
 
-def test_a_store_with_damaged_pages_is_refused_and_left_as_it_is(store: Store, tmp_path: Path) -> None:
+def test_a_store_with_damaged_pages_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+    store = Store(tmp_path / "store.sqlite3")
+    store.add_dem(DemRecord("d1", "hill.tif", 1.0, {"rows": 3}))
     for number in range(500):
         store.add_job(queued(f"job-{number}"))
     store.close()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 
 from service.access.callers import CALLER, LOCAL, Caller, Scope
+from service.database import Database
 from service.errors import InUseError, NotFoundError, StorageFullError, TooManyError
 from service.jobs.records import DemRecord, JobRecord, JobStatus
 from service.jobs.sharing.quotas import Quotas
@@ -29,8 +29,8 @@ def acting(tenant: str) -> Iterator[None]:
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    store = Store(tmp_path / "store.sqlite3")
+def store(opened: Callable[[], Database]) -> Iterator[Store]:
+    store = Store(opened())
     for tenant in ("alpha", "beta"):
         store.add_dem(DemRecord(f"dem-{tenant}", "hill.tif", 1.0, {"sha256": "s", "cells": 250_000}, tenant))
         store.add_job(JobRecord(f"job-{tenant}", MAPS, f"dem-{tenant}", {}, JobStatus.QUEUED, 1.0, tenant=tenant))

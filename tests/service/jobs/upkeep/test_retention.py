@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from service.database import Database
 from service.errors import NotFoundError
 from service.jobs.folder import DataFolder
 from service.jobs.records import DemRecord, JobRecord, JobStatus
@@ -25,9 +26,9 @@ HOUR_S = 3600.0
 class Place:
     """A store and its folder, with results of given ages and sizes."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, database: Database) -> None:
         self.folder = DataFolder.open(root)
-        self.store = Store(self.folder.database)
+        self.store = Store(database)
         self.store.add_dem(DemRecord(DEM, "hill.tif", 1.0, {}))
 
     def finished(self, number: int, hours_ago: float, bytes_: int = 1000, digest: int | None = None) -> str:
@@ -60,8 +61,8 @@ class Place:
 
 
 @pytest.fixture
-def place(tmp_path: Path) -> Iterator[Place]:
-    place = Place(tmp_path / "data")
+def place(tmp_path: Path, opened: Callable[[], Database]) -> Iterator[Place]:
+    place = Place(tmp_path / "data", opened())
     yield place
     place.store.close()
     place.folder.close()

@@ -11,11 +11,12 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from service.errors import DataFolderError
+from service.jobs.kept_files import is_sound
+from service.jobs.marker import Quarantine, size_bytes
+from service.jobs.store_file import dem_digests_in, known_to
+from service.jobs.store_place import StorePlace
 
 from .backups import folder_of_ours
-from .kept_files import is_sound
-from .marker import STORE, Quarantine, size_bytes
-from .store_file import dem_digests_in, known_to
 
 __all__ = ["Check", "SetAside", "check"]
 
@@ -56,24 +57,26 @@ class Check:
         return {"sound": self.sound, **asdict(self)}
 
 
-def check(root: Path, progress: Callable[[float], None]) -> Check:
+def check(place: StorePlace, progress: Callable[[float], None]) -> Check:
     """Look at everything and change nothing. Raises DataFolderError where the folder is not one of Sightline's."""
-    root = root.absolute()
+    root = place.root
     kind = folder_of_ours(root)
     problem, counts = None, {"dems": 0, "jobs": 0, "results": 0, "missions": 0}
     missing: set[tuple[str, str]] = set()
     damaged: set[tuple[str, str]] = set()
     unknown = _there(root)
     try:
-        known = known_to(root / STORE)
-        counts, digests = known.counts(), dem_digests_in(root / STORE)
+        with place.as_file() as file:
+            known = known_to(file)
+            counts, digests = known.counts(), dem_digests_in(file)
         for number, (part, name) in enumerate(wanted := known.wanted()):
             path = root / part / name
             if not is_sound(part, path, digests):
                 (damaged if path.is_dir() else missing).add((part, name))
             progress((number + 1) / len(wanted))
         # what a service deleted or finished meanwhile is no fault
-        now = set(known_to(root / STORE).wanted())
+        with place.as_file() as file:
+            now = set(known_to(file).wanted())
         missing, damaged = missing & now, damaged & now
         unknown = (unknown & _there(root)) - set(wanted) - now - {("inputs", job) for job in known.jobs_over}
     except DataFolderError as error:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-import os
 import shutil
 import time
 import uuid
@@ -16,14 +15,13 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from service.errors import DataFolderError, DataFolderInUseError, RequestError
-
-from .folder import DataFolder, make_durable, move_into_place
-from .kept_files import copy_files, is_sound
-from .marker import STORE, FolderKind, Quarantine, kind_of, mark, read_marker
-from .records import Known
-from .recovery import adopt
-from .store import Store
-from .store_file import SIDE_FILES, copied, dem_digests_in, forget, known_to, rewrite, settle, snapshot
+from service.jobs.folder import DataFolder, make_durable, move_into_place
+from service.jobs.kept_files import copy_files, is_sound
+from service.jobs.marker import STORE, FolderKind, Quarantine, kind_of, mark, read_marker
+from service.jobs.records import Known
+from service.jobs.recovery import adopt
+from service.jobs.store_file import copied, dem_digests_in, forget, known_to, settle
+from service.jobs.store_place import StorePlace
 
 __all__ = ["Backup", "Restored", "back_up", "folder_of_ours", "restore", "vacuum"]
 
@@ -81,15 +79,14 @@ def folder_of_ours(root: Path) -> FolderKind:
     return kind
 
 
-def back_up(root: Path, target: Path, progress: Progress) -> Backup:
+def back_up(place: StorePlace, target: Path, progress: Progress) -> Backup:
     """Copy store and files into a new or empty folder; each result that the copied store knows has its files there.
 
     Safe while a service works on the folder, which goes on meanwhile. Raises DataFolderError, RequestError, OSError.
     """
-    root, target = root.absolute(), target.absolute()
+    root, target = place.root, target.absolute()
     folder_of_ours(root)
-    if not (root / STORE).is_file():
-        raise DataFolderError(f"The data folder {root} has no store ({STORE}), so there is nothing to back up.")
+    place.check_there()
     _make_target(root, target)
     store = target / STORE
     try:
@@ -97,13 +94,14 @@ def back_up(root: Path, target: Path, progress: Progress) -> Backup:
         absent: set[tuple[str, str]] = set()
         for _ in range(ROUNDS):
             store.unlink(missing_ok=True)
-            snapshot(root / STORE, store)
+            place.snapshot(store)
             known = known_to(store)
             absent_before, absent = absent, set()
             if not _copy_new(root, target, known, absent, progress) and absent <= absent_before:
                 break
         # deleted while the files were copied, after the last look at the store
-        deleted = absent.difference(known_to(root / STORE).wanted())
+        with place.as_file() as now:
+            deleted = absent.difference(known_to(now).wanted())
         for part, name in deleted:
             forget(store, part, name)
         known = known_to(store)
@@ -120,7 +118,7 @@ def back_up(root: Path, target: Path, progress: Progress) -> Backup:
     return backup
 
 
-def restore(source: Path | None, root: Path, progress: Progress) -> Restored:
+def restore(source: Path | None, place: StorePlace, progress: Progress) -> Restored:
     """Put the store of a backup, or a store's file alone, into a data folder, and its files with it.
 
     What it replaces, and what the restored store does not know, goes to quarantine; what lies there and it knows comes
@@ -128,37 +126,37 @@ def restore(source: Path | None, root: Path, progress: Progress) -> Restored:
     back. Raises DataFolderError, DataFolderInUseError, RequestError, OSError.
     """
     if source is None:
-        return _take_back(root.absolute(), progress)
-    source, root = source.absolute(), root.absolute()
+        return _take_back(place, progress)
+    source, root = source.absolute(), place.root
     with _resting(source, root) as store, copied(store) as copy:
         known = known_to(copy)
         settle(copy)
         folder = DataFolder.open(root)
         try:
-            return _put_back(copy, None if store == source else source, folder, known, progress)
+            return _put_back(copy, None if store == source else source, folder, place, known, progress)
         finally:
             folder.close()
 
 
-def vacuum(root: Path) -> tuple[int, int]:
+def vacuum(place: StorePlace) -> tuple[int, int]:
     """Write the store anew without what was deleted; its bytes before and after. Raises DataFolderError,
-    DataFolderInUseError.
+    DataFolderInUseError, RequestError.
     """
-    folder_of_ours(root)
-    folder = DataFolder.open(root)
+    folder_of_ours(place.root)
+    folder = DataFolder.open(place.root)
     try:
-        return rewrite(folder.database)
+        return place.vacuum()
     finally:
         folder.close()
 
 
-def _take_back(root: Path, progress: Progress) -> Restored:
+def _take_back(place: StorePlace, progress: Progress) -> Restored:
     """Restore the store that the data folder has, with what the notes in its quarantine say."""
-    folder_of_ours(root)
+    folder_of_ours(root := place.root)
     folder = DataFolder.open(root)
     try:
-        Store(folder.database).close()
-        with copied(folder.database) as copy:
+        place.open().close()
+        with place.as_file() as file, copied(file) as copy:
             settle(copy)
             in_place = [path for part in ("dems", "results") for path in sorted((root / part).iterdir())]
             if not adopt(copy, (*in_place, *reversed(Quarantine(root).held()))):
@@ -166,7 +164,7 @@ def _take_back(root: Path, progress: Progress) -> Restored:
                     f"In {root} nothing can be taken back: nothing in its quarantine has a note that the store lacks; "
                     "name the backup to restore."
                 )
-            return _put_back(copy, None, folder, known_to(copy), progress)
+            return _put_back(copy, None, folder, place, known_to(copy), progress)
     finally:
         folder.close()
 
@@ -201,7 +199,9 @@ def _resting(source: Path, root: Path) -> Iterator[Path]:
         yield source / STORE
 
 
-def _put_back(store: Path, files: Path | None, folder: DataFolder, known: Known, progress: Progress) -> Restored:
+def _put_back(
+    store: Path, files: Path | None, folder: DataFolder, place: StorePlace, known: Known, progress: Progress
+) -> Restored:
     quarantine = Quarantine(folder.root)
     held, digests = quarantine.newest(), dem_digests_in(store)
     told = Restored(known)
@@ -221,7 +221,7 @@ def _put_back(store: Path, files: Path | None, folder: DataFolder, known: Known,
         else:
             told.missing.append(f"{part}/{name}")
         progress((number + 1) / (len(wanted) + 1))
-    _replace_store(store, folder, quarantine)
+    place.replace(store, quarantine)
     folder.set_aside_unknown(known, quarantine)
     quarantine.forget_empty()
     told.quarantined = quarantine.taken
@@ -233,31 +233,6 @@ def _replace(quarantine: Quarantine, part: str, new: Path, path: Path) -> None:
     if path.exists() or path.is_symlink():
         quarantine.take(part, path)
     move_into_place(new, path)
-
-
-def _replace_store(new: Path, folder: DataFolder, quarantine: Quarantine) -> None:
-    """The old store is in quarantine before the new one takes its place, in one step."""
-    database = folder.database
-    if database.is_file():
-        settle(database)
-        # of a store that is damaged all its files
-        for path in (database, *(database.with_name(f"{STORE}{suffix}") for suffix in SIDE_FILES)):
-            if path.is_file():
-                shutil.copyfile(path, quarantine.room_for("store", path.name))
-        make_durable(quarantine.place)
-    work = folder.work(uuid.uuid4().hex)
-    work.mkdir()
-    shutil.copyfile(new, work / STORE)
-    make_durable(work)
-    for suffix in SIDE_FILES:
-        database.with_name(f"{STORE}{suffix}").unlink(missing_ok=True)
-    (work / STORE).replace(database)
-    descriptor = os.open(folder.root, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-    work.rmdir()
 
 
 def _make_target(root: Path, target: Path) -> None:

@@ -1,0 +1,1 @@
+"""Data folders looked at whole: checked, backed up, restored."""
