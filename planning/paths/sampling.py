@@ -179,7 +179,7 @@ class OwnProcess:
         path = [str(PACKAGE_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
         # -P: a folder named like one of our packages, where the caller works, must not be imported
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "planning.paths.solving"],
+            [sys.executable, "-P", "-m", "planning.paths.solving", str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -17,10 +17,12 @@ PR_SET_PDEATHSIG = 1
 
 
 def main() -> None:
-    """Answer the one task that comes over standard input."""
+    """Answer the one task that comes over standard input; the argument is the process that asks."""
     if sys.platform == "linux":
         # whoever asked may be killed while OMPL holds the interpreter; nobody would wait for the answer then
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != int(sys.argv[1]):  # killed before that, while this process loaded
+        return
     # whatever a library prints must not get between the bytes of the answer
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -43,6 +43,7 @@ STORE = "sightline.sqlite3"
 ELSEWHERE = "sightline.postgresql"
 LAYOUT = 1
 OWNER = "owner"
+STAMP = "%Y%m%dT%H%M%SZ"
 # a disk of its own has this when it is new
 NOBODYS = frozenset({"lost+found"})
 CALLED = {"dems": "DEM", "results": "result", "inputs": "input of a job", "store": "store"}
@@ -142,7 +143,7 @@ class Quarantine:
 
     def __init__(self, root: Path) -> None:
         self.root = root / "quarantine"
-        self._place = self.root / f"{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}-{uuid.uuid4().hex[:6]}"
+        self._place = self.root / f"{time.strftime(STAMP, time.gmtime())}-{uuid.uuid4().hex[:6]}"
         self.taken: Counter[str] = Counter()
 
     @property
@@ -173,6 +174,11 @@ class Quarantine:
     def newest(self) -> dict[tuple[str, str], Path]:
         """By part and name, what was put there last."""
         return {(path.parent.name, path.name): path for path in self.held()}
+
+    def put_there_before(self, moment_s: float) -> list[Path]:
+        """What was put there before a moment, seconds since 1970 UTC."""
+        stamp = time.strftime(STAMP, time.gmtime(moment_s))
+        return [path for path in self.held() if path.parents[1].name < stamp]
 
     def forget_empty(self) -> None:
         """Remove the folders that hold nothing any more."""

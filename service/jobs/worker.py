@@ -1,12 +1,11 @@
 """A worker process: warms up, then does one task after the other until its service goes away.
 
-Started as ``python -m service.jobs.worker PARENT_PID``; never forked, so that no thread of the service is lost on the
-way. Speaks ``channel`` over stdin and stdout; whatever libraries print goes to stderr.
+Started by ``service.machine.following``, never forked, so that no thread of the service is lost on the way. Speaks
+``channel`` over stdin and stdout; whatever libraries print goes to stderr.
 """
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import logging
 import os
@@ -14,7 +13,6 @@ import queue
 import re
 import resource
 import shutil
-import signal
 import sys
 import tempfile
 import threading
@@ -48,12 +46,7 @@ __all__ = ["main", "rehearse"]
 
 logger = logging.getLogger("sightline.worker")
 
-PR_SET_PDEATHSIG = 1
 PROGRESS_EVERY_S = 0.1
-# Calculations give way to the process that answers HTTP.
-NICENESS = 5
-# Out of memory the kernel ends the process of the highest score (proc(5)): a thousandth of the memory each, plus this.
-OOM_SCORE = 500
 # libraries that a task is the first to need: address space that files stand behind
 LIBRARIES_BYTES = 64 * 1024 * 1024
 # of matplotlib, of C++ and GDAL, of Python's threads, of numba
@@ -65,9 +58,6 @@ OUT_OF_MEMORY = re.compile(
 def main() -> None:
     """Run until stdin ends."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
-    _die_with(int(sys.argv[1]))
-    os.nice(NICENESS)
-    _be_killed_first()
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
     started: queue.Queue[Start] = queue.Queue(1)
@@ -215,30 +205,9 @@ def _has(stopped: set[str], token: str) -> bool:
     return token in stopped
 
 
-def _die_with(parent: int) -> None:
-    """Have the kernel end this process with its parent, also when the parent is killed while we calculate."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(0)
-
-
-def _be_killed_first() -> None:
-    """Have the kernel end workers before the process that answers HTTP, when memory runs out."""
-    if sys.platform == "linux":
-        try:
-            Path("/proc/self/oom_score_adj").write_text(str(OOM_SCORE), encoding="ascii")
-        except OSError as error:
-            logger.warning("out of memory, the service may be ended before its workers: %s", error)
-
-
 def _limit_memory(bytes_on_top: int) -> None:
     """Refuse memory beyond what the process has plus what a task may take; Python then raises MemoryError."""
     if sys.platform == "linux":
         with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - not a file on disk
             used_bytes = int(file.read().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used_bytes + LIBRARIES_BYTES + bytes_on_top, resource.RLIM_INFINITY))
-
-
-if __name__ == "__main__":
-    main()

@@ -10,10 +10,10 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from service.database import READ, TROUBLE, Row
-from service.jobs.folder import DataFolder
-from service.jobs.marker import size_bytes
+from service.jobs.folder import DataFolder, digest_of
+from service.jobs.marker import Quarantine, size_bytes
 from service.jobs.records import JobRecord, JobStatus
-from service.jobs.recovery import note_job, note_some, unnote_job
+from service.jobs.recovery import NOTES, note_job, note_some, unnote_job
 from service.jobs.store import Store
 from service.settings import Settings
 
@@ -26,6 +26,8 @@ logger = logging.getLogger("sightline.retention")
 # so many at a time, that others come to the store in between
 BATCH = 50
 SWEEP_EVERY_S = 10.0
+CLEAR_EVERY_S = 3600.0
+UNKNOWN_KEPT_S = 7 * 24 * 3600.0
 
 
 class Retention:
@@ -47,10 +49,14 @@ class Retention:
     async def keep_sweeping(self, in_store: Callable[..., Awaitable[Any]], space: Space) -> None:
         """Note what has no note, measure results and delete those whose time is over, a few at a time, on and on."""
         noted: str | None = ""
+        look_at_s = 0.0
         while True:
             try:
                 while noted is not None:
                     noted = await in_store(note_some, self._store, self._folder, noted)
+                if time.monotonic() >= look_at_s:
+                    look_at_s = time.monotonic() + CLEAR_EVERY_S
+                    await in_store(space.freeing, self.clear_quarantine)
                 while await in_store(self.measure) or await in_store(space.freeing, self.sweep):
                     await asyncio.sleep(0)
             except (sqlite3.DatabaseError, *TROUBLE) as error:
@@ -110,6 +116,22 @@ class Retention:
     def sweep(self) -> int:
         """Delete some jobs that are too old, or the oldest of results that take too much; how many it were."""
         return self._sweep_old() + self._sweep_heavy()
+
+    def clear_quarantine(self, now_s: float | None = None) -> int:
+        """Delete results that lie there for long and that no store ever knew; how many those were.
+
+        They were put in place a moment before the service was killed, and their job has begun again since.
+        """
+        quarantine = Quarantine(self._folder.root)
+        gone = 0
+        for path in quarantine.put_there_before((time.time() if now_s is None else now_s) - UNKNOWN_KEPT_S):
+            if path.parent.name == "results" and not any(path.glob(f"{NOTES}/*")) and digest_of(path) == path.name:
+                self._folder.remove(path)
+                logger.info("%s is deleted: no store knew it, and it lay in quarantine for a week", path)
+                gone += 1
+        if gone:
+            quarantine.forget_empty()
+        return gone
 
     def _sweep_old(self) -> int:
         if self._keep_s is None:

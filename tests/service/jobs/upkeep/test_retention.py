@@ -11,7 +11,7 @@ import pytest
 
 from service.database import Database
 from service.errors import NotFoundError
-from service.jobs.folder import DataFolder
+from service.jobs.folder import DataFolder, digest_of
 from service.jobs.records import DemRecord, JobRecord, JobStatus
 from service.jobs.recovery import note_job
 from service.jobs.store import Store
@@ -163,3 +163,30 @@ def test_many_go_a_few_at_a_time(place: Place) -> None:
 def test_nothing_that_is_not_there_can_be_pinned(place: Place) -> None:
     with pytest.raises(NotFoundError):
         place.retention().pin(MAPS, "x", True)
+
+
+def test_a_result_that_no_store_knew_leaves_quarantine_after_a_week_and_nothing_else_does(place: Place) -> None:
+    def put(name: str, content: bytes, note: bool = False) -> Path:
+        path = place.folder.root / "results" / name
+        path.mkdir()
+        (path / "count.npy").write_bytes(content)
+        if name == "whole":
+            path = path.rename(path.with_name(digest_of(path)))
+        if note:
+            (path / "notes").mkdir()
+            (path / "notes" / f"{1:032x}.json").write_text("{}")
+        return path
+
+    killed = put("whole", b"killed within its commit")
+    known_once, strange = put("whole", b"of a store that is away", note=True), put("their-own", b"theirs")
+    place.folder.set_aside_unknown(place.store.known())
+    retention, day_s = place.retention(), 86_400.0
+
+    def held() -> set[str]:
+        return {path.name for path in place.folder.root.glob("quarantine/*/results/*")}
+
+    assert held() == {killed.name, known_once.name, strange.name}
+    assert (retention.clear_quarantine(), retention.clear_quarantine(time.time() + 6.9 * day_s)) == (0, 0)
+    assert retention.clear_quarantine(time.time() + 7.1 * day_s) == 1
+    assert held() == {known_once.name, strange.name}
+    assert retention.clear_quarantine(time.time() + 400 * day_s) == 0
