@@ -1,7 +1,7 @@
 """Who sees whom: anchors, lines of sight, minimum visible altitudes, and what follows from them.
 
 The names that most scripts need are here. They and the others are in the rooms: ``sight``, ``dilution``, ``air``,
-``cover``, ``satellites`` and ``sites``.
+``cover``, ``signal``, ``satellites`` and ``sites``.
 """
 
 from visibility.air import altitude_layers, control_volume, morphing_map
@@ -25,7 +25,7 @@ from visibility.sight import (
     profile,
 )
 
-from .errors import AnchorError, CoverError, MeshError, VisibilityError, VisibilityInputError
+from .errors import AnchorError, CoverError, MeshError, SignalError, VisibilityError, VisibilityInputError
 
 __all__ = [
     "FLAT",
@@ -43,6 +43,7 @@ __all__ = [
     "MeshError",
     "MinimumVisibleAltitude",
     "MovingAnchor",
+    "SignalError",
     "VisibilityError",
     "VisibilityInputError",
     "altitude_layers",

@@ -4,10 +4,11 @@ VisibilityError
 ├── AnchorError           an anchor that cannot be used: below ground, duplicate id, impossible limits ...
 ├── VisibilityInputError  points, heights or options that make no question
 ├── MeshError             a building mesh that cannot be used
-└── CoverError            footprints or canopy that cannot be used
+├── CoverError            footprints or canopy that cannot be used
+└── SignalError           radios, links or profiles that cannot be used
 """
 
-__all__ = ["AnchorError", "CoverError", "MeshError", "VisibilityError", "VisibilityInputError"]
+__all__ = ["AnchorError", "CoverError", "MeshError", "SignalError", "VisibilityError", "VisibilityInputError"]
 
 
 class VisibilityError(Exception):
@@ -28,3 +29,7 @@ class MeshError(VisibilityError):
 
 class CoverError(VisibilityError):
     """Footprints of buildings, or canopy, cannot be used."""
+
+
+class SignalError(VisibilityError):
+    """A radio, a link or a profile cannot be used."""

@@ -53,6 +53,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_visibility.VisibilityInputError: ProblemKind("visibility-input", 422, "The question cannot be answered"),
     of_visibility.MeshError: ProblemKind("mesh", 422, "A building mesh cannot be used"),
     of_visibility.CoverError: ProblemKind("cover", 422, "Buildings or canopy cannot be used"),
+    of_visibility.SignalError: ProblemKind("signal", 422, "A radio or a link cannot be used"),
     of_gnss.GnssError: ProblemKind("gnss", 422, "The satellites cannot be used"),
     of_gnss.GnssInputError: ProblemKind("gnss-input", 422, "The question cannot be answered"),
     of_gnss.SamplesError: ProblemKind("samples", 422, "The samples cannot be used"),

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid, height_at, same_map
+from visibility.cover.kernels.canopy import SQUARE, canopy_shares, fill_highest
 from visibility.errors import CoverError
 from visibility.sight.curvature import Curvature
-from visibility.sight.kernels.canopy import canopy_shares
 from visibility.sight.roofs import roof_heights
 from visibility.sight.sight_points import check_points, in_posts
 
@@ -43,6 +44,19 @@ class Canopy:
         over = int(np.count_nonzero((self.base_m > self.top_m) & (self.top_m > 0.0)))
         if over:
             raise CoverError(f"At {over} posts the crown base is above the canopy.")
+
+    @cached_property
+    def layers(self) -> Heights:
+        """(rows, cols, 3) altitude of the ground, and over it tops and bases of the canopy, metres, for the kernels."""
+        return np.stack([self.grid.heights_m, self.top_m, self.base_m], axis=-1)
+
+    @cached_property
+    def highest_m(self) -> Heights:
+        """Altitude of the highest crown in squares of posts, for the kernels."""
+        squares = tuple(max(-(-(count - 1) // SQUARE), 1) for count in self.grid.shape)
+        highest_m = np.empty(squares, np.float32)
+        fill_highest(self.layers, highest_m)
+        return highest_m
 
 
 def canopy_between(grid: ElevationGrid, surface: ElevationGrid, base_m: npt.ArrayLike = 0.0) -> Canopy:
@@ -87,11 +101,11 @@ def canopy_paths(
     start_m, end_m = check_points(grid, "from_points_m", from_points_m), check_points(grid, "to_points_m", to_points_m)
     if len(start_m) != len(end_m):
         raise CoverError(f"Each line needs two points, not {len(start_m)} and {len(end_m)}.")
-    layers = np.stack([grid.heights_m, canopy.top_m, canopy.base_m])
     shares = np.empty(len(start_m))
+    lines = np.stack([in_posts(grid, start_m), in_posts(grid, end_m)], axis=1)
     drop_per_m2 = Curvature.over(grid, curvature).drop_per_m2
-    cells_m = (grid.cell_east_m, grid.cell_north_m)
-    canopy_shares(layers, cells_m, drop_per_m2, in_posts(grid, start_m), in_posts(grid, end_m), shares)
+    earth = (grid.cell_east_m, grid.cell_north_m, drop_per_m2)
+    canopy_shares(canopy.layers, canopy.highest_m, earth, lines, shares)
     length_m: npt.NDArray[np.float64] = np.linalg.norm(end_m - start_m, axis=1)
     return shares * length_m
 

@@ -67,10 +67,14 @@ def weissberger_loss(path_m: npt.ArrayLike, frequency_hz: float) -> VegetationLo
 
 
 def early_itu_loss(path_m: npt.ArrayLike, frequency_hz: float) -> VegetationLoss:
-    """The early ITU model (CCIR Report 236, 1986): 0.2 to 95 GHz, up to 400 m of trees."""
+    """The early ITU model, 0.2 f^0.3 d^0.6 in MHz and m (adopted by the CCIR in 1986; Seybold, 2005, ch. 7).
+
+    Its source tells no range of validity, and the notes say so.
+    """
     way_m = _ways(path_m)
     loss_db = 0.2 * (frequency_hz / MHZ) ** 0.3 * way_m**0.6
-    return _within("The early ITU model", loss_db, way_m, frequency_hz, (0.2 * GHZ, 95.0 * GHZ), LONGEST_M)
+    found = _within("The early ITU model", loss_db, way_m, frequency_hz, (0.0, math.inf), math.inf)
+    return VegetationLoss(found.loss_db, ("The early ITU model's source tells no range of frequencies or depths.",))
 
 
 def p833_slant_loss(path_m: npt.ArrayLike, frequency_hz: float, elevation_rad: npt.ArrayLike) -> VegetationLoss:
@@ -81,7 +85,10 @@ def p833_slant_loss(path_m: npt.ArrayLike, frequency_hz: float, elevation_rad: n
     way_m, up_rad = np.broadcast_arrays(_ways(path_m), np.asarray(elevation_rad, np.float64))
     up_deg = np.degrees(np.where(up_rad > 0.0, up_rad, np.nan))
     loss_db = np.where(way_m > 0.0, 0.25 * (frequency_hz / MHZ) ** 0.39 * way_m**0.25 * up_deg**0.05, 0.0)
-    return _within("ITU-R P.833 for slant paths", loss_db, way_m, frequency_hz, (30.0 * MHZ, 100.0 * GHZ), math.inf)
+    found = _within("ITU-R P.833 for slant paths", loss_db, way_m, frequency_hz, (30.0 * MHZ, 100.0 * GHZ), math.inf)
+    level = int(np.count_nonzero((way_m > 0.0) & ~(up_rad > 0.0)))
+    told = (f"ITU-R P.833 for slant paths tells nothing of {level} ways that do not rise.",) if level else ()
+    return VegetationLoss(found.loss_db, (*found.notes, *told))
 
 
 def p833_woodland_loss(path_m: npt.ArrayLike, frequency_hz: float) -> VegetationLoss:

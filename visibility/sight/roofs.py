@@ -26,6 +26,7 @@ __all__ = [
     "raise_behind_roofs",
     "refuse_under_roof",
     "roof_heights",
+    "roofs_for_kernels",
     "roofs_over",
     "roofs_over_lines",
 ]
@@ -147,6 +148,15 @@ def roofs_over_lines(grid: ElevationGrid, start: Reals, end: Reals, drop_per_m2:
     scan_roofs(found.edges, found.edge_buckets, found.triangles, found.roof_buckets, lines, sags_m, least)
     clearance_m, share, roof_m, zone_m = least.T.copy()
     return RoofsOverLines(clearance_m, share, roof_m, zone_m)
+
+
+def roofs_for_kernels(grid: ElevationGrid) -> tuple[Reals, Buckets, Reals, Buckets]:
+    """(edges, their buckets, triangles, their buckets) of what stands on a grid, empty where nothing does."""
+    if grid.standing is None:
+        edges, triangles = np.empty((0, 2, 3)), np.empty((0, 3, 3))
+        return edges, _buckets(edges), triangles, _buckets(triangles)
+    found = _in_posts(grid)
+    return found.edges, found.edge_buckets, found.triangles, found.roof_buckets
 
 
 def _in_posts(grid: ElevationGrid) -> _InPosts:

@@ -19,8 +19,10 @@ __all__ = [
     "NEGLIGIBLE",
     "Family",
     "GridPoint",
+    "between",
     "clip_to_grid",
     "crossing",
+    "crossing_place",
     "end_ground",
     "families",
     "grid_point",
@@ -153,24 +155,38 @@ def families(shape, cells_m, start, step, within):
 
 
 @scalar_kernel
-def crossing(flat_m, family, k):
-    """Crossing k of a Family: (t, ground height, bulge in m²); the height is NaN on unknown ground.
+def crossing_place(family, k):
+    """Where crossing k of a Family is on its edge: (first post, second post, share from the first to the second).
 
-    flat_m: heights (rows·cols,). Positions are held on the line's edges, so rounding never reads beside the grid.
+    Posts are numbered as in flat heights (rows·cols,). Held on the line's edges: rounding never reads beside the grid.
     """
     line = family.first_line + k * family.direction
     position = family.position_0 + k * family.d_position
     skew = family.skew * line
     edge = min(max(int(position), skew, 0), skew + family.skew_last, family.last_edge)
-    fraction = position - edge
     index = edge * family.stride + line * family.between
-    here, there = float(flat_m[index]), float(flat_m[index + family.to_far_end])
-    ground_m = here + fraction * (there - here)
-    if math.isnan(ground_m):
+    return index, index + family.to_far_end, position - edge
+
+
+@scalar_kernel
+def between(flat_m, place):
+    """The value at a place that ``crossing_place`` gave; NaN between unknown posts."""
+    first, second, fraction = place
+    here, there = float(flat_m[first]), float(flat_m[second])
+    value_m = here + fraction * (there - here)
+    if math.isnan(value_m):
         if fraction <= NEGLIGIBLE:
-            ground_m = here
+            value_m = here
         elif fraction >= 1.0 - NEGLIGIBLE:
-            ground_m = there
+            value_m = there
+    return value_m
+
+
+@scalar_kernel
+def crossing(flat_m, family, k):
+    """Crossing k of a Family: (t, ground height, bulge in m²); the height is NaN on unknown ground."""
+    first, second, fraction = crossing_place(family, k)
+    ground_m = between(flat_m, (first, second, fraction))
     return family.t_0 + k * family.dt, ground_m, family.edge2_m2 * fraction * (1.0 - fraction)
 
 

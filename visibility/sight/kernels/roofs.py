@@ -12,7 +12,17 @@ from numba import prange
 
 from compiled.options import parallel_kernel, scalar_kernel
 
-__all__ = ["Buckets", "cast_shadows", "cover_posts", "cover_squares", "fill_buckets", "highest_roof", "scan_roofs"]
+__all__ = [
+    "Buckets",
+    "cast_shadows",
+    "cover_posts",
+    "cover_squares",
+    "edge_crossing",
+    "fill_buckets",
+    "highest_roof",
+    "scan_roofs",
+    "square_of",
+]
 
 BAND = 16  # rows of posts that one thread fills at a time
 BLOCK = 64  # lines that one thread takes at a time
@@ -150,7 +160,8 @@ def cover_squares(triangles, out):
 
 
 @scalar_kernel
-def _square(value, low, size, count):
+def square_of(value, low, size, count):
+    """Number of the square along one axis in which a row or column is; the nearest for one beyond them."""
     return min(max(int((value - low) / size), 0), count - 1)
 
 
@@ -164,12 +175,12 @@ def fill_buckets(boxes, tops, buckets, counted):
     """
     for number in range(boxes.shape[0]):
         for i in range(
-            _square(boxes[number, TOP], buckets.low_row, buckets.size, buckets.high),
-            _square(boxes[number, BOTTOM], buckets.low_row, buckets.size, buckets.high) + 1,
+            square_of(boxes[number, TOP], buckets.low_row, buckets.size, buckets.high),
+            square_of(boxes[number, BOTTOM], buckets.low_row, buckets.size, buckets.high) + 1,
         ):
             for j in range(
-                _square(boxes[number, LEFT], buckets.low_col, buckets.size, buckets.wide),
-                _square(boxes[number, RIGHT], buckets.low_col, buckets.size, buckets.wide) + 1,
+                square_of(boxes[number, LEFT], buckets.low_col, buckets.size, buckets.wide),
+                square_of(boxes[number, RIGHT], buckets.low_col, buckets.size, buckets.wide) + 1,
             ):
                 square = i * buckets.wide + j
                 if counted:
@@ -193,7 +204,7 @@ def highest_roof(triangles, buckets, row, col):
 
 
 @scalar_kernel
-def _crossing(edge, start, step):
+def edge_crossing(edge, start, step):
     """(share of the way, altitude of the edge) where a line crosses an edge in plan; share NaN where it does not."""
     d_row, d_col = edge[TO, ROW] - edge[FROM, ROW], edge[TO, COL] - edge[FROM, COL]
     area = step[ROW] * d_col - step[COL] * d_row
@@ -214,7 +225,7 @@ def _least(edges, buckets, start, step, sag_m, found):
     row_from, row_to = min(start[ROW], start[ROW] + step[ROW]), max(start[ROW], start[ROW] + step[ROW])
     if row_to < low or row_from > low + size * buckets.high:
         return
-    for i in range(_square(row_from, low, size, buckets.high), _square(row_to, low, size, buckets.high) + 1):
+    for i in range(square_of(row_from, low, size, buckets.high), square_of(row_to, low, size, buckets.high) + 1):
         near, far = 0.0, 1.0
         if step[ROW] != 0.0:
             one, other = (low + i * size - start[ROW]) / step[ROW], (low + (i + 1) * size - start[ROW]) / step[ROW]
@@ -225,14 +236,15 @@ def _least(edges, buckets, start, step, sag_m, found):
             continue
         line_m = start[ALTITUDE] + min(near * step[ALTITUDE], far * step[ALTITUDE]) - 0.25 * sag_m
         for j in range(
-            _square(left, buckets.low_col, size, buckets.wide), _square(right, buckets.low_col, size, buckets.wide) + 1
+            square_of(left, buckets.low_col, size, buckets.wide),
+            square_of(right, buckets.low_col, size, buckets.wide) + 1,
         ):
             square = i * buckets.wide + j
             over_m = line_m - buckets.tops[square]  # nothing in the square comes nearer, and its zone is no narrower
             if over_m > 0.0 and over_m >= found[CLEARANCE] and 2.0 * over_m >= found[ZONE]:
                 continue
             for at in range(buckets.starts[square], buckets.starts[square + 1]):
-                share, roof_m = _crossing(edges[buckets.numbers[at]], start, step)
+                share, roof_m = edge_crossing(edges[buckets.numbers[at]], start, step)
                 if not math.isnan(share):
                     free = share * (1.0 - share)
                     clear_m = start[ALTITUDE] + share * step[ALTITUDE] - roof_m - sag_m * free

@@ -1,0 +1,64 @@
+"""Canopy with the model that tells what it costs a signal, and the season."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from visibility.cover.canopy import Canopy
+from visibility.cover.vegetation import (
+    VegetationLoss,
+    density_loss,
+    early_itu_loss,
+    p833_slant_loss,
+    p833_woodland_loss,
+    weissberger_loss,
+)
+from visibility.errors import CoverError
+
+__all__ = ["Foliage", "FoliageModel"]
+
+FoliageModel = Literal["density", "weissberger", "early_itu", "p833_slant", "p833_woodland"]
+
+
+@dataclass(frozen=True, eq=False)
+class Foliage:
+    """Canopy over a grid, and what a way through it costs.
+
+    model: "density" with depth_per_m, optical depth per metre of way (``fit_density``), or a published model, each for
+    its own range of frequencies. season: factor on the loss, 1 = in leaf, or as it was fitted. Raises CoverError.
+    """
+
+    canopy: Canopy
+    model: FoliageModel = "weissberger"
+    depth_per_m: float | None = None
+    season: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.model not in get_args(FoliageModel):
+            raise CoverError(f"The model of a canopy must be one of {', '.join(get_args(FoliageModel))}.")
+        if (self.model == "density") != (self.depth_per_m is not None):
+            raise CoverError('A canopy\'s depth_per_m belongs to the model "density", and to no other.')
+        for name in ("depth_per_m", "season"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value >= 0.0):
+                raise CoverError(f"A canopy's {name} must be a number >= 0, not {value}.")
+
+    def loss(self, way_m: npt.ArrayLike, frequency_hz: float, rise_rad: npt.ArrayLike) -> VegetationLoss:
+        """(n,) loss of ways through the canopy, dB; rise_rad: (n,) their elevations, for the model of slant paths.
+
+        A way of no length costs nothing; outside the model's range it is NaN, and told.
+        """
+        ways_m = np.asarray(way_m, np.float64)
+        if self.model == "density" and self.depth_per_m is not None:
+            return VegetationLoss(density_loss(ways_m, self.depth_per_m, self.season), ())
+        if self.model == "p833_slant":
+            found = p833_slant_loss(ways_m, frequency_hz, rise_rad)
+        else:
+            published = {"weissberger": weissberger_loss, "early_itu": early_itu_loss}
+            found = published.get(self.model, p833_woodland_loss)(ways_m, frequency_hz)
+        return replace(found, loss_db=np.where(ways_m == 0.0, 0.0, found.loss_db * self.season))

@@ -1,0 +1,1 @@
+"""Compiled loops of radio over ground: diffraction and ways through canopy."""
