@@ -13,7 +13,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Annotated, Self
+from typing import Annotated, Self
 
 from fastapi import Depends, Header, Request
 from python_multipart import MultipartParser
@@ -28,7 +28,7 @@ from .guard.body_limit import too_large
 from .guard.uploads import Place
 from .problems import is_json
 
-__all__ = ["Upload", "WaitDep", "clean_name", "json_body", "long_body", "receive"]
+__all__ = ["Upload", "WaitDep", "clean_name", "json_body", "long_body", "receive", "receive_files"]
 
 BLOCK_BYTES = 1024 * 1024
 MAX_NAME_LENGTH = 100
@@ -55,7 +55,16 @@ class Upload:
 async def receive(
     request: Request, service: Service, max_bytes: int, limit_name: str, file_name: str | None = None
 ) -> AsyncIterator[Upload]:
-    """The request's file, on disk inside the block and removed after it.
+    """The request's file, on disk inside the block and removed after it. Raises as ``receive_files``."""
+    async with receive_files(request, service, max_bytes, limit_name, file_name, most=1) as (upload,):
+        yield upload
+
+
+@asynccontextmanager
+async def receive_files(
+    request: Request, service: Service, max_bytes: int, limit_name: str, file_name: str | None = None, *, most: int
+) -> AsyncIterator[tuple[Upload, ...]]:
+    """The request's files, one to ``most`` and together of max_bytes, on disk inside the block and removed after it.
 
     Raises BodyTooLargeError, RequestError, BusyError when others take all places, TooSlowError.
     """
@@ -63,9 +72,9 @@ async def receive(
         folder = service.folder.incoming / uuid.uuid4().hex
         await asyncio.to_thread(folder.mkdir)
         try:
-            upload = await _received(request, folder, place, max_bytes, limit_name, file_name)
+            uploads = await _received(request, folder, place, max_bytes, limit_name, file_name, most)
             place.receiving = False
-            yield upload
+            yield uploads
         finally:
             await asyncio.to_thread(service.folder.remove, folder)
 
@@ -76,32 +85,32 @@ def _told_bytes(request: Request) -> int | None:
 
 
 async def _received(
-    request: Request, folder: Path, place: Place, max_bytes: int, limit_name: str, file_name: str | None
-) -> Upload:
+    request: Request, folder: Path, place: Place, max_bytes: int, limit_name: str, file_name: str | None, most: int
+) -> tuple[Upload, ...]:
     declared = request.headers.get("content-type", "")
     media_type, options = parse_options_header(declared)
-    form = _Form(options.get(b"boundary", b"")) if media_type == b"multipart/form-data" else None
-    with (folder / "file").open("wb") as file:
-        sink = _Sink(file)
-        async for chunk in request.stream():
-            place.take(len(chunk))
-            sink.take(chunk if form is None else form.parse(chunk))
-            if sink.size_bytes > max_bytes:
-                raise too_large(max_bytes, limit_name)
-            if sink.pending_bytes >= BLOCK_BYTES:
-                await asyncio.to_thread(sink.write)
-        await asyncio.to_thread(sink.write)
+    form = _Form(options.get(b"boundary", b""), most) if media_type == b"multipart/form-data" else None
+    sinks, size_bytes = list[_Sink](), 0
+    async for chunk in request.stream():
+        place.take(len(chunk))
+        for number, data in [(0, chunk)] if form is None else form.parse(chunk):
+            if number == len(sinks):
+                if sinks:
+                    await asyncio.to_thread(sinks[-1].write)
+                sinks.append(_Sink(folder / str(number)))
+            sinks[number].take(data)
+            size_bytes += len(data)
+        if size_bytes > max_bytes:
+            raise too_large(max_bytes, limit_name)
+        if sinks and sinks[-1].pending_bytes >= BLOCK_BYTES:
+            await asyncio.to_thread(sinks[-1].write)
+    names = [_name_in_header(request) or f"upload{SUFFIX_OF_TYPE.get(media_type.decode('latin-1'), '')}"]
     if form is not None:
-        form.check_complete()
-        file_name = file_name or form.file_name
-    name = clean_name(
-        file_name or _name_in_header(request) or f"upload{SUFFIX_OF_TYPE.get(media_type.decode('latin-1'), '')}"
-    )
-    if not sink.size_bytes:
-        raise RequestError(f"{name} is empty.")
-    # the suffix and, for .hgt, the name itself tell how to read it
-    path = (folder / "file").rename(folder / name)
-    return Upload(path, name, sink.size_bytes, sink.sha256.hexdigest())
+        names = form.check_complete().file_names
+    if file_name is not None and len(names) == 1:
+        names = [file_name]
+    named = zip(sinks, names, strict=True)
+    return tuple([await asyncio.to_thread(sink.kept_as, clean_name(name)) for sink, name in named])
 
 
 def clean_name(name: str) -> str:
@@ -124,40 +133,52 @@ def _name_in_header(request: Request) -> str | None:
 class _Sink:
     """Takes bytes as they come, and writes and hashes them in a thread, block by block."""
 
-    def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir()
+        self._file = folder / "file"
         self._pending = bytearray()
-        self.sha256 = hashlib.sha256()
-        self.size_bytes = 0
+        self._sha256 = hashlib.sha256()
+        self._size_bytes = 0
 
     @property
     def pending_bytes(self) -> int:
         return len(self._pending)
 
     def take(self, data: bytes) -> None:
-        self.size_bytes += len(data)
+        self._size_bytes += len(data)
         self._pending += data
 
     def write(self) -> None:
         block, self._pending = self._pending, bytearray()
-        self.sha256.update(block)
-        self._file.write(block)
+        self._sha256.update(block)
+        with self._file.open("ab") as file:
+            file.write(block)
+
+    def kept_as(self, name: str) -> Upload:
+        """All of it, under the name whose suffix, and for .hgt the name itself, tells how to read it.
+
+        Raises RequestError where nothing came.
+        """
+        if not self._size_bytes:
+            raise RequestError(f"{name} is empty.")
+        self.write()
+        return Upload(self._file.rename(self._file.with_name(name)), name, self._size_bytes, self._sha256.hexdigest())
 
 
 class _Form:
-    """The one file of a multipart form; anything else in the form is refused, not ignored."""
+    """The files of a multipart form, ``most`` of them; anything else in the form is refused, not ignored."""
 
-    def __init__(self, boundary: bytes) -> None:
+    def __init__(self, boundary: bytes, most: int) -> None:
         if not boundary:
             raise RequestError("The multipart form has no boundary.")
         if len(boundary) > MAX_BOUNDARY_BYTES:
             raise RequestError(f"The boundary of the multipart form is longer than {MAX_BOUNDARY_BYTES} bytes.")
-        self.file_name: str | None = None
-        self._data = bytearray()
+        self.file_names: list[str] = []
+        self._most = most
+        self._parsed: list[tuple[int, bytes]] = []
         self._header_name = bytearray()
         self._header_value = bytearray()
         self._headers: dict[bytes, bytes] = {}
-        self._files = 0
         self._ended = False
         self._parser = MultipartParser(
             boundary,
@@ -166,23 +187,23 @@ class _Form:
                 "on_header_value": lambda data, start, end: self._header_value.extend(data[start:end]),
                 "on_header_end": self._on_header_end,
                 "on_headers_finished": self._on_headers_finished,
-                "on_part_data": lambda data, start, end: self._data.extend(data[start:end]),
+                "on_part_data": lambda data, start, end: self._on_data(data[start:end]),
                 "on_end": self._on_end,
             },
         )
 
-    def parse(self, chunk: bytes) -> bytes:
-        """Bytes of the file in the next chunk of the form."""
+    def parse(self, chunk: bytes) -> list[tuple[int, bytes]]:
+        """(number of the file, bytes of it) in the next chunk of the form."""
         try:
             self._parser.write(chunk)
         except MultipartParseError as error:
             raise RequestError("The multipart form is damaged.") from error
-        data, self._data = bytes(self._data), bytearray()
-        return data
+        parsed, self._parsed = self._parsed, []
+        return parsed
 
     def check_complete(self) -> Self:
         """Raises RequestError unless the form came to its end and had a file."""
-        if not self._files:
+        if not self.file_names:
             raise RequestError("The form has no file; send one, for instance with `curl -F file=@dem.tif`.")
         if not self._ended:
             raise RequestError("The multipart form ended before its last part was complete.")
@@ -200,10 +221,14 @@ class _Form:
         name = options.get(b"filename")
         if name is None:
             raise RequestError(f"The form field {field[:40]!r} is not known; options go into the query, the file here.")
-        self._files += 1
-        if self._files > 1:
-            raise RequestError("The form has more than one file; upload one DEM at a time.")
-        self.file_name = name.decode("utf-8", "replace")
+        if len(self.file_names) == self._most:
+            alone = "more than one file; send one at a time" if self._most == 1 else f"more than {self._most} files"
+            raise RequestError(f"The form has {alone}.")
+        self.file_names.append(name.decode("utf-8", "replace"))
+        self._on_data(b"")
+
+    def _on_data(self, data: bytes) -> None:
+        self._parsed.append((len(self.file_names) - 1, data))
 
     def _on_end(self) -> None:
         self._ended = True

@@ -66,7 +66,9 @@ class _Shelved(BaseModel):
 
     id: str = Field(description="Names the DEM in requests; the same file read the same way has the same id.")
     created_at: datetime = Field(description="When it was uploaded first.")
-    file_bytes: int | None = Field(description="Size of the file, bytes; null for a bundled DEM.")
+    file_bytes: int | None = Field(
+        description="Size of the file, or of all tiles, bytes; null for a bundled DEM and for ground of the library."
+    )
     driver: str = Field(description="Format that the file was read as.")
 
 

@@ -1,11 +1,13 @@
-"""DEMs read by workers and kept: each once, by its id; ground that takes long is followed meanwhile."""
+"""DEMs read by workers and kept: each once, by its id; tiles joined; ground that takes long followed meanwhile."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import time
 import uuid
 from collections.abc import Callable, Mapping
+from pathlib import PurePath
 from typing import cast
 
 from fastapi import Request, Response
@@ -13,7 +15,9 @@ from fastapi.responses import JSONResponse
 from pydantic import JsonValue
 
 from service.access.callers import acting_tenant
-from service.jobs.channel import BodyArguments
+from service.errors import RequestError
+from service.jobs.channel import BodyArguments, ReadDemArguments, ReadingOptions
+from service.jobs.dem_tasks import ReadTilesArguments
 from service.jobs.folder import move_into_place
 from service.jobs.marker import write_owner
 from service.jobs.pool import Lane
@@ -21,13 +25,48 @@ from service.jobs.process import to_its_end
 from service.jobs.records import DemRecord
 from service.jobs.recovery import note_dem
 
-from .bodies import receive
+from .bodies import Upload, receive, receive_files
 from .context import Service
 from .dem_answers import DemUnderWay
 from .grounds import GroundUnderWay
 from .jobs import RETRY_AFTER_S
 
-__all__ = ["dem_id_of", "ground_of_library", "keep_dem", "under_way_answer"]
+__all__ = ["MOST_TILES", "dem_id_of", "dem_of_files", "ground_of_library", "keep_dem", "under_way_answer"]
+
+MOST_TILES = 100
+
+
+async def dem_of_files(
+    request: Request, service: Service, filename: str | None, options: ReadingOptions
+) -> tuple[DemRecord, bool]:
+    """The DEM of a request's file, or of several that are its tiles, and whether it is new. Raises RequestError."""
+    settings = service.settings
+    service.supervisor.space.refuse_when_low()
+    files = receive_files(request, service, settings.max_upload_bytes, "max_upload_bytes", filename, most=MOST_TILES)
+    async with files as uploads:
+        if len(uploads) > 1:
+            return await _joined(service, uploads, told=bool(options) or filename is not None)
+        (upload,) = uploads
+        dem_id = dem_id_of("file", upload.sha256, _read_by(upload), json.dumps(options, sort_keys=True))
+        arguments = ReadDemArguments(path=str(upload.path), options=options)
+        return await keep_dem(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)
+
+
+async def _joined(service: Service, tiles: tuple[Upload, ...], *, told: bool) -> tuple[DemRecord, bool]:
+    if told:
+        raise RequestError("Several files are joined as they are; leave out filename and reading options.")
+    # of equally fine tiles the first by name gives what two hold, so names are part of what they are
+    ordered = sorted(tiles, key=lambda tile: (tile.name, tile.sha256))
+    dem_id = dem_id_of("tiles", *(part for tile in ordered for part in (tile.name, tile.sha256)))
+    arguments = ReadTilesArguments(paths=[str(tile.path) for tile in ordered])
+    size_bytes = sum(tile.size_bytes for tile in ordered)
+    return await keep_dem(service, dem_id, "tiles", "read-tiles", arguments, size_bytes)
+
+
+def _read_by(upload: Upload) -> str:
+    """What of a file's name decides how it is read: its suffix the format, and for .hgt the name itself the place."""
+    suffix = PurePath(upload.name).suffix.lower()
+    return upload.name.lower() if suffix == ".hgt" else suffix
 
 
 async def ground_of_library(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import PurePath
 from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, Query, Request, Response
@@ -18,15 +16,14 @@ from service.ground.levels import Levels, levels_of
 from service.ground.request import GroundIn
 from service.jobs.channel import ReadDemArguments, ReadingOptions
 from service.jobs.pool import Lane
-from service.jobs.records import DemRecord
 
-from .bodies import WaitDep, receive
-from .context import Service, ServiceDep
+from .bodies import WaitDep
+from .context import ServiceDep
 from .dem_answers import DemList, DemOut, DemUnderWay
-from .dem_keeping import dem_id_of, ground_of_library, keep_dem, under_way_answer
+from .dem_keeping import MOST_TILES, dem_id_of, dem_of_files, ground_of_library, keep_dem, under_way_answer
 from .jobs import file_answer
 from .lists import TurnDep
-from .meta import LOCATION, problem_responses
+from .meta import KNOWN, LOCATION, PART, problem_responses
 from .problems import is_json
 
 __all__ = ["ground", "router"]
@@ -38,14 +35,21 @@ DATUM = (
 ground = APIRouter(prefix="/ground", tags=["DEMs"])
 UPLOAD_BODY = {
     "requestBody": {
-        "description": "The file, as a form or as it is; or in JSON the area to make a DEM of from the ground library. "
-        "Not needed with `sample`.",
+        "description": "The file, as a form or as it is; several tiles of one DEM as one form; or in JSON the area to "
+        "make a DEM of from the ground library. Not needed with `sample`.",
         "content": {
             "application/json": {"schema": {"$ref": f"#/components/schemas/{GroundIn.__name__}"}},
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
-                    "properties": {"file": {"type": "string", "format": "binary"}},
+                    "properties": {
+                        "file": {
+                            "type": "array",
+                            "items": {"type": "string", "format": "binary"},
+                            "minItems": 1,
+                            "maxItems": MOST_TILES,
+                        }
+                    },
                     "required": ["file"],
                 }
             },
@@ -110,7 +114,9 @@ async def upload_dem(
     """Read a GeoTIFF, COG, ESRI ASCII, SRTM .hgt, DTED, .npz or .npy file and keep it.
 
     Send the file as a multipart form (`curl -F file=@dem.tif`) or as the body (`curl --data-binary @dem.tif` with
-    `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told.
+    `?filename=dem.tif`). Geographic files are warped to metres; what was converted is told. Several files in one form
+    (`-F file=@a.hgt -F file=@b.hgt`) are tiles that are joined to one DEM, as those of the ground library are: tiles on
+    one lattice post for post, coarser ones where finer are void; seams, voids and datums are told.
 
     With a body in JSON (`{"area": …}`) the DEM is made from the operator's ground library, see `GET /ground`: the
     finest tiles first, voids filled from the next, everything told in `conversions` and `warnings`. Many posts, or a
@@ -139,7 +145,7 @@ async def upload_dem(
             return found
         dem, is_new = found
     else:
-        dem, is_new = await _uploaded(request, service, filename, options)
+        dem, is_new = await dem_of_files(request, service, filename, options)
     response.status_code = 201 if is_new else 200
     response.headers["Location"] = f"/dems/{dem.id}"
     return DemOut.of(dem)
@@ -184,8 +190,10 @@ async def get_dem(dem_id: str, service: ServiceDep) -> DemOut | Response:
         200: {
             "description": "The picture.",
             "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
+            "headers": {"ETag": {"description": "Names the DEM.", "schema": {"type": "string"}}},
         },
-        304: {"description": "You have it already (If-None-Match)."},
+        206: PART,
+        304: KNOWN,
         **problem_responses(404, 416, 503, 507),
     },
 )
@@ -219,7 +227,8 @@ async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
             "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
             "headers": {"ETag": {"description": "Changes when the heights do.", "schema": {"type": "string"}}},
         },
-        304: {"description": "You have it already (If-None-Match)."},
+        206: PART,
+        304: KNOWN,
         **problem_responses(404, 416, 422, 503, 507),
     },
 )
@@ -271,16 +280,3 @@ async def delete_dem(dem_id: str, service: ServiceDep) -> Response:
 async def get_ground(service: ServiceDep) -> Coverage:
     """What the operator's tiles cover; `POST /dems` with an `area` makes a DEM of it."""
     return Coverage.model_validate(await service.supervisor.ask("tell-coverage", {}, lane=Lane.CHECKS))
-
-
-async def _uploaded(
-    request: Request, service: Service, filename: str | None, options: ReadingOptions
-) -> tuple[DemRecord, bool]:
-    service.supervisor.space.refuse_when_low()
-    async with receive(request, service, service.settings.max_upload_bytes, "max_upload_bytes", filename) as upload:
-        # the name decides how a file is read: its suffix the format, and for .hgt the name itself the place
-        suffix = PurePath(upload.name).suffix.lower()
-        named = upload.name.lower() if suffix == ".hgt" else suffix
-        dem_id = dem_id_of("file", upload.sha256, named, json.dumps(options, sort_keys=True))
-        arguments = ReadDemArguments(path=str(upload.path), options=options)
-        return await keep_dem(service, dem_id, upload.name, "read-dem", arguments, upload.size_bytes)

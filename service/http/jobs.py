@@ -26,8 +26,10 @@ from .problems import FailedJob, problem_of
 
 __all__ = [
     "RETRY_AFTER_S",
+    "RangedFile",
     "after_waiting",
     "answer_of",
+    "bytes_answer",
     "events_of",
     "file_answer",
     "finished",
@@ -46,12 +48,13 @@ EVENT_STREAM = "text/event-stream"
 EVENTS_EVERY_S, SETTLES_S, ALIVE_EVERY_S = 0.25, 0.02, 15.0
 
 
-class _File(FileResponse):
+class RangedFile(FileResponse):
     """A file whose refusals of a Range header are problems, as all refusals are."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        assert self.stat_result is not None
-        size_bytes = self.stat_result.st_size
+        """Send it, or what the Range header names of it."""
+        stat = self.stat_result
+        size_bytes = (await asyncio.to_thread(Path(self.path).stat) if stat is None else stat).st_size
 
         async def send_unless_refused(message: Message) -> None:
             if message["type"] == "http.response.start" and message["status"] in (400, 416):
@@ -67,17 +70,32 @@ class _File(FileResponse):
 
 async def file_answer(request: Request, path: Path, media_type: str, version: str) -> Response:
     """The file, or 304 when the client has this version of it. Raises NotFoundError when it was just deleted."""
-    etag = f'"{version}"'
-    asked = {tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")}
-    # the content under one digest never changes
-    headers = {"ETag": etag, "Cache-Control": "private, no-cache"}
-    if etag in asked or "*" in asked:
+    headers = _version_headers(version)
+    if _has_version(request, headers["ETag"]):
         return Response(status_code=304, headers=headers)
     try:
         stat = await asyncio.to_thread(path.stat)
     except FileNotFoundError as error:
         raise NotFoundError("file", path.name) from error
-    return _File(path, headers=headers, media_type=media_type, filename=path.name, stat_result=stat)
+    return RangedFile(path, headers=headers, media_type=media_type, filename=path.name, stat_result=stat)
+
+
+def bytes_answer(request: Request, content: bytes, media_type: str, version: str) -> Response:
+    """Bytes at hand, or 304 when the client has this version of them."""
+    headers = _version_headers(version)
+    if _has_version(request, headers["ETag"]):
+        return Response(status_code=304, headers=headers)
+    return Response(content, headers=headers, media_type=media_type)
+
+
+def _version_headers(version: str) -> dict[str, str]:
+    # the content under one digest never changes
+    return {"ETag": f'"{version}"', "Cache-Control": "private, no-cache"}
+
+
+def _has_version(request: Request, etag: str) -> bool:
+    asked = {tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")}
+    return etag in asked or "*" in asked
 
 
 def spliced_answer(state: BaseModel, name: str, path: Path | None, status: int, headers: dict[str, str]) -> Response:

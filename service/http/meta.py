@@ -26,7 +26,9 @@ from .problems import MEDIA_TYPE
 
 __all__ = [
     "FILE_BODY",
+    "KNOWN",
     "LOCATION",
+    "PART",
     "Responses",
     "body_of",
     "describe",
@@ -36,6 +38,8 @@ __all__ = [
 ]
 
 LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"type": "string"}}}
+KNOWN: dict[str, JsonValue] = {"description": "You have it already (If-None-Match)."}
+PART: dict[str, JsonValue] = {"description": "The bytes that the header Range names."}
 # how FastAPI is told of the responses of a route, by status
 Responses = dict[int | str, dict[str, Any]]  # JSON of OpenAPI and classes: the type is FastAPI's own
 GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from pydantic import JsonValue
@@ -27,16 +27,28 @@ from service.jobs.marker import is_owned
 from service.parts.map_facts import ground_of
 from service.products import Product
 from service.settings import Settings
-from terrain import ElevationGrid, GroundChangedError, MosaicPlan, Tile, plan_mosaic, read_dem, read_mosaic
+from terrain import (
+    DemUnsupportedError,
+    ElevationGrid,
+    GroundChangedError,
+    MosaicPlan,
+    Tile,
+    plan_mosaic,
+    read_dem,
+    read_mosaic,
+    read_tile,
+)
 
 from .channel import BodyArguments, DemArguments, GroundArguments, LevelArguments, ReadDemArguments, body_in, read_body
 
 __all__ = [
+    "ReadTilesArguments",
     "Task",
     "TaskContext",
     "draw_hillshade",
     "plan_ground",
     "read_ground",
+    "read_tiles",
     "read_uploaded_dem",
     "tell_coverage",
     "write_dem_level",
@@ -105,6 +117,28 @@ def read_uploaded_dem(context: TaskContext, arguments: ReadDemArguments) -> Mapp
     save_grid(grid, context.work)
     make_durable(context.work)
     return _summary(grid)
+
+
+class ReadTilesArguments(TypedDict):
+    """Files that are tiles of one DEM, by their paths."""
+
+    paths: Sequence[str]
+
+
+def read_tiles(context: TaskContext, arguments: ReadTilesArguments) -> Mapping[str, object]:
+    """Join the files at ``paths`` to one grid, keep it in the work folder, and tell about it.
+
+    Raises DemReadError, FrameError, VerticalDatumError.
+    """
+    tiles = [read_tile(path) for path in arguments["paths"]]
+    bodies = sorted({tile.body for tile in tiles})
+    if len(bodies) > 1:
+        raise DemUnsupportedError(f"The files are of several bodies ({', '.join(bodies)}), so they are no one ground.")
+    limit = context.settings.max_dem_cells
+    grid = read_mosaic(tiles, body=bodies[0], max_cells=limit, progress=context.progress)
+    save_grid(grid, context.work)
+    make_durable(context.work)
+    return {**_summary(grid), "name": grid.provenance.source}
 
 
 def draw_hillshade(context: TaskContext, arguments: DemArguments) -> Mapping[str, object]:

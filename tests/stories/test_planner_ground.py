@@ -1,4 +1,4 @@
-"""Ground on the planner's page: several files let go at once, and a box drawn over the operator's tiles."""
+"""Ground on the planner's page: several files let go at once and joined, and a box of the operator's tiles."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from terrain import GroundLibrary, index_ground
 from terrain.tiles.library import edited
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import mission, open_planner, settled, take
+from tests.stories.planner import field, in_view, mission, open_planner, settled, take
 from tests.terrain.tiles.cutting import cut_tif, rough
 
 METRES = rasterio.Affine(30, 0, 700_000, 0, -30, 5_100_000)
@@ -54,6 +54,11 @@ def page(browser: Browser, server: Server) -> Iterator[Browser]:
     assert browser.complaints == []
 
 
+def let_go(page: Browser, paths: list[Path]) -> None:
+    files = [(one.name, base64.b64encode(one.read_bytes()).decode()) for one in paths]
+    page.value(DROP.format(files=json.dumps(files)))
+
+
 def test_a_box_drawn_over_the_tiles_becomes_the_ground(tiles: None, page: Browser) -> None:
     page.click("#mode-ground")
     page.click("#draw-box")
@@ -68,9 +73,55 @@ def test_a_box_drawn_over_the_tiles_becomes_the_ground(tiles: None, page: Browse
     page.until("(document.querySelector('.inspector')?.textContent ?? '').includes('mosaic of')")
     settled(page)
     assert "mosaic of" in mission(page)["ground"]["name"]
-    west, south, east, north = page.value("planner.map.getView().getProjection().getExtent()")
     # 0.02 by 0.012 degrees at 46 degrees north: a degree of longitude is 77.5 km there, one of latitude 111.2 km
-    assert (east - west, north - south) == pytest.approx((0.02 * 77_480.0, 0.012 * 111_150.0), rel=0.12)
+    assert width_and_height_m(page) == pytest.approx((0.02 * 77_480.0, 0.012 * 111_150.0), rel=0.12)
+
+
+def width_and_height_m(page: Browser) -> tuple[float, float]:
+    west, south, east, north = page.value("planner.map.getView().getProjection().getExtent()")
+    return east - west, north - south
+
+
+def test_a_box_is_typed_as_well_as_drawn_and_what_is_no_box_is_told(tiles: None, page: Browser) -> None:
+    page.click("#mode-ground")
+    page.until("!!document.getElementById('from-borders')")
+    borders = field(page, "West, south, east, north")
+    page.write(borders, "11.61, 46.01, 11.63, 45.99")
+    page.click("#from-borders")
+    page.until("(document.getElementById('refusal')?.textContent ?? '').includes('is no box')")
+    assert in_view(page, "#refusal")
+    page.choose(borders, "11.61, 45.994, 11.63, 46.006")
+    page.click("#from-borders")
+    page.until("(planner.mission().ground?.name ?? '').startsWith('mosaic of')")
+    settled(page)
+    assert width_and_height_m(page) == pytest.approx((0.02 * 77_480.0, 0.012 * 111_150.0), rel=0.12)
+    page.click("#undo")
+    page.until("planner.mission().ground === null")
+
+
+def test_corners_of_a_box_are_set_by_the_keyboard_alone(tiles: None, page: Browser) -> None:
+    page.click("#mode-ground")
+    page.until("!!document.getElementById('draw-box')")
+    page.click("#draw-box")
+    page.until("planner.map.getView().getProjection().getCode() === 'degrees'")
+    page.value("document.getElementById('map').focus()")
+    page.press("Enter")
+    center = "planner.map.getView().getCenter()"
+    for axis, key in enumerate(("ArrowRight", "ArrowUp")):
+        before = page.value(center)
+        page.press(key)
+        page.until(f"{center}[{axis}] > {before[axis]} && !planner.map.getView().getAnimating()")
+    corner = page.value(center)
+    page.press("Enter")
+    page.until("(planner.mission().ground?.name ?? '').startsWith('mosaic of')")
+    settled(page)
+    west, south, east, north = (
+        float(one) for one in page.value(f"document.querySelector('{field(page, 'West, s')}').value").split(",")
+    )
+    assert (east, north) == pytest.approx(corner, abs=1e-6)
+    assert west < east
+    assert south < north
+    assert page.value("document.activeElement.id") == "map"
 
 
 def test_escape_leads_back_from_the_tiles_to_the_ground(tiles: None, page: Browser) -> None:
@@ -88,11 +139,26 @@ def test_several_files_let_go_at_once_are_all_read_and_the_bad_one_is_told(page:
         np.savez(tmp_path / f"{number}.npz", heights_m=heights_m, cell_east_m=10.0, cell_north_m=10.0)
     (tmp_path / "notes.tif").write_text("no picture at all")
     dropped = [tmp_path / name for name in ("1.npz", "notes.tif", "2.npz")]
-    files = [(one.name, base64.b64encode(one.read_bytes()).decode()) for one in dropped]
-    page.value(DROP.format(files=json.dumps(files)))
+    let_go(page, dropped)
     page.until("(document.getElementById('notice')?.textContent ?? '').includes('2 grounds were read')")
     page.until("(document.getElementById('refusal')?.textContent ?? '').includes('notes.tif')")
     assert mission(page)["ground"]["name"] == "1.npz"
     assert "2.npz" in page.value("document.getElementById('ground-choice').textContent")
     assert all("422" in complaint for complaint in page.complaints)
     page.complaints.clear()
+
+
+def test_tiles_that_are_let_go_together_are_joined_to_one_ground(page: Browser, tmp_path: Path) -> None:
+    heights_m = rough(61, 81)
+    heights_m[30, 40] = np.nan
+    let_go(page, cut_tif(tmp_path / "tiles", heights_m, METRES, shared=True, pieces=2))
+    page.until("(document.getElementById('join')?.textContent ?? '').includes('These 4 files')")
+    first = mission(page)["ground"]["name"]
+    page.click("#join-tiles")
+    page.until("(planner.mission().ground?.name ?? '') === 'mosaic of 4 tiles'")
+    settled(page)
+    assert page.text(".inspector .facts").count("81 × 61") == 1
+    assert "4 tiles on one lattice were put together" in page.value("document.querySelector('.inspector').textContent")
+    assert page.value("document.getElementById('join')") is None
+    page.click("#undo")
+    page.until(f"planner.mission().ground?.name === {first!r}")

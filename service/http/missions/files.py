@@ -8,7 +8,6 @@ from typing import Annotated, cast
 
 import orjson
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.responses import FileResponse
 from starlette.background import BackgroundTask
 
 from service.errors import NotFoundError
@@ -21,7 +20,8 @@ from service.missions.shelf import Sheet
 from ..bodies import Upload, receive
 from ..context import Service, ServiceDep
 from ..dem_keeping import dem_id_of, keep_dem
-from ..meta import FILE_BODY, problem_responses
+from ..jobs import RangedFile
+from ..meta import FILE_BODY, PART, problem_responses
 
 __all__ = ["imports", "opened_mission", "router"]
 
@@ -33,8 +33,8 @@ Version = Annotated[int, Query(ge=1, le=2**53, description="Number of a version.
 @router.get(
     "/{mission_id}/files/{name}",
     summary="Download a mission",
-    response_class=FileResponse,
-    responses={200: {"description": "The file."}, **problem_responses(404, 409, 422, 503, 507)},
+    response_class=RangedFile,
+    responses={200: {"description": "The file."}, 206: PART, **problem_responses(404, 409, 416, 422, 503, 507)},
 )
 async def get_file(mission_id: str, name: str, service: ServiceDep, version: Version | None = None) -> Response:
     """One of the files that its links name, of the newest version or of another."""
@@ -47,7 +47,7 @@ async def get_file(mission_id: str, name: str, service: ServiceDep, version: Ver
     await service.supervisor.ask("write-mission-file", arguments, token)
     folder = service.folder.work(token)
     gone = BackgroundTask(service.supervisor.in_store, service.folder.remove, folder)
-    return FileResponse(folder / file.name, media_type=file.media_type, filename=file.name, background=gone)
+    return RangedFile(folder / file.name, media_type=file.media_type, filename=file.name, background=gone)
 
 
 @imports.post(

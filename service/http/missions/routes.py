@@ -17,7 +17,7 @@ from ..bodies import json_body, receive
 from ..context import Service, ServiceDep
 from ..guard.body_limit import too_large
 from ..lists import TurnDep
-from ..meta import LOCATION, body_of, problem_responses
+from ..meta import KNOWN, LOCATION, body_of, problem_responses
 from ..problems import is_json
 from .answers import MissionList, MissionOut, MissionSummary, VersionList, VersionNameIn, VersionOut
 from .files import opened_mission
@@ -103,7 +103,7 @@ async def list_missions(service: ServiceDep, turn: TurnDep) -> MissionList:
     response_model=None,
     responses={
         200: {"description": "The newest version.", "headers": ETAG, "model": MissionOut},
-        304: {"description": "You have it already (If-None-Match)."},
+        304: KNOWN,
         **problem_responses(404),
     },
 )

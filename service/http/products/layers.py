@@ -17,18 +17,24 @@ from service.jobs.tile_tasks import TILE_POSTS, TileArguments, Tiles
 from service.products import Product
 
 from ..context import Service, ServiceDep
-from ..jobs import file_answer, finished, has_layer, path_of
-from ..meta import Responses, problem_responses
+from ..jobs import bytes_answer, file_answer, finished, has_layer, path_of
+from ..meta import KNOWN, PART, Responses, problem_responses
 
 __all__ = ["add_layers", "add_tiles"]
 
 OCTETS = "application/octet-stream"
 Number = Annotated[int, InPath(ge=0, le=1_000_000)]
+ETAG = {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}}
 NUMBERS: Responses = {
-    200: {"description": "The values.", "content": {OCTETS: {"schema": {"type": "string", "format": "binary"}}}},
-    304: {"description": "You have it already (If-None-Match)."},
-    **problem_responses(404, 409, 416, 422, 503, 507),
+    200: {
+        "description": "The values.",
+        "content": {OCTETS: {"schema": {"type": "string", "format": "binary"}}},
+        "headers": ETAG,
+    },
+    304: KNOWN,
+    **problem_responses(404, 409, 422, 503, 507),
 }
+RANGED: Responses = {**NUMBERS, 206: PART, **problem_responses(416)}
 
 
 def add_layers(router: APIRouter, product: Product, one: str, article: str) -> None:
@@ -40,9 +46,10 @@ def add_layers(router: APIRouter, product: Product, one: str, article: str) -> N
             "content": {
                 layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
             },
-            "headers": {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}},
+            "headers": ETAG,
         },
-        304: {"description": "You have it already (If-None-Match)."},
+        206: PART,
+        304: KNOWN,
         **problem_responses(404, 409, 416, 422, 503, 507),
     }
 
@@ -102,7 +109,7 @@ def add_tiles(router: APIRouter, product: Product, one: str) -> None:
         description="All bands, one after the other, each row by row from the north; ranges and If-None-Match are "
         "understood.",
         response_class=FileResponse,
-        responses=NUMBERS,
+        responses=RANGED,
     )
     async def get_level(job_id: str, layer: str, level: Number, request: Request, service: ServiceDep) -> Response:
         digest, tiles = await _tiles(service, product, job_id, layer)
@@ -114,16 +121,17 @@ def add_tiles(router: APIRouter, product: Product, one: str) -> None:
         name=f"get_{one}_tile",
         summary="Get a tile of a raster layer",
         description=f"{TILE_POSTS} by {TILE_POSTS} values of each band, fewer at the border; row and col count tiles "
-        "from the north-west.",
+        "from the north-west; If-None-Match is understood.",
         response_class=Response,
         responses=NUMBERS,
     )
     async def get_tile(
-        job_id: str, layer: str, level: Number, row: Number, col: Number, service: ServiceDep
+        job_id: str, layer: str, level: Number, row: Number, col: Number, request: Request, service: ServiceDep
     ) -> Response:
         digest, tiles = await _tiles(service, product, job_id, layer)
         path = await _level(service, digest, tiles, level)
-        return Response(await asyncio.to_thread(_cut, path, tiles, level, row, col), media_type=OCTETS)
+        values = await asyncio.to_thread(_cut, path, tiles, level, row, col)
+        return bytes_answer(request, values, OCTETS, f"{digest}-{path.name}-{path.parent.name}-{row}-{col}")
 
 
 async def _tiles(service: Service, product: Product, job_id: str, layer: str) -> tuple[str, Tiles]:

@@ -25,6 +25,7 @@ export const words = {
   tooManyFrames: (count: number, most: number) => `${count} frames are more than the ${most} that the page holds of this ground; take longer steps.`,
   noPathYet: "There is no path yet to place anchors along; plan one first, or choose the area.",
   noPlaceIn: (text: string) => `“${text.slice(0, 60)}” holds no place: write east and north in metres, or latitude and longitude.`,
+  noBox: (text: string) => `“${text.slice(0, 60)}” is no box: write its west, south, east and north in degrees.`,
   outside: (text: string) => `${text.slice(0, 60)} lies outside the ground.`,
   noDegrees: "This ground has no degrees; write east and north in metres.",
   noGeoJson: "This is no GeoJSON with points.",

@@ -76,6 +76,13 @@ export function upload(file: File, options: ReadingOptions): Promise<Dem> {
   return askJson<Dem>(`/dems?${given.toString()}`, { method: "POST", body });
 }
 
+/** Files that are tiles of one ground, joined by the service before they are warped. */
+export function uploadTiles(files: readonly File[]): Promise<Dem> {
+  const body = new FormData();
+  for (const file of files) body.append("file", file);
+  return askJson<Dem>("/dems", { method: "POST", body });
+}
+
 export interface Heights {
   /** Each value is the mean of 2^level by 2^level posts. */
   readonly level: number;

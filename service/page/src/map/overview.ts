@@ -1,7 +1,8 @@
 // Where there is ground to be had: outlines of the tiles in degrees, and a box drawn over them.
 import { effect } from "@preact/signals";
-import type Feature from "ol/Feature.js";
+import Feature from "ol/Feature.js";
 import type OlMap from "ol/Map.js";
+import Point from "ol/geom/Point.js";
 import View from "ol/View.js";
 import { boundingExtent } from "ol/extent.js";
 import GeoJSON from "ol/format/GeoJSON.js";
@@ -15,9 +16,22 @@ import { tileStyle } from "./styles";
 const WORLD = [-180, -90, 180, 90];
 const METRES_PER_DEGREE = 111_320;
 
+const tiles = new VectorSource();
+/** Where Enter set the first corner of a box. */
+let corner: readonly number[] | null = null;
+
+/** The middle of the map is a corner of the box; the second one ends it. */
+export function cornerInTheMiddle(map: OlMap): void {
+  const middle = map.getView().getCenter();
+  if (!middle) return;
+  if (corner === null) {
+    corner = middle;
+    tiles.addFeature(new Feature(new Point([...middle])));
+  } else takeBox(boundingExtent([[...corner], middle]));
+}
+
 /** Shows it while it is asked for, and the ground again afterwards. */
 export function followOverview(map: OlMap, back: () => void): void {
-  const tiles = new VectorSource();
   const layer = new VectorLayer({ source: tiles, zIndex: 40, visible: false });
   map.addLayer(layer);
   const drawing = new Draw({ type: "Circle", geometryFunction: createBox() });
@@ -36,6 +50,7 @@ export function followOverview(map: OlMap, back: () => void): void {
       return;
     }
     tiles.clear();
+    corner = null;
     tiles.addFeatures(outlines());
     map.addInteraction(drawing);
     const projection = new Projection({ code: "degrees", units: "degrees", extent: WORLD, metersPerUnit: METRES_PER_DEGREE });

@@ -14,6 +14,7 @@ import { overview } from "../products/library";
 import { acceptGhost } from "../products/placement";
 import { accept, change, follow, ground, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
 import { anchorLayer, ghostLayer, placeLayer } from "./features";
+import { cornerInTheMiddle } from "./overview";
 
 const TOUCHED: readonly unknown[] = [anchorLayer, placeLayer, ghostLayer];
 const FIRST_STAND_OFF_M = 100;
@@ -124,7 +125,11 @@ let drawing: Draw | null = null;
 /** What Enter does: the tool in hand is used in the middle of the map; closes: what is drawn ends there. */
 export function useInTheMiddle(map: OlMap, closes: boolean): void {
   const [here, middle] = [ground.peek(), map.getView().getCenter()];
-  if (!here || !middle || overview.peek()) return;
+  if (overview.peek()) {
+    cornerInTheMiddle(map);
+    return;
+  }
+  if (!here || !middle) return;
   const place = rounded(middle);
   if (!contains(here.extent, place)) return;
   if (!drawing) use(place);

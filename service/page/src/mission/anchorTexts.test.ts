@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { anchorsOf, placeOf } from "./anchorTexts";
+import { anchorsOf, boxOf, placeOf } from "./anchorTexts";
 import { frameOf } from "../geo/frames";
 import { newAnchor } from "./mission";
 import type { Dem } from "../api/types";
@@ -38,4 +38,11 @@ test("an id that is taken gets the next free one", () => {
   const there = [newAnchor([], { east_m: 740000, north_m: 4030000 })];
   const [added] = anchorsOf("id,east_m,north_m\nD1,741000,4031000\n", there, around);
   expect(added?.id).toBe("D2");
+});
+
+test("a box is west, south, east, north in degrees, with letters or signs; anything else is refused in one sentence", () => {
+  expect(boxOf("-84.3, 36.2, -84.2, 36.3")).toEqual([-84.3, 36.2, -84.2, 36.3]);
+  expect(boxOf("84.3° W 36.2° N 84.2° W 36.3° N")).toEqual([-84.3, 36.2, -84.2, 36.3]);
+  expect(boxOf("179.9 -1 -179.9 1")).toEqual([179.9, -1, -179.9, 1]);
+  for (const text of ["", "1 2 3", "1 2 3 4 5", "1 3 2 2", "1 2 1 3", "0 -91 1 0", "nowhere"]) expect(() => boxOf(text)).toThrow(/is no box/);
 });

@@ -16,14 +16,18 @@ interface Written {
   readonly towards: string | undefined;
 }
 
-/** The first two numbers of a text, negative towards south and west. Raises one sentence. */
-function twoNumbers(text: string): readonly [Written, Written] {
-  const numbers = [...text.matchAll(/([-+−]?\d+(?:\.\d+)?)\s*°?\s*([NSEW])?/gi)].map(([, digits, letter]) => {
+/** The numbers of a text, negative towards south and west. */
+function numbersIn(text: string): readonly Written[] {
+  return [...text.matchAll(/([-+−]?\d+(?:\.\d+)?)\s*°?\s*([NSEW])?/gi)].map(([, digits, letter]) => {
     const value = Number(String(digits).replace("−", "-"));
     const towards = letter?.toUpperCase();
     return { value: towards === "S" || towards === "W" ? -Math.abs(value) : value, towards };
   });
-  const [first, second] = numbers;
+}
+
+/** The first two of them. Raises one sentence. */
+function twoNumbers(text: string): readonly [Written, Written] {
+  const [first, second] = numbersIn(text);
   if (!first || !second) throw new Error(words.noPlaceIn(text));
   return [first, second];
 }
@@ -35,6 +39,16 @@ export function degreesOf(text: string): Degrees {
   const [lat_deg, lon_deg] = swapped ? [second.value, first.value] : [first.value, second.value];
   if (Math.abs(lat_deg) > 90 || Math.abs(lon_deg) > 360) throw new Error(words.outside(text));
   return { lon_deg, lat_deg };
+}
+
+/** [west, south, east, north] of a box, degrees; east is below west where it lies over the antimeridian. Raises one sentence. */
+export function boxOf(text: string): readonly [number, number, number, number] {
+  const [west, south, east, north, more] = numbersIn(text).map(({ value }) => value);
+  const missing = west === undefined || south === undefined || east === undefined || north === undefined;
+  if (missing || more !== undefined || Math.max(Math.abs(west), Math.abs(east)) > 360 || south < -90 || north > 90 || south >= north || west === east) {
+    throw new Error(words.noBox(text));
+  }
+  return [west, south, east, north];
 }
 
 /** One place as people write it: "east north" in metres or "lat lon" in degrees, with or without letters. */

@@ -1,6 +1,6 @@
 // Ground: take one, see what was read of it, choose the mission's area.
 import { signal } from "@preact/signals";
-import { getDem, listDems, type ReadingOptions, SAMPLES, takeSample, upload } from "../api/dems";
+import { getDem, listDems, type ReadingOptions, SAMPLES, takeSample, upload, uploadTiles } from "../api/dems";
 import type { Dem } from "../api/types";
 import { takeGround } from "../ground";
 import { attempt, change, ground, mission, notice, refusals, tool } from "../state";
@@ -11,6 +11,8 @@ import { Library } from "./Library";
 
 const known = signal<readonly Dem[]>([]);
 const lastFile = signal<File | null>(null);
+/** Files that were let go together and may be tiles of one ground. */
+const joinable = signal<readonly File[]>([]);
 const options = signal<ReadingOptions>({});
 const { ui } = words;
 
@@ -29,23 +31,36 @@ function take(request: () => Promise<Dem>): void {
 export function takeFiles(files: readonly File[]): Promise<void> {
   return attempt("ground", async () => {
     const refused: string[] = [];
-    let taken = 0;
+    const taken: File[] = [];
+    joinable.value = [];
     for (const file of files) {
       if (lastFile.value !== file) options.value = {};
       lastFile.value = file;
       try {
         const request = upload(file, options.peek());
-        if (taken === 0) await takeGround(request);
+        if (taken.length === 0) await takeGround(request);
         else await request;
-        taken += 1;
+        taken.push(file);
       } catch (error) {
         const why = error instanceof Error ? error.message : String(error);
         refused.push(files.length === 1 ? why : words.refusedFile(file.name, why));
       }
     }
     await refreshDems();
-    if (taken > 1) notice.value = words.filesRead(taken, ground.peek()?.dem.name ?? "");
+    if (taken.length > 1) {
+      joinable.value = taken;
+      notice.value = words.filesRead(taken.length, ground.peek()?.dem.name ?? "");
+    }
     if (refused.length > 0) throw new Error(refused.join(" "));
+  });
+}
+
+/** The files that were read one by one, as one ground. */
+function join(): void {
+  take(async () => {
+    const dem = await uploadTiles(joinable.peek());
+    [joinable.value, lastFile.value] = [[], null];
+    return dem;
   });
 }
 
@@ -90,6 +105,14 @@ export function GroundPanel() {
             onChange={(event) => void takeFiles([...(event.currentTarget.files ?? [])])}
           />
         </label>
+        {joinable.value.length > 1 && (
+          <div id="join" class="offer">
+            <p>{ui.joinHint(joinable.value.length)}</p>
+            <button type="button" id="join-tiles" class="primary" onClick={join}>
+              {ui.join}
+            </button>
+          </div>
+        )}
         {lastFile.value && <Reading file={lastFile.value} />}
       </Group>
       <Library />
@@ -107,7 +130,7 @@ function Reading({ file }: { file: File }) {
   const now = options.value;
   return (
     <details open={refusals.value.ground !== undefined || (ground.value?.dem.warnings.length ?? 0) > 0}>
-      <summary>{ui.readAgain}</summary>
+      <summary>{ui.readAgain(file.name)}</summary>
       <TextField label={ui.crs} value={now.crs ?? ""} onValue={set("crs")} />
       <TextField label={ui.heightUnit} value={now.height_unit ?? ""} onValue={set("height_unit")} />
       <TextField label={ui.datum} value={now.vertical_datum ?? ""} onValue={set("vertical_datum")} />

@@ -2,12 +2,15 @@
 import { computed, signal } from "@preact/signals";
 import { type Coverage, groundCoverage, makeGroundOf } from "../api/dems";
 import { takeGround } from "../ground";
+import { boxOf } from "../mission/anchorTexts";
 import { attempt, mode, setBusy, tool } from "../state";
 
 export const coverage = signal<Coverage>({ features: [], sources: [] });
 /** The source that is asked; empty: the operator's own tiles. */
 export const source = signal("");
 export const cellM = signal<number | null>(null);
+/** The box that was drawn or typed: west, south, east, north in degrees. */
+export const borders = signal("");
 export const isThereGround = computed(() => coverage.value.features.length + coverage.value.sources.length > 0);
 /** Whether the map shows where there is ground, in degrees, in place of the mission. */
 export const overview = computed(() => tool.value === "library");
@@ -23,9 +26,17 @@ export async function takeOf(area: Readonly<Record<string, number>>): Promise<vo
 }
 
 /** A box that was drawn, degrees. */
-export function takeBox([west_deg, south_deg, east_deg, north_deg]: readonly number[]): void {
+export function takeBox(extent: readonly number[]): void {
   tool.value = "look";
   mode.value = "ground";
-  const round = (degrees: number | undefined): number => Math.round((degrees ?? 0) * 1e6) / 1e6;
-  void attempt("ground", () => takeOf({ west_deg: round(west_deg), south_deg: round(south_deg), east_deg: round(east_deg), north_deg: round(north_deg) }));
+  borders.value = extent.map((degrees) => Math.round(degrees * 1e6) / 1e6).join(", ");
+  takeBorders();
+}
+
+/** The box as it is typed. */
+export function takeBorders(): void {
+  void attempt("ground", async () => {
+    const [west_deg, south_deg, east_deg, north_deg] = boxOf(borders.peek());
+    await takeOf({ west_deg, south_deg, east_deg, north_deg });
+  });
 }
