@@ -70,6 +70,21 @@ class TangentFrame:
         centred = _centred_m(self.body, latitude_rad, np.asarray(longitude_rad) - self.longitude_rad, altitude_m)
         return (centred - self._origin_m()) @ self._axes()
 
+    def to_geodetic(self, position_m: npt.ArrayLike) -> tuple[Array, Array, Array]:
+        """(latitudes rad, longitudes rad, altitudes m) of places (..., 3) in the frame."""
+        centred = np.asarray(position_m, np.float64) @ self._axes().T + self._origin_m()
+        body = self.body
+        e2 = body.flattening * (2.0 - body.flattening)
+        across, along = np.hypot(centred[..., 0], centred[..., 1]), centred[..., 2]
+        latitude = np.arctan2(along, across * (1.0 - e2))
+        # the foot of the vertical moves by e2 of the altitude's share: each round is good to 1/150 of the one before
+        for _ in range(6):
+            normal = body.semi_major_axis_m / np.sqrt(1.0 - e2 * np.sin(latitude) ** 2)
+            latitude = np.arctan2(along + e2 * normal * np.sin(latitude), across)
+        sine, cosine = np.sin(latitude), np.cos(latitude)
+        altitude = across * cosine + along * sine - body.semi_major_axis_m * np.sqrt(1.0 - e2 * sine**2)
+        return latitude, np.arctan2(centred[..., 1], centred[..., 0]) + self.longitude_rad, altitude
+
     def planet(self) -> kernel.Planet:
         """What the kernels need of it."""
         body, axes = self.body, self._axes()

@@ -13,10 +13,11 @@ from ..errors import MeasurementError, TimeOrderError
 from ..inputs import numbers
 from .imu import STANDARD_GRAVITY, ImuNoise
 
-__all__ = ["ImuLog", "from_forward_right_down", "imu_log"]
+__all__ = ["ImuLog", "from_forward_right_down", "imu_log", "turned"]
 
 Array = npt.NDArray[np.float64]
-AXES = {"flu": (1.0, 1.0, 1.0), "frd": (1.0, -1.0, -1.0)}
+# where x, y and z of a unit point: forward, back, left, right, up, down
+TOWARDS = {"f": (1, 0, 0), "b": (-1, 0, 0), "l": (0, 1, 0), "r": (0, -1, 0), "u": (0, 0, 1), "d": (0, 0, -1)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,21 @@ class ImuLog:
 
 def from_forward_right_down(vectors: npt.ArrayLike) -> Array:
     """(..., 3) x forward, y left, z up, of x forward, y right, z down; or the other way round."""
-    return np.asarray(vectors, np.float64) * AXES["frd"]
+    return np.asarray(vectors, np.float64) * (1.0, -1.0, -1.0)
+
+
+def turned(vectors: npt.ArrayLike, axes: str) -> Array:
+    """(..., 3) x forward, y left, z up, of readings whose axes point as the three letters say, "frd" or "rfu".
+
+    Letters: forward, back, left, right, up, down. Raises MeasurementError for what is no right-handed set of axes.
+    """
+    matrix = np.array([TOWARDS.get(letter, (0, 0, 0)) for letter in axes], np.float64)
+    if matrix.shape != (3, 3) or not np.isclose(np.linalg.det(matrix), 1.0):
+        raise MeasurementError(
+            f"axes are three letters for x, y, z out of f, b, l, r, u, d, right-handed: flu, frd, rfu …, not {axes!r}."
+        )
+    found: Array = np.asarray(vectors, np.float64) @ matrix
+    return found
 
 
 def imu_log(
@@ -42,7 +57,7 @@ def imu_log(
     forces: npt.ArrayLike,
     rates: npt.ArrayLike,
     *,
-    axes: Literal["flu", "frd"] = "flu",
+    axes: str = "flu",
     force_unit: Literal["m/s2", "g"] = "m/s2",
     rate_unit: Literal["rad/s", "deg/s"] = "rad/s",
     noise: ImuNoise | None = None,
@@ -51,16 +66,16 @@ def imu_log(
 ) -> ImuLog:
     """A log's readings, checked: times, units, axes, gaps and saturation.
 
-    times_s: (k,), (k, 3) forces (what an accelerometer tells: +g upwards at rest) and rates. axes: of the readings, x
-    forward, y left, z up, or x forward, y right, z down. Rows that repeat a time are dropped and told. noise: whose
-    ranges tell saturation. max_gap_s: 0 = ten times the median step. gravity_m_per_s2: by which a log in g, or upside
-    down, is known. Raises MeasurementError, TimeOrderError.
+    times_s: (k,), (k, 3) forces (what an accelerometer tells: +g upwards at rest) and rates. axes: where x, y and z of
+    the readings point, as for ``turned``: flu is forward, left, up; frd forward, right, down. Rows that repeat a time
+    are dropped and told. noise: whose ranges tell saturation. max_gap_s: 0 = ten times the median step.
+    gravity_m_per_s2: by which a log in g, or upside down, is known. Raises MeasurementError, TimeOrderError.
     """
     times = np.array(times_s, np.float64)
     if times.ndim != 1 or len(times) < 2:
         raise MeasurementError("An inertial log needs two readings at least.")
-    force = numbers("forces", forces, (len(times), 3)) * AXES[axes]
-    rate = numbers("rates", rates, (len(times), 3)) * AXES[axes]
+    force = turned(numbers("forces", forces, (len(times), 3)), axes)
+    rate = turned(numbers("rates", rates, (len(times), 3)), axes)
     finite = np.isfinite(times) & np.isfinite(force).all(axis=1) & np.isfinite(rate).all(axis=1)
     if not finite.all():
         raise MeasurementError(f"Reading {int(np.argmin(finite))} of the inertial log is not finite.")
@@ -114,7 +129,7 @@ def _units(force: Array, rate: Array, gravity_m_per_s2: float) -> list[str]:
         side = "down" if largest == 2 else "along its axis " + "xy"[largest]
         raise MeasurementError(
             f"By gravity the unit's z axis does not point up but {side} "
-            f"(median force {upward.round(2).tolist()} m/s²); say axes='frd', or turn the readings."
+            f"(median force {upward.round(2).tolist()} m/s²); say where its axes point, as in axes='frd'."
         )
     if not 0.7 * gravity_m_per_s2 < pull < 1.3 * gravity_m_per_s2 and math.isfinite(pull):
         return [f"The median force is {pull:.2f} m/s², gravity {gravity_m_per_s2:.2f}."]

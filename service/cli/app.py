@@ -33,6 +33,7 @@ COMMANDS: Mapping[str, str] = {
     "bubble": "service.cli.bubble:bubble",
     "detect": "service.cli.detect:detect",
     "log": "service.cli.field.log:log",
+    "navigate": "service.cli.field.navigate:navigate",
     "sites": "service.cli.sites:sites",
     "bridge": "service.cli.field.bridge:bridge",
     "receiver": "service.cli.field.receiver:receiver",

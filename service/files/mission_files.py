@@ -89,6 +89,7 @@ MISSIONS: Mapping[str, tuple[Mission, ...]] = MappingProxyType(
             Mission("anchors.kml", "gives heights above the ground"),
         ),
         "repositioning": (Mission("plans.zip"), Mission("moves.kml")),
+        "navigation": (Mission("track.gpx", "has no altitudes"),),
         "visibility-map": (Mission("map.kml", "gives heights above the ground"),),
     }
 )

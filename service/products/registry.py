@@ -12,6 +12,7 @@ from service.products.dop import DOP_MAP
 from service.products.flights import FLIGHT
 from service.products.lines_of_sight import LINES_OF_SIGHT
 from service.products.morphing import MORPHING_MAP
+from service.products.navigations import NAVIGATION
 from service.products.paths import PATH
 from service.products.placements import PLACEMENT
 from service.products.repositionings import REPOSITIONING
@@ -42,6 +43,7 @@ PRODUCTS: Mapping[str, Product] = _by_name(
         REPOSITIONING,
         LINES_OF_SIGHT,
         SAFETY_BUBBLES,
+        NAVIGATION,
     ]
 )
 

@@ -169,7 +169,9 @@ class Settings(BaseSettings):
     )
     max_json_bytes: int = Field(default=2 * MIB, ge=1024, description="Size of a JSON request body, bytes.")
     max_pairs_bytes: int = Field(
-        default=64 * MIB, ge=1024, description="Size of the body of a lines-of-sight or safety-bubbles request, bytes."
+        default=64 * MIB,
+        ge=1024,
+        description="Size of the body of a lines-of-sight, safety-bubbles or navigations request, bytes.",
     )
     max_missions: int = Field(default=1000, ge=0, description="Missions that are kept.")
     max_mission_bytes: int = Field(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tests.service.small_drives import drive_request
 from tests.service.small_flights import flight_request
 from tests.service.small_paths import ANCHORS, at, path_request
 
@@ -57,4 +58,5 @@ ASKED: dict[str, dict[str, Any]] = {
         "points": [{**at(100.0 + 20.0 * n, 300.0), "above_ground_m": 30.0} for n in range(9)],
         "speed_m_per_s": 2.0,
     },
+    "navigation": drive_request(),
 }

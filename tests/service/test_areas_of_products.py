@@ -23,6 +23,7 @@ from service.settings import Settings
 from terrain import AreaError, ElevationGrid
 from tests.planning.watching.grounds import ridge
 from tests.service.detectors.test_sessions_over_a_map import epoch, opened
+from tests.service.small_drives import drive_request
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
 from tests.service.small_paths import at
 
@@ -68,6 +69,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "site-map": ({"sites": 3, "directions": 64, "min_separation_m": 60.0}, {}),
     "lines-of-sight": ({"pairs": LINES}, {}),
     "safety-bubbles": ({"anchors": ANCHORS[:4], "points": WAY, "speed_m_per_s": 2.0}, {}),
+    "navigation": (drive_request(), {}),
 }  # fmt: skip
 # what is asked about a place outside the box, by product, and how the refusal calls it
 STRAY = at(200.0, 300.0)
@@ -94,6 +96,8 @@ def told(product: Product, finished: Any) -> dict[str, np.ndarray]:
     """What an answer holds, by name."""
     if product.name == "lines-of-sight":
         return {name: getattr(finished.sight, name) for name in ("verdict", "clearance_m", "blocking_point_m")}
+    if product.name == "navigation":
+        return {**finished.numbers(), "sight": finished.drive.sight}
     if product.name == "safety-bubbles":
         return {**finished.numbers(), "visible": finished.bubbles.visible}
     # from where a place is seen counts the ground where sites may stand, which is the area

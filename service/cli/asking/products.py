@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -47,7 +47,7 @@ OTHER_GROUND = (
 
 def ask(
     product: Product,
-    dem: str,
+    dem: str | ElevationGrid,
     asked: BaseModel | Path,
     tables: Callable[[Any], tuple[Table, ...]],
     *,
@@ -60,19 +60,22 @@ def ask(
     changes: Mapping[str, object] | None = None,
     margin_m: float | None = None,
     on: Given | None = None,
+    told: Sequence[str] = (),
 ) -> None:
     """Read, calculate, write and print. What can be wrong in the request is found before the work.
 
     asked: what the options make, of ``product.parameters``, or the file of a request; changes: what the command line
     says of either. tables: of the answer. summary: the file of the answer. left_out: layers that are
     not written. work: what the calculation may use; its progress is shown here. margin_m: how far around the area
-    ground is read; None: of one file all, of tiles none. on: the map that it begins from. Raises RequestError and what
-    the packages raise.
+    ground is read; None: of one file all, of tiles none. on: the map that it begins from. told: what else there is to
+    know. Raises RequestError and what the packages raise.
     """
     parameters = request_from_file(asked, product) if isinstance(asked, Path) else asked
     parameters = parameters.model_copy(update=dict(changes or {}))
-    grid = covered(reading.read(dem, getattr(parameters, "area", None), margin_m), parameters)
-    parameters, told = in_dem_datum(grid, parameters)
+    ground = reading.read(dem, getattr(parameters, "area", None), margin_m) if isinstance(dem, str) else dem
+    grid = covered(ground, parameters)
+    parameters, of_datum = in_dem_datum(grid, parameters)
+    told = (*of_datum, *told)
     if on is not None and on.map_ground not in (None, grid.digest):
         told = (*told, OTHER_GROUND)
     layers = tuple(

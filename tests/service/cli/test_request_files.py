@@ -28,6 +28,7 @@ COMMANDS = {
     "repositioning": "reposition",
     "lines-of-sight": "los",
     "safety-bubbles": "bubble",
+    "navigation": "navigate --dem",
 }
 DEM_ID = "0" * 32
 BODY = re.compile(r"127\.0\.0\.1:8000(/[a-z-]+) [^\n]*-d '(.*?)' -o", re.DOTALL)
@@ -60,7 +61,7 @@ def test_a_command_asks_what_the_same_request_asks_over_http(product, body, sigh
     monkeypatch.setattr(service.cli.asking.products, "ask", ask)
     file = tmp_path / "request.json"
     file.write_text(json.dumps(body))
-    ended = sightline(COMMANDS[product.name], dem_file, "--request", file)
+    ended = sightline(*COMMANDS[product.name].split(), dem_file, "--request", file)
     assert (ended.code, ended.stdout) == (0, "")
     over_http = product.completed(product.asked.model_validate_json(json.dumps(body)), Given())
     assert asked == [(product.name, over_http)]
@@ -88,7 +89,7 @@ def test_one_rule_for_a_dem_id_in_all_commands(product, tmp_path, capsys):
 def test_a_request_is_answered_and_all_files_of_its_answer_are_written(product, sightline, dem_file, tmp_path):
     file, out = tmp_path / "request.json", tmp_path / "out"
     file.write_text(json.dumps(ASKED[product.name]))
-    told = sightline(COMMANDS[product.name], dem_file, "--request", file, "--out", out, "--json").told()
+    told = sightline(*COMMANDS[product.name].split(), dem_file, "--request", file, "--out", out, "--json").told()
     written = {path.name for path in out.iterdir()}
     assert {Path(name).name for name in told.pop("files")} == written
     (summary,) = written.difference(product.layer)

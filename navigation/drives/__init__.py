@@ -1,0 +1,18 @@
+"""Drives as their logs have them: settings, where one begins, and the track that fits what was measured."""
+
+from .driving import DriveTrack, navigate_drive
+from .logs import SOURCES, DriveLog, Fixes, Foreseen, Ranges, Readings, Speeds
+from .settings import DriveSettings
+
+__all__ = [
+    "SOURCES",
+    "DriveLog",
+    "DriveSettings",
+    "DriveTrack",
+    "Fixes",
+    "Foreseen",
+    "Ranges",
+    "Readings",
+    "Speeds",
+    "navigate_drive",
+]

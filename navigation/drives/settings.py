@@ -1,0 +1,78 @@
+"""What is known of a drive besides its log: the unit, how it is mounted, where it begins, what is believed how far."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Literal
+
+from ..errors import MeasurementError
+from ..inertial import IMU_PRESETS, ImuNoise, StandstillRule
+
+__all__ = ["DriveSettings"]
+
+Three = tuple[float, float, float]
+ZERO: Three = (0.0, 0.0, 0.0)
+# may be nothing: known for certain, or switched off
+OFF_AT_ZERO = ("lever_arm_sigma_m", "standstill_sigma_m_per_s", "sideways_sigma_m_per_s", "max_gap_s")
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """The options of a drive (seed 002, table 5.1); angles in radians, axes forward, left, up.
+
+    imu: the unit's errors. axes, force_unit, rate_unit: of the log's readings. imu_late_s: how much later they are
+    stamped than they were taken. max_gap_s: 0 = ten times the median step. lever_arm_m: from the unit to the antenna,
+    its sigma 0 = it is not estimated.
+    align_s: the beginning that levels the unit. heading_rad, position_m (east, north, up): at the beginning; None = as
+    the log tells it. standstill_sigma: of zero velocity where the readings are still (ZUPT), sideways_sigma: of going
+    neither sideways nor off the ground (NHC), 0 = off. mounting_rad: how far the direction of driving lies left of the
+    unit's x axis, and above it. *_sigma: of what the log gives no sigma for. gate_sigma: what lies further off is not
+    believed. least_sight: ranges of less probability of sight are left out. antenna_above_ground_m: the ground's height
+    is used where there is a map; None = it is not. epsilon: how many sigmas the bubble is. smoother: back through the
+    log as well. Raises MeasurementError.
+    """
+
+    imu: ImuNoise = IMU_PRESETS["tactical"]
+    axes: str = "flu"
+    force_unit: Literal["m/s2", "g"] = "m/s2"
+    rate_unit: Literal["rad/s", "deg/s"] = "rad/s"
+    imu_late_s: float = 0.0
+    max_gap_s: float = 0.0
+    lever_arm_m: Three = ZERO
+    lever_arm_sigma_m: float = 0.0
+    align_s: float = 5.0
+    heading_rad: float | None = None
+    heading_sigma_rad: float = math.radians(5.0)
+    position_m: Three | None = None
+    position_sigma_m: float = 10.0
+    velocity_sigma_m_per_s: float = 0.5
+    standstill_sigma_m_per_s: float = 0.0
+    standstill: StandstillRule = field(default_factory=StandstillRule)
+    sideways_sigma_m_per_s: float = 0.0
+    mounting_rad: tuple[float, float] = (0.0, 0.0)
+    speed_sigma_m_per_s: float = 0.1
+    fix_sigma_m: Three = (5.0, 5.0, 10.0)
+    fix_velocity_sigma_m_per_s: float = 0.1
+    range_sigma_m: float = 0.1
+    gate_sigma: float = 5.0
+    least_sight: float = 0.1
+    antenna_above_ground_m: float | None = None
+    ground_sigma_m: float = 1.0
+    gap_acceleration_m_per_s2: float = 2.0
+    gap_rate_rad_per_s: float = 1.0
+    epsilon: float = 3.0
+    smoother: bool = True
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if one.name.endswith(("sigma_m", "_per_s", "_per_s2", "sigma_rad", "sigma", "_s", "epsilon")):
+                zero = one.name in (*OFF_AT_ZERO, "align_s", "imu_late_s")
+                worst = min(value) if isinstance(value, tuple) else value
+                if one.name != "imu_late_s" and not (worst > 0.0 or (zero and worst == 0.0)):
+                    raise MeasurementError(
+                        f"{one.name} must be {'zero or more' if zero else 'above zero'}, not {worst}."
+                    )
+        if not 0.0 < self.least_sight <= 1.0:
+            raise MeasurementError(f"least_sight must be above 0 and at most 1, not {self.least_sight}.")

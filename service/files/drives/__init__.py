@@ -1,0 +1,1 @@
+"""Logs of drives: inertial readings, fixes, ranges and speeds, as tables and as logs of messages have them."""
