@@ -15,6 +15,7 @@ from ..inertial import (
     TangentFrame,
     align_moving,
     align_still,
+    angles_of,
     quaternion_of_angles,
     standing_still,
 )
@@ -173,8 +174,6 @@ def _headings(
 
 
 def _pitch_and_roll(level: Array) -> tuple[float, float]:
-    from ..inertial import angles_of
-
     _, pitch, roll = angles_of(level)
     if not math.isfinite(pitch + roll):
         raise MeasurementError("The first readings hold no way up.")
