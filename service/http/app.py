@@ -52,6 +52,7 @@ from .products.resources import product_router
 from .seeing.metrics import Metrics
 from .seeing.metrics import router as metrics
 from .seeing.requests import Seen
+from .seeing.traces import Traces
 from .web_page import install as install_web_page
 
 __all__ = ["allow_head", "create_app", "serve"]
@@ -86,11 +87,13 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     """The application; its workers start and stop with it.
 
     folder: an open data folder, which stays open; without one the app opens and closes that of the settings.
-    gate: whom it lets in; without one whoever the settings say. Raises KeysError.
+    gate: whom it lets in; without one whoever the settings say. Raises KeysError, StartError.
     """
     chosen = Settings() if settings is None else settings
     products = all_products(chosen.more_products)
     gate = Gate(chosen) if gate is None else gate
+    version = importlib.metadata.version("sightline")
+    traces = Traces(chosen, version)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -98,6 +101,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         try:
             app.state.service = service = Service.assemble(chosen, opened)
             app.state.metrics.watch(service)
+            traces.watch(service)
             app.state.leave.listeners.append(service.supervisor.leaving.set)
             tasks: list[asyncio.Task[None]] = []
             try:
@@ -121,12 +125,13 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                 service.detectors.close()
                 service.store.close()
         finally:
+            await asyncio.to_thread(traces.close)
             if folder is None:
                 opened.close()
 
     app = FastAPI(
         title="Sightline",
-        version=importlib.metadata.version("sightline"),
+        version=version,
         summary="Line-of-sight prediction for rovers that range to anchors over terrain.",
         openapi_tags=tags_of(products.values()),
         generate_unique_id_function=lambda route: route.name,
@@ -134,6 +139,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
         docs_url=None,  # web_page has one that loads nothing from elsewhere
         redoc_url=None,
         openapi_url=None,  # meta has one that is written once
+        telemetry=traces.config,
     )
     routers = [
         *(dems, ground, missions, mission_files, imports, probes),

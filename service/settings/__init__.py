@@ -110,6 +110,12 @@ class Settings(BaseSettings):
         default="text", description="Lines of the log: text for people, or json, one object per line."
     )
     access_log: bool = Field(default=True, description="Whether every request is a line of the log.")
+    otlp_endpoint: str | None = Field(
+        default=None,
+        pattern=r"^https?://[^\s/]+(/[^\s]*)?$",
+        description="Base address of an OpenTelemetry collector that takes traces over HTTP, such as "
+        "http://collector:4318; none unless set.",
+    )
 
     dask_scheduler: str | None = Field(
         default=None,

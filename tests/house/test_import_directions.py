@@ -84,11 +84,13 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "pyserial": "serial",
         "PyJWT": "jwt",
         "prometheus-client": "prometheus_client",
+        "opentelemetry-sdk": "opentelemetry",
+        "opentelemetry-exporter-otlp-proto-http": "opentelemetry",
     }
     project = pyproject()["project"]
     asked = [
         *project["dependencies"],
-        *(text for name in ("logs", "postgres") for text in project["optional-dependencies"][name]),
+        *(text for name in ("logs", "postgres", "telemetry") for text in project["optional-dependencies"][name]),
     ]
     requirements = [requirement.split(";")[0] for requirement in asked]
     names = ["".join(c if c.isalnum() or c in "-_" else " " for c in text).split()[0] for text in requirements]

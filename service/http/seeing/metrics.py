@@ -14,7 +14,7 @@ from prometheus_client.registry import Collector
 from service.http.context import Service
 from service.http.guard.connections import Connections
 from service.jobs.pool import Lane
-from service.jobs.records import JobStatus
+from service.jobs.upkeep.telling import JobOver
 from service.machine.limits import resident_bytes
 
 __all__ = ["Metrics", "router"]
@@ -51,11 +51,11 @@ class Metrics:
         self._requests.labels(method, route, str(status)).inc()
         self._seconds.labels(method, route).observe(seconds)
 
-    def job_over(self, kind: str, status: JobStatus, ran_s: float | None) -> None:
+    def job_over(self, over: JobOver) -> None:
         """A job is over."""
-        self._jobs.labels(kind, str(status)).inc()
-        if ran_s is not None:
-            self._job_seconds.labels(kind).observe(ran_s)
+        self._jobs.labels(over.job.kind, str(over.status)).inc()
+        if over.ran_s is not None:
+            self._job_seconds.labels(over.job.kind).observe(over.ran_s)
 
     def watch(self, service: Service) -> None:
         """Tell of a service that has been put together."""

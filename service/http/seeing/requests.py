@@ -7,6 +7,7 @@ import re
 import time
 import uuid
 
+from opentelemetry.trace import get_current_span
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -14,7 +15,7 @@ from service.logs import request_id
 
 from .metrics import Metrics
 
-__all__ = ["Seen"]
+__all__ = ["ROUTINE", "Seen"]
 
 logger = logging.getLogger("sightline.access")
 
@@ -41,6 +42,8 @@ class Seen:
         given = Headers(scope=scope).get(HEADER, "")
         own_id = given if GIVEN.fullmatch(given) else uuid.uuid4().hex
         token = request_id.set(own_id)
+        # in the span that FastAPI has begun, where it traces (traces.py)
+        get_current_span().set_attribute("sightline.request_id", own_id)
         begun_s, status, sent_bytes = time.perf_counter(), 0, 0
 
         async def send_with_id(message: Message) -> None:

@@ -5,22 +5,31 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from service.jobs.records import JobRecord, JobStatus
 
-__all__ = ["Telling"]
+__all__ = ["JobOver", "Telling"]
 
 logger = logging.getLogger("sightline.jobs")
 
-# kind, how it ended, seconds that its last attempt ran, or None when it never began
-Listener = Callable[[str, JobStatus, float | None], None]
+
+@dataclass(frozen=True, slots=True)
+class JobOver:
+    """A job's end. at_s: when, seconds since 1970 UTC; ran_s: seconds that its last attempt ran, None: never begun."""
+
+    job: JobRecord
+    status: JobStatus
+    at_s: float
+    ran_s: float | None
+    why: str | None
 
 
 class Telling:
     """What the supervisor tells of its jobs; listeners are called in the event loop."""
 
     def __init__(self) -> None:
-        self.listeners: list[Listener] = []
+        self.listeners: list[Callable[[JobOver], None]] = []
         self._begun_at_s: dict[str, float] = {}
 
     def begun(self, job: JobRecord, attempt: int) -> None:
@@ -37,4 +46,4 @@ class Telling:
         told |= {} if why is None else {"why": why}
         logger.info("job is over", extra=told)
         for listener in self.listeners:
-            listener(job.kind, status, ran_s)
+            listener(JobOver(job, status, time.time(), ran_s, why))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 
 import psycopg
 import pytest
@@ -134,3 +135,10 @@ def test_a_database_of_an_older_version_is_migrated_by_the_service_alone(sightli
     with psycopg.connect(url) as connection:
         connection.execute("UPDATE sightline_store SET version = version + 1")
     sightline("missions", "list", "--data", place.root).refused("written by a newer Sightline")
+
+
+def test_a_package_that_is_missing_is_named(sightline, tmp_path, monkeypatch):
+    monkeypatch.setenv("SIGHTLINE_DATABASE_URL", "postgresql:///x")
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    (tmp_path / "data").mkdir()
+    sightline("missions", "list", "--data", tmp_path / "data").refused("pip install 'sightline[postgres]'")
