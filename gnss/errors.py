@@ -3,11 +3,19 @@
 GnssError
 ├── GnssInputError        times or places that make no question
 ├── SamplesError          recorded samples that cannot be used: truncated, clipped, of another type or rate
+├── GnssLibraryError      a library that is asked for and not installed
 └── AlmanacError          satellite orbits that cannot be used: of another week, all unhealthy, no orbit ...
-    └── AlmanacFileError  an almanac or navigation file that is missing, truncated or damaged
+    └── AlmanacFileError  an almanac, navigation or observation file that is missing, truncated or damaged
 """
 
-__all__ = ["AlmanacError", "AlmanacFileError", "GnssError", "GnssInputError", "SamplesError"]
+__all__ = [
+    "AlmanacError",
+    "AlmanacFileError",
+    "GnssError",
+    "GnssInputError",
+    "GnssLibraryError",
+    "SamplesError",
+]
 
 
 class GnssError(Exception):
@@ -22,9 +30,13 @@ class SamplesError(GnssError):
     """Recorded samples of a receiver cannot be used."""
 
 
+class GnssLibraryError(GnssError):
+    """A library that the question needs is not installed."""
+
+
 class AlmanacError(GnssError):
     """Satellite orbits cannot be used."""
 
 
 class AlmanacFileError(AlmanacError):
-    """An almanac or navigation file is missing, truncated or damaged."""
+    """An almanac, navigation or observation file is missing, truncated or damaged."""

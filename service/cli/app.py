@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, str] = {
     "detect": "service.cli.detect:detect",
     "log": "service.cli.field.log:log",
     "navigate": "service.cli.field.navigate:navigate",
+    "baseline": "service.cli.field.baseline:baseline",
     "sites": "service.cli.sites:sites",
     "bridge": "service.cli.field.bridge:bridge",
     "receiver": "service.cli.field.receiver:receiver",

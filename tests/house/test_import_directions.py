@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import sys
 from pathlib import Path
 
@@ -88,10 +89,8 @@ def test_every_library_imported_is_declared_and_every_one_declared_is_imported()
         "opentelemetry-exporter-otlp-proto-http": "opentelemetry",
     }
     project = pyproject()["project"]
-    asked = [
-        *project["dependencies"],
-        *(text for name in ("logs", "postgres", "telemetry") for text in project["optional-dependencies"][name]),
-    ]
+    extras = [names for extra, names in project["optional-dependencies"].items() if extra not in ("test", "bench")]
+    asked = [*project["dependencies"], *itertools.chain(*extras)]
     requirements = [requirement.split(";")[0] for requirement in asked]
     names = ["".join(c if c.isalnum() or c in "-_" else " " for c in text).split()[0] for text in requirements]
     declared = {renamed.get(name, name) for name in names}
