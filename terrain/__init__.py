@@ -31,7 +31,7 @@ from .errors import (
 from .files.arrays import write_npz
 from .files.large_dem import LargeDem, open_dem
 from .files.reading import read_dem
-from .grid import ElevationGrid, Provenance
+from .grid import ElevationGrid, Provenance, RasterFile
 from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
@@ -70,6 +70,7 @@ __all__ = [
     "NoGroundError",
     "Outline",
     "Provenance",
+    "RasterFile",
     "SampleError",
     "Standing",
     "TerrainError",

@@ -6,6 +6,7 @@ import hashlib
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -17,7 +18,7 @@ from .crs.texts import parse_crs
 from .errors import ElevationGridError, FrameError
 from .standing import Standing
 
-__all__ = ["ElevationGrid", "Provenance"]
+__all__ = ["ElevationGrid", "Provenance", "RasterFile"]
 
 Numbers = npt.NDArray[np.integer[Any]] | npt.NDArray[np.floating[Any]]
 Reals = npt.NDArray[np.float64]
@@ -27,13 +28,48 @@ SMALLEST_CELL_M, LARGEST_CELL_M = 1e-6, 1e8
 
 
 @dataclass(frozen=True, slots=True)
+class RasterFile:
+    """A raster in metres whose posts are those of its file.
+
+    path: absolute; size_bytes and modified_ns: of the file when it was opened. rows, cols, cell_east_m, cell_north_m,
+    origin_east_m, origin_north_m, crs, vertical_datum: as those of an ElevationGrid of the whole. nodata, height_unit:
+    as ``read_dem`` takes them, wanted_datum: the vertical datum that it was asked for.
+    """
+
+    path: str
+    driver: str
+    size_bytes: int
+    modified_ns: int
+    rows: int
+    cols: int
+    cell_east_m: float
+    cell_north_m: float
+    origin_east_m: float
+    origin_north_m: float
+    crs: pyproj.CRS | None
+    vertical_datum: str | None
+    nodata: float | None = None
+    height_unit: str | None = None
+    wanted_datum: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The file's name, without folders."""
+        return Path(self.path).name
+
+
+@dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a grid came from: source, driver, what was converted on the way, and every warning, as sentences."""
+    """Where a grid came from: source, driver, what was converted on the way, and every warning, as sentences.
+
+    overview_of: the raster whose posts are finer, where the grid was made of one to be read by windows.
+    """
 
     source: str = ""
     driver: str = ""
     conversions: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    overview_of: RasterFile | None = None
 
 
 @dataclass(frozen=True, eq=False)

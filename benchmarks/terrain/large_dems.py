@@ -25,8 +25,9 @@ from benchmarks.terrains import fractal_m
 from service.products import Work
 from service.products.visibility.calculate import calculate_visibility_map
 from service.products.visibility.files import LAYERS
-from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
 from service.products.visibility.request import VisibilityMapParameters
+from service.products.windows.calculate import make_large_map
+from service.products.windows.files import COUNT, LOWEST
 from terrain import open_dem
 
 __all__ = ["by_windows", "write_sparse_cog"]

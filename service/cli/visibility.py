@@ -78,12 +78,12 @@ def visibility(
     from service.products.visibility.request import VisibilityMapParameters
     from terrain import DemTooLargeError
 
-    from .asking.products import ask, request_from_file, request_of_fields
+    from .asking.products import ask, request_of_fields
 
     if scheduler is not None and not windows:
         raise RequestError("--scheduler goes with --windows.")
     if windows and margin_m is not None:
-        raise RequestError("--margin goes with an area, which a map by windows does not take.")
+        raise RequestError("--margin is for a DEM that is held; by windows all ground in reach is read.")
     asked: BaseModel | Path | None = request
     if asked is None:
         placed = anchors.read()
@@ -97,14 +97,13 @@ def visibility(
     # after the options were read: what is wrong with them must not wait for all that this loads
     from service.products.visibility import VISIBILITY_MAP
 
-    parameters = request_from_file(asked, VISIBILITY_MAP) if isinstance(asked, Path) else asked
     told_of_size: tuple[str, ...] = ()
     if not windows:
         try:
             ask(
                 VISIBILITY_MAP,
                 dem,
-                parameters,
+                asked,
                 lambda answer: (anchors_table(answer), count_table(answer)),
                 summary=SUMMARY,
                 left_out=LEFT_OUT,
@@ -113,17 +112,14 @@ def visibility(
                 margin_m=margin_m,
             )
         except DemTooLargeError as error:
-            if not Path(dem).is_file() or getattr(parameters, "area", None) is not None:
+            if not Path(dem).is_file():
                 raise
             told_of_size = (f"The DEM has {error.cells:,} posts, more than are read whole; it was read by windows.",)
         else:
             return
-    from .asking.by_windows import make_map_by_windows
+    from .asking.by_windows import ask_by_windows
 
-    assert isinstance(parameters, VisibilityMapParameters), "what the product completes"
-    make_map_by_windows(
-        dem, parameters, summary=SUMMARY, reading=reading, scheduler=scheduler, output=output, told=told_of_size
-    )
+    ask_by_windows(dem, asked, summary=SUMMARY, reading=reading, scheduler=scheduler, output=output, told=told_of_size)
 
 
 def anchors_table(answer: VisibilityMapSummary) -> Table:

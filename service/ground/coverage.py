@@ -22,6 +22,7 @@ __all__ = [
     "coverage_of",
     "fingerprint",
     "library_in",
+    "name_of",
     "plan_told",
     "posts_about",
 ]
@@ -106,10 +107,10 @@ def coverage_of(library: GroundLibrary, sources: Iterable[str] = ()) -> Coverage
     return Coverage(features=[_feature(tile) for tile in library.tiles], sources=sorted(sources))
 
 
-def fingerprint(plan: MosaicPlan) -> str:
-    """SHA-256 of which tiles a plan takes, and of the state of their files."""
+def fingerprint(tiles: Iterable[Tile]) -> str:
+    """SHA-256 of which tiles are taken, and of the state of their files."""
     sha = hashlib.sha256()
-    for tile in plan.tiles:
+    for tile in tiles:
         sha.update(f"{tile.path}\0{tile.size_bytes}\0{tile.modified_ns}\0".encode("utf-8", "surrogateescape"))
     return sha.hexdigest()
 
@@ -129,7 +130,7 @@ def plan_told(plan: MosaicPlan) -> PlanOut:
     """Which tiles, in which order and why."""
     layers = [
         LayerOut(
-            tiles=[_name(tile) for tile in planned.layer.tiles],
+            tiles=[name_of(tile) for tile in planned.layer.tiles],
             crs=_crs_name(planned.layer.tiles[0]),
             cell_m=planned.layer.cell_m,
             covers_share=min(planned.covers, 1.0),
@@ -146,7 +147,7 @@ def _feature(tile: Tile) -> TileFeature:
     # GeoJSON turns anticlockwise
     outline = TileOutline.model_validate(cut({"type": "Polygon", "coordinates": [ring[::-1]]}))
     facts = TileFacts(
-        name=_name(tile),
+        name=name_of(tile),
         driver=tile.driver,
         crs=_crs_name(tile),
         body=tile.body,
@@ -159,7 +160,7 @@ def _feature(tile: Tile) -> TileFeature:
     return TileFeature(geometry=outline, properties=facts)
 
 
-def _name(tile: Tile) -> str:
+def name_of(tile: Tile) -> str:
     """The file's name as text: it may hold bytes that are none."""
     return tile.name.encode("utf-8", "replace").decode()
 

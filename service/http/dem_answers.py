@@ -14,7 +14,7 @@ from service.parts.map_facts import Ground
 from .grounds import GroundUnderWay
 from .lists import Page
 
-__all__ = ["BoundsDegrees", "DemList", "DemOut", "DemUnderWay"]
+__all__ = ["BoundsDegrees", "DemList", "DemOut", "DemUnderWay", "RasterOut"]
 
 EXAMPLE: dict[str, JsonValue] = {
     "id": "5b1f0c3e9f7a4d0c8a3f6f0b6f0e2d11",
@@ -61,6 +61,16 @@ class BoundsDegrees(BaseModel):
     north: float = Field(description="Largest latitude, degrees.")
 
 
+class RasterOut(BaseModel):
+    """A raster that stays in its file, which window maps read by windows."""
+
+    name: str = Field(description="Name of the file.")
+    rows: int = Field(description="Rows of posts, north to south.")
+    cols: int = Field(description="Columns of posts, west to east.")
+    cell_east_m: float = Field(description="Distance between neighbouring posts eastwards, metres.")
+    cell_north_m: float = Field(description="Distance between neighbouring posts northwards, metres.")
+
+
 class _Shelved(BaseModel):
     """What a DEM is on the shelf, whatever ground it holds."""
 
@@ -93,6 +103,9 @@ class DemOut(Ground, _Shelved):
     )
     lowest_m: float | None = Field(description="Lowest known height, metres; null when all is unknown.")
     highest_m: float | None = Field(description="Highest known height, metres; null when all is unknown.")
+    overview_of: RasterOut | None = Field(
+        None, description="Of a tile: the raster that this is the overview of, whose posts window maps read."
+    )
     warnings: list[str] = Field(description="What to know before trusting it, in sentences.")
     links: dict[str, str] = Field(description="Paths of what belongs to it.")
 

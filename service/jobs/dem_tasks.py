@@ -15,8 +15,8 @@ import numpy as np
 from pydantic import JsonValue
 
 from dem_samples import sample_path
-from service.errors import NotFoundError
-from service.ground.coverage import STORE, coverage_of, fingerprint, library_in, posts_about
+from service.errors import NotFoundError, RequestError
+from service.ground.coverage import STORE, coverage_of, fingerprint, library_in, name_of, posts_about
 from service.ground.levels import place_of, write_level
 from service.ground.remote.blocks import BlockStore
 from service.ground.remote.windows import fetch_area, source_named
@@ -33,11 +33,13 @@ from terrain import (
     GroundChangedError,
     MosaicPlan,
     Tile,
+    open_dem,
     plan_mosaic,
     read_dem,
     read_mosaic,
     read_tile,
 )
+from terrain.tiles.tile import check_unchanged
 
 from .channel import BodyArguments, DemArguments, GroundArguments, LevelArguments, ReadDemArguments, body_in, read_body
 
@@ -57,6 +59,7 @@ __all__ = [
 # of ground that is made while its request waits: a second or two
 AT_ONCE_POSTS = 4_000_000
 DEM_ID = re.compile(r"[0-9a-f]{32}")
+OF_A_RASTER = ("name", "rows", "cols", "cell_east_m", "cell_north_m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +165,7 @@ def write_dem_level(context: TaskContext, arguments: LevelArguments) -> Mapping[
 
 
 def _summary(grid: ElevationGrid) -> dict[str, JsonValue]:
-    known = grid.unknown_posts < grid.heights_m.size
+    known, finer = grid.unknown_posts < grid.heights_m.size, grid.provenance.overview_of
     return {
         # the resource has the name that the file came under
         **ground_of(grid).model_dump(mode="json", exclude={"name"}),
@@ -172,6 +175,7 @@ def _summary(grid: ElevationGrid) -> dict[str, JsonValue]:
         "lowest_m": float(np.nanmin(grid.heights_m)) if known else None,
         "highest_m": float(np.nanmax(grid.heights_m)) if known else None,
         "warnings": list(grid.provenance.warnings),
+        **({} if finer is None else {"overview_of": {name: getattr(finer, name) for name in OF_A_RASTER}}),
     }
 
 
@@ -181,14 +185,15 @@ def plan_ground(context: TaskContext, arguments: BodyArguments) -> GroundArgumen
     Raises NotJsonError, NotValidError, AreaError, FrameError, NoGroundError.
     """
     asked = read_body(GroundIn, body_in(arguments), context.settings)
-    asked.area_asked()
+    if asked.area is not None:
+        asked.area_asked()
     state = _state(context, asked)
-    takes_long = True  # how soon a source answers nobody knows
-    if asked.source is None:
+    takes_long = asked.tile is None  # how soon a source answers nobody knows
+    if asked.source is None and asked.tile is None:
         # what is beyond the limit is refused before any height is read
         about = posts_about(_plan(context, asked), asked.cell_m)
         takes_long = AT_ONCE_POSTS < about <= context.settings.max_dem_cells
-    fields = asked.model_dump(mode="json", exclude_none=True)
+    fields = asked.model_dump(mode="json", exclude_none=True, exclude_unset=True)
     return {"dem_id": _id_of(asked, state), "asked": fields, "takes_long": takes_long}
 
 
@@ -200,11 +205,14 @@ def read_ground(context: TaskContext, arguments: GroundArguments) -> Mapping[str
     asked = GroundIn.model_validate(arguments["asked"])
     if _id_of(asked, _state(context, asked)) != arguments["dem_id"]:
         raise GroundChangedError("The ground library was changed while the DEM was asked for; ask again.")
-    parts = context.folder.incoming / uuid.uuid4().hex
-    try:
-        grid = _read(context, asked, _tiles(context, asked, parts))
-    finally:
-        context.folder.remove(parts)
+    if asked.tile is not None:
+        grid = _overview(context, asked)
+    else:
+        parts = context.folder.incoming / uuid.uuid4().hex
+        try:
+            grid = _read(context, asked, _tiles(context, asked, parts))
+        finally:
+            context.folder.remove(parts)
     save_grid(grid, context.work)
     make_durable(context.work)
     return {**_summary(grid), "name": grid.provenance.source}
@@ -222,6 +230,7 @@ def _read(context: TaskContext, asked: GroundIn, tiles: Sequence[Tile]) -> Eleva
         margin_m=asked.margin_m,
         target_crs=asked.crs,
         cell_m=asked.cell_m,
+        resolution_m=asked.resolution_m,
         body=asked.body,
         max_cells=context.settings.max_dem_cells,
         progress=context.progress,
@@ -235,7 +244,7 @@ def _state(context: TaskContext, asked: GroundIn) -> str:
     """
     if asked.source is not None:
         return source_named(asked.source, context.settings).model_dump_json()
-    return fingerprint(_plan(context, asked))
+    return fingerprint((_tile(context, asked),) if asked.tile is not None else _plan(context, asked).tiles)
 
 
 def _tiles(context: TaskContext, asked: GroundIn, parts: Path) -> Sequence[Tile]:
@@ -256,7 +265,28 @@ def _tiles(context: TaskContext, asked: GroundIn, parts: Path) -> Sequence[Tile]
 
 def _plan(context: TaskContext, asked: GroundIn) -> MosaicPlan:
     library = library_in(context.folder.root)
-    return plan_mosaic(library.tiles, asked.area_asked(), margin_m=asked.margin_m, body=asked.body)
+    return plan_mosaic(
+        library.tiles, asked.area_asked(), margin_m=asked.margin_m, resolution_m=asked.resolution_m, body=asked.body
+    )
+
+
+def _tile(context: TaskContext, asked: GroundIn) -> Tile:
+    """The tile of that name. Raises NotFoundError, RequestError where several are called so."""
+    found = [tile for tile in library_in(context.folder.root).tiles if name_of(tile) == asked.tile]
+    if not found:
+        raise NotFoundError("tile", str(asked.tile), "GET /ground lists those of the library")
+    if len(found) > 1:
+        raise RequestError(f"{len(found)} tiles of the library are called {asked.tile}; ask for an area instead.")
+    return found[0]
+
+
+def _overview(context: TaskContext, asked: GroundIn) -> ElevationGrid:
+    """All of a tile, as coarse as is made at once or as is asked for. Raises DemReadError, GroundChangedError."""
+    tile = _tile(context, asked)
+    check_unchanged(tile)
+    posts = AT_ONCE_POSTS if asked.resolution_m is None else context.settings.max_dem_cells
+    most = min(posts, context.settings.max_dem_cells)
+    return open_dem(tile.path).overview(max_cells=most, resolution_m=asked.resolution_m)
 
 
 def _id_of(asked: GroundIn, state: str) -> str:

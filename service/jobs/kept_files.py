@@ -9,6 +9,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
@@ -18,7 +19,7 @@ from pydantic import BaseModel, JsonValue, ValidationError
 
 from service.parts.anchors import SightParameters
 from service.products import Finished, Product
-from terrain import ElevationGrid, Provenance
+from terrain import ElevationGrid, LargeDem, Provenance, RasterFile
 from terrain.crs.texts import parse_crs
 from visibility import Anchor, DistantAnchor
 
@@ -52,6 +53,7 @@ class ProvenanceFields(TypedDict):
     driver: str
     conversions: Sequence[str]
     warnings: Sequence[str]
+    overview_of: NotRequired[Mapping[str, JsonValue]]
 
 
 class GridFields(TypedDict):
@@ -69,6 +71,11 @@ class GridFields(TypedDict):
 def grid_fields(grid: ElevationGrid) -> GridFields:
     """What is kept of a grid besides its heights."""
     origin = grid.provenance
+    told = ProvenanceFields(
+        source=origin.source, driver=origin.driver, conversions=origin.conversions, warnings=origin.warnings
+    )
+    if origin.overview_of is not None:
+        told["overview_of"] = _raster_fields(origin.overview_of)
     return GridFields(
         cell_east_m=grid.cell_east_m,
         cell_north_m=grid.cell_north_m,
@@ -76,10 +83,17 @@ def grid_fields(grid: ElevationGrid) -> GridFields:
         origin_north_m=grid.origin_north_m,
         crs=None if grid.crs is None else grid.crs.to_wkt(),
         vertical_datum=grid.vertical_datum,
-        provenance=ProvenanceFields(
-            source=origin.source, driver=origin.driver, conversions=origin.conversions, warnings=origin.warnings
-        ),
+        provenance=told,
     )
+
+
+def _raster_fields(dem: RasterFile) -> dict[str, JsonValue]:
+    return {**asdict(replace(dem, crs=None)), "crs": None if dem.crs is None else dem.crs.to_wkt()}
+
+
+def _raster_of(fields: Mapping[str, JsonValue]) -> LargeDem:
+    arguments: Any = {**fields, "crs": None if fields["crs"] is None else parse_crs(fields["crs"])}
+    return LargeDem(**arguments)
 
 
 def grid_of(heights: Path, fields: GridFields) -> ElevationGrid:
@@ -93,7 +107,10 @@ def grid_of(heights: Path, fields: GridFields) -> ElevationGrid:
         fields["origin_north_m"],
         None if fields["crs"] is None else parse_crs(fields["crs"]),
         fields["vertical_datum"],
-        Provenance(origin["source"], origin["driver"], tuple(origin["conversions"]), tuple(origin["warnings"])),
+        Provenance(
+            *(origin["source"], origin["driver"], tuple(origin["conversions"]), tuple(origin["warnings"])),
+            overview_of=_raster_of(origin["overview_of"]) if "overview_of" in origin else None,
+        ),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from typing import Any
 
@@ -58,6 +59,9 @@ __all__ = [
     "draw_layer",
     "tasks_for",
 ]
+
+# within a job's work folder, what a calculation keeps out of memory until it is done
+UNFINISHED = "unfinished"
 
 
 def check_epochs(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
@@ -135,15 +139,17 @@ def calculation_of(product: Product) -> Task:
 
     def calculate(context: TaskContext, arguments: CalculateArguments) -> Calculated:
         parameters = product.unpacked(arguments["parameters"], context.folder.inputs(arguments["job_id"]))
-        work = Work(context.progress, context.stop, context.settings.dask_scheduler)
+        unfinished = context.work / UNFINISHED
+        work = Work(context.progress, context.stop, context.settings.dask_scheduler, unfinished)
+        unfinished.mkdir(parents=True)
         grid = covered(context.grid(arguments["dem_id"]), parameters)
         finished = product.calculate(grid, parameters, work)
         if product.finished is None:
-            context.work.mkdir(parents=True)
             for layer in product.layers:
                 layer.write(finished, context.work / layer.name)
         else:
             save(product, finished, context.work)
+        shutil.rmtree(unfinished)
         write_owner(context.work, context.salt)
         make_durable(context.work)
         return {"digest": digest_of(context.work), "summary": finished.answer.model_dump(mode="json")}

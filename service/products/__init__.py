@@ -46,12 +46,13 @@ class Work:
     """What a calculation may use besides ground and question.
 
     progress: takes the finished share 0..1. stop: whether somebody wants the best so far. scheduler: address of a Dask
-    scheduler.
+    scheduler. folder: where files lie that are too big for memory, until the layers are written; None: anywhere.
     """
 
     progress: Callable[[float], None] = _unheard
     stop: Callable[[], bool] = _never
     scheduler: str | None = None
+    folder: Path | None = None
 
     def part(self, begin: float, end: float) -> Callable[[float], None]:
         """Progress of one part of the work, from one share of the whole to another."""

@@ -19,6 +19,7 @@ from service.products.repositionings import REPOSITIONING
 from service.products.safety_bubbles import SAFETY_BUBBLES
 from service.products.sites import SITE_MAP
 from service.products.visibility import VISIBILITY_MAP
+from service.products.windows import WINDOW_MAP
 
 __all__ = ["PRODUCTS", "all_products"]
 
@@ -34,6 +35,7 @@ def _by_name(products: Iterable[Product]) -> Mapping[str, Product]:
 PRODUCTS: Mapping[str, Product] = _by_name(
     [
         VISIBILITY_MAP,
+        WINDOW_MAP,
         DOP_MAP,
         MORPHING_MAP,
         PATH,

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pyproj
 
 from ..crs.parts import same_map, split_shift
 from ..datums.conversion import with_vertical_datum
 from ..datums.references import parse_vertical_datum
-from ..errors import DemReadError, DemUnsupportedError, GroundChangedError
-from ..grid import ElevationGrid, Provenance
+from ..errors import DemReadError, DemTooLargeError, DemUnsupportedError, GroundChangedError
+from ..grid import ElevationGrid, Provenance, RasterFile
 from ..heights import heights_of
 from ..limits import DEFAULT_MAX_CELLS
 from ..units import HEIGHT_UNITS
 from ..voids import unknown_posts
 from .formats import local_file, sniff_format
+from .overviews import levels_of_file
 from .placing import place
 from .raster import read_raster, read_raster_head
 from .raw import PostWindow
-from .reading import grid_of, heights_in_metres
+from .reading import grid_of, heights_in_metres, read_dem
 
 __all__ = ["LargeDem", "open_dem"]
 
@@ -30,34 +32,11 @@ SAMPLE_POSTS = 64
 
 
 @dataclass(frozen=True, slots=True)
-class LargeDem:
-    """A GeoTIFF or other raster in metres whose posts are those of its file; it goes to other processes as it is.
+class LargeDem(RasterFile):
+    """A GeoTIFF in metres that is read by windows; it goes to other processes as it is.
 
-    path: absolute; size_bytes and modified_ns: of the file when it was opened, and a file that was changed since is
-    refused. rows, cols, cell_east_m, cell_north_m, origin_east_m, origin_north_m, crs, vertical_datum: as those of an
-    ElevationGrid of the whole. nodata, height_unit: as ``read_dem`` takes them.
+    A file that was changed since it was opened is refused.
     """
-
-    path: str
-    driver: str
-    size_bytes: int
-    modified_ns: int
-    rows: int
-    cols: int
-    cell_east_m: float
-    cell_north_m: float
-    origin_east_m: float
-    origin_north_m: float
-    crs: pyproj.CRS | None
-    vertical_datum: str | None
-    nodata: float | None = None
-    height_unit: str | None = None
-    wanted_datum: str | None = None
-
-    @property
-    def name(self) -> str:
-        """The file's name, without folders."""
-        return Path(self.path).name
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -90,6 +69,44 @@ class LargeDem:
         window = PostWindow(first_row, last_row, first_col, last_col)
         grid = _read(file, self.driver, window, nodata=self.nodata, height_unit=self.height_unit)
         return grid if self.wanted_datum is None else with_vertical_datum(grid, self.wanted_datum)
+
+    def frame(self) -> ElevationGrid:
+        """Its bounds, CRS and vertical datum: a grid of the four posts at its corners, without heights."""
+        west_m, south_m, east_m, north_m = self.bounds_m
+        return ElevationGrid(
+            np.full((2, 2), np.nan, np.float32),
+            max(east_m - west_m, self.cell_east_m),
+            max(north_m - south_m, self.cell_north_m),
+            west_m, north_m, self.crs, self.vertical_datum,
+            Provenance(self.name, self.driver, overview_of=self),
+        )  # fmt: skip
+
+    def overview(self, *, max_cells: int, resolution_m: float | None = None) -> ElevationGrid:
+        """The whole, as coarse as the finest level of the file that has no more than ``max_cells`` posts.
+
+        resolution_m: as coarse as ``read_dem`` takes it instead. Its provenance says what it is the overview of.
+        Raises DemReadError (DemTooLargeError where no level has so few posts).
+        """
+        if resolution_m is None:
+            levels = levels_of_file(Path(self.path), self.driver, self.crs)
+            fit = [level for level in levels if level.rows * level.cols <= max_cells]
+            if not fit:
+                raise DemTooLargeError(
+                    f"{self.name} has {self.rows * self.cols:,} posts and no overview of {max_cells:,} or fewer; "
+                    f"gdaladdo -r average {self.name} 2 4 8 16 32 64 makes some.",
+                    cells=self.rows * self.cols,
+                    limit_cells=max_cells,
+                )
+            resolution_m = fit[0].cell_m
+        grid = read_dem(
+            self.path,
+            nodata=self.nodata,
+            height_unit=self.height_unit,
+            vertical_datum=self.wanted_datum,
+            resolution_m=resolution_m,
+            max_cells=max_cells,
+        )
+        return replace(grid, provenance=replace(grid.provenance, overview_of=self))
 
 
 def open_dem(

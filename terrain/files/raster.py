@@ -29,7 +29,7 @@ from .ascii_header import ascii_place, check_ascii_header, unit_in_prj
 from .ascii_values import check_ascii_values, whole_numbers
 from .raw import PostWindow, RawDem, RawHead
 
-__all__ = ["read_raster", "read_raster_head"]
+__all__ = ["overview_sizes", "read_raster", "read_raster_head"]
 
 # the file alone: no side cars, no world files, no overviews elsewhere, nothing written back, compound CRS kept; only an
 # ESRI ASCII grid has its CRS, as text, in the .prj beside it
@@ -57,6 +57,17 @@ def read_raster_head(file: Path, driver: str) -> RawHead:
         return _head(file, dataset, None, None)
 
 
+def overview_sizes(file: Path, driver: str, band: int) -> tuple[tuple[int, int], ...]:
+    """(rows, cols) of each coarser level that a raster brings along, finest first. Raises DemFormatError."""
+    with _opened(file, driver) as dataset:
+        levels = len(dataset.overviews(band))
+    sizes = []
+    for level in range(1, levels + 1):  # who wrote it has rounded them up or down
+        with _opened(file, driver, level) as dataset:
+            sizes.append((dataset.height, dataset.width))
+    return tuple(sizes)
+
+
 def read_raster(
     file: Path,
     driver: str,
@@ -65,27 +76,30 @@ def read_raster(
     band: int | None,
     max_cells: int,
     window: PostWindow | None = None,
+    level: int = 0,
 ) -> RawDem:
     """Read one elevation band as it stands in the file; ``cell_m`` (east, north) serves files without georeference.
 
     band: from 1; None takes the first, and says so where there are others. window: only these posts, which must lie in
-    the raster; the limit is for them then, and for the blocks that the file is packed in.
+    the raster; the limit is for them then, and for the blocks that the file is packed in. level: 0 for the file's own
+    posts, from 1 on for those of its overviews.
 
     Raises DemFormatError, DemTooLargeError (before any pixel is read) and DemUnsupportedError.
     """
     check_stated_crs(file, driver)
-    with _opened(file, driver) as dataset:
+    with _opened(file, driver, level) as dataset:
         _check_size(file, dataset, band, window, max_cells)
         return _read(file, dataset, _head(file, dataset, cell_m, band), window)
 
 
 @contextmanager
-def _opened(file: Path, driver: str) -> Iterator[Any]:
+def _opened(file: Path, driver: str, level: int = 0) -> Iterator[Any]:
     """The file, opened with one driver; what GDAL finds damaged is a DemFormatError."""
     try:
         with rasterio.Env(**SEALED), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with rasterio.open(file, driver=driver) as dataset:
+            of_level = {"overview_level": level - 1} if level else {}
+            with rasterio.open(file, driver=driver, **of_level) as dataset:
                 if driver != "AAIGrid" or dataset.dtypes[0] != "int32":
                     yield dataset
                     return

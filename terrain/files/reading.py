@@ -25,6 +25,7 @@ from ..units import HEIGHT_UNITS
 from ..voids import implausible_heights, unknown_posts
 from .arrays import read_npy, read_npz
 from .formats import local_file, sniff_format
+from .overviews import POSTS, level_for
 from .placing import Placed, place
 from .raster import read_raster
 from .raw import PostWindow, RawDem
@@ -40,6 +41,7 @@ def read_dem(
     height_unit: str | None = None,
     target_crs: Any = None,
     cell_m: float | tuple[float, float] | None = None,
+    resolution_m: float | None = None,
     band: int | None = None,
     vertical_datum: str | None = None,
     max_cells: int = DEFAULT_MAX_CELLS,
@@ -54,6 +56,8 @@ def read_dem(
     height_unit: "m", "ft", "us-ft", "dm", "cm", "mm" or "km", in place of what the file and crs declare.
     target_crs: metric CRS of the grid; without it the file's own where that measures metres truly, else a local one.
     cell_m: metres between posts, one number or (east, north), for files that do not tell.
+    resolution_m: read the coarsest overview in the file whose cells are no coarser, in place of the posts, where it has
+        one; which it was is told.
     band: which band holds the heights, from 1; without it the first.
     vertical_datum: what heights count from in the grid: "msl", "hae", "EGM96", "EGM2008", or a vertical CRS that PROJ
         knows. Heights above another datum are brought to it; those of a file that does not tell are taken as above it.
@@ -67,10 +71,12 @@ def read_dem(
     file = local_file(path)
     given = None if crs is None or (isinstance(crs, str) and crs == "local") else parse_crs(crs)
     target = None if target_crs is None else horizontal_target(target_crs)
-    raw = _read_raw(file, _cell_pair(cell_m), band, max_cells)
+    driver = sniff_format(file)
+    level, told = level_for(file, driver, resolution_m, given)
+    raw = _read_raw(file, driver, _cell_pair(cell_m), band, max_cells, level)
     heights = heights_of(file.name, raw, unit=height_unit, given=given)
     void, void_warnings = unknown_posts(file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=nodata)
-    conversions = [*raw.conversions, *heights.conversions]
+    conversions = [*([told] if told else []), *raw.conversions, *heights.conversions]
     warnings = [*raw.warnings, *heights.warnings, *void_warnings]
     heights_m = heights_in_metres(raw, void, heights)
     placed = place(
@@ -115,16 +121,17 @@ def grid_of(placed: Placed, vertical_datum: str | None, provenance: Provenance) 
 
 
 def read_part(
-    file: Path, driver: str, window: PostWindow, *, max_cells: int
+    file: Path, driver: str, window: PostWindow, *, max_cells: int, level: int = POSTS
 ) -> tuple[RawDem, Heights, npt.NDArray[np.float32], tuple[str, ...]]:
     """(what stands in the file, what it means, heights in metres with NaN = unknown, warnings) of some of its posts.
 
+    level: whose posts, of an overview from 1 on.
     Raises DemReadError as ``read_dem`` does; that no post is known is no fault of a part.
     """
     if driver == "NPZ":
         raw = read_npz(file, max_cells=max_cells, window=window)
     else:
-        raw = read_raster(file, driver, cell_m=None, band=None, max_cells=max_cells, window=window)
+        raw = read_raster(file, driver, cell_m=None, band=None, max_cells=max_cells, window=window, level=level)
     heights = heights_of(file.name, raw, unit=None, given=None)
     void, warnings = unknown_posts(
         file.name, raw, factor=heights.factor, offset_m=heights.offset_m, nodata=None, may_be_void=True
@@ -143,15 +150,16 @@ def horizontal_target(target_crs: Any) -> pyproj.CRS:
     return horizontal_part(target)
 
 
-def _read_raw(file: Path, cell_m: tuple[float, float] | None, band: int | None, max_cells: int) -> RawDem:
-    driver = sniff_format(file)
+def _read_raw(
+    file: Path, driver: str, cell_m: tuple[float, float] | None, band: int | None, max_cells: int, level: int
+) -> RawDem:
     if band is not None and band != 1 and driver in ("NPZ", "NPY"):
         raise DemReadError(f"{file.name} holds one array of heights, so it has no band {band}.")
     if driver == "NPZ":
         return read_npz(file, max_cells=max_cells)
     if driver == "NPY":
         return read_npy(file, cell_m=cell_m, max_cells=max_cells)
-    return read_raster(file, driver, cell_m=cell_m, band=band, max_cells=max_cells)
+    return read_raster(file, driver, cell_m=cell_m, band=band, max_cells=max_cells, level=level)
 
 
 def _cell_pair(cell_m: float | tuple[float, float] | None) -> tuple[float, float] | None:

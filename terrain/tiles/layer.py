@@ -151,7 +151,9 @@ def _read_tile_into(
     if mine.first_row > mine.last_row or mine.first_col > mine.last_col:
         return
     check_unchanged(tile)
-    raw, heights, heights_m, warnings = read_part(Path(tile.path), tile.driver, mine, max_cells=max_cells)
+    raw, heights, heights_m, warnings = read_part(
+        Path(tile.path), tile.driver, mine, max_cells=max_cells, level=tile.level
+    )
     check_unchanged(tile)
     heights_m, datum, step, told = levelled(tile, mine, heights_m, heights.vertical_datum, wanted)
     part.datums[datum] += 1

@@ -33,6 +33,7 @@ def read_mosaic(
     margin_m: float = 0.0,
     target_crs: Any = None,
     cell_m: float | None = None,
+    resolution_m: float | None = None,
     body: str = "Earth",
     max_cells: int = DEFAULT_MAX_CELLS,
     progress: Callable[[float], None] | None = None,
@@ -46,14 +47,15 @@ def read_mosaic(
 
     tiles: headers, or paths of files that ``read_dem`` reads and that tell their CRS. margin_m: ground around the area
     that is read too, since it hides. target_crs: metric CRS of the grid; without it the finest tiles' own where that
-    measures truly, else a local one. cell_m: metres between posts; without it the finest tiles'. body: whose ground.
+    measures truly, else a local one. cell_m: metres between posts; without it the finest tiles'. resolution_m: of tiles
+    with overviews the coarsest level is read whose cells are no coarser, which is told. body: whose ground.
     Heights count from what the finest tile that names a vertical datum says; those of tiles that name another are
     brought there.
     Raises DemReadError (NoGroundError, GroundChangedError, DemTooLargeError before any height is read), FrameError,
     VerticalDatumError (no model tells how far two datums are apart).
     """
     headers = [tile if isinstance(tile, Tile) else read_tile(os.fspath(tile)) for tile in tiles]
-    plan = plan_mosaic(headers, area, margin_m=margin_m, body=body)
+    plan = plan_mosaic(headers, area, margin_m=margin_m, resolution_m=resolution_m, body=body)
     target = None if target_crs is None else horizontal_target(target_crs)
     heard = progress or (lambda share: None)
     if len(plan.layers) == 1 and cell_m is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ import shapely
 from ..areas import Area, Outline, area_in_degrees, grown_area
 from ..errors import NoGroundError
 from .layer import Layer, layers_of
-from .tile import Tile
+from .tile import Tile, coarser_tile
 
 __all__ = ["RULE", "MosaicPlan", "PlannedLayer", "plan_mosaic"]
 
@@ -43,12 +44,14 @@ class PlannedLayer:
 class MosaicPlan:
     """The layers that an area takes, finest first. area: with its margin; None for all of the tiles.
 
-    uncovered: share of the area that lies in no tile, 0..1.
+    uncovered: share of the area that lies in no tile, 0..1. levels: which levels of files a resolution meant, told by
+    sentence and number of tiles.
     """
 
     layers: tuple[PlannedLayer, ...]
     area: Outline | None
     uncovered: float
+    levels: tuple[tuple[str, int], ...] = ()
 
     @property
     def tiles(self) -> tuple[Tile, ...]:
@@ -57,11 +60,17 @@ class MosaicPlan:
 
 
 def plan_mosaic(
-    tiles: Sequence[Tile], area: Area | None = None, *, margin_m: float = 0.0, body: str = "Earth"
+    tiles: Sequence[Tile],
+    area: Area | None = None,
+    *,
+    margin_m: float = 0.0,
+    resolution_m: float | None = None,
+    body: str = "Earth",
 ) -> MosaicPlan:
     """The tiles that an area takes; without an area all of them.
 
-    margin_m: ground around the area that is wanted too, since it hides. body: whose degrees the area is in.
+    margin_m: ground around the area that is wanted too, since it hides. resolution_m: tiles with overviews are taken at
+    the coarsest level whose cells are no coarser. body: whose degrees the area is in.
     Raises NoGroundError, which says what is near; FrameError for an area in metres of no CRS.
     """
     ours = [tile for tile in tiles if tile.body == body]
@@ -76,6 +85,10 @@ def plan_mosaic(
         taken = [tile for tile in ours if _beside(tile, shape).intersects(_box_around(shape))]
         if not any(_beside(tile, shape).intersects(shape) for tile in taken):
             raise NoGroundError(_what_is_near(ours, shape))
+    levels = Counter[str]()
+    for number, tile in enumerate(taken):
+        taken[number], told = coarser_tile(tile, resolution_m)
+        levels.update([told] if told else [])
     layers = [
         layer
         for layer in layers_of(taken, float(shape.centroid.x))
@@ -87,7 +100,7 @@ def plan_mosaic(
         adds = shapely.intersection(left, covered)
         planned.append(PlannedLayer(layer, _share(shapely.intersection(shape, covered), shape), _share(adds, shape)))
         left = shapely.difference(left, covered)
-    return MosaicPlan(tuple(planned), wanted, _share(left, shape))
+    return MosaicPlan(tuple(planned), wanted, _share(left, shape), tuple(levels.items()))
 
 
 def _box_around(shape: shapely.Polygon) -> shapely.Polygon:

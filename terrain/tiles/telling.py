@@ -86,6 +86,7 @@ def plan_told(plan: MosaicPlan, parts: Sequence[Part], wanted: VerticalDatum | N
     for name, step in ((name, step) for part in parts for name, step in part.steps.items()):
         steps[name] = step.with_more(steps[name]) if name in steps else step
     conversions += levels_told(steps, wanted)
+    conversions += _with_counts(Counter(dict(plan.levels)), len(plan.tiles))
     read = sum(sum(part.datums.values()) for part in parts)
     for part in parts:
         conversions += _with_counts(part.conversions, read)

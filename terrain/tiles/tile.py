@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pyproj
 import shapely
-from pyproj.enums import TransformDirection
 
-from ..crs.frames import body_of, degrees_to_crs, geodesics_of
+from ..crs.frames import body_of
 from ..crs.texts import parse_crs
 from ..errors import DemUnsupportedError, GroundChangedError
 from ..files.arrays import npz_head
 from ..files.formats import local_file, sniff_format
+from ..files.overviews import POSTS, cell_of, level_for, levels_of_file, to_degrees
 from ..files.raster import read_raster_head
 from ..files.raw import RawHead
 
-__all__ = ["Tile", "check_unchanged", "read_tile", "to_degrees"]
+__all__ = ["Tile", "check_unchanged", "coarser_tile", "read_tile", "to_degrees"]
 
 # points along each border: meridians bend on maps
 BORDER_POINTS = 9
@@ -35,6 +34,7 @@ class Tile:
     cell_m: the ground that one cell covers at the middle, metres (geometric mean of both directions).
     outline_deg: corners (lon, lat) of its outermost cells, longitudes running on over the antimeridian.
     size_bytes, modified_ns: of the file when its header was read. from_grid: written by ``write_npz``.
+    level: 0 where its posts are the file's own, from 1 on those of an overview in the file.
     """
 
     path: str
@@ -53,6 +53,7 @@ class Tile:
     body: str
     cell_m: float
     outline_deg: tuple[tuple[float, float], ...]
+    level: int = POSTS
 
     @property
     def name(self) -> str:
@@ -105,6 +106,25 @@ def read_tile(path: str | Path) -> Tile:
     )  # fmt: skip
 
 
+def coarser_tile(tile: Tile, resolution_m: float | None) -> tuple[Tile, str | None]:
+    """(the tile with the posts of the level of its file that a resolution means, what there is to tell about it).
+
+    Raises DemReadError, GroundChangedError.
+    """
+    if resolution_m is not None:
+        check_unchanged(tile)
+    number, told = level_for(Path(tile.path), tile.driver, resolution_m)
+    if number == POSTS:
+        return tile, told
+    level = levels_of_file(Path(tile.path), tile.driver)[number]
+    step_x, step_y = tile.step_x * tile.cols / level.cols, tile.step_y * tile.rows / level.rows
+    coarser = replace(
+        tile, level=number, rows=level.rows, cols=level.cols, step_x=step_x, step_y=step_y, cell_m=level.cell_m,
+        x0=tile.x0 + (step_x - tile.step_x) / 2.0, y0=tile.y0 - (step_y - tile.step_y) / 2.0,
+    )  # fmt: skip
+    return coarser, told
+
+
 def check_unchanged(tile: Tile) -> None:
     """Raises GroundChangedError where the file is gone, or has another size or time than when its header was read."""
     try:
@@ -130,27 +150,12 @@ def _placed(name: str, head: RawHead, crs: pyproj.CRS) -> tuple[tuple[tuple[floa
     ring_x = np.concatenate([x[:-1], right[:-1], x[:0:-1], left[:0:-1]])
     ring_y = np.concatenate([top[:-1], y[:-1], bottom[:0:-1], y[:0:-1]])
     lon, lat = to_degrees(crs, ring_x, ring_y)
-    middle = head.x0 + head.step_x * (head.cols - 1) / 2.0, head.y0 - head.step_y * (head.rows - 1) / 2.0
-    at_lon, at_lat = to_degrees(
-        crs,
-        middle[0] + head.step_x * np.array([-0.5, 0.5, 0.0, 0.0]),
-        middle[1] + head.step_y * np.array([0.0, 0.0, -0.5, 0.5]),
-    )
-    if not (np.isfinite(lon).all() and np.isfinite(lat).all() and np.isfinite(at_lon).all()):
+    if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
         raise DemUnsupportedError(f"{name} does not lie where its CRS {crs.name!r} is defined.")
-    _, _, ground_m = geodesics_of(crs).inv(at_lon[[0, 2]], at_lat[[0, 2]], at_lon[[1, 3]], at_lat[[1, 3]])
     lon = np.unwrap(lon, period=360.0)
     lon -= 360.0 * math.floor((float(lon.mean()) + 180.0) / 360.0)
     lat = np.clip(lat, -90.0, 90.0)
-    return tuple((float(a), float(b)) for a, b in zip(lon, lat, strict=True)), math.sqrt(float(np.prod(ground_m)))
-
-
-def to_degrees(
-    crs: pyproj.CRS, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """(longitudes, latitudes) of positions in a CRS."""
-    lon, lat = degrees_to_crs(crs).transform(x, y, direction=TransformDirection.INVERSE)
-    return np.asarray(lon), np.asarray(lat)
+    return tuple((float(a), float(b)) for a, b in zip(lon, lat, strict=True)), cell_of(name, head, crs)
 
 
 def _text_of(crs: pyproj.CRS) -> str:

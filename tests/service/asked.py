@@ -19,6 +19,7 @@ TRACK = {"id": "T", "points": [{"time_s": t, **at(60.0 + t, 60.0), "above_ground
 # product: its request without the DEM
 ASKED: dict[str, dict[str, Any]] = {
     "visibility-map": {"anchors": ANCHORS},
+    "window-map": {"anchors": [{**anchor, "max_range_m": 2000.0} for anchor in ANCHORS]},
     "dop-map": {
         "anchors": ANCHORS,
         "dop_limit": 30.0,

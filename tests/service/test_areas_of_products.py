@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rasterio
 import shapely
 from pydantic import ValidationError
 
@@ -48,6 +49,7 @@ WAY = [{**at(600.0 + 20.0 * n, 300.0), "above_ground_m": 30.0} for n in range(9)
 # product: (what is asked, what the same is on the whole DEM without an area)
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "visibility-map": ({"anchors": ANCHORS}, {}),
+    "window-map": ({"anchors": [{**anchor, "max_range_m": 2000.0} for anchor in ANCHORS]}, {}),
     "dop-map": ({"anchors": ANCHORS, "dop_limit": 30.0, "path": WAY}, {}),
     "morphing-map": ({**AIR, "tracks": [TRACK], "frames": {"to_s": 60.0, "step_s": 30.0, "above_ground_m": 50.0}}, {}),
     "path": (
@@ -98,6 +100,8 @@ def told(product: Product, finished: Any) -> dict[str, np.ndarray]:
         return {name: getattr(finished.sight, name) for name in ("verdict", "clearance_m", "blocking_point_m")}
     if product.name == "navigation":
         return {**finished.numbers(), "sight": finished.drive.sight}
+    if product.name == "window-map":
+        return {layer.name: rasterio.open(finished.folder / layer.name).read() for layer in product.layers}
     if product.name == "safety-bubbles":
         return {**finished.numbers(), "visible": finished.bubbles.visible}
     # from where a place is seen counts the ground where sites may stand, which is the area
@@ -126,7 +130,7 @@ def test_inside_an_area_answers_are_those_of_the_whole_dem(name: str, tmp_path: 
     assert any(array.size for array in of_part.values())
     for array in of_part:
         np.testing.assert_array_equal(of_part[array], boxed(of_whole[array], grid.shape), err_msg=array)
-    if name != "lines-of-sight":  # which have no ground of their own
+    if name not in ("lines-of-sight", "window-map"):  # which have no ground of their own
         assert part.grid.shape == (21, 10)
         assert "The answer is for an area of" in " ".join(part.answer.warnings)
 

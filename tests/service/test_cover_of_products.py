@@ -65,7 +65,7 @@ def calculated(name: str, **changes: Any) -> dict[str, Any]:
     return document
 
 
-@pytest.mark.parametrize("name", sorted(ASKED.keys() - {"site-map", "lines-of-sight"}))
+@pytest.mark.parametrize("name", sorted(ASKED.keys() - {"site-map", "window-map", "lines-of-sight"}))
 def test_the_figures_of_every_product_know_the_buildings_of_its_request(name: str) -> None:
     bare, built = calculated(name), calculated(name, cover=COVER)
 
@@ -97,7 +97,7 @@ def test_a_path_goes_round_buildings() -> None:
     assert way.distance(towns) > 0.0
 
 
-@pytest.mark.parametrize("name", sorted(ASKED.keys() - {"site-map"}))
+@pytest.mark.parametrize("name", sorted(ASKED.keys() - {"site-map", "window-map"}))
 def test_what_a_job_keeps_of_its_question_has_the_buildings(name: str, tmp_path: Path) -> None:
     product, grid = PRODUCTS[name], small_grid()
     asked = product.parameters.model_validate({**ASKED[name], "cover": COVER})
@@ -147,7 +147,7 @@ def test_a_start_inside_a_building_is_told_so() -> None:
         product.calculate(grid, asked, Work())
 
 
-@pytest.mark.parametrize("name", ["site-map"])
+@pytest.mark.parametrize("name", ["site-map", "window-map"])
 def test_what_knows_bare_ground_only_refuses_buildings(name: str) -> None:
     with pytest.raises(ValidationError, match="knows bare ground only"):
         PRODUCTS[name].parameters.model_validate({**ASKED[name], "cover": COVER})

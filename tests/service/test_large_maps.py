@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import rasterio
+import shapely
 
-from service.errors import RequestError
+from service.errors import LimitError, RequestError
 from service.products import Work
 from service.products.visibility.calculate import calculate_visibility_map
-from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
-from service.products.visibility.large_parcels import distance_within
-from terrain import DemUnsupportedError, GroundChangedError, LargeDem, open_dem, read_dem
+from service.products.windows import WINDOW_MAP
+from service.products.windows.answer import AnchorInReach
+from service.products.windows.calculate import make_large_map
+from service.products.windows.files import COUNT, LOWEST
+from service.products.windows.ground import posts_asked_about
+from service.settings import Settings
+from terrain import AreaError, DemUnsupportedError, GroundChangedError, LargeDem, open_dem, read_dem
 from tests.service.large_dems import NORTH_M, WEST_M, anchors, hills_m, parameters, write_cog
 from visibility import Anchor, AntennaLimits, min_visible_altitude
 from visibility.sight.in_reach import ReachOptions, in_reach, reach_of
@@ -61,7 +66,7 @@ def test_exact_maps_are_equal_to_those_in_memory(cog: Path, in_memory: Any, tmp_
     dem = open_dem(cog)
     visible, unknown = bands(tmp_path / COUNT, dem)
     (lowest_m,) = bands(tmp_path / LOWEST, dem)
-    within = np.array([distance_within(dem, one, (0, dem.rows), (0, dem.cols)) for one in in_memory.anchors])
+    within = np.array([posts_asked_about(dem, one, None, (0, dem.rows), (0, dem.cols)) for one in in_memory.anchors])
     reach = within.any(axis=0)
     known = reach & ~np.isnan(in_memory.grid.heights_m)
     # what is beyond a range is hidden here, and unknown in memory where unknown ground lies between
@@ -122,6 +127,47 @@ def test_more_memory_than_is_allowed_is_refused_with_numbers(cog: Path, tmp_path
         make_large_map(open_dem(cog), parameters(), tmp_path, memory_limit_bytes=1_000_000)
 
 
+def test_what_takes_longer_than_a_job_may_is_refused_before_it_is_one(cog: Path) -> None:
+    asked = WINDOW_MAP.parameters.model_validate({"anchors": anchors()})
+    with pytest.raises(LimitError, match=r"posts in reach of 4 anchors would take .*, more than the limit of 0.001 s"):
+        WINDOW_MAP.refuse(open_dem(cog).frame(), asked, Settings(max_job_s=0.001))
+
+
+def test_within_an_area_the_map_is_that_of_the_whole(cog: Path, tmp_path: Path) -> None:
+    dem, ring = open_dem(cog), [(1200.0, 1100.0), (2900.0, 1300.0), (1900.0, 2300.0)]
+    corners = [{"east_m": WEST_M + east_m, "north_m": NORTH_M - south_m} for east_m, south_m in ring]
+    for name, changes in (("whole", {}), ("part", {"area": {"ring": corners}})):
+        (tmp_path / name).mkdir()
+        answer = make_large_map(dem, parameters(**changes), tmp_path / name)
+    posts = np.meshgrid(np.arange(dem.rows), np.arange(dem.cols), indexing="ij")
+    inside = shapely.intersects_xy(
+        shapely.Polygon([tuple(corner.values()) for corner in corners]),
+        dem.origin_east_m + posts[1] * dem.cell_east_m,
+        dem.origin_north_m - posts[0] * dem.cell_north_m,
+    )
+    for file in (COUNT, LOWEST):
+        with rasterio.open(tmp_path / "part" / file) as part:
+            assert (part.height, part.width) == (241, 341)
+        for of_part, of_whole in zip(*(bands(tmp_path / name / file, dem) for name in ("part", "whole")), strict=True):
+            assert np.array_equal(of_part[inside], of_whole[inside], equal_nan=True)
+            nothing = np.full_like(of_part, np.nan if of_part.dtype == np.float32 else 255)
+            assert np.array_equal(of_part[~inside], nothing[~inside], equal_nan=True)
+    counted = sum(
+        np.count_nonzero(posts_asked_about(dem, resolve, None, (0, dem.rows), (0, dem.cols)) & inside)
+        for resolve in (_anchor(one) for one in answer.anchors[:2])
+    )
+    assert answer.posts_in_reach == counted > 0
+    assert "No post of the area lies in the reach of C, D." in answer.warnings
+    far = {"west_m": WEST_M + 5500.0, "south_m": NORTH_M - 600.0, "east_m": WEST_M + 5900.0, "north_m": NORTH_M}
+    with pytest.raises(AreaError, match=r"No post of hills\.tif in the area lies in any anchor's reach"):
+        make_large_map(dem, parameters(area=far), tmp_path)
+
+
+def _anchor(told: AnchorInReach) -> Anchor:
+    limits = AntennaLimits(max_range_m=told.max_range_m)
+    return Anchor(told.id, told.east_m, told.north_m, told.altitude_m, limits=limits)
+
+
 def test_anchors_beside_the_ground_are_told_or_refused(cog: Path, tmp_path: Path) -> None:
     far = {"id": "far", "east_m": WEST_M - 9000.0, "north_m": NORTH_M, "altitude_m": 900.0, "max_range_m": 500.0}
     answer = make_large_map(open_dem(cog), parameters([anchors()[0], far]), tmp_path)
@@ -168,7 +214,7 @@ def test_the_reach_of_an_anchor_is_all_that_its_range_can_touch(cog: Path) -> No
     dem = open_dem(cog)
     anchor = Anchor("A", WEST_M + 1500.0, NORTH_M - 1700.0, 900.0, limits=AntennaLimits(max_range_m=900.0))
     reach = reach_of(dem, anchor)
-    within = distance_within(dem, anchor, (0, dem.rows), (0, dem.cols))
+    within = posts_asked_about(dem, anchor, None, (0, dem.rows), (0, dem.cols))
     rows, cols = np.nonzero(within)
     assert reach.first_row < rows.min()
     assert rows.max() < reach.last_row

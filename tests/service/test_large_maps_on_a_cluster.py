@@ -12,7 +12,8 @@ from distributed import Client, LocalCluster
 
 from planning import ClusterError
 from service.products import Work
-from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
+from service.products.windows.calculate import make_large_map
+from service.products.windows.files import COUNT, LOWEST
 from terrain import open_dem
 from tests.service.large_dems import hills_m, parameters, write_cog
 

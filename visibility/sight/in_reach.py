@@ -9,14 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from terrain import LargeDem
+from terrain import ElevationGrid, LargeDem
 from visibility.errors import VisibilityInputError
 from visibility.sight.anchors import Anchor
 from visibility.sight.curvature import Curvature
 from visibility.sight.fast_errors import FastErrors, fast_errors
 from visibility.sight.minimum_altitude import EXACT_ERROR, Mode, UnknownGround, min_visible_altitude
 
-__all__ = ["Reach", "ReachOptions", "Reached", "box_of", "in_reach", "reach_of", "work_bytes"]
+__all__ = ["Raster", "Reach", "ReachOptions", "Reached", "box_of", "in_reach", "name_of", "reach_of", "work_bytes"]
+
+# what windows are taken of: a file whose posts stay in it, or a grid
+Raster = LargeDem | ElevationGrid
 
 # heights, altitudes, turned ground, receivers, classes and masks of one anchor, per post of its window
 BYTES_PER_POST = 4 * 5 + 4
@@ -78,7 +81,12 @@ class Reached:
         return EXACT_ERROR if self.errors is None else self.errors.sentence()
 
 
-def reach_of(dem: LargeDem, anchor: Anchor) -> Reach | None:
+def name_of(dem: Raster) -> str:
+    """What a raster is called in sentences."""
+    return dem.name if isinstance(dem, LargeDem) else dem.provenance.source or "the DEM"
+
+
+def reach_of(dem: Raster, anchor: Anchor) -> Reach | None:
     """The posts of a raster that an anchor's range can touch; None where there are none.
 
     Raises VisibilityInputError for an anchor without a range limit.
@@ -87,8 +95,8 @@ def reach_of(dem: LargeDem, anchor: Anchor) -> Reach | None:
     if not math.isfinite(range_m):
         posts = dem.rows * dem.cols
         raise VisibilityInputError(
-            f"Anchor {anchor.id} has no range limit, so all {posts:,} posts of {dem.name} are in its reach, which take "
-            f"about {work_bytes(posts) / 1e9:,.1f} GB of memory; give it max_range_m, or read the DEM whole."
+            f"Anchor {anchor.id} has no range limit, so all {posts:,} posts of {name_of(dem)} are in its reach, which "
+            f"take about {work_bytes(posts) / 1e9:,.2g} GB of memory; give it max_range_m, or read the DEM whole."
         )
     row, col = dem.post_at(anchor.east_m, anchor.north_m)
     rows, cols = range_m / dem.cell_north_m + RIM, range_m / dem.cell_east_m + RIM
@@ -114,7 +122,7 @@ def work_bytes(posts: int) -> int:
     return BYTES_PER_POST * posts
 
 
-def in_reach(dem: LargeDem, anchor: Anchor, reach: Reach, options: ReachOptions) -> Reached:
+def in_reach(dem: Raster, anchor: Anchor, reach: Reach, options: ReachOptions) -> Reached:
     """Read the ground in an anchor's reach and work out its sight over it: what ``min_visible_altitude`` says of it.
 
     Ground beyond the range hides nothing within it. Raises DemReadError, AnchorError, VisibilityInputError.

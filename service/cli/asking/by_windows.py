@@ -2,80 +2,78 @@
 
 from __future__ import annotations
 
-import json
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
 
+from pydantic import BaseModel
 from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
-from service.files.layer import replacing
 from service.products import Work
-from service.products.visibility.large_answer import LargeMapSummary
-from service.products.visibility.large_map import COUNT, LOWEST, make_large_map
-from service.products.visibility.request import VisibilityMapParameters
+from service.products.windows import WINDOW_MAP
+from service.products.windows.answer import WindowMapSummary
+from service.products.windows.request import WindowMapParameters
 from terrain import open_dem
 
-from ..output import (
-    leaving_nothing_new,
-    output_folder,
-    print_json,
-    print_tables,
-    print_warnings,
-    progress_bar,
-    share_text,
-)
+from ..output import output_folder, share_text
 from .options import Output, Reading
+from .products import ask, request_of_fields
 
-__all__ = ["make_map_by_windows"]
+__all__ = ["ask_by_windows"]
 
 
-def make_map_by_windows(
+def ask_by_windows(
     dem: str,
-    parameters: VisibilityMapParameters,
+    asked: BaseModel | Path,
     *,
     summary: str,
     reading: Reading,
     scheduler: str | None,
     output: Output,
-    told: tuple[str, ...] = (),
+    told: Sequence[str] = (),
 ) -> None:
     """Read by windows, calculate, write and print. told: what there is to know of how it came to that.
 
-    scheduler: address of a Dask scheduler whose workers do it. Raises RequestError.
+    asked: what the options make, or the file of a request. scheduler: address of a Dask scheduler whose workers do it.
+    Raises RequestError.
     """
     not_so = {
         "--crs": reading.crs,
         "--band": reading.band,
         "--cell-m": reading.cell_m,
+        "--resolution": reading.resolution_m,
         "--buildings": reading.cover.buildings,
     }
     odd = [option for option, given in not_so.items() if given is not None]
     if odd:
         raise RequestError(f"{' and '.join(odd)} cannot be given for a DEM that is read by windows.")
-    if output.out is None:
-        raise RequestError("A map by windows is files: give --out DIR.")
+    if isinstance(asked, BaseModel):
+        asked = request_of_fields(asked.model_dump(exclude_unset=True), WindowMapParameters)
     ground = open_dem(
         dem, nodata=reading.nodata, height_unit=reading.height_unit, vertical_datum=reading.vertical_datum
     )
-    names = (COUNT, LOWEST, summary)
-    folder = output_folder(output.out, names)
-    with progress_bar("Sight lines by windows") as progress, leaving_nothing_new(folder, names):
-        answer = make_large_map(ground, parameters, folder, Work(progress=progress, scheduler=scheduler))
-        answer = answer.model_copy(update={"warnings": [*told, *answer.warnings]})
-        document = answer.model_dump(mode="json")
-        with replacing(folder / summary) as unfinished:
-            unfinished.write_text(json.dumps(document, allow_nan=False, indent=1), encoding="utf-8")
-    written = [folder / name for name in (summary, COUNT, LOWEST)]
-    if output.as_json:
-        print_json({**document, "files": [str(path) for path in written]})
-        return
-    print_tables(_table(answer))
-    print_warnings(answer.warnings)
-    for path in written:
-        print(path)
+    names = (summary, *(layer.name for layer in WINDOW_MAP.layers))
+    beside = None if output.out is None else output_folder(output.out, names)
+    # where the workers of a cluster see it, and where it is big enough
+    with tempfile.TemporaryDirectory(prefix=".sightline-", dir=beside, ignore_cleanup_errors=True) as folder:
+        ask(
+            WINDOW_MAP,
+            ground.frame(),
+            asked,
+            lambda answer: (_table(answer),),
+            summary=summary,
+            reading=reading,
+            output=output,
+            what="Sight lines by windows",
+            work=Work(scheduler=scheduler, folder=Path(folder)),
+            changes=None if scheduler is None else {"run_on": "cluster"},
+            told=told,
+        )
 
 
-def _table(answer: LargeMapSummary) -> Table:
+def _table(answer: WindowMapSummary) -> Table:
     """One row per anchor: where it is and what part of the posts in its reach sees it."""
     ground = answer.dem
     table = Table(

@@ -97,18 +97,20 @@ def read_tiles(
         raise RequestError("--margin goes with an area: give --area, --around or --polygon too.")
     if not tiles and margin_m is None:
         return None
-    given = [name for name in told(reading) if name not in ("crs", "cell_m", "cover")]
+    given = [name for name in told(reading) if name not in ("crs", "cell_m", "resolution_m", "cover")]
     if given:
         raise RequestError(f"--{given[0].replace('_', '-')} is for a DEM in one file that is read whole.")
-    crs, cell_m = reading.crs, reading.cell_m
+    crs, cell_m, resolution_m = reading.crs, reading.cell_m, reading.resolution_m
     if tiles or asked is None:
-        return _of_tiles(dem, _area(asked, crs), margin_m or 0.0, crs, cell_m)
+        return _of_tiles(dem, _area(asked, crs), margin_m or 0.0, crs, cell_m, resolution_m)
     tile = read_tile(dem)
     area = area_of(asked, crs or tile.crs_text)
-    return read_mosaic([tile], area, margin_m=margin_m or 0.0, target_crs=crs, cell_m=cell_m)
+    return read_mosaic([tile], area, margin_m=margin_m or 0.0, target_crs=crs, cell_m=cell_m, resolution_m=resolution_m)
 
 
-def _of_tiles(dem: str, area: Area | None, margin_m: float, crs: str | None, cell_m: float | None) -> ElevationGrid:
+def _of_tiles(
+    dem: str, area: Area | None, margin_m: float, crs: str | None, cell_m: float | None, resolution_m: float | None
+) -> ElevationGrid:
     """Ground of a folder, of the library, or of a source."""
     from service.ground.coverage import library_in
     from service.settings import Settings
@@ -118,6 +120,8 @@ def _of_tiles(dem: str, area: Area | None, margin_m: float, crs: str | None, cel
     if dem.startswith("@") and area is None:
         raise RequestError(f"{dem} needs an area: --around PLACE,RADIUS, --area W,S,E,N or --polygon FILE.")
     if dem.startswith("@") and dem != LIBRARY_WORD and area is not None:
+        if resolution_m is not None:
+            raise RequestError("--resolution is for files that are here; of a source give --cell-m.")
         return _from_source(dem[1:], area, margin_m, crs, cell_m, settings)
     passed_over: list[str] = []
     if dem == LIBRARY_WORD:
@@ -128,7 +132,15 @@ def _of_tiles(dem: str, area: Area | None, margin_m: float, crs: str | None, cel
         if not tiles:
             raise RequestError(f"The folder {dem} holds no DEM that can be read.")
     with progress_bar("Reading tiles") as progress:
-        grid = read_mosaic(tiles, area, margin_m=margin_m, target_crs=crs, cell_m=cell_m, progress=progress)
+        grid = read_mosaic(
+            tiles,
+            area,
+            margin_m=margin_m,
+            target_crs=crs,
+            cell_m=cell_m,
+            resolution_m=resolution_m,
+            progress=progress,
+        )
     if not passed_over:
         return grid
     count = "1 file" if len(passed_over) == 1 else f"{len(passed_over)} files"

@@ -109,6 +109,10 @@ class Reading:
     ] = None
     band: Annotated[int | None, WHOLE, option("Band that holds the heights. (default 1)", "N")] = None
     cell_m: Annotated[float | None, option("Metres between posts, for files that do not tell.", "M")] = None
+    resolution_m: Annotated[
+        float | None,
+        option("Of a file with overviews read the coarsest whose cells are no coarser, metres.", "M", "--resolution"),
+    ] = None
     vertical_datum: Annotated[
         str | None, option("What heights shall count from: msl, hae, EGM96, EPSG:5703; converted or taken so.", "DATUM")
     ] = None
@@ -138,6 +142,7 @@ class Reading:
             height_unit=self.height_unit,
             band=self.band,
             cell_m=self.cell_m,
+            resolution_m=self.resolution_m,
             vertical_datum=self.vertical_datum,
         )
 

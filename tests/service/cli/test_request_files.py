@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import service.cli.asking.by_windows
 import service.cli.asking.products
 from service.cli.asking.products import request_from_file
 from service.errors import RequestError
@@ -19,6 +20,7 @@ from tests.service.small_paths import path_request
 
 COMMANDS = {
     "visibility-map": "visibility",
+    "window-map": "visibility --windows",
     "dop-map": "dop",
     "morphing-map": "morph",
     "path": "plan",
@@ -59,6 +61,7 @@ def test_a_command_asks_what_the_same_request_asks_over_http(product, body, sigh
         asked.append((product.name, parameters))
 
     monkeypatch.setattr(service.cli.asking.products, "ask", ask)
+    monkeypatch.setattr(service.cli.asking.by_windows, "ask", ask)
     file = tmp_path / "request.json"
     file.write_text(json.dumps(body))
     ended = sightline(*COMMANDS[product.name].split(), dem_file, "--request", file)

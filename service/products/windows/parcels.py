@@ -12,14 +12,16 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from service.errors import RequestError
-from terrain import LargeDem
 from visibility import Anchor
 from visibility.sight.fast_errors import FastErrors
-from visibility.sight.in_reach import Reach, ReachOptions, in_reach
+from visibility.sight.in_reach import Raster, Reach, ReachOptions, in_reach
 
-__all__ = ["Parcel", "ParcelFacts", "distance_within", "remove_parcel", "stored", "work_out"]
+from .ground import posts_asked_about
+
+__all__ = ["Parcel", "ParcelFacts", "remove_parcel", "stored", "work_out"]
 
 
 UNSEEN = "The folder {} is not one that this machine and the workers share; put --out where all of them see it."
@@ -27,14 +29,18 @@ UNSEEN = "The folder {} is not one that this machine and the workers share; put 
 
 @dataclass(frozen=True, slots=True)
 class Parcel:
-    """One anchor, the posts in its reach, and where its answer is put: a folder that whoever needs it sees."""
+    """One anchor, the posts in its reach, and where its answer is put: a folder that whoever needs it sees.
+
+    shape: the area that is asked about, metres; None without one.
+    """
 
     number: int
-    dem: LargeDem
+    dem: Raster
     anchor: Anchor
     reach: Reach
     options: ReachOptions
     folder: str
+    shape: shapely.Polygon | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +73,8 @@ def work_out(parcel: Parcel) -> ParcelFacts:
             np.save(file, array, allow_pickle=False)
         unfinished.replace(path)
     reach = parcel.reach
-    within = distance_within(
-        parcel.dem, parcel.anchor, (reach.first_row, reach.last_row + 1), (reach.first_col, reach.last_col + 1)
-    )
+    rows, cols = (reach.first_row, reach.last_row + 1), (reach.first_col, reach.last_col + 1)
+    within = posts_asked_about(parcel.dem, parcel.anchor, parcel.shape, rows, cols)
     visible, hidden, unknown = (int(np.count_nonzero(within & (found.seen == seen))) for seen in (1, 0, 255))
     return ParcelFacts(
         parcel.number,
@@ -82,17 +87,6 @@ def work_out(parcel: Parcel) -> ParcelFacts:
         warnings=found.warnings,
         version=found.version,
     )
-
-
-def distance_within(
-    dem: LargeDem, anchor: Anchor, rows: tuple[int, int], cols: tuple[int, int]
-) -> npt.NDArray[np.bool_]:
-    """(rows, cols) bool: which posts of a half-open block lie no further from an anchor on the map than its range."""
-    row, col = dem.post_at(anchor.east_m, anchor.north_m)
-    north_m = (np.arange(*rows) - row) * dem.cell_north_m
-    east_m = (np.arange(*cols) - col) * dem.cell_east_m
-    within: npt.NDArray[np.bool_] = east_m * east_m <= (anchor.limits.max_range_m**2 - north_m * north_m)[:, None]
-    return within
 
 
 def stored(parcel: Parcel) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,25 +17,28 @@ import rasterio.shutil
 from rasterio.enums import Resampling
 from rasterio.transform import Affine
 
-from terrain import LargeDem
-from visibility import Anchor
-from visibility.sight.in_reach import Reach
+from service.files.layer import COG, Layer
+from visibility.sight.in_reach import Raster, Reach
 
-from .large_parcels import distance_within
+from .answer import WindowMap
+from .ground import posts_asked_about
+from .parcels import Parcel
 
-__all__ = ["BLOCK", "NOTHING", "combined", "to_cog", "unfinished_raster"]
+__all__ = ["BLOCK", "COUNT", "LAYERS", "LOWEST", "NOTHING", "UNITS", "combined", "to_cog", "unfinished_raster"]
 
+COUNT, LOWEST = "count.tif", "min_visible_altitude.tif"
+UNITS = {COUNT: {"units": "anchors"}, LOWEST: {"units": "metre", "infinity": "in sight at no altitude"}}
 BLOCK = 512
 # in reach of no anchor, or nothing known
 NOTHING = 255
 CACHE_MB = 128
 
-Pieces = Sequence[tuple[Anchor, npt.NDArray[np.float32], npt.NDArray[np.uint8], tuple[slice, slice]]]
+Pieces = Sequence[tuple[Parcel, npt.NDArray[np.float32], npt.NDArray[np.uint8], tuple[slice, slice]]]
 
 
 @contextmanager
 def unfinished_raster(
-    dem: LargeDem, part: Reach, path: Path, dtype: str, nodata: float, descriptions: Sequence[str]
+    dem: Raster, part: Reach, path: Path, dtype: str, nodata: float, descriptions: Sequence[str]
 ) -> Iterator[Any]:
     """A tiled GeoTIFF on part of a raster's posts, to be written by windows; blocks without anything take no room."""
     west_m = dem.origin_east_m + (part.first_col - 0.5) * dem.cell_east_m
@@ -54,7 +59,7 @@ def unfinished_raster(
         yield dataset
 
 
-def to_cog(unfinished: Path, path: Path) -> None:
+def to_cog(unfinished: Path, path: Path, tags: Mapping[str, str]) -> None:
     """The raster as a cloud-optimised GeoTIFF with overviews (nearest: classes stay classes); the unfinished goes."""
     options = {
         "compress": "ZSTD", "level": "1", "overview_resampling": "NEAREST", "bigtiff": "IF_SAFER", "blocksize": BLOCK,
@@ -62,10 +67,38 @@ def to_cog(unfinished: Path, path: Path) -> None:
     }  # fmt: skip
     with rasterio.Env(GDAL_CACHEMAX=CACHE_MB):
         with rasterio.open(unfinished, "r+") as dataset:
+            dataset.update_tags(**tags)
             # where the driver makes them itself it packs them twice
             dataset.build_overviews(_halvings(dataset.shape), Resampling.nearest)
         rasterio.shutil.copy(unfinished, path, driver="COG", **options)
     unfinished.unlink()
+
+
+def _made(name: str, finished: WindowMap, path: Path) -> None:
+    """The raster, which the calculation has written, under another path."""
+    made = Path(finished.folder) / name
+    path.unlink(missing_ok=True)
+    try:
+        path.hardlink_to(made)
+    except OSError:  # another disk
+        shutil.copyfile(made, path)
+
+
+LAYERS = (
+    Layer(
+        COUNT,
+        COG,
+        "Anchors in sight (uint8, 255 in reach of none or all unknown) and anchors in reach that are unknown.",
+        partial(_made, COUNT),
+    ),
+    Layer(
+        LOWEST,
+        COG,
+        "Lowest altitude from which an anchor is in sight, metres (float32): +inf at none, NaN unknown or in reach of "
+        "none.",
+        partial(_made, LOWEST),
+    ),
+)
 
 
 def _halvings(shape: tuple[int, int]) -> list[int]:
@@ -75,21 +108,20 @@ def _halvings(shape: tuple[int, int]) -> list[int]:
 
 
 def combined(
-    dem: LargeDem, block: Reach, pieces: Pieces
+    dem: Raster, block: Reach, pieces: Pieces
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
     """(anchors in sight, anchors unknown, lowest altitude with one in sight) over a block, from what anchors see.
 
-    pieces: the anchor, its altitudes and classes where its window and the block overlap, and where in the block that
+    pieces: the parcel, its altitudes and classes where its window and the block overlap, and where in the block that
     is. NOTHING, NOTHING and NaN where no anchor is in reach; NOTHING and NaN where all in reach are unknown.
     """
     shape = block.shape
     visible, unknown, in_reach = (np.zeros(shape, np.uint8) for _ in range(3))
     lowest_m = np.full(shape, np.nan, np.float32)
-    for anchor, altitude_m, seen, (rows, cols) in pieces:
+    for parcel, altitude_m, seen, (rows, cols) in pieces:
         first_row, first_col = block.first_row + rows.start, block.first_col + cols.start
-        within = distance_within(
-            dem, anchor, (first_row, first_row + seen.shape[0]), (first_col, first_col + seen.shape[1])
-        )
+        here = (first_row, first_row + seen.shape[0]), (first_col, first_col + seen.shape[1])
+        within = posts_asked_about(dem, parcel.anchor, parcel.shape, *here)
         in_reach[rows, cols] += within
         visible[rows, cols] += within & (seen == 1)
         unknown[rows, cols] += within & (seen == NOTHING)
