@@ -19,7 +19,7 @@ from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import receiver
-from benchmarks.navigation import bubbles, inertial, quality_monitor
+from benchmarks.navigation import bubbles, inertial, quality_monitor, targets
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
@@ -67,6 +67,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "inertial": (inertial.made_up_drive, inertial.outages, inertial.inertial_speed),
     "monitor": (quality_monitor.steps_found, quality_monitor.monitor_speed),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed),
+    "targets": (targets.planes, targets.simulated_balls, targets.real_balls),
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "ground": (ground.tiles_to_map, ground.probes),
@@ -140,6 +141,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "monitor": (partial(quality_monitor.steps_found, epochs=4000), partial(quality_monitor.monitor_speed, epochs=2000)),
     "receiver": (receiver.recorded_sample, partial(receiver.acquisition_speed, prns=4)),
+    "targets": (partial(targets.planes, images=2), partial(targets.simulated_balls, count=2)),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (
         first_request.first_request,

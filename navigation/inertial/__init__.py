@@ -6,6 +6,7 @@ from .filtering import InertialStart, InertialTrack, navigate
 from .imu import IMU_PRESETS, ImuNoise, deg_per_h, deg_per_sqrt_h, milli_g
 from .measurements import (
     Measurements,
+    coordinates,
     ground_heights,
     join,
     position_fixes,
@@ -35,6 +36,7 @@ __all__ = [
     "align_moving",
     "align_still",
     "angles_of",
+    "coordinates",
     "deg_per_h",
     "deg_per_sqrt_h",
     "from_forward_right_down",

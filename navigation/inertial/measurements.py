@@ -14,6 +14,7 @@ from .kernels import error_state as kernel
 
 __all__ = [
     "Measurements",
+    "coordinates",
     "ground_heights",
     "join",
     "position_fixes",
@@ -75,6 +76,21 @@ def position_fixes(
 ) -> Measurements:
     """Places of the antenna, (n, 3) east, north, up in the frame, NaN = none; sigmas_m: of each axis."""
     return _of_axes(kernel.COORDINATE, times_s, positions_m, sigmas_m, gate_sigma)
+
+
+def coordinates(
+    times_s: npt.ArrayLike,
+    along_m: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    sigmas_m: npt.ArrayLike,
+    *,
+    gate_sigma: float = math.inf,
+) -> Measurements:
+    """How far the antenna lies along directions (n, 3) in the frame, (n,) from its origin, NaN = none."""
+    variances = np.asarray(sigmas_m, np.float64) ** 2
+    return _measurements(
+        kernel.COORDINATE, times_s, along_m, variances, positions("directions", directions), gate_sigma
+    )
 
 
 def velocity_fixes(

@@ -38,6 +38,7 @@ COMMANDS: Mapping[str, str] = {
     "sites": "service.cli.sites:sites",
     "bridge": "service.cli.field.bridge:bridge",
     "receiver": "service.cli.field.receiver:receiver",
+    "targets": "service.cli.field.targets:targets",
     "place": "service.cli.place:place",
     "plan": "service.cli.plan:plan",
     "fly": "service.cli.fly:fly",
@@ -161,7 +162,7 @@ def main(more: Mapping[str, str] | None = None) -> None:
         if not words or words[0] in ("--help", "-h"):
             for name in {**COMMANDS, **(more or {})}:
                 _ = app[name]  # imported, so that the list has what each of them says of itself
-        if not words or words in (["store"], ["ground"], ["keys"], ["bridge"], ["receiver"]):
+        if not words or words in (["store"], ["ground"], ["keys"], ["bridge"], ["receiver"], ["targets"]):
             app.help_print(words)
             code = usage("No command was given; sightline --help lists them.")
         else:

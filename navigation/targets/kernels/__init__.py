@@ -1,0 +1,1 @@
+"""Kernels of targets: numbers and arrays in, arrays out."""

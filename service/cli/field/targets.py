@@ -1,0 +1,201 @@
+"""``sightline targets``: planes and balls among the pixels of depth images, and the sensor's pose from them."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Parameter
+from rich.table import Table
+
+from service.errors import RequestError
+
+from ..asking.options import GROUP, option
+from ..output import facts_table, print_json, print_tables
+
+if TYPE_CHECKING:
+    from navigation.targets import DepthSensor, SphereFit, TargetPixels, TargetPose
+
+__all__ = ["targets"]
+
+targets = App(
+    name="targets", help="Planes and balls among the pixels of depth images, and the sensor's pose from them."
+)
+PixelFile = Annotated[
+    Path,
+    Parameter(name="FILE", allow_leading_hyphen=False, help="CSV of col, row, depth_m, and target where several are."),
+]
+AsJson = Annotated[bool, option("Print JSON on standard output and nothing else.", name="--json")]
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class SensorOptions:
+    """The sensor; by default a Kinect of the first kind."""
+
+    focal_px: Annotated[float, option("Focal length, pixels.", "PX", "--focal")] = 580.0
+    centre_px: Annotated[str, option("Principal point, pixels.", "COL,ROW", "--centre")] = "319.5,239.5"
+    offset_per_m: Annotated[float, option("1/z = offset - step·number.", "PER_M", "--offset")] = 3.3309
+    step_per_m: Annotated[float, option("The same.", "PER_M", "--step")] = 0.00307
+    noise_steps: Annotated[float, option("One sigma of a number before it is rounded.", "STEPS", "--noise")] = 0.2
+
+    def sensor(self) -> DepthSensor:
+        """Raises RequestError, MeasurementError."""
+        from navigation.targets import DepthSensor
+
+        try:
+            col, row = (float(word) for word in self.centre_px.split(","))
+        except ValueError as fault:
+            raise RequestError(
+                f"--centre takes a column and a row such as 319.5,239.5, not {self.centre_px!r}."
+            ) from fault
+        return DepthSensor(self.focal_px, col, row, self.offset_per_m, self.step_per_m, self.noise_steps)
+
+
+@targets.command
+def plane(path: PixelFile, /, *, sensor: SensorOptions = SensorOptions(), as_json: AsJson = False) -> None:
+    """Fit a plane to each target, and tell its residuals beside what rounding alone would leave."""
+    from navigation.targets import fit_plane, quantisation_sigma_m
+
+    used = sensor.sensor()
+    rows = []
+    for name, pixels in _read(path).items():
+        fit = fit_plane(pixels.points_m(used))
+        rounding_m = quantisation_sigma_m(used, fit)
+        rows.append((name, fit, rounding_m))
+    if as_json:
+        found = [
+            {
+                "target": name,
+                "normal": fit.normal.tolist(),
+                "distance_m": fit.distance_m,
+                "sigma_m": fit.sigma_m,
+                "largest_m": fit.largest_m,
+                "rounding_sigma_m": rounding_m,
+                "points": fit.points,
+            }
+            for name, fit, rounding_m in rows
+        ]
+        print_json({"planes": found, "frame": "right, down, forward"})
+        return
+    table = Table(title=f"{path.name}: planes, right, down, forward", title_justify="left")
+    for column in ("target", "points", "normal", "distance m", "residuals mm", "by rounding mm"):
+        table.add_column(column, justify="left" if column == "target" else "right")
+    for name, fit, rounding_m in rows:
+        normal = ", ".join(f"{part:.4f}" for part in fit.normal)
+        sigmas = f"{1e3 * fit.sigma_m:.2f}", f"{1e3 * rounding_m:.2f}"
+        table.add_row(name, str(fit.points), normal, f"{fit.distance_m:.4f}", *sigmas)
+    print_tables(table)
+
+
+@targets.command
+def sphere(
+    path: PixelFile,
+    /,
+    *,
+    sensor: SensorOptions = SensorOptions(),
+    blur_px: Annotated[float, option("Blur of a ball's outline; 0 = it says nothing.", "PX", "--blur")] = 0.5,
+    margin_px: Annotated[float, option("How far inside of it depths are not used.", "PX", "--margin")] = 1.0,
+    fit_levels: Annotated[bool, option("Take the offset from the depths, where it is not known.")] = False,
+    placed: Annotated[
+        Path | None, option("CSV of target, east_m, north_m, up_m: tells the sensor's pose.", "FILE")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit a ball to each target, knowing the sensor's steps and the ball's outline, beside the common fit."""
+    import numpy as np
+
+    from navigation.targets import Limb, fit_sphere, fit_sphere_in_image, register_targets
+
+    used, read = sensor.sensor(), _read(path)
+    if fit_levels:
+        used = used.with_levels_of(np.concatenate([pixels.depths_m for pixels in read.values()]))
+    limb = Limb(blur_px, margin_px)
+    fits = {name: fit_sphere_in_image(pixels, used, limb) for name, pixels in read.items()}
+    common = {name: fit_sphere(pixels.points_m(used)) for name, pixels in read.items()}
+    pose = None
+    if placed is not None:
+        places = {
+            name: table for name, table in _columns(placed, ("east_m", "north_m", "up_m")).items() if name in fits
+        }
+        missing = [name for name in fits if name not in places]
+        if missing:
+            raise RequestError(f"{placed.name} does not place {', '.join(missing)}.")
+        pose = register_targets(
+            [fits[name].centre_m for name in fits],
+            [fits[name].covariance[:3, :3] for name in fits],
+            [places[name][0] for name in fits],
+        )
+    if as_json:
+        print_json(_document(fits, common, pose))
+        return
+    table = Table(title=f"{path.name}: balls, right, down, forward", title_justify="left")
+    for column in ("target", "points", "centre m", "radius mm", "sigma mm", "least squares' radius mm"):
+        table.add_column(column, justify="left" if column == "target" else "right")
+    for name, fit in fits.items():
+        centre = ", ".join(f"{part:.4f}" for part in fit.centre_m)
+        radii = [f"{1e3 * value:.2f}" for value in (fit.radius_m, fit.radius_sigma_m, common[name].radius_m)]
+        table.add_row(name, str(fit.points), centre, *radii)
+    print_tables(table, *([] if pose is None else [_pose_table(pose)]))
+
+
+def _pose_table(pose: TargetPose) -> Table:
+    sigmas_mm = [f"{1e3 * variance**0.5:.1f}" for variance in pose.covariance.diagonal()[:3]]
+    place = ", ".join(f"{part:.4f}" for part in pose.position_m)
+    forward = ", ".join(f"{part:.4f}" for part in pose.R_sensor_to_targets[:, 2])
+    facts = [("east, north, up m", place), ("sigmas mm", ", ".join(sigmas_mm)), ("looks along", forward)]
+    return facts_table("The sensor's pose", [*facts, ("misfit (about 1 is right)", f"{pose.misfit:.2f}")])
+
+
+def _document(fits: dict[str, SphereFit], common: dict[str, SphereFit], pose: TargetPose | None) -> dict[str, object]:
+    found = [
+        {
+            "target": name,
+            "centre_m": fit.centre_m.tolist(),
+            "radius_m": fit.radius_m,
+            "covariance_m2": fit.covariance.tolist(),
+            "points": fit.points,
+            "least_squares_radius_m": common[name].radius_m,
+        }
+        for name, fit in fits.items()
+    ]
+    told: dict[str, object] = {"balls": found, "frame": "right, down, forward"}
+    if pose is not None:
+        told["pose"] = {
+            "position_m": pose.position_m.tolist(),
+            "R_sensor_to_targets": pose.R_sensor_to_targets.tolist(),
+            "covariance": pose.covariance.tolist(),
+            "misfit": pose.misfit,
+        }
+    return told
+
+
+def _read(path: Path) -> dict[str, TargetPixels]:
+    import numpy as np
+
+    from navigation.targets import TargetPixels
+
+    tables = {name: np.array(table) for name, table in _columns(path, ("col", "row", "depth_m")).items()}
+    return {name: TargetPixels(*table.T) for name, table in tables.items()}
+
+
+def _columns(path: Path, names: tuple[str, ...]) -> dict[str, list[list[float]]]:
+    """Numbers of a CSV by its column target, "1" where there is none. Raises RequestError."""
+    found: dict[str, list[list[float]]] = {}
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file)
+            missing = [name for name in names if name not in (reader.fieldnames or ())]
+            if missing:
+                raise RequestError(f"{path.name} has no column {', '.join(missing)}; it needs {', '.join(names)}.")
+            for row in reader:
+                found.setdefault(row.get("target") or "1", []).append([float(row[name]) for name in names])
+    except OSError as error:
+        raise RequestError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (ValueError, TypeError, csv.Error) as error:
+        raise RequestError(f"{path.name}, line {reader.line_num}: {error}.") from error
+    if not found:
+        raise RequestError(f"{path.name} has no row below its header.")
+    return found
