@@ -17,6 +17,7 @@ ServiceError
 ├── StoppingError              the service ends; the same request will do after its next start
 ├── GoneError                  it was there, and is over
 ├── NotReadyError              the job has no result (yet)
+├── DemUnderWayError           the DEM is being made
 ├── InUseError                 a DEM cannot be deleted while jobs work on it
 ├── EditConflictError          somebody else saved since; carries version, saved_by and saved_at
 ├── NoPreconditionError        a change that does not say what it builds on
@@ -52,6 +53,7 @@ __all__ = [
     "ClusterSetUpError",
     "DataFolderError",
     "DataFolderInUseError",
+    "DemUnderWayError",
     "EditConflictError",
     "ForbiddenError",
     "GoneError",
@@ -157,6 +159,10 @@ class GoneError(ServiceError):
 
 class NotReadyError(ServiceError):
     """The job has no result to give."""
+
+
+class DemUnderWayError(ServiceError):
+    """The DEM is not there yet: it is being made."""
 
 
 class InUseError(ServiceError):

@@ -194,9 +194,15 @@ def _drawn(area: Area, crs: pyproj.CRS | None) -> shapely.Polygon:
         angle = np.linspace(0.0, 2.0 * math.pi, CIRCLE_CORNERS, endpoint=False)
         radius_m = area.radius_m / math.cos(math.pi / CIRCLE_CORNERS)  # around the circle, not within it
         return shapely.Polygon(np.column_stack([area.x + radius_m * np.cos(angle), area.y + radius_m * np.sin(angle)]))
+    geodesics = geodesics_of(WGS84 if crs is None else crs)
+    most_m = math.pi / 2.0 * geodesics.b
+    if area.radius_m > most_m:
+        raise AreaError(
+            f"The radius of the area, {area.radius_m / 1000.0:,.0f} km, is more than a quarter of the way round the "
+            f"body, {most_m / 1000.0:,.0f} km; give a smaller one."
+        )
     azimuth_deg = np.linspace(0.0, -360.0, CIRCLE_CORNERS, endpoint=False)
     radius_m = area.radius_m / math.cos(math.pi / CIRCLE_CORNERS)
-    geodesics = geodesics_of(WGS84 if crs is None else crs)
     lon, lat, _ = geodesics.fwd(np.full_like(azimuth_deg, area.x), np.full_like(azimuth_deg, area.y), azimuth_deg,
                                 np.full_like(azimuth_deg, radius_m))  # fmt: skip
     lon = _running(lon)

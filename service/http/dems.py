@@ -176,7 +176,7 @@ async def get_dem(dem_id: str, service: ServiceDep) -> DemOut | Response:
         return under_way_answer(under_way)
     dem = await service.supervisor.in_store(service.store.dem_or_none, dem_id)
     if dem is None:
-        dem = under_way.outcome() if under_way is not None else None
+        dem = None if under_way is None or under_way.making.cancelled() else under_way.outcome()
     if dem is None:
         raise NotFoundError("DEM", dem_id)
     return DemOut.of(dem)
@@ -194,7 +194,7 @@ async def get_dem(dem_id: str, service: ServiceDep) -> DemOut | Response:
         },
         206: PART,
         304: KNOWN,
-        **problem_responses(404, 416, 503, 507),
+        **problem_responses(404, 409, 416, 503, 507),
     },
 )
 async def get_hillshade(dem_id: str, request: Request, service: ServiceDep) -> Response:
@@ -204,7 +204,9 @@ async def get_hillshade(dem_id: str, request: Request, service: ServiceDep) -> R
     return await file_answer(request, path, "image/png", f"{dem_id}-hillshade")
 
 
-@router.get("/{dem_id}/levels", summary="See at which resolutions a DEM is there", responses=problem_responses(404))
+@router.get(
+    "/{dem_id}/levels", summary="See at which resolutions a DEM is there", responses=problem_responses(404, 409)
+)
 async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
     """Sizes and places of its heights at each resolution; every level has half the rows and columns of the one before.
 
@@ -229,7 +231,7 @@ async def get_levels(dem_id: str, service: ServiceDep) -> Levels:
         },
         206: PART,
         304: KNOWN,
-        **problem_responses(404, 416, 422, 503, 507),
+        **problem_responses(404, 409, 416, 422, 503, 507),
     },
 )
 async def get_heights(
@@ -257,7 +259,7 @@ async def get_heights(
     status_code=204,
     summary="Delete a DEM",
     responses={
-        200: {"description": "It was being made, and is not any more.", "model": DemUnderWay},
+        200: {"description": "It was being made and is not any more, now or before.", "model": DemUnderWay},
         204: {"description": "It is gone."},
         **problem_responses(404, 409),
     },

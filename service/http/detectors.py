@@ -71,7 +71,7 @@ class DetectorList(Page):
     summary="Open a detector",
     responses={
         201: {"description": "Open; epochs go to the path in links.", "headers": LOCATION, "model": DetectorStateful},
-        **problem_responses(400, 404, 413, 415, 422, 503),
+        **problem_responses(400, 404, 409, 413, 415, 422, 503),
     },
     openapi_extra=body_of(DetectorIn),
 )

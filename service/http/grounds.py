@@ -13,7 +13,7 @@ from service.jobs.records import DemRecord
 
 __all__ = ["GroundUnderWay", "Grounds"]
 
-# that failed, so that whoever follows them hears why
+# that failed or were ended, so that whoever follows them hears why
 MOST_FAILED = 100
 Make = Callable[[Callable[[float], None]], Coroutine[None, None, DemRecord]]
 
@@ -72,13 +72,16 @@ class Grounds:
         return ground
 
     def known(self, dem_id: str) -> GroundUnderWay | None:
-        """One of the acting tenant's that is under way, or failed lately."""
+        """One of the acting tenant's that is under way, or failed or was ended lately."""
         return self._known.get((acting_tenant(), dem_id))
 
     async def end(self, dem_id: str) -> GroundUnderWay | None:
-        """End the making of one, and whoever waits for it hears so; None where none is under way, or it is made now."""
+        """End the making of one, and whoever waits for it hears so; one that was ended comes back as it is.
+
+        None where none is under way, or it is made now.
+        """
         ground = self.known(dem_id)
-        if ground is None or ground.making.done():
+        if ground is None:
             return None
         ground.making.cancel()
         await asyncio.wait({ground.making})
@@ -92,8 +95,8 @@ class Grounds:
         await asyncio.gather(*under_way, return_exceptions=True)
 
     def _over(self, key: tuple[str, str], ground: GroundUnderWay) -> None:
-        failed = not ground.making.cancelled() and ground.making.exception() is not None
-        if self._known.get(key) is ground and not failed:
+        made = not ground.making.cancelled() and ground.making.exception() is None
+        if self._known.get(key) is ground and made:
             del self._known[key]
         over = [key for key, one in self._known.items() if one.making.done()]
         for oldest in over[:-MOST_FAILED]:

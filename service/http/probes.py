@@ -18,7 +18,7 @@ from .meta import body_of, problem_responses
 __all__ = ["router"]
 
 router = APIRouter(tags=["Probes"])
-PROBLEMS = problem_responses(400, 404, 413, 415, 422, 503)
+PROBLEMS = problem_responses(400, 404, 409, 413, 415, 422, 503)
 
 
 @router.post(

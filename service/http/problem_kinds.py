@@ -94,6 +94,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     ours.StoppingError: ProblemKind("stopping", 503, "The service is stopping"),
     ours.NotFoundError: ProblemKind("not-found", 404, "There is no such resource"),
     ours.GoneError: ProblemKind("gone", 410, "The resource is over"),
+    ours.DemUnderWayError: ProblemKind("dem-under-way", 409, "The DEM is being made"),
     ours.NotReadyError: ProblemKind("not-ready", 409, "The job is not ready for that"),
     ours.InUseError: ProblemKind("in-use", 409, "The resource is in use"),
     ours.EditConflictError: ProblemKind("edit-conflict", 412, "Somebody else saved since"),

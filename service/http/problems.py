@@ -43,6 +43,8 @@ __all__ = [
 logger = logging.getLogger("sightline.http")
 
 MEDIA_TYPE = "application/problem+json"
+NOT_FOUND = Failure.of(ours.NotFoundError("", "")).error
+RETRY_AFTER_S = 1
 
 
 class ProblemFields(TypedDict):
@@ -101,12 +103,24 @@ def is_json(request: Request) -> bool:
 
 
 async def _domain_error(request: Request, error: Exception) -> Response:
-    return _respond(problem_of(Failure.of(error), request.url.path))
+    return _answer(request, Failure.of(error))
 
 
 async def _task_failed(request: Request, error: Exception) -> Response:
     assert isinstance(error, TaskFailed)
-    return _respond(problem_of(error.failure, request.url.path))
+    return _answer(request, error.failure)
+
+
+def _answer(request: Request, failure: Failure) -> Response:
+    """The answer to a request that ends so; of a DEM that is being made it says that in place of there being none."""
+    service = getattr(request.app.state, "service", None)
+    if service is not None and failure.error == NOT_FOUND and failure.data.get("kind") == "DEM":
+        ground = service.grounds.known(str(failure.data["id"]))
+        if ground is not None and not ground.making.done():
+            sentence = f"The DEM {ground.dem_id} is being made; ask again once GET /dems/{ground.dem_id} answers 200."
+            failure = Failure.of(ours.DemUnderWayError(sentence))
+            return _respond(problem_of(failure, request.url.path), {"Retry-After": str(RETRY_AFTER_S)})
+    return _respond(problem_of(failure, request.url.path))
 
 
 async def _failed_job(request: Request, error: Exception) -> Response:

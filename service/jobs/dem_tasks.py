@@ -25,7 +25,7 @@ from service.jobs.folder import DataFolder, make_durable
 from service.jobs.kept_files import load_grid, save_grid
 from service.jobs.marker import is_owned
 from service.parts.map_facts import ground_of
-from service.products import Product
+from service.products import Product, Work
 from service.settings import Settings
 from terrain import (
     DemUnsupportedError,
@@ -58,6 +58,7 @@ __all__ = [
 
 # of ground that is made while its request waits: a second or two
 AT_ONCE_POSTS = 4_000_000
+SHARE_OF_FETCHING = 0.8
 DEM_ID = re.compile(r"[0-9a-f]{32}")
 OF_A_RASTER = ("name", "rows", "cols", "cell_east_m", "cell_north_m")
 
@@ -233,7 +234,7 @@ def _read(context: TaskContext, asked: GroundIn, tiles: Sequence[Tile]) -> Eleva
         resolution_m=asked.resolution_m,
         body=asked.body,
         max_cells=context.settings.max_dem_cells,
-        progress=context.progress,
+        progress=Work(context.progress).part(0.0 if asked.source is None else SHARE_OF_FETCHING, 1.0),
     )
 
 
@@ -259,7 +260,7 @@ def _tiles(context: TaskContext, asked: GroundIn, parts: Path) -> Sequence[Tile]
         BlockStore(context.folder.root / STORE, settings.max_ground_store_bytes),
         parts,
         max_cells=settings.max_dem_cells,
-        progress=context.progress,
+        progress=Work(context.progress).part(0.0, SHARE_OF_FETCHING),
     )
 
 

@@ -47,6 +47,8 @@ __all__ = ["main", "rehearse"]
 logger = logging.getLogger("sightline.worker")
 
 PROGRESS_EVERY_S = 0.1
+# all is done of what is over; until then something is to be written still
+NOT_OVER = 0.99
 # libraries that a task is the first to need: address space that files stand behind
 LIBRARIES_BYTES = 64 * 1024 * 1024
 # of matplotlib, of C++ and GDAL, of Python's threads, of numba
@@ -179,7 +181,7 @@ class _Progress:
         now_s = time.monotonic()
         if now_s - self._told_at_s >= PROGRESS_EVERY_S:
             self._told_at_s = now_s
-            _tell(self._answers, Progress(progress=min(max(float(share), 0.0), 1.0)))
+            _tell(self._answers, Progress(progress=min(max(float(share), 0.0), NOT_OVER)))
 
 
 def _tell(answers: BinaryIO, message: FromWorker) -> None:

@@ -108,7 +108,7 @@ class DetectorSettingsIn(StrictModel):
         DEFAULTS.vertical_acceleration_m_per_s2, description="The same upright, metres per second squared."
     )
     excess_m: Number = Field(DEFAULTS.excess_m, description="How much too long an occluded range typically is, metres.")
-    start_m: tuple[Metres, Metres] | tuple[Metres, Metres, Metres] | None = Field(
+    start_m: Annotated[tuple[Metres, ...], Field(min_length=2, max_length=3)] | None = Field(
         None, description="Where the rover starts, if that is known: east, north and, in 3D, altitude, metres."
     )
     start_sigma_m: Number = Field(DEFAULTS.start_sigma_m, description=f"{Sigma}that place, metres.")

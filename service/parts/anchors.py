@@ -201,13 +201,14 @@ class CurvatureIn(StrictModel):
     )
 
 
-def _word_or_numbers(value: Any) -> str:
-    return "word" if isinstance(value, str) else "numbers"
+def word_or_numbers(value: Any) -> str:
+    """The tag of a field that is a word or an object of numbers."""
+    return "<word>" if isinstance(value, str) else "<numbers>"
 
 
 CurvatureChoice = Annotated[
-    Annotated[Literal["auto", "flat"], Tag("word")] | Annotated[CurvatureIn, Tag("numbers")],
-    Discriminator(_word_or_numbers),
+    Annotated[Literal["auto", "flat"], Tag("<word>")] | Annotated[CurvatureIn, Tag("<numbers>")],
+    Discriminator(word_or_numbers),
 ]
 
 

@@ -90,7 +90,7 @@ def _shapes(value: Any, called: str) -> list[GeoJsonShape]:
 
 def _place_or_area(value: Any) -> str:
     is_area = isinstance(value, PolygonIn) or (isinstance(value, dict) and "ring" in value)
-    return "area" if is_area else "place"
+    return "<area>" if is_area else "<place>"
 
 
 def _polygon_fields_of(value: Any) -> Any:
@@ -150,21 +150,21 @@ def _ring(x_name: str, y_name: str, pairs: Sequence[Sequence[float]], more: Mapp
 
 def _kind(value: Any) -> str:
     if isinstance(value, AnyArea):
-        return type(value).__name__
+        return f"<{type(value).__name__}>"
     fields = value if isinstance(value, dict) else {}
     if "ring" in fields:
-        return "PolygonIn"
+        return "<PolygonIn>"
     if "radius_m" in fields:
-        return "CircleIn"
-    return "BoxMetresIn" if "west_m" in fields else "BoxDegreesIn"
+        return "<CircleIn>"
+    return "<BoxMetresIn>" if "west_m" in fields else "<BoxDegreesIn>"
 
 
 AnyArea = BoxDegreesIn | BoxMetresIn | CircleIn | PolygonIn
 AreaChoice = Annotated[
-    Annotated[BoxDegreesIn, Tag("BoxDegreesIn")]
-    | Annotated[BoxMetresIn, Tag("BoxMetresIn")]
-    | Annotated[CircleIn, Tag("CircleIn")]
-    | Annotated[PolygonIn, Tag("PolygonIn")],
+    Annotated[BoxDegreesIn, Tag("<BoxDegreesIn>")]
+    | Annotated[BoxMetresIn, Tag("<BoxMetresIn>")]
+    | Annotated[CircleIn, Tag("<CircleIn>")]
+    | Annotated[PolygonIn, Tag("<PolygonIn>")],
     Discriminator(_kind),
     BeforeValidator(_polygon_or_place, json_schema_input_type=AnyArea | GeoJson),
 ]
@@ -176,7 +176,7 @@ Areas = Annotated[
 ]
 StandingPlace = Annotated[PlaceIn, BeforeValidator(_point, json_schema_input_type=PlaceIn | GeoJson)]
 GoalIn = Annotated[
-    Annotated[PlaceIn, Tag("place")] | Annotated[PolygonIn, Tag("area")],
+    Annotated[PlaceIn, Tag("<place>")] | Annotated[PolygonIn, Tag("<area>")],
     Discriminator(_place_or_area),
     BeforeValidator(_goal, json_schema_input_type=PlaceIn | AnyArea | GeoJson),
 ]

@@ -45,8 +45,6 @@ MAP_KINDS = ("visibility-map", "dop-map", "morphing-map")
 # fields of summaries by which their kinds are told apart
 TELLING = {"states": "morphing-map", "dop_quantiles": "dop-map", "count_histogram": "visibility-map"}
 MOST_FIELDS = 100
-# Tags of unions appear in pydantic's locations but not in the request.
-UNION_TAGS = frozenset({"word", "numbers"})
 # what pydantic says by the type of an error, in words for whoever asked
 OTHERWISE = {
     "extra_forbidden": "this field is not known here",
@@ -186,10 +184,13 @@ def fields_of(error: ValidationError) -> list[dict[str, str]]:
 
 
 def place_of(loc: Sequence[str | int]) -> str:
-    """A place in the request as people write it: ``anchors[0].east_m``."""
+    """A place in the request as people write it: ``anchors[0].east_m``.
+
+    Tags of unions stand in pydantic's locations but not in the request; ours are all called ``<so>``.
+    """
     place = ""
     for part in loc:
-        if part in UNION_TAGS or (part == "body" and not place):
+        if (part == "body" and not place) or (isinstance(part, str) and part.startswith("<")):
             continue
         place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else str(part)
     return place

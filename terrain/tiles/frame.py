@@ -9,7 +9,7 @@ import pyproj
 
 from ..areas import Box, Outline, area_in
 from ..crs.parts import same_map, split_shift, with_shift
-from ..errors import NoGroundError
+from ..errors import AreaError, NoGroundError
 from ..files.placing import axes_in_metres, better_crs
 from ..files.raw import PostWindow
 from ..files.warping import Frame, Posts, border_positions, cell_sizes
@@ -47,6 +47,11 @@ def frame_of(plan: MosaicPlan, layer: Layer, target: pyproj.CRS, cell_m: float |
         east_m, north_m = (cell_m, cell_m) if cell_m else cell_sizes(_ground_of(plan, layer, crs), target)
         phase_east_m = phase_north_m = 0.0
     bounds = bounds_wanted(plan.area, target)
+    if bounds is not None and cell_m is not None and cell_m > max(bounds[2] - bounds[0], bounds[3] - bounds[1]):
+        raise AreaError(
+            f"Cells of {cell_m:g} m are larger than the area, which with its margin is {bounds[2] - bounds[0]:,.0f} m "
+            f"by {bounds[3] - bounds[1]:,.0f} m; give a smaller cell_m."
+        )
     inward = -1.0 if bounds is None else 1.0  # all tiles: no post beyond them; an area: the posts that enclose it
     west, south, east, north = bounds or _bounds_of_tiles(plan, target)
     first_col = _low((west - phase_east_m) / east_m, inward)

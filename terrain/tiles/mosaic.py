@@ -25,6 +25,8 @@ from .tile import Tile, read_tile
 
 __all__ = ["read_mosaic"]
 
+SHARE_OF_READING = 0.9
+
 
 def read_mosaic(
     tiles: Sequence[Tile | str | os.PathLike[str]],
@@ -57,7 +59,11 @@ def read_mosaic(
     headers = [tile if isinstance(tile, Tile) else read_tile(os.fspath(tile)) for tile in tiles]
     plan = plan_mosaic(headers, area, margin_m=margin_m, resolution_m=resolution_m, body=body)
     target = None if target_crs is None else horizontal_target(target_crs)
-    heard = progress or (lambda share: None)
+    told = progress or (lambda share: None)
+
+    def heard(share: float) -> None:  # what is read has to be put together
+        told(SHARE_OF_READING * share)
+
     if len(plan.layers) == 1 and cell_m is None:
         return _of_one_layer(plan, plan.layers[0].layer, target, max_cells, heard)
     return blend(plan, target, cell_m, max_cells, heard)

@@ -56,7 +56,7 @@ async def get_file(mission_id: str, name: str, service: ServiceDep, version: Ver
     response_model=None,
     responses={
         200: {"description": "The places.", "model": ImportOut},
-        **problem_responses(400, 404, 413, 422, 503, 507),
+        **problem_responses(400, 404, 409, 413, 422, 503, 507),
     },
     openapi_extra=FILE_BODY,
 )

@@ -60,7 +60,7 @@ def _add_asking(router: APIRouter, product: Product) -> None:
         responses={
             201: {"description": "Calculated within the wait.", **answers},
             202: {"description": "Taken in; follow Location.", **answers},
-            **problem_responses(400, 404, 413, 415, 422, 503, 507, *product.problems),
+            **problem_responses(400, 404, 409, 413, 415, 422, 503, 507, *product.problems),
         },
         openapi_extra=body_of(product.asked),
     )

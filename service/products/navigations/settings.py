@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Discriminator, Field, Tag
 
 from navigation.drives import DriveSettings
 from navigation.inertial import IMU_PRESETS, ImuNoise, StandstillRule, deg_per_h, deg_per_sqrt_h, milli_g
+from service.parts.anchors import word_or_numbers
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Number, Positive, StrictModel
 
 __all__ = ["ImuNoiseIn", "NavigationSettingsIn"]
@@ -59,6 +60,11 @@ class ImuNoiseIn(StrictModel):
         )
 
 
+UnitOrNumbers = Annotated[
+    Annotated[Unit, Tag("<word>")] | Annotated[ImuNoiseIn, Tag("<numbers>")], Discriminator(word_or_numbers)
+]
+
+
 class NavigationSettingsIn(StrictModel):
     """The unit and how it is mounted, where the drive begins, what is believed how far; what is left out has its
     default."""
@@ -67,7 +73,7 @@ class NavigationSettingsIn(StrictModel):
         json_schema_extra={"examples": [{"imu": "ADIS16405", "axes": "frd", "standstill_sigma_m_per_s": 0.01}]}
     )
 
-    imu: Unit | ImuNoiseIn = Field("tactical", description="A preset from a datasheet, or numbers.")
+    imu: UnitOrNumbers = Field("tactical", description="A preset from a datasheet, or numbers.")
     axes: Annotated[str, Field(pattern="^[fblrud]{3}$")] | None = Field(
         None,
         description="Where x, y and z of the unit point: forward, back, left, right, up, down; left out = as the log's "

@@ -97,7 +97,9 @@ def test_the_coverage_is_geojson_without_paths(server: Server, tiles: Path) -> N
         ({"area": {**MIDDLE, "lon_deg": 12.0}}, 422, "no-ground", "the nearest is tile_"),
         ({"area": {**MIDDLE, "radius_m": 3e5}, "cell_m": 0.5}, 422, "dem-too-large", "more than the limit"),
         ({"area": {"west_m": 0.0, "south_m": 0.0, "east_m": 5.0, "north_m": 5.0}}, 422, "frame", "name the CRS"),
-        ({"area": {**MIDDLE, "radius_m": -1.0}}, 422, "validation", "greater than 0"),
+        ({"area": {**MIDDLE, "radius_m": -1.0}}, 422, "validation", "area.radius_m: Input should be greater than 0"),
+        ({"area": {**MIDDLE, "radius_m": 1e9}}, 422, "ground-area", "1,000,000 km, is more than a quarter"),
+        ({"area": MIDDLE, "cell_m": 1e6}, 422, "ground-area", "Cells of 1e+06 m are larger than the area, which"),
         (
             {"area": {"west_deg": 1.0, "south_deg": 5.0, "east_deg": 2.0, "north_deg": 4.0}},
             422, "ground-area", "south must lie below north",

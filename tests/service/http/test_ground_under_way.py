@@ -16,6 +16,7 @@ from service.ground.coverage import posts_about
 from service.http.grounds import Grounds
 from service.jobs.records import DemRecord
 from terrain import Box, GroundLibrary, index_ground, plan_mosaic
+from tests.service.http.test_bad_requests import assert_problem
 from tests.service.http.test_ground import HEIGHTS, METRES, MIDDLE, tiles
 from tests.service.running import Server
 from tests.terrain.tiles.cutting import cut_tif
@@ -52,7 +53,29 @@ def test_ground_under_way_can_be_ended(server: Server, tiles: Path) -> None:
     ended = server.client.delete(told["links"]["self"])
     assert (ended.status_code, ended.json()["status"]) == (200, "cancelled"), ended.text
     assert server.client.get(told["links"]["self"]).status_code == 404
+    again = server.client.delete(told["links"]["self"])
+    assert (again.status_code, again.json()["status"]) == (200, "cancelled"), "as of a job that was ended"
     assert told["id"] not in [dem["id"] for dem in server.client.get("/dems").json()["dems"]]
+
+
+def test_what_names_a_dem_under_way_is_told_so(server: Server, tiles: Path) -> None:
+    body = {"area": MIDDLE, "cell_m": 0.9}
+    asked = server.client.post("/dems", json=body, headers={"Prefer": "wait=0"})
+    assert asked.status_code == 202, asked.text
+    here = asked.json()["links"]["self"]
+    anchors = [{"id": "A", "lon_deg": MIDDLE["lon_deg"], "lat_deg": MIDDLE["lat_deg"], "above_ground_m": 50.0}]
+    dem = {"dem_id": asked.json()["id"], "anchors": anchors}
+    answers = [
+        server.client.post("/visibility-maps", json=dem),
+        server.client.post("/probe", json={**dem, "points": [{"lon_deg": 11.62, "lat_deg": 46.0}]}),
+        server.client.get(f"{here}/levels"),
+        server.client.get(f"{here}/hillshade.png"),
+    ]
+    if server.client.get(here).status_code == 202:  # it was under way all the time
+        for answer in answers:
+            assert_problem(answer, 409, "dem-under-way", f"is being made; ask again once GET {here} answers 200")
+            assert answer.headers["Retry-After"] == "1"
+    server.client.delete(here)
 
 
 def test_more_posts_than_the_limit_are_refused_at_once(server: Server, tiles: Path) -> None:
@@ -131,7 +154,7 @@ def test_who_waits_for_one_that_is_ended_hears_so() -> None:
         assert await grounds.end("d") is ground
         with pytest.raises(JobCancelledError):
             await waiting
-        assert await grounds.end("d") is None
+        assert await grounds.end("d") is ground, "it stays ended, however often that is said"
 
     run(story)
 
