@@ -46,9 +46,9 @@ class AnchorInReach(BaseModel):
     altitude_m: float = Field(description="Height in the DEM's vertical datum, metres.")
     max_range_m: float = Field(description="Longest slant range, metres.")
     posts_in_reach: int = Field(description="Posts no further from it on the map than its range.")
-    visible_posts: int = Field(description="Those from which it is in sight, within its antenna's limits.")
-    hidden_posts: int = Field(description="Those from which it is not.")
-    unknown_posts: int = Field(description="Those where unknown ground leaves it open.")
+    visible_posts: int = Field(description="Posts of those from which it is in sight, within its antenna's limits.")
+    hidden_posts: int = Field(description="Posts of those from which it is hidden.")
+    unknown_posts: int = Field(description="Posts of those where unknown ground leaves it open.")
 
 
 class WindowMapSummary(BaseModel):
