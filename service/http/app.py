@@ -19,7 +19,6 @@ from service.access.gate import Gate
 from service.errors import AddressError, ServiceError
 from service.jobs.folder import DataFolder
 from service.jobs.store_place import StorePlace
-from service.live.replay import rehearse
 from service.logs import set_up_logging
 from service.machine.limits import this_machine
 from service.products.registry import all_products
@@ -106,14 +105,12 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
             tasks: list[asyncio.Task[None]] = []
             try:
                 service.pool.start()
-                if chosen.rehearse == "everything":
-                    await asyncio.to_thread(rehearse)
                 await service.supervisor.start()
                 service.quarantined = opened.count_quarantined()
                 await service.supervisor.in_store(service.detectors.restore, service.grid)
                 supervisor = service.supervisor
                 retained = supervisor.retention.keep_sweeping(supervisor.in_store, supervisor.space)
-                upkeep = (service.watch_store(), retained, service.detectors.keep_sweeping())
+                upkeep = (service.watch_store(), retained, service.detectors.keep_sweeping(), service.warm_up())
                 tasks += [asyncio.create_task(work) for work in upkeep]
                 yield
             finally:

@@ -20,6 +20,7 @@ from service.jobs.store import TROUBLE, Store
 from service.jobs.store_place import StorePlace
 from service.jobs.supervisor import Supervisor
 from service.live.registry import Detectors
+from service.live.replay import rehearse
 from service.live.watching import looked_at
 from service.machine.limits import give_memory_back, resident_bytes
 from service.missions.shelf import MissionShelf
@@ -57,6 +58,7 @@ class Service:
     grounds: Grounds
     started_at_s: float
     store_writable: bool = True
+    warm: bool = False
     quarantined: int = 0
 
     @classmethod
@@ -78,6 +80,12 @@ class Service:
         """The ground of a DEM for a detector, its heights mapped from the file. Raises NotFoundError, OSError."""
         self.store.dem(dem_id)
         return looked_at(load_grid(self.folder.dem(dem_id)))
+
+    async def warm_up(self) -> None:
+        """Call what detectors call, beside the first requests; ``warm`` then."""
+        if self.settings.rehearse == "everything":
+            await asyncio.to_thread(rehearse)
+        self.warm = True
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk.

@@ -221,8 +221,8 @@ def _jobs_seen(supervisor: Supervisor, pool: WorkerPool) -> JobCounts:
 
 @router.get("/ready", summary="Can it take work?", responses=problem_responses(503))
 async def ready(service: ServiceDep) -> Ready:
-    """200 when a worker is warm, the job store can be written and the disk has room, 503 until then."""
-    if not service.pool.warm:
+    """200 when service and a worker are warm, the job store can be written and the disk has room, 503 until then."""
+    if not (service.warm and service.pool.warm):
         raise BusyError("No worker process is warm yet", limit_name="workers", limit=service.settings.workers)
     if not service.store_writable:
         raise BusyError("The job store cannot be written", limit_name="data_folder", limit=0)

@@ -29,7 +29,7 @@ logger = logging.getLogger("sightline.jobs")
 NOTES = "notes"
 TABLES = {"dems": "dems", "results": "jobs"}
 # others come to the store in between
-AT_A_TIME = 200
+AT_A_TIME = 20
 # of many that are missing, the log names some
 TOLD_ONE_BY_ONE = 20
 ID = re.compile(r"[0-9a-f]{32}")

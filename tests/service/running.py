@@ -94,9 +94,10 @@ def running(
     max_file_bytes: int | None = None,
     descriptors: int | None = None,
     groups: Sequence[Path] = (),
+    await_worker: bool = True,
     **settings: Any,
 ) -> Iterator[Server]:
-    """A service on that data folder, ready for work.
+    """A service on that data folder, ready for work unless its workers are not awaited.
 
     max_file_bytes: as if the disk were full beyond that. descriptors: how many it may open. groups: folders of control
     groups that it is put into.
@@ -127,7 +128,8 @@ def running(
         found = re.search(r"http://\S+", said)
         assert found is not None, f"the service said {said!r} and logged {log.read_text()[-2000:]}"
         with httpx.Client(base_url=found[0], timeout=ANSWER_MAY_TAKE_S, trust_env=False) as client:
-            _wait_until_ready(client, log)
+            if await_worker:
+                _wait_until_ready(client, log)
             yield Server(process, found[0], client, folder, log)
     finally:
         if process.poll() is None:

@@ -134,10 +134,12 @@ def _add_following(router: APIRouter, product: Product) -> None:
     async def list_all(service: ServiceDep, turn: TurnDep) -> Response:
         asked = (product.name, turn.limit + 1, turn.offset, turn.after)
         jobs, total = await service.supervisor.in_store(service.store.jobs, *asked)
-        entries = [state_of(service, job).model_dump(mode="json") for job in jobs[: turn.limit]]
         following = turn.cursor([job.place for job in jobs])
-        page = {"total": total, "limit": turn.limit, "offset": turn.offset, "next": following, many: entries}
-        return JSONResponse(page)
+        entries = {many: [state_of(service, job) for job in jobs[: turn.limit]]}
+        page = list_model(product).model_construct(
+            None, total=total, limit=turn.limit, offset=turn.offset, next=following, **entries
+        )
+        return Response(page.model_dump_json(), media_type=JSON)
 
     @router.get(
         "/{job_id}",

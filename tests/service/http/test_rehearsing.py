@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-import service.http.app
+import service.http.context
 import service.jobs.worker
 from service.http.app import create_app
 from service.jobs.worker import rehearse
@@ -20,13 +20,16 @@ def test_detectors_are_rehearsed_where_everything_is(
     what: Rehearsal, times: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rehearsed: list[None] = []
-    monkeypatch.setattr(service.http.app, "rehearse", lambda: rehearsed.append(None))
+    monkeypatch.setattr(service.http.context, "rehearse", lambda: rehearsed.append(None))
     settings = Settings(data_folder=tmp_path / "data", workers=1, file_workers=1, spare_workers=0, rehearse=what)
     app = create_app(settings)
 
     async def start_and_stop() -> None:
         async with app.router.lifespan_context(app):
-            pass
+            assert not app.state.service.warm
+            async with asyncio.timeout(60.0):
+                while not app.state.service.warm:
+                    await asyncio.sleep(0.01)
 
     asyncio.run(start_and_stop())
     assert len(rehearsed) == times

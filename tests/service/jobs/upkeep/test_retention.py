@@ -152,11 +152,11 @@ def test_a_result_that_a_pinned_job_shares_is_passed_over(place: Place) -> None:
 
 
 def test_many_go_a_few_at_a_time(place: Place) -> None:
-    for number in range(120):
+    for number in range(25):
         place.finished(number, hours_ago=3.0, digest=7)
     retention = place.retention(keep_s=HOUR_S)
     swept = [retention.sweep() for _ in range(4)]
-    assert swept == [50, 50, 20, 0]
+    assert swept == [10, 10, 5, 0]
     assert (place.left(), place.results()) == (set(), set())
 
 
