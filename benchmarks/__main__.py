@@ -18,7 +18,7 @@ from benchmarks.detection import odometry as detector_odometry
 from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
-from benchmarks.gnss import receiver
+from benchmarks.gnss import differential, receiver
 from benchmarks.navigation import bubbles, inertial, quality_monitor, targets
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
@@ -65,9 +65,10 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         bubbles.bubble_speed,
     ),
     "inertial": (inertial.made_up_drive, inertial.outages, inertial.inertial_speed),
-    "monitor": (quality_monitor.steps_found, quality_monitor.monitor_speed),
+    "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed),
     "targets": (targets.planes, targets.simulated_balls, targets.real_balls),
+    "differential": (differential.baselines,),
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
     "ground": (ground.tiles_to_map, ground.probes),
@@ -139,7 +140,12 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(inertial.outages, drives=1),
         partial(inertial.inertial_speed, seconds=20.0),
     ),
-    "monitor": (partial(quality_monitor.steps_found, epochs=4000), partial(quality_monitor.monitor_speed, epochs=2000)),
+    "monitor": (
+        partial(quality_monitor.steps_found, epochs=4000),
+        quality_monitor.real_phases,
+        partial(quality_monitor.monitor_speed, epochs=2000),
+    ),
+    "differential": (differential.baselines,),
     "receiver": (receiver.recorded_sample, partial(receiver.acquisition_speed, prns=4)),
     "targets": (partial(targets.planes, images=2), partial(targets.simulated_balls, count=2)),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),

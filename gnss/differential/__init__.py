@@ -8,6 +8,7 @@ from .differences import PhaseDifferences, single_differences
 from .horizon import HorizonMask, hidden_rows
 from .observations import Observations, parse_observations, read_observations
 from .orbits import Orbits, read_orbits
+from .transmission import Sent, sent_by
 
 __all__ = [
     "Baseline",
@@ -17,10 +18,12 @@ __all__ = [
     "Observations",
     "Orbits",
     "PhaseDifferences",
+    "Sent",
     "hidden_rows",
     "parse_observations",
     "read_observations",
     "read_orbits",
+    "sent_by",
     "single_differences",
     "solve_baseline",
 ]

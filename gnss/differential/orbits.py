@@ -38,6 +38,10 @@ class Orbits:
 
     def positions_ecef_m(self, whole_s: int, part_s: float, satellite: str) -> npt.NDArray[np.float64]:
         """(3,) ECEF of a satellite at a time, of the frame of that time, metres; NaN where no orbit tells."""
+        return self.state(whole_s, part_s, satellite)[0]
+
+    def state(self, whole_s: int, part_s: float, satellite: str) -> tuple[npt.NDArray[np.float64], float]:
+        """The same, and how many seconds the satellite's clock was ahead."""
         library = rtklib()
         state, clock, variance, health = (
             library.Arr1Ddouble(6),
@@ -48,8 +52,8 @@ class Orbits:
         time, kind = gtime(whole_s, part_s), PRECISE if self.precise else BROADCAST
         number = satellite_numbers()[satellite]
         if not library.satpos(time, time, number, kind, self.handle, state, clock, variance, health):
-            return np.full(3, math.nan)
-        return np.array([state[n] for n in range(3)])
+            return np.full(3, math.nan), math.nan
+        return np.array([state[n] for n in range(3)]), float(clock[0])
 
 
 def read_orbits(*paths: str | os.PathLike[str]) -> Orbits:

@@ -15,6 +15,7 @@ from gnss.differential import (
     parse_observations,
     read_observations,
     read_orbits,
+    sent_by,
     single_differences,
     solve_baseline,
 )
@@ -94,6 +95,22 @@ def test_orbits_are_those_that_the_broadcast_algorithm_gives(orbits):
         whole_s = time.week * 604_800 + int(time.second_of_week)
         expected = ephemeris_positions_ecef_m(world.ORBITS, ["G07"], instants(time))[0, 0]
         np.testing.assert_allclose(orbits.positions_ecef_m(whole_s, 0.0, "G07"), expected, rtol=0.0, atol=0.01)
+
+
+def test_what_a_satellite_sent_is_where_the_signal_comes_from(pair, orbits):
+    rover, _ = pair
+    found = observed(rover)
+    sent = sent_by(found, orbits, world.base_m())
+    places = world.circle_m(len(rover.times))
+    for row in (0, len(found) // 2, len(found) - 1):
+        epoch = int(found.epoch[row])
+        expected_m, _range = world.sent_from(str(found.satellite[row]), rover.times[epoch], places[epoch])
+        # the rover's clock of 20 m moves it by 0.3 mm
+        np.testing.assert_allclose(sent.position_ecef_m[row], expected_m, rtol=0.0, atol=0.02)
+        # relativity alone, for these clocks are right: 2.3e-8 s times the eccentricity over 0.01
+        assert abs(sent.clock_m[row]) < 7.0
+    with pytest.raises(GnssInputError):
+        sent_by(found, orbits, (np.nan, 0.0, 0.0))
 
 
 def test_satellites_behind_the_terrain_are_left_out(pair, orbits):
