@@ -6,6 +6,7 @@ from .detours import PathAdvice, advise_path
 from .doubts import Expected, MapDoubt
 from .forecasts import GroundErrors, SightForecast, forecast_sight
 from .moves import MoveAdvice, advise_move
+from .obstructions import Obstacle, ObstructedStretch
 
 __all__ = [
     "Advice",
@@ -16,6 +17,8 @@ __all__ = [
     "MapDetector",
     "MapDoubt",
     "MoveAdvice",
+    "Obstacle",
+    "ObstructedStretch",
     "PathAdvice",
     "SightForecast",
     "SpeedAdvice",

@@ -20,10 +20,19 @@ from terrain import ElevationGrid, height_at
 from visibility import Curvature, lines_of_sight
 from visibility.dilution import surface_normals
 from visibility.sight import SightDoubt
+from visibility.sight.roofs import roofs_over
 
 from .forecasts import DEFAULT_ERRORS, GroundErrors, mixed_with_doubts, sight_probability
+from .obstructions import ObstructedStretch, obstructions, runs_along
 
-__all__ = ["Advice", "DarkStretch", "Drive", "SpeedAdvice", "advise", "distance_along_m"]
+__all__ = [
+    "Advice",
+    "DarkStretch",
+    "Drive",
+    "SpeedAdvice",
+    "advise",
+    "distance_along_m",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -105,7 +114,8 @@ class Advice:
     """What is ahead. at_m: where on the path the rover is; off_path_m: how far beside it.
 
     along_m: (k,) metres along the path; usable: (k,) anchors; bubble_m: (k,) radius, metres. stretches: in the order of
-    the way. speed: a better one, if one is.
+    the way. speed: a better one, if one is. obstructed: where the path leads through a building, over unknown ground or
+    off the map, in the order of the way; no anchor counts there.
     """
 
     at_m: float
@@ -115,6 +125,7 @@ class Advice:
     bubble_m: Floats
     stretches: tuple[DarkStretch, ...]
     speed: SpeedAdvice | None
+    obstructed: tuple[ObstructedStretch, ...] = ()
 
 
 def distance_along_m(drive: Drive, place_m: Sequence[float], last_m: float | None = None) -> tuple[float, float]:
@@ -158,8 +169,9 @@ def advise(
     along_m = np.append(np.arange(at_m, end_m, step_m), end_m)
     level_m = np.column_stack([np.interp(along_m, drive.along_m, drive.path_m[:, axis]) for axis in (0, 1)])
     points_m = np.column_stack([level_m, height_at(grid, *level_m.T) + antenna_above_ground_m])
-    known = np.isfinite(points_m[:, 2])
-    points_m[:, 2] = np.where(known, points_m[:, 2], 0.0)
+    inside = roofs_over(grid, *level_m.T) > points_m[:, 2]
+    known = np.isfinite(points_m[:, 2]) & ~inside
+    points_m[:, 2] = np.where(np.isfinite(points_m[:, 2]), points_m[:, 2], 0.0)
     anchors_m = np.array([(one.east_m, one.north_m, one.altitude_m) for one in anchors])
     usable = np.zeros((len(points_m), len(anchors)), np.bool_)
     if known.any():
@@ -172,7 +184,8 @@ def advise(
     ids = [one.id for one in anchors]
     stretches = _stretches(drive, at_m, along_m, usable, ids, bubble_m)
     speed = _better_speed(ways, drive, bubble_m) if stretches else None
-    return Advice(at_m, off_path_m, along_m, usable.sum(axis=1), bubble_m, stretches, speed)
+    obstructed = obstructions(grid, along_m, level_m, known, inside)
+    return Advice(at_m, off_path_m, along_m, usable.sum(axis=1), bubble_m, stretches, speed, obstructed)
 
 
 def _p_sight(
@@ -221,19 +234,14 @@ def _stretches(
     drive: Drive, at_m: float, along_m: Floats, usable: npt.NDArray[np.bool_], ids: Sequence[str], bubble_m: Floats
 ) -> tuple[DarkStretch, ...]:
     count = usable.sum(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], count < drive.min_anchors, [False]]).astype(np.int8)))
     found = []
-    for first, end in edges.reshape(-1, 2).tolist():
-        hidden: npt.NDArray[np.bool_] = np.logical_not(usable[first:end].all(axis=0))
-        # a stretch reaches half way to the next point that is well
-        low_m = 0.5 * (along_m[first] + along_m[max(first - 1, 0)])
-        high_m = 0.5 * (along_m[end - 1] + along_m[min(end, len(along_m) - 1)])
+    for low_m, high_m, which in runs_along(count < drive.min_anchors, along_m):
+        hidden: npt.NDArray[np.bool_] = np.logical_not(usable[which].all(axis=0))
         found.append(
             DarkStretch(
-                float(low_m), float(high_m), float((low_m - at_m) / drive.speed_m_per_s),
-                float((high_m - low_m) / drive.speed_m_per_s), int(count[first:end].min()),
-                tuple(name for name, off in zip(ids, hidden.tolist(), strict=True) if off),
-                float(bubble_m[first:end].max()),
+                low_m, high_m, (low_m - at_m) / drive.speed_m_per_s, (high_m - low_m) / drive.speed_m_per_s,
+                int(count[which].min()), tuple(name for name, off in zip(ids, hidden.tolist(), strict=True) if off),
+                float(bubble_m[which].max()),
             )
         )  # fmt: skip
     return tuple(found)

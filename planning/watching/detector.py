@@ -205,7 +205,9 @@ class MapDetector:
         result = self._detector.process(asked)
         p_direct = dict(zip(ids, forecast.p_direct.tolist(), strict=True))
         self._compare(result, p_direct)
-        free = free_height(result, self._anchors, p_direct, forecast.ground, self.settings.range_sigma_m)
+        p_sight = dict(zip(ids, forecast.p_sight.tolist(), strict=True))
+        sigma_m, harmless_m = self.settings.range_sigma_m, self._harmful_m()
+        free = free_height(result, self._anchors, p_direct, p_sight, forecast.ground, sigma_m, harmless_m)
         if free is not None:
             self._heights.note(*free, result.time_s)
         return WatchedEpoch(result, forecast, ids, told, self._estimate(asked, result))

@@ -24,6 +24,9 @@ LOOK_S = 2.0  # so far apart, the errors of two heights by ranges are independen
 MEMORY_S = 120.0
 STEPS = 3
 FEWEST = 5  # ranges, so that one more than a place needs tells whether they meet
+# A line that grazes the ground does so for a while: looks after one another have the same excess, and say so many
+# times less of it than their number.
+GRAZING_LOOKS = 4.0
 RIDGE = 1e-9  # keeps a system solvable that says nothing of an axis; its variance is then told as huge
 
 
@@ -56,13 +59,17 @@ def free_height(
     result: EpochResult,
     anchors_m: Mapping[str, tuple[float, float, float]],
     p_direct: Mapping[str, float],
+    p_sight: Mapping[str, float],
     ground: GroundHeight,
     sigma_m: float,
+    harmless_m: float,
 ) -> tuple[float, float] | None:
     """(height over the ground, its variance) that ranges give without the ground.
 
     Of the ranges that the map has for direct; else of those that the verdicts left in, which a wrong height may have
-    misled. sigma_m: one sigma of a range. None where they are too few, or do not meet in one place near the session's.
+    misled. sigma_m: one sigma of a range. harmless_m: by so much at most is a direct range too long whose line grazes
+    the ground, anything up to that being as likely. None where ranges are too few, or do not meet in one place near the
+    session's.
     """
     if result.position is None:
         return None
@@ -71,27 +78,34 @@ def free_height(
     for chosen in (direct, left_in):
         if len(chosen) >= FEWEST:
             told = [(anchors_m[v.anchor_id], v.range_m) for v in chosen]
-            found = _free_height(told, result.position.position_m, ground, sigma_m)
+            # where the map says nothing of a line it may graze
+            grazing = 1.0 - np.nan_to_num([p_sight[v.anchor_id] for v in chosen])
+            # ranges that contradict a shadow do not graze, whatever the map has
+            lasting_m2 = GRAZING_LOOKS * harmless_m**2 / 3.0 if chosen is direct else 0.0
+            sigmas_m = np.sqrt(sigma_m**2 + grazing * lasting_m2)
+            found = _free_height(told, result.position.position_m, ground, sigmas_m)
             if found is not None:
                 return found
     return None
 
 
 def _free_height(
-    told: Sequence[tuple[tuple[float, float, float], float]], near_m: Floats, ground: GroundHeight, sigma_m: float
+    told: Sequence[tuple[tuple[float, float, float], float]], near_m: Floats, ground: GroundHeight, sigmas_m: Floats
 ) -> tuple[float, float] | None:
     at_m, ranges_m = np.array([one[0] for one in told]), np.array([one[1] for one in told])
     place_m = near_m.astype(np.float64)
+    over, variance_m2 = np.array([-ground.slope_east, -ground.slope_north, 1.0]), 0.0
     for _ in range(STEPS):
         apart_m = place_m - at_m
         distances_m = np.maximum(np.sqrt((apart_m * apart_m).sum(axis=1)), 1e-6)
-        rows = apart_m / distances_m[:, None]
+        rows = apart_m / (distances_m * sigmas_m)[:, None]
         normal = rows.T @ rows + RIDGE * np.eye(3)
-        step_m = np.linalg.solve(normal, rows.T @ (ranges_m - distances_m))
+        # near the anchors' plane ranges know a height worse than above it: the worst on the way counts
+        variance_m2 = max(variance_m2, float(over @ np.linalg.solve(normal, over)))
+        step_m = np.linalg.solve(normal, rows.T @ ((ranges_m - distances_m) / sigmas_m))
         place_m = place_m + step_m
-    residuals_m = ranges_m - distances_m
-    if np.abs(step_m).max() > 1.0 or float(residuals_m @ residuals_m) > 9.0 * len(told) * sigma_m**2:
+    misfits = (ranges_m - distances_m) / sigmas_m
+    if np.abs(step_m).max() > 1.0 or float(misfits @ misfits) > 9.0 * len(told):
         return None
-    over = np.array([-ground.slope_east, -ground.slope_north, 1.0])
     off_m = float(over @ (place_m - [ground.east_m, ground.north_m, ground.altitude_m]))
-    return off_m, sigma_m**2 * float(over @ np.linalg.solve(normal, over))
+    return off_m, variance_m2

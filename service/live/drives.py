@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -74,6 +74,14 @@ class SpeedOut(Exact):
     sentence: str = Field(description="What to do.")
 
 
+class ObstructedOut(Exact):
+    """Where the path leads through what no rover is on."""
+
+    from_m: float = Field(description="Where it begins, metres along the path.")
+    to_m: float = Field(description="Where it ends, metres along the path.")
+    what: Literal["building", "unknown ground", "outside the map"] = Field(description="What is there.")
+
+
 class AdviceOut(Exact):
     """What lies ahead on the path."""
 
@@ -86,6 +94,9 @@ class AdviceOut(Exact):
         description="Where too few anchors will be usable, in the order of the way."
     )
     speed: SpeedOut | None = Field(description="A better speed; null: none is clearly better.")
+    obstructed: list[ObstructedOut] = Field(
+        description="Where the path leads through a building, over unknown ground or off the DEM, in its order."
+    )
 
 
 class AdvisedMoveOut(Exact):
@@ -151,6 +162,7 @@ def advice_answer(advice: Advice) -> dict[str, object]:
             "bubble_before_m": speed.bubble_before_m,
             "sentence": speed.sentence,
         },
+        "obstructed": [{"from_m": one.from_m, "to_m": one.to_m, "what": str(one.what)} for one in advice.obstructed],
     }
 
 

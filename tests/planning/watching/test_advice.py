@@ -10,11 +10,13 @@ import pytest
 from detection import PositionFix, RangingAnchor
 from planning import WatchError
 from planning.placement import Flight
-from planning.watching import Drive, advise, advise_move, advise_path
+from planning.watching import Drive, Obstacle, advise, advise_move, advise_path
 from planning.watching.advice import distance_along_m
 from terrain import ElevationGrid
 from tests.planning.watching.grounds import ANTENNA_M, on_ground
 from visibility import Anchor, lines_of_sight
+from visibility.cover import FootprintHeights, footprints_of, standing_footprints, with_standing
+from visibility.cover.footprints import OneFootprint
 
 CELL_M = 10.0
 # all east of the wall, so that the ground west of it sees none of them
@@ -185,3 +187,24 @@ def test_a_plan_that_runs_out_of_time_does_not_say_that_there_is_no_way() -> Non
     told = advise_path(grid, drive, whole, anchors, at_m=ahead.at_m, seconds=1e-9)
     assert told.path_m is None
     assert told.sentence.startswith("No way round was found")
+
+
+def test_a_path_through_a_building_over_unknown_ground_and_off_the_map_is_told() -> None:
+    ground = wall()
+    heights_m = ground.heights_m.copy()
+    heights_m[40:44, 28:33] = np.nan  # north 370 to 400, and half a square beyond on either side
+    ring = np.array([(280.0, 500.0), (320.0, 500.0), (320.0, 560.0), (280.0, 560.0), (280.0, 500.0)])
+    house, _ = footprints_of([OneFootprint((ring,), {"height": "8"}, "house")], FootprintHeights(), "it")
+    bare = replace(ground, heights_m=heights_m)
+    grid = with_standing(bare, [standing_footprints(bare, house)])
+    path_m = [(300.0, 780.0), (300.0, -60.0)]
+    told = advise(grid, Drive(path_m, min_anchors=1, horizon_m=1000.0), fix(300.0, 780.0), ANCHORS)
+    assert [one.what for one in told.obstructed] == [Obstacle.BUILDING, Obstacle.UNKNOWN_GROUND, Obstacle.OUTSIDE]
+    house_m, hole_m, beyond_m = ((one.from_m, one.to_m) for one in told.obstructed)
+    assert house_m == pytest.approx((220.0, 280.0), abs=CELL_M)
+    assert hole_m == pytest.approx((370.0, 420.0), abs=CELL_M)
+    assert beyond_m == pytest.approx((780.0, 840.0), abs=CELL_M)
+    for one in told.obstructed:
+        inside = (told.along_m > one.from_m) & (told.along_m < one.to_m)
+        assert (told.usable[inside] == 0).all()
+    assert advise(ground, Drive(PATH, min_anchors=4), fix(302.0, 740.0), ANCHORS).obstructed == ()
