@@ -30,6 +30,7 @@ from benchmarks.service import (
     over_http,
     planner_page,
     plans_over_http,
+    seen_and_unseen,
     slow_clients,
 )
 from benchmarks.terrain import ground, large_dems
@@ -75,6 +76,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "page": (planner_page.planner,),
     "attacks": (attacks.health_under_attack,),
     "strangers": (slow_clients.slow_clients, mixed_load.mixed),
+    "seeing": (seen_and_unseen.cost_of_being_seen,),
     "detectors": (detector_streams.streams,),
     "detection": (
         detector_proof.real_ranges,
@@ -155,6 +157,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(plans_over_http.plans_over_http, posts=128, watch_s=3.0, cancelled=1),
     ),
     "ground": (partial(ground.tiles_to_map, side=4, places=2), partial(ground.probes, questions=60)),
+    "seeing": (partial(seen_and_unseen.cost_of_being_seen, posts=64, maps=10, epochs=30),),
     "detectors": (partial(detector_streams.streams, seconds=2.0),),
     "detection": (
         detector_proof.real_ranges,

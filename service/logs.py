@@ -9,6 +9,8 @@ from contextvars import ContextVar
 from datetime import UTC, datetime
 from typing import Literal
 
+import orjson
+
 __all__ = ["LogFormat", "request_id", "set_up_logging"]
 
 LogFormat = Literal["text", "json"]
@@ -58,4 +60,7 @@ class _Json(logging.Formatter):
         }
         if record.exc_info:
             line["exception"] = self.formatException(record.exc_info)
-        return json.dumps(line, default=str)
+        try:
+            return orjson.dumps(line, default=str).decode()
+        except TypeError:  # a name of a file that is no text
+            return json.dumps(line, default=str)

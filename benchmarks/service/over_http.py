@@ -18,7 +18,7 @@ from benchmarks.report import Row, Table, duration
 from benchmarks.terrains import CELL_M, fractal_m
 from service.cli.own_service import running_service
 
-__all__ = ["requests", "upload_fractal", "wait_until_warm"]
+__all__ = ["question", "requests", "upload_fractal", "wait_until_warm"]
 
 JOBS = 4
 NOTE = """\
@@ -79,7 +79,7 @@ def wait_until_warm(client: httpx.Client) -> None:
         time.sleep(0.2)
 
 
-def _question(dem_id: str, posts: int, number: int, mode: str = "fast") -> dict[str, Any]:
+def question(dem_id: str, posts: int, number: int, mode: str = "fast") -> dict[str, Any]:
     """Four anchors around the middle, a centimetre further east for every number."""
     extent_m = (posts - 1) * CELL_M
     anchors = [
@@ -96,7 +96,7 @@ def _question(dem_id: str, posts: int, number: int, mode: str = "fast") -> dict[
 
 def _map_until_file_s(client: httpx.Client, dem_id: str, posts: int, number: int) -> float:
     begin_s = time.perf_counter()
-    answer = client.post("/visibility-maps", json=_question(dem_id, posts, number), headers={"Prefer": "wait=60"})
+    answer = client.post("/visibility-maps", json=question(dem_id, posts, number), headers={"Prefer": "wait=60"})
     answer.raise_for_status()
     layers = {layer["name"]: layer["href"] for layer in answer.json()["layers"]}
     client.get(layers["visible.tif"]).raise_for_status()
@@ -111,8 +111,8 @@ def _health_while_jobs_run(client: httpx.Client, dem_id: str, posts: int, watch_
         done = 0
         with httpx.Client(base_url=client.base_url, timeout=120.0, trust_env=False) as busy:
             while not over.is_set():
-                question = _question(dem_id, posts, 1000 * (client_number + 1) + done, "exact")
-                busy.post("/visibility-maps", json=question, headers={"Prefer": "wait=60"}).raise_for_status()
+                asked = question(dem_id, posts, 1000 * (client_number + 1) + done, "exact")
+                busy.post("/visibility-maps", json=asked, headers={"Prefer": "wait=60"}).raise_for_status()
                 done += 1
         return done
 

@@ -95,12 +95,13 @@ def running(
     descriptors: int | None = None,
     groups: Sequence[Path] = (),
     await_worker: bool = True,
+    program: Sequence[str] = (),
     **settings: Any,
 ) -> Iterator[Server]:
     """A service on that data folder, ready for work unless its workers are not awaited.
 
     max_file_bytes: as if the disk were full beyond that. descriptors: how many it may open. groups: folders of control
-    groups that it is put into.
+    groups that it is put into. program: started in place of the service.
     """
 
     def limit() -> None:
@@ -115,7 +116,7 @@ def running(
     log = folder.parent / f"{folder.name}.log"
     with log.open("ab") as errors:
         process = subprocess.Popen(
-            command(),
+            program or command(),
             env=environment(folder, **settings),
             stdout=subprocess.PIPE,
             stderr=errors,
