@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,6 +21,7 @@ import pytest
 PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
 # it refuses to run as root
 NOBODY = "nobody" if os.geteuid() == 0 else None
+START_MAY_TAKE_S = 60.0
 
 
 @dataclass
@@ -37,10 +39,10 @@ class PostgresServer:
         with (self.folder / "log").open("ab") as log:
             self.process = subprocess.Popen(words, user=NOBODY, cwd=self.folder, stdout=log, stderr=log)
         ready = [str(self.programs / "pg_isready"), "--host", str(self.folder), "--timeout", "1"]
-        for _ in range(200):
-            if subprocess.run(ready, stdout=subprocess.DEVNULL).returncode == 0:
-                return
-        raise AssertionError((self.folder / "log").read_text())
+        deadline_s = time.monotonic() + START_MAY_TAKE_S
+        while subprocess.run(ready, stdout=subprocess.DEVNULL).returncode:
+            assert self.process.poll() is None and time.monotonic() < deadline_s, (self.folder / "log").read_text()
+            time.sleep(0.05)
 
     def stop(self, how: signal.Signals = signal.SIGINT) -> None:
         """SIGINT ends it with its connections, SIGQUIT at once, without tidying up."""

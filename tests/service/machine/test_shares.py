@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 from service.http.health import memory_of, sentence_of_memory
@@ -44,3 +47,19 @@ def test_a_kernel_that_ends_all_processes_together_is_told() -> None:
     assert not fits
     assert "memory.oom.group" in told
     assert sentence_of_memory(settings, Machine(4096 * MIB, limited=True, cores=1))[0]
+
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "operating.md"
+ROW = re.compile(r"^\| ([\d.]+) (GB|GiB), (\d+) \| (\d+) \| ([\d.]+) (MiB|GiB) \| (\d), (\d) \|$", re.MULTILINE)
+UNITS = {"MiB": MIB, "GiB": 1024 * MIB, "GB": 10**9}
+
+
+def test_the_page_for_operators_tells_how_much_is_shared_out() -> None:
+    rows = ROW.findall(PAGE.read_text(encoding="utf-8"))
+    assert len(rows) == 6
+    for size, unit, cores, workers, each, each_unit, files, spares in rows:
+        machine = Machine(round(float(size) * UNITS[unit]), limited=True, cores=int(cores))
+        processes = processes_for(machine)
+        assert processes == Processes(int(workers), int(files), int(spares))
+        told_bytes = float(each) * UNITS[each_unit]
+        assert processes.calculation_bytes(machine) == pytest.approx(told_bytes, rel=0.04)
