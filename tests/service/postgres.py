@@ -41,7 +41,8 @@ class PostgresServer:
         ready = [str(self.programs / "pg_isready"), "--host", str(self.folder), "--timeout", "1"]
         deadline_s = time.monotonic() + START_MAY_TAKE_S
         while subprocess.run(ready, stdout=subprocess.DEVNULL).returncode:
-            assert self.process.poll() is None and time.monotonic() < deadline_s, (self.folder / "log").read_text()
+            assert self.process.poll() is None, (self.folder / "log").read_text()
+            assert time.monotonic() < deadline_s, (self.folder / "log").read_text()
             time.sleep(0.05)
 
     def stop(self, how: signal.Signals = signal.SIGINT) -> None:
