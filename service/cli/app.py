@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, str] = {
     "log": "service.cli.field.log:log",
     "navigate": "service.cli.field.navigate:navigate",
     "baseline": "service.cli.field.baseline:baseline",
+    "protect": "service.cli.field.protect:protect",
     "sites": "service.cli.sites:sites",
     "bridge": "service.cli.field.bridge:bridge",
     "receiver": "service.cli.field.receiver:receiver",

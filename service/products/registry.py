@@ -15,6 +15,7 @@ from service.products.morphing import MORPHING_MAP
 from service.products.navigations import NAVIGATION
 from service.products.paths import PATH
 from service.products.placements import PLACEMENT
+from service.products.protection_levels import PROTECTION_LEVELS
 from service.products.repositionings import REPOSITIONING
 from service.products.safety_bubbles import SAFETY_BUBBLES
 from service.products.sites import SITE_MAP
@@ -45,6 +46,7 @@ PRODUCTS: Mapping[str, Product] = _by_name(
         REPOSITIONING,
         LINES_OF_SIGHT,
         SAFETY_BUBBLES,
+        PROTECTION_LEVELS,
         NAVIGATION,
     ]
 )

@@ -59,5 +59,10 @@ ASKED: dict[str, dict[str, Any]] = {
         "points": [{**at(100.0 + 20.0 * n, 300.0), "above_ground_m": 30.0} for n in range(9)],
         "speed_m_per_s": 2.0,
     },
+    "protection-levels": {
+        "anchors": ANCHORS,
+        "height_sigma_m": 1.0,
+        "path": [{**at(100.0 + 60.0 * n, 300.0), "above_ground_m": 2.0} for n in range(9)],
+    },
     "navigation": drive_request(),
 }

@@ -71,6 +71,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "site-map": ({"sites": 3, "directions": 64, "min_separation_m": 60.0}, {}),
     "lines-of-sight": ({"pairs": LINES}, {}),
     "safety-bubbles": ({"anchors": ANCHORS[:4], "points": WAY, "speed_m_per_s": 2.0}, {}),
+    "protection-levels": ({"anchors": ANCHORS[:4], "height_sigma_m": 1.0, "path": WAY}, {}),
     "navigation": (drive_request(), {}),
 }  # fmt: skip
 # what is asked about a place outside the box, by product, and how the refusal calls it
@@ -82,6 +83,7 @@ OUTSIDE: dict[str, tuple[dict[str, Any], str]] = {
     "placement": ({"targets": {"path": [at(600.0, 300.0), STRAY]}}, r"targets.path\[1\]"),
     "repositioning": ({"rover": {"place": STRAY, "heading_deg": 0.0}}, "Place 0 of the path ahead"),
     "lines-of-sight": ({"pairs": [*LINES, {"from": LINES[0]["from"], "to": {**STRAY, "altitude_m": 99.0}}]}, "line 3"),
+    "protection-levels": ({"path": [*WAY, {**STRAY, "above_ground_m": 9.0}]}, r"path\[9\]"),
     "safety-bubbles": ({"points": [{**STRAY, "above_ground_m": 30.0}, *WAY]}, "Point 0"),
 }
 

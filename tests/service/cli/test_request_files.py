@@ -30,6 +30,7 @@ COMMANDS = {
     "repositioning": "reposition",
     "lines-of-sight": "los",
     "safety-bubbles": "bubble",
+    "protection-levels": "protect",
     "navigation": "navigate --dem",
 }
 DEM_ID = "0" * 32
