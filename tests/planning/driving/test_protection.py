@@ -1,6 +1,7 @@
 """Protection over a map: the monitor's levels with the map's sight; what is hidden, out of reach, or unknown."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,13 +16,17 @@ POINTS_M = np.array([(WEST_M + 700.0, NORTH_M - 300.0, 40.0), (WEST_M + 200.0, N
 # high over the corners, where nothing hides, and low in the west, behind the wall
 HIGH = [
     Anchor(name, WEST_M + east_m, NORTH_M - south_m, 900.0, ranging_sigma_m=0.3)
-    for name, east_m, south_m in (("A", 0.0, 0.0), ("B", 860.0, 0.0), ("C", 0.0, 460.0), ("D", 860.0, 460.0), ("E", 430.0, 0.0))
-]  # fmt: skip
+    for name, east_m, south_m in zip(
+        "ABCDE", (0.0, 860.0, 0.0, 860.0, 430.0), (0.0, 0.0, 460.0, 460.0, 0.0), strict=True
+    )
+]
 LOW = Anchor("W", WEST_M + 100.0, NORTH_M - 300.0, 30.0, ranging_sigma_m=0.3)
 
 
 def test_where_all_is_in_sight_levels_are_those_of_the_geometry():
-    found = protection_over_map(small_grid(), POINTS_M, HIGH, height_sigma_m=2.0)
+    grid = small_grid()
+    known = replace(grid, heights_m=np.nan_to_num(grid.heights_m))
+    found = protection_over_map(known, POINTS_M, HIGH, height_sigma_m=2.0)
     assert found.sight == pytest.approx(1.0, abs=1e-6)
     places_m = [(one.east_m, one.north_m, one.altitude_m) for one in HIGH]
     alone = predict_protection(POINTS_M, places_m, found.sight, 0.3, height_sigma_m=2.0)
