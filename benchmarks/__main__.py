@@ -19,7 +19,7 @@ from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import differential, receiver
-from benchmarks.navigation import bubbles, inertial, quality_monitor, targets
+from benchmarks.navigation import bubbles, inertial, lying_ranges, quality_monitor, targets
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
@@ -67,6 +67,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "inertial": (inertial.made_up_drive, inertial.outages, inertial.inertial_speed),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
+    "lying": (lying_ranges.bubbles_that_hold,),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed),
     "targets": (targets.planes, targets.simulated_balls, targets.real_balls),
     "differential": (differential.baselines,),
@@ -148,6 +149,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(quality_monitor.monitor_speed, epochs=2000),
     ),
     "differential": (differential.baselines,),
+    "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
     "receiver": (receiver.recorded_sample, partial(receiver.acquisition_speed, prns=4)),
     "targets": (partial(targets.planes, images=2), partial(targets.simulated_balls, count=2)),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),

@@ -8,6 +8,7 @@ from .errors import BubbleError, MeasurementError, NavigationError, StateError, 
 from .estimators import ConstantVelocityEstimator, Estimator, RoverEstimate
 from .linear import FixUpdate, LinearUpdate, linear_predict, linear_update, update_fix, update_ground
 from .motion import MotionNoise
+from .occlusions import OcclusionBelief, OcclusionModel, carry_hypotheses, update_hypotheses
 from .prediction import PredictedBubble, predict_bubble
 from .quality import range_variances_m2
 from .range_logs import FilteredLog, filter_ranges
@@ -28,6 +29,8 @@ __all__ = [
     "MeasurementError",
     "MotionNoise",
     "NavigationError",
+    "OcclusionBelief",
+    "OcclusionModel",
     "PredictedBubble",
     "RangeUpdate",
     "RoverEstimate",
@@ -37,6 +40,7 @@ __all__ = [
     "Verdict",
     "bubble_confidence",
     "bubble_radius_m",
+    "carry_hypotheses",
     "check_bubbles",
     "filter_ranges",
     "initial_state",
@@ -52,6 +56,7 @@ __all__ = [
     "troposphere_delay_m",
     "update_fix",
     "update_ground",
+    "update_hypotheses",
     "update_range",
     "update_ranges",
     "zenith_delays",
