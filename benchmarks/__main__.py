@@ -19,7 +19,7 @@ from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import differential, receiver
-from benchmarks.navigation import bubbles, inertial, lying_ranges, quality_monitor, targets
+from benchmarks.navigation import bubbles, inertial, lying_ranges, quality_monitor, rover_outages, targets
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
@@ -65,7 +65,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         bubbles.consistency,
         bubbles.bubble_speed,
     ),
-    "inertial": (inertial.made_up_drive, inertial.outages, inertial.inertial_speed),
+    "inertial": (inertial.made_up_drive, inertial.outages, rover_outages.rover_outages, inertial.inertial_speed),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
     "lying": (lying_ranges.bubbles_that_hold,),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed),

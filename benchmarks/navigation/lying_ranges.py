@@ -33,7 +33,7 @@ LEAST_EXCESS_M, MEAN_BEYOND_M = 1.0, 4.0
 MOTION = MotionNoise()
 EDGE_M, AROUND_M = 1200.0, 2000.0
 SETTLED_S = 10  # before that all filters have the beginning's radius
-WANTED = {"none": 0.96, "each by itself": 0.96, "in runs of 15 s": 0.92}
+WANTED: dict[Occluded, float] = {"none": 0.96, "each by itself": 0.96, "in runs of 15 s": 0.92}
 
 
 @dataclass(frozen=True, eq=False)

@@ -152,15 +152,20 @@ def drive_measurements(
             log.speeds.forward_m_per_s,
             settings.speed_sigma_m_per_s,
             mounting_rad=settings.mounting_rad,
+            pivot_m=settings.pivot_m,
+            rates_rad_per_s=_rates_at(imu, log.speeds.times_s),
             gate_sigma=gate,
         )
     if settings.sideways_sigma_m_per_s > 0.0:
+        sure_s = at_s[~imu.gaps[::every]]
         lists["sideways"] = vehicle_speeds(
-            at_s[~imu.gaps[::every]],
+            sure_s,
             None,
             1.0,
             sideways_sigma_m_per_s=settings.sideways_sigma_m_per_s,
             mounting_rad=settings.mounting_rad,
+            pivot_m=settings.pivot_m,
+            rates_rad_per_s=_rates_at(imu, sure_s),
         )
     if foreseen.heights is not None:
         lists["ground"] = foreseen.heights
@@ -172,6 +177,14 @@ def drive_measurements(
             warnings.append(f"{outside} measurements ({name}) lie outside of the inertial readings and are not used.")
         within.append(_only(one, inside))
     return join(*within), tuple(warnings)
+
+
+def _rates_at(imu: ImuLog, times_s: Array) -> Array:
+    """(n, 3) turn rates about instants, of a tenth of a second."""
+    step_s = float(np.median(np.diff(imu.times_s)))
+    width = max(round(ASIDE_S / step_s), 1)
+    mean = [np.convolve(rate, np.full(width, 1.0 / width), "same") for rate in imu.rates_rad_per_s.T]
+    return np.stack([np.interp(times_s, imu.times_s, one) for one in mean], axis=-1)
 
 
 def _only(one: Measurements, kept: npt.NDArray[np.bool_]) -> Measurements:

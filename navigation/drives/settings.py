@@ -27,10 +27,10 @@ class DriveSettings:
     align_s: the beginning that levels the unit. heading_rad, position_m (east, north, up): at the beginning; None = as
     the log tells it. standstill_sigma: of zero velocity where the readings are still (ZUPT), sideways_sigma: of going
     neither sideways nor off the ground (NHC), 0 = off. mounting_rad: how far the direction of driving lies left of the
-    unit's x axis, and above it. *_sigma: of what the log gives no sigma for. gate_sigma: what lies further off is not
-    believed. least_sight: ranges of less probability of sight are left out. antenna_above_ground_m: the ground's height
-    is used where there is a map; None = it is not. epsilon: how many sigmas the bubble is. smoother: back through the
-    log as well. Raises MeasurementError.
+    unit's x axis, and above it. pivot_m: from the unit to amid the wheels, where it does not slide. *_sigma: of what
+    the log gives no sigma for. gate_sigma: what lies further off is not believed. least_sight: ranges of less
+    probability of sight are left out. antenna_above_ground_m: the ground's height is used where there is a map; None =
+    it is not. epsilon: how many sigmas the bubble is. smoother: back through the log as well. Raises MeasurementError.
     """
 
     imu: ImuNoise = IMU_PRESETS["tactical"]
@@ -51,6 +51,7 @@ class DriveSettings:
     standstill: StandstillRule = field(default_factory=StandstillRule)
     sideways_sigma_m_per_s: float = 0.0
     mounting_rad: tuple[float, float] = (0.0, 0.0)
+    pivot_m: Three = ZERO
     speed_sigma_m_per_s: float = 0.1
     fix_sigma_m: Three = (5.0, 5.0, 10.0)
     fix_velocity_sigma_m_per_s: float = 0.1

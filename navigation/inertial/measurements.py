@@ -117,23 +117,28 @@ def vehicle_speeds(
     *,
     sideways_sigma_m_per_s: float = 0.0,
     mounting_rad: tuple[float, float] = (0.0, 0.0),
+    pivot_m: npt.ArrayLike = (0.0, 0.0, 0.0),
+    rates_rad_per_s: npt.ArrayLike = (0.0, 0.0, 0.0),
     gate_sigma: float = math.inf,
 ) -> Measurements:
     """Speeds of an odometer, and that a vehicle goes neither sideways nor off the ground (non-holonomic constraint).
 
     forward_m_per_s: (n,), NaN = none; None = the constraint alone. sideways_sigma_m_per_s: of both other directions, 0
     = they are not constrained. mounting_rad: how far the direction of driving lies left of the unit's x axis, and above
-    it. The speeds are those at the unit. Raises MeasurementError.
+    it. pivot_m: (3,) from the unit to where the speeds are those told, amid the wheels, forward, left, up; the unit
+    swings about it at rates_rad_per_s, (n, 3) or (3,). Raises MeasurementError.
     """
     left, above = mounting_rad
     forward = np.array([math.cos(above) * math.cos(left), math.cos(above) * math.sin(left), math.sin(above)])
     side = np.array([-math.sin(left), math.cos(left), 0.0])
+    swing = -np.cross(np.asarray(rates_rad_per_s, np.float64), np.asarray(pivot_m, np.float64))
     found = []
     if forward_m_per_s is not None:
-        found.append(_along(times_s, forward_m_per_s, sigma_m_per_s, forward, gate_sigma))
+        told = np.asarray(forward_m_per_s, np.float64) + swing @ forward
+        found.append(_along(times_s, told, sigma_m_per_s, forward, gate_sigma))
     if sideways_sigma_m_per_s > 0.0:
         for direction in (side, np.cross(forward, side)):
-            found.append(_along(times_s, 0.0, sideways_sigma_m_per_s, direction, gate_sigma))
+            found.append(_along(times_s, swing @ direction, sideways_sigma_m_per_s, direction, gate_sigma))
     return join(*found)
 
 

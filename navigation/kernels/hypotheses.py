@@ -23,6 +23,9 @@ RIGHT, SAME, OTHER = 0, 1, 2
 SHARE, KEPT = 0, 1
 # places of the excess' law: least, mean beyond it
 FLOOR, MEAN = 0, 1
+# what scratch holds of a branch
+WEIGHT, INNOVATION, EXCESS, SPREAD = 0, 1, 2, 3
+HELD = 0  # how many hypotheses a bank holds stands in an array of one
 # of what lies, so much keeps its excess from range to range; the rest draws another
 STEADY = 0.5
 FAINT = 12.0  # log of how much less likely a hypothesis may be than the best
@@ -45,7 +48,7 @@ class Bank(NamedTuple):
 def advance_bank(bank, step_s, psd):
     """All beliefs after step_s, in place; psd (4,): east, north, up, clock."""
     n = bank.means.shape[1]
-    for h in range(bank.held[0]):
+    for h in range(bank.held[HELD]):
         mean, covariance = bank.means[h], bank.covariances[h]
         for i in range(0, STATE, 2):
             mean[i] += step_s * mean[i + 1]
@@ -116,7 +119,7 @@ def _branch_priors(was_lying, share, kept, priors):
 def _update(parent, branch, a, innovation, gains, child):
     """Make a child of a parent (mean, covariance) in place. gains: (P row (n,), S, excess mean, its variance)."""
     mean, covariance = child
-    mean[:], covariance[:] = parent[0], parent[1]
+    mean[:], covariance[:] = parent
     gain, variance, excess, spread = gains
     place = STATE + a
     n = mean.shape[0]
@@ -147,7 +150,7 @@ def take_range(bank, spare, a, measured, regimes, law, scratch):
     scratch: (h, 3, 4) log weight, innovation, excess mean and variance of each branch. Weights are made to sum to 1.
     """
     anchor, range_m, variance_m2, since_s, sight = measured
-    n, most, count = bank.means.shape[1], bank.means.shape[0], bank.held[0]
+    n, most, count = bank.means.shape[1], bank.means.shape[0], bank.held[HELD]
     row, gain, priors = np.empty(n), np.empty(n), np.empty(3)
     best = -math.inf
     for h in range(count):
@@ -157,7 +160,7 @@ def take_range(bank, spare, a, measured, regimes, law, scratch):
         _branch_priors(bank.lying[h, a], share, kept, priors)
         expected = _row(bank.means[h], anchor, row)
         for branch in range(3):
-            scratch[h, branch, 0] = -math.inf
+            scratch[h, branch, WEIGHT] = -math.inf
             if priors[branch] <= 0.0:
                 continue
             row[STATE + a] = 1.0 if branch == SAME else 0.0
@@ -175,15 +178,15 @@ def take_range(bank, spare, a, measured, regimes, law, scratch):
                     innovation -= bank.means[h, STATE + a]
                 likelihood = _log_normal(innovation, variance)
             weight = bank.weights[h] + math.log(priors[branch]) + likelihood
-            scratch[h, branch, 0], scratch[h, branch, 1] = weight, innovation
-            scratch[h, branch, 2], scratch[h, branch, 3] = excess, spread
+            scratch[h, branch, WEIGHT], scratch[h, branch, INNOVATION] = weight, innovation
+            scratch[h, branch, EXCESS], scratch[h, branch, SPREAD] = excess, spread
             best = max(best, weight)
     # the likeliest of them, as many as there is room for
-    order = np.argsort(-scratch[:count, :, 0].copy().reshape(3 * count))
+    order = np.argsort(-scratch[:count, :, WEIGHT].copy().reshape(3 * count))
     made, total = 0, 0.0
     for place in order:
         h, branch = place // 3, place % 3
-        weight = scratch[h, branch, 0]
+        weight = scratch[h, branch, WEIGHT]
         if made == most or not weight > best - FAINT:
             break
         _row(bank.means[h], anchor, row)
@@ -197,15 +200,15 @@ def take_range(bank, spare, a, measured, regimes, law, scratch):
             gain[STATE + a] = 0.0
         for i in range(n):
             variance += row[i] * gain[i]
-        gains = gain, variance, scratch[h, branch, 2], scratch[h, branch, 3]
+        gains = gain, variance, scratch[h, branch, EXCESS], scratch[h, branch, SPREAD]
         parent, child = (bank.means[h], bank.covariances[h]), (spare.means[made], spare.covariances[made])
-        _update(parent, branch, a, scratch[h, branch, 1], gains, child)
+        _update(parent, branch, a, scratch[h, branch, INNOVATION], gains, child)
         spare.lying[made] = bank.lying[h]
         spare.lying[made, a] = 0 if branch == RIGHT else 1
         spare.regimes[made], spare.weights[made] = bank.regimes[h], weight
         total += math.exp(weight - best)
         made += 1
-    bank.held[0] = made
+    bank.held[HELD] = made
     for h in range(made):
         bank.means[h], bank.covariances[h] = spare.means[h], spare.covariances[h]
         bank.lying[h], bank.regimes[h] = spare.lying[h], spare.regimes[h]
@@ -217,7 +220,7 @@ def merge(bank):
     """Hypotheses that say the same of now, and differ only in what they say of before, become one, in place."""
     made, n = 0, bank.means.shape[1]
     shift = np.empty(n)
-    for h in range(bank.held[0]):
+    for h in range(bank.held[HELD]):
         twin = -1
         for m in range(made):
             if bank.regimes[m] == bank.regimes[h] and (bank.lying[m] == bank.lying[h]).all():
@@ -242,7 +245,7 @@ def merge(bank):
                     share * (bank.covariances[h, i, j] - bank.covariances[twin, i, j]) + between
                 )
         bank.weights[twin] = top + math.log(ours + theirs)
-    bank.held[0] = made
+    bank.held[HELD] = made
 
 
 @scalar_kernel
@@ -250,11 +253,11 @@ def blend(bank, mean, covariance):
     """Fill mean (6,) and covariance (6, 6) of all hypotheses together."""
     mean[:] = 0.0
     covariance[:] = 0.0
-    for h in range(bank.held[0]):
+    for h in range(bank.held[HELD]):
         weight = math.exp(bank.weights[h])
         for i in range(STATE):
             mean[i] += weight * bank.means[h, i]
-    for h in range(bank.held[0]):
+    for h in range(bank.held[HELD]):
         weight = math.exp(bank.weights[h])
         for i in range(STATE):
             for j in range(STATE):

@@ -124,6 +124,11 @@ class NavigationSettingsIn(StrictModel):
     driving_up_deg: Number = Field(
         0.0, description="How far the direction of driving lies above the unit's forward, degrees."
     )
+    pivot_m: Three = Field(
+        DEFAULTS.pivot_m,
+        description="From the unit to amid the wheels, where speeds are told and nothing slides: forward, left, up, "
+        "metres.",
+    )
     speed_sigma_m_per_s: Positive = Field(DEFAULTS.speed_sigma_m_per_s, description="One sigma of speeds, m/s.")
     fix_sigma_m: tuple[Positive, Positive, Positive] = Field(
         DEFAULTS.fix_sigma_m, description="Of fixes that tell none: east, north, up, metres."

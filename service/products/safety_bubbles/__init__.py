@@ -43,6 +43,8 @@ def _along_a_path(grid: ElevationGrid) -> None:
     surfaces = min_visible_altitude(grid, [Anchor("A", 100.0, -200.0, 90.0)])
     dop_at_points(points_m, anchors_m, pack_sets(visible_sets(surfaces, points_m).visible()))
     motion = navigation.MotionNoise()
+    start = navigation.initial_state(0.0, points_m[0])
+    navigation.update_hypotheses(navigation.carry_hypotheses(start, 1), 1.0, motion, anchors_m, [200.0], 1.0).state()
     for clock_m in (None, (0.0, 0.0)):
         state = navigation.predict(navigation.initial_state(0.0, points_m[0], clock_m=clock_m), 1.0, motion)
         navigation.update_ranges(state, anchors_m, [200.0], 1.0)

@@ -18,7 +18,7 @@ from navigation.drives import (
     Speeds,
     navigate_drive,
 )
-from navigation.inertial import IMU_PRESETS, TangentFrame
+from navigation.inertial import IMU_PRESETS, TangentFrame, vehicle_speeds
 from tests.reference.inertial import Drive, along
 
 FRAME = TangentFrame(0.6, 0.0, 100.0)
@@ -119,6 +119,14 @@ def test_an_odometer_and_no_sliding_carry_a_drive_through_an_outage(drive):
     bare = navigate_drive(DriveLog(readings, short), replace(SETTINGS, smoother=False), FRAME)
     aided = navigate_drive(DriveLog(readings, short, speeds=speeds), settings, FRAME)
     assert off_m(made, aided, 50.0)[0] < 0.3 * off_m(made, bare, 50.0)[0]
+
+
+def test_a_unit_ahead_of_the_wheels_swings_sideways_in_a_turn():
+    # 0.8 m ahead of the pivot, half a radian a second to the left: 0.4 m/s to the left
+    speeds = vehicle_speeds(
+        [1.0], [2.0], 0.1, sideways_sigma_m_per_s=0.1, pivot_m=(-0.8, 0.0, 0.0), rates_rad_per_s=(0.0, 0.0, 0.5)
+    )
+    np.testing.assert_allclose(speeds.values, [2.0, 0.4, 0.0], atol=1e-12)
 
 
 def test_measurements_outside_of_the_readings_are_told_and_not_used(drive):
