@@ -54,8 +54,8 @@ def rover_outages() -> Table:
             target, met = "less than neither", flat < found["neither"][0] and up < found["neither"][1]
         rows.append(Row((name, f"{flat:.1f} m", f"{up:.2f} m"), target, met))
     note = (
-        "IMU at 200 Hz, fixes at 2 Hz taken as 0.5 m and 0.1 m/s; errors at the end of outages of 60 s against the fixes "
-        "themselves, which are not independent. The rover hardly ever stands."
+        "IMU at 200 Hz, fixes at 2 Hz taken as 0.5 m and 0.1 m/s; errors at the end of outages of 60 s against the "
+        "fixes themselves, which are not independent. The rover hardly ever stands."
     )
     return Table("A real rover without fixes", ("what is known", "horizontal, rms", "height, rms"), rows, note)
 
