@@ -17,7 +17,7 @@ from service.settings import Settings
 from terrain import ElevationGrid
 from visibility import Anchor
 
-from .calculate import NavigationSummary, PlaceOut, calculate_navigation
+from .calculate import DrivePlaceOut, NavigationSummary, calculate_navigation
 from .files import LAYERS
 from .request import REQUEST, NavigationIn, NavigationParameters
 
@@ -92,5 +92,5 @@ NAVIGATION = Product(
     pack=_pack,
     unpack=_unpack,
     long_body=True,
-    inline=Inline("points", "points.json", PlaceOut, "One entry per place; null until it succeeded."),
+    inline=Inline("points", "points.json", DrivePlaceOut, "One entry per place; null until it succeeded."),
 )

@@ -30,13 +30,13 @@ from visibility import Anchor
 
 from .request import NavigationParameters, drive_of
 
-__all__ = ["FinishedNavigation", "NavigationSummary", "PlaceOut", "SourceOut", "calculate_navigation"]
+__all__ = ["DrivePlaceOut", "FinishedNavigation", "NavigationSummary", "SourceOut", "calculate_navigation"]
 
 Array = npt.NDArray[np.float64]
 DECIMALS = 6
 
 
-class PlaceOut(BaseModel):
+class DrivePlaceOut(BaseModel):
     """Where the unit was at one time, along the axes of the DEM's frame."""
 
     time_s: float = Field(description="When, seconds.")
@@ -82,7 +82,7 @@ class NavigationSummary(BaseModel):
     epsilon: float = Field(description="How many sigmas the radius is, no unit.")
     sources: list[SourceOut] = Field(description="What corrected the readings.")
     hidden_ranges: int | None = Field(
-        description="Ranges that the map left out; null where it was not asked or knew nothing."
+        description="Number of ranges that the map left out; null where it was not asked or knew nothing."
     )
     force_bias_m_per_s2: tuple[float, float, float] = Field(
         description="What the accelerometers read too much at the end: forward, left, up, m/s²."
@@ -113,7 +113,7 @@ class FinishedNavigation:
     fixes_m: Array
 
     def numbers(self) -> dict[str, Array]:
-        """The fields of ``PlaceOut``, (p,) each."""
+        """The fields of ``DrivePlaceOut``, (p,) each."""
         drive, rows = self.drive, self.rows
         places, velocities = drive.place_m[rows], drive.velocity_m_per_s[rows]
         sigmas = np.sqrt(np.diagonal(drive.covariance_m2[rows], axis1=1, axis2=2))
@@ -128,11 +128,11 @@ class FinishedNavigation:
             *sigmas.T,
             drive.track.radius_m[rows],
         ]
-        return dict(zip(PlaceOut.model_fields, columns, strict=True))
+        return dict(zip(DrivePlaceOut.model_fields, columns, strict=True))
 
     @functools.cached_property
     def points(self) -> list[dict[str, JsonValue]]:
-        """One entry for each place, as ``PlaceOut`` has it."""
+        """One entry for each place, as ``DrivePlaceOut`` has it."""
         columns: dict[str, list[Any]] = {
             name: np.round(values, DECIMALS).tolist() for name, values in self.numbers().items()
         }

@@ -29,16 +29,22 @@ def _degrees(angle_rad: float) -> float:
 class ImuNoiseIn(StrictModel):
     """The errors of an inertial unit in the units of its datasheet, one sigma of each axis."""
 
-    velocity_walk_m_per_s_sqrt_h: Positive = Field(description="White noise of the forces, m/s per √h.")
+    velocity_walk_m_per_s_sqrt_h: Positive = Field(description="White noise of the forces, metres per second per √h.")
     angle_walk_deg_per_sqrt_h: Positive = Field(description="White noise of the turn rates, degrees per √h.")
-    force_bias_mg: Positive = Field(description="Bias of the accelerometers at the start, thousandths of g.")
+    force_bias_mg: Positive = Field(
+        description="Bias of the accelerometers at the start, a number of thousandths of g."
+    )
     rate_bias_deg_per_h: Positive = Field(description="Bias of the gyros at the start, degrees per hour.")
-    force_wander_mg: NotNegative = Field(0.0, description="How that bias wanders, thousandths of g.")
+    force_wander_mg: NotNegative = Field(0.0, description="How that bias wanders, a number of thousandths of g.")
     rate_wander_deg_per_h: NotNegative = Field(0.0, description="How that bias wanders, degrees per hour.")
     correlation_s: Positive = Field(3600.0, description="Correlation time of the wandering, seconds.")
-    force_scale_ppm: NotNegative = Field(0.0, description="Scale factor of the accelerometers, 1e-6; 0 = exact.")
-    rate_scale_ppm: NotNegative = Field(0.0, description="Scale factor of the gyros, 1e-6; 0 = exact.")
-    force_range_g: Positive | None = Field(None, description="Saturation of the accelerometers, g; null = none.")
+    force_scale_ppm: NotNegative = Field(
+        0.0, description="Scale factor of the accelerometers, a number of 1e-6; 0 = exact."
+    )
+    rate_scale_ppm: NotNegative = Field(0.0, description="Scale factor of the gyros, a number of 1e-6; 0 = exact.")
+    force_range_g: Positive | None = Field(
+        None, description="Saturation of the accelerometers, a number of g; null = none."
+    )
     rate_range_deg_per_s: Positive | None = Field(
         None, description="Saturation of the gyros, degrees per second; null = none."
     )
@@ -108,7 +114,7 @@ class NavigationSettingsIn(StrictModel):
         description=f"Of zero velocity where readings are still (ZUPT), m/s; {OFF}.",
     )
     still_force_m_per_s2: Positive = Field(
-        DEFAULTS.standstill.force_sigma_m_per_s2, description="Forces of a still unit vary by no more, m/s²."
+        DEFAULTS.standstill.force_sigma_m_per_s2, description="Forces of a still unit vary by no more, metres/s²."
     )
     still_rate_rad_per_s: Positive = Field(
         DEFAULTS.standstill.rate_sigma_rad_per_s, description="Turn rates of a still unit vary by no more, rad/s."
@@ -148,7 +154,7 @@ class NavigationSettingsIn(StrictModel):
         "flies.",
     )
     gap_acceleration_m_per_s2: Positive = Field(
-        DEFAULTS.gap_acceleration_m_per_s2, description="How the vehicle may be pushed within a gap, m/s²."
+        DEFAULTS.gap_acceleration_m_per_s2, description="How the vehicle may be pushed within a gap, metres/s²."
     )
     gap_rate_rad_per_s: Positive = Field(
         DEFAULTS.gap_rate_rad_per_s, description="How it may turn within a gap, rad/s."

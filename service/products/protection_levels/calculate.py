@@ -40,9 +40,11 @@ class PathProtection(BaseModel):
     """What is promised along the path."""
 
     points: int = Field(description="Number of points.")
-    promised: int = Field(description="Points where anything is promised.")
-    within_alert: int = Field(description="Points where both levels are within their alert limits.")
-    first_beyond: int | None = Field(description="The first point that is not, 0 the first; null where all are.")
+    promised: int = Field(description="Number of points where anything is promised.")
+    within_alert: int = Field(description="Number of points where both levels are within their alert limits.")
+    first_beyond: int | None = Field(
+        description="Number of the first point that is not, 0 the first; null where all are."
+    )
     horizontal_most_m: float | None = Field(description="Largest horizontal level, metres; null: none or unlimited.")
     vertical_most_m: float | None = Field(description="Largest vertical level, metres; null: none or unlimited.")
 
