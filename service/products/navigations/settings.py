@@ -32,18 +32,18 @@ class ImuNoiseIn(StrictModel):
     velocity_walk_m_per_s_sqrt_h: Positive = Field(description="White noise of the forces, metres per second per √h.")
     angle_walk_deg_per_sqrt_h: Positive = Field(description="White noise of the turn rates, degrees per √h.")
     force_bias_mg: Positive = Field(
-        description="Bias of the accelerometers at the start, a number of thousandths of g."
+        description="Bias of the accelerometers at the start, number of thousandths of g."
     )
     rate_bias_deg_per_h: Positive = Field(description="Bias of the gyros at the start, degrees per hour.")
-    force_wander_mg: NotNegative = Field(0.0, description="How that bias wanders, a number of thousandths of g.")
+    force_wander_mg: NotNegative = Field(0.0, description="How that bias wanders, number of thousandths of g.")
     rate_wander_deg_per_h: NotNegative = Field(0.0, description="How that bias wanders, degrees per hour.")
     correlation_s: Positive = Field(3600.0, description="Correlation time of the wandering, seconds.")
     force_scale_ppm: NotNegative = Field(
-        0.0, description="Scale factor of the accelerometers, a number of 1e-6; 0 = exact."
+        0.0, description="Scale factor of the accelerometers, number of 1e-6; 0 = exact."
     )
-    rate_scale_ppm: NotNegative = Field(0.0, description="Scale factor of the gyros, a number of 1e-6; 0 = exact.")
+    rate_scale_ppm: NotNegative = Field(0.0, description="Scale factor of the gyros, number of 1e-6; 0 = exact.")
     force_range_g: Positive | None = Field(
-        None, description="Saturation of the accelerometers, a number of g; null = none."
+        None, description="Saturation of the accelerometers, number of g; null = none."
     )
     rate_range_deg_per_s: Positive | None = Field(
         None, description="Saturation of the gyros, degrees per second; null = none."
