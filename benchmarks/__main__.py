@@ -68,7 +68,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "inertial": (inertial.made_up_drive, inertial.outages, rover_outages.rover_outages, inertial.inertial_speed),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
     "lying": (lying_ranges.bubbles_that_hold,),
-    "receiver": (receiver.recorded_sample, receiver.acquisition_speed),
+    "receiver": (receiver.recorded_sample, receiver.acquisition_speed, receiver.weak_signals),
     "targets": (targets.planes, targets.simulated_balls, targets.real_balls),
     "differential": (differential.baselines,),
     "memory": (memory.memory, large_dems.by_windows),
@@ -150,7 +150,11 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "differential": (differential.baselines,),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
-    "receiver": (receiver.recorded_sample, partial(receiver.acquisition_speed, prns=4)),
+    "receiver": (
+        receiver.recorded_sample,
+        partial(receiver.acquisition_speed, prns=4),
+        partial(receiver.weak_signals, draws=2000),
+    ),
     "targets": (partial(targets.planes, images=2), partial(targets.simulated_balls, count=2)),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (

@@ -1,19 +1,22 @@
-"""The receiver: gnss-sdr's sample, and how fast satellites are looked for."""
+"""The receiver: gnss-sdr's sample, how fast satellites are looked for, and what a second of a weak signal gives."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.report import Row, Table, duration
 from benchmarks.timing import best_of_each_s
-from gnss.receiver import PRNS, Samples, Search, acquire, read_samples
+from gnss.receiver import PRNS, Samples, Search, acquire, energy_limit, noise_limit, read_samples, search_bits
 
-__all__ = ["acquisition_speed", "recorded_sample"]
+__all__ = ["acquisition_speed", "recorded_sample", "weak_signals"]
 
 RECORDED = Path(__file__).parents[2] / "../shared/data/if/GPS_L1_CA_ID_1_Fs_4Msps_2ms.dat"
-SEED = 22
+SEED, FALSE_ALARM = 22, 1e-3
+# C/N0, least detection, most wrong bits, largest sigma of phase
+TARGETS = ((15.0, 0.87, 0.14, 6.0), (17.0, 0.998, 0.085, 4.0), (20.0, 1.0, 0.025, 2.5))
 
 
 def recorded_sample() -> Table:
@@ -54,3 +57,39 @@ def acquisition_speed(prns: int = 32) -> Table:
         Row(("of that the bare transforms", f"{duration(least_s)} ({took_s / least_s:.1f} times that in all)")),
     )
     return Table("Speed of acquisition", ("what", "measured"), table, "One core.")
+
+
+def weak_signals(draws: int = 20_000) -> Table:
+    """A second of 50 unknown bits by the search, beside powers of bits added up and beside known bits."""
+    rng, rows = np.random.default_rng(SEED), []
+    wavelength_mm = 190.293673
+    limit = energy_limit(FALSE_ALARM, 50)
+    powers, known_limit = 50.0 * noise_limit(FALSE_ALARM, 1, 50), 50.0 * noise_limit(FALSE_ALARM, 1, 1)
+    for cn0_db_hz, least, wrong, most_mm in TARGETS:
+        bits, phases = rng.choice([-1, 1], (draws, 50)), rng.uniform(-math.pi, math.pi, draws)
+        noise = rng.normal(size=(draws, 50, 2)) @ (1.0, 1j) / math.sqrt(2.0)
+        turned = np.exp(1j * phases)
+        sums = math.sqrt(10.0 ** (cn0_db_hz / 10.0) * 0.02) * bits * turned[:, None] + noise
+        found = search_bits(sums)
+        seen = found.amplitude > limit
+        same = np.sign((found.bits * bits).sum(axis=1))
+        errors = float(np.mean(found.bits != bits * same[:, None]))
+        known = (sums * bits).sum(axis=1)
+        sigmas_mm = [
+            float(np.std(np.angle(total * turned.conj()), where=used)) * wavelength_mm / (2.0 * math.pi)
+            for total, used in ((found.total * same, seen), (known, np.ones_like(seen)))
+        ]
+        rate = float(seen.mean())
+        target = f"≥ {least:g}, ≤ {wrong:g}, ≤ {most_mm:g} mm"
+        met = rate >= least and errors <= wrong and sigmas_mm[0] <= most_mm
+        cells = f"{cn0_db_hz:g} dB-Hz", "bits searched", f"{rate:.4f}", f"{errors:.4f}", f"{sigmas_mm[0]:.2f} mm"
+        rows.append(Row(cells, target, met))
+        apart = float(np.mean((np.abs(sums) ** 2).sum(axis=1) > powers))
+        rows.append(Row(("", "powers of bits added", f"{apart:.4f}", "–", "–")))
+        together = float(np.mean(np.abs(known) ** 2 > known_limit))
+        rows.append(Row(("", "bits known", f"{together:.4f}", "0", f"{sigmas_mm[1]:.2f} mm")))
+    noise = rng.normal(size=(draws, 50, 2)) @ (1.0, 1j) / math.sqrt(2.0)
+    alarms = float(np.mean(search_bits(noise).amplitude > limit))
+    rows.append(Row(("noise alone", "bits searched", f"{alarms:.5f}", "–", "–")))
+    note = f"{draws:,} draws each, false alarms at {FALSE_ALARM:g}; phase of those detected, half a cycle taken out."
+    return Table("A second of 50 data bits", ("signal", "how", "detected", "bits wrong", "phase σ"), rows, note)
