@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Annotated, Literal, Self
 
-from pydantic import AwareDatetime, ConfigDict, Field, model_validator
+from pydantic import AwareDatetime, ConfigDict, Field, JsonValue, WithJsonSchema, model_validator
 
 from service.parts.anchors import AnchorId, Azimuth
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Positive, StrictModel
@@ -18,6 +18,7 @@ __all__ = [
     "FORMAT",
     "GroundRef",
     "MissionAnchor",
+    "MissionBuildings",
     "MissionIn",
     "MissionOrbits",
     "MissionPlace",
@@ -154,6 +155,17 @@ class MissionOrbits(StrictModel):
     text: str = Field(min_length=1, description="What the file says.")
 
 
+class MissionBuildings(StrictModel):
+    """Buildings that stand on the ground, as every request takes them as the footprints of its cover."""
+
+    name: str = Field(max_length=255, description="Name of their file, for people.")
+    geojson: Annotated[dict[str, JsonValue], WithJsonSchema({"type": "object"})] = Field(
+        description="A FeatureCollection of footprints with heights."
+    )
+    level_m: Positive | None = Field(None, description="Height of each of building:levels, metres; null = none told.")
+    default_height_m: Positive | None = Field(None, description="Height where none is told, metres; null = refused.")
+
+
 class MissionTimes(StrictModel):
     """The times that are looked at."""
 
@@ -193,6 +205,7 @@ class MissionIn(StrictModel):
     version: Literal[1] = Field(1, description="Number of the format that it is written in.")
     name: str = Field("Mission", max_length=120, description="Name of the mission, for people.")
     ground: GroundRef | None = Field(None, description="What it stands on; null before one was chosen.")
+    buildings: MissionBuildings | None = Field(None, description="What stands on the ground; null = bare ground.")
     area: Ring | None = Field(None, description="Where it takes place; null = the whole DEM.")
     anchors: list[MissionAnchor] = Field([], max_length=MOST_ANCHORS, description="Its anchors, with unique ids.")
     rover: MissionRover = Field(default_factory=lambda: MissionRover.model_validate({}))
@@ -209,7 +222,7 @@ class MissionIn(StrictModel):
         if twice:
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
         route, rules = self.route, self.rules
-        placed = self.anchors or self.area or route.start or route.goal or route.way_points
+        placed = self.anchors or self.area or self.buildings or route.start or route.goal or route.way_points
         shaped = route.no_go or route.keep_in or rules.no_fly or rules.stand_off
         if self.ground is None and (placed or shaped):
             raise ValueError("A mission with places needs its ground, for they are metres in the CRS of it.")

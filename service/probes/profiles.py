@@ -36,15 +36,24 @@ def profiles(grid: ElevationGrid, asked: ProfilesIn) -> ProfilesOut:
         grid, from_m, to_m, curvature=curvature, unknown=asked.unknown, wavelength_m=asked.wavelength_m
     )
     found = [
-        _profile(profile(grid, start, end, curvature=curvature), lines, line, math.dist(start[:2], end[:2]), asked)
+        _profile(
+            profile(grid, start, end, curvature=curvature),
+            lines,
+            line,
+            math.dist(start[:2], end[:2]),
+            asked,
+            built=grid.standing is not None,
+        )
         for line, (start, end) in enumerate(zip(from_m, to_m, strict=True))
     ]
     warnings = [*notes_on_cover(grid), *lines.warnings]
     return ProfilesOut.model_construct(profiles=found, curvature=curvature.sentence(), warnings=warnings)
 
 
-def _profile(ground: GroundProfile, lines: LinesOfSight, line: int, reach_m: float, asked: ProfilesIn) -> ProfileOut:
-    """One line; reach_m: the horizontal distance between its ends."""
+def _profile(
+    ground: GroundProfile, lines: LinesOfSight, line: int, reach_m: float, asked: ProfilesIn, *, built: bool
+) -> ProfileOut:
+    """One line; reach_m: the horizontal distance between its ends; built: whether anything stands on the DEM."""
     kept = _thinned(ground, asked.max_places)
     distance_m = ground.distance_m[kept]
     blocked = int(lines.verdict[line]) == HIDDEN and bool(np.isfinite(lines.blocking_point_m[line]).all())
@@ -59,6 +68,7 @@ def _profile(ground: GroundProfile, lines: LinesOfSight, line: int, reach_m: flo
         clearance_m=number(lines.clearance_m[line]),
         distance_m=np.round(distance_m, MILLIMETRES).tolist(),
         ground_m=_column(ground.ground_m[kept]),
+        roof_m=_column(ground.roof_m[kept]) if built else None,
         line_m=np.round(ground.line_m[kept], MILLIMETRES).tolist(),
         fresnel_radius_m=None if radius_m is None else np.round(radius_m, MILLIMETRES).tolist(),
         fresnel_clearance=None if lines.fresnel_clearance is None else number(lines.fresnel_clearance[line]),
@@ -75,7 +85,8 @@ def _thinned(ground: GroundProfile, most: int) -> npt.NDArray[np.intp]:
     if places <= most:
         return np.arange(places)
     edges = np.linspace(1, places - 1, most - 1).astype(np.intp)
-    clearance_m = np.where(np.isnan(ground.clearance_m), -np.inf, ground.clearance_m)
+    clearance_m = np.fmin(ground.clearance_m, ground.line_m - ground.roof_m)
+    clearance_m = np.where(np.isnan(ground.clearance_m), -np.inf, clearance_m)
     inner = [start + int(np.argmin(clearance_m[start:end])) for start, end in pairwise(edges.tolist())]
     return np.array([0, *inner, places - 1], np.intp)
 

@@ -194,6 +194,9 @@ class ProfileOut(BaseModel):
     clearance_m: float | None = Field(description="Least height of the line over known ground, metres.")
     distance_m: list[float] = Field(description="Horizontal distance from the first point, metres, rising.")
     ground_m: list[float | None] = Field(description="Altitude of the ground there, metres.")
+    roof_m: list[float | None] | None = Field(
+        None, description="Altitude of the roof there, metres; null where nothing stands, all of it without a cover."
+    )
     line_m: list[float] = Field(description="Altitude of the line there, metres; with curvature it sags.")
     fresnel_radius_m: list[float] | None = Field(
         None, description="Radius of the first Fresnel zone there, metres; null without a wavelength."

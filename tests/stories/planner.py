@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import json
+from pathlib import Path
 from typing import Any
 
 from tests.service.browser import Browser
@@ -12,6 +15,13 @@ PIXEL = (
     "const p = planner.map.getPixelFromCoordinate([{east}, {north}]); "
     "const b = document.getElementById('map').getBoundingClientRect(); return [p[0] + b.left, p[1] + b.top]; }})()"
 )
+# what a hand does that lets files go on the page; each is its name and its bytes in base 64
+DROP = """(() => {{
+  const carried = new DataTransfer();
+  const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+  for (const [name, text] of {files}) carried.items.add(new File([bytes(text)], name));
+  document.body.dispatchEvent(new DragEvent('drop', {{bubbles: true, cancelable: true, dataTransfer: carried}}));
+}})()"""
 RANGES = {"jacksboro": "415 ×", "valley": "320 ×", "crater": "240 ×"}
 VALLEY = ((646500, 5136500), (649500, 5138500), (648000, 5135800))
 
@@ -71,6 +81,12 @@ def shares(page: Browser) -> list[float]:
     settled(page)
     cells = page.value("[...document.querySelectorAll('#legend td')].map((cell) => parseFloat(cell.textContent))")
     return [float(cell) for cell in cells]
+
+
+def let_go(page: Browser, paths: list[Path]) -> None:
+    """Files, let go on the page together."""
+    files = [(one.name, base64.b64encode(one.read_bytes()).decode()) for one in paths]
+    page.value(DROP.format(files=json.dumps(files)))
 
 
 def slide(page: Browser, selector: str, value: str) -> None:

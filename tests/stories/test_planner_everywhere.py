@@ -97,6 +97,8 @@ def test_on_a_phone_the_map_comes_first_and_nothing_is_wider_than_the_screen(pag
         top = "document.querySelector('{}').getBoundingClientRect().top"
         assert page.value(top.format("#map")) < page.value(top.format(".inspector"))
         assert in_view(page, "#mode-brief")
+        assert page.value(top.format("#map")) < 844 / 8, "the bar leaves the screen to the map"
+        assert page.value("document.querySelector('#map').getBoundingClientRect().height") > 844 / 2
     finally:
         page.call("Emulation.clearDeviceMetricsOverride")
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,18 +14,11 @@ from terrain import GroundLibrary, index_ground
 from terrain.tiles.library import edited
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import field, in_view, mission, open_planner, settled, take
+from tests.stories.planner import field, in_view, let_go, mission, open_planner, settled, take
 from tests.terrain.tiles.cutting import cut_tif, rough
 
 METRES = rasterio.Affine(30, 0, 700_000, 0, -30, 5_100_000)
 MIDDLE_DEG = (11.62, 46.0)
-# what a hand does that lets files go on the page; each is its name and its bytes in base 64
-DROP = """(() => {{
-  const carried = new DataTransfer();
-  const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
-  for (const [name, text] of {files}) carried.items.add(new File([bytes(text)], name));
-  document.body.dispatchEvent(new DragEvent('drop', {{bubbles: true, cancelable: true, dataTransfer: carried}}));
-}})()"""
 
 
 @pytest.fixture(scope="module")
@@ -52,11 +43,6 @@ def page(browser: Browser, server: Server) -> Iterator[Browser]:
     browser.complaints.clear()
     yield browser
     assert browser.complaints == []
-
-
-def let_go(page: Browser, paths: list[Path]) -> None:
-    files = [(one.name, base64.b64encode(one.read_bytes()).decode()) for one in paths]
-    page.value(DROP.format(files=json.dumps(files)))
 
 
 def test_a_box_drawn_over_the_tiles_becomes_the_ground(tiles: None, page: Browser) -> None:

@@ -21,6 +21,7 @@ from visibility import (
     line_of_sight,
     lines_of_sight,
     min_visible_altitude,
+    profile,
 )
 from visibility.cover import (
     Footprint,
@@ -173,6 +174,24 @@ def test_a_line_says_what_of_a_building_is_in_its_way_and_by_how_much():
     assert line_of_sight(tower, (50, -100, 5), (150, -100, 5)).verdict == "blocked"  # ends inside
     on_top = line_of_sight(tower, (150, -100, 10.0), (250, -100, 10.0))
     assert on_top.verdict == "clear"
+
+
+def test_a_profile_has_the_roofs_with_their_walls_where_the_line_crosses_them():
+    grid = level()
+    low, high = Footprint(shapely.box(120, -110, 180, -90), 10.0), Footprint(shapely.box(140, -110, 160, -90), 25.0)
+    built = with_standing(grid, [standing_footprints(grid, [low, high])])
+    start, end = (52.0, -101.0, 5.0), (252.0, -101.0, 7.0)
+    found, bare = profile(built, start, end), profile(grid, start, end)
+    east_m = 52.0 + found.distance_m
+    beside_m = np.abs(east_m - 150.0) - 1e-6  # a wall belongs to what is higher
+    roof_m = np.where(beside_m <= 30.0, np.where(beside_m <= 10.0, 25.0, 10.0), np.nan)
+    np.testing.assert_allclose(found.roof_m, roof_m)
+    for wall_m in (120.0, 140.0, 160.0, 180.0):
+        assert np.sum(np.isclose(np.abs(east_m - wall_m), 1e-3, atol=1e-6)) == 2
+    np.testing.assert_allclose(found.line_m, 5.0 + found.distance_m / 100.0)
+    np.testing.assert_allclose(found.clearance_m, np.interp(found.distance_m, bare.distance_m, bare.clearance_m))
+    assert set(np.round(bare.distance_m, 6)) <= set(np.round(found.distance_m, 6))
+    assert np.isnan(bare.roof_m).all()
 
 
 def test_a_mesh_hides_as_the_footprint_of_the_same_box_does():

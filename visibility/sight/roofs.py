@@ -25,6 +25,7 @@ __all__ = [
     "least_heights_clear",
     "raise_behind_roofs",
     "refuse_under_roof",
+    "roof_edges_crossed",
     "roof_heights",
     "roofs_for_kernels",
     "roofs_over",
@@ -97,6 +98,22 @@ def roofs_over(grid: ElevationGrid, east_m: Reals, north_m: Reals) -> Reals:
     found = _in_posts(grid)
     places = zip(*(values.tolist() for values in grid.post_at(east_m, north_m)), strict=True)
     return np.array([highest_roof(found.triangles, found.roof_buckets, row, col) for row, col in places], np.float64)
+
+
+def roof_edges_crossed(grid: ElevationGrid, start_m: Reals, end_m: Reals) -> Reals:
+    """(k,) shares 0..1, rising, of the straight way over the map from (east, north, …) to another where it crosses an
+    edge at which a roof ends or bends.
+    """
+    if grid.standing is None:
+        return np.empty(0)
+    first = grid.standing.edges_m[:, 0, :2]
+    edge, along, off = grid.standing.edges_m[:, 1, :2] - first, (end_m - start_m)[:2], first - start_m[:2]
+    across = along[0] * edge[:, 1] - along[1] * edge[:, 0]
+    meets = across != 0.0
+    safe = np.where(meets, across, 1.0)
+    share = (off[:, 0] * edge[:, 1] - off[:, 1] * edge[:, 0]) / safe
+    on_edge = (off[:, 0] * along[1] - off[:, 1] * along[0]) / safe
+    return np.unique(share[meets & (share >= 0.0) & (share <= 1.0) & (on_edge >= 0.0) & (on_edge <= 1.0)])
 
 
 def refuse_under_roof(grid: ElevationGrid, called: str, east_m: float, north_m: float, altitude_m: float) -> None:

@@ -15,6 +15,7 @@ from visibility.sight.curvature import Curvature
 from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M, GridPoint
 from visibility.sight.kernels.profiles import ground_profile, profile_room
 from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, UnknownGround
+from visibility.sight.roofs import roof_edges_crossed, roofs_over
 from visibility.sight.sight_lines import LinesOfSight, lines_of_sight
 from visibility.sight.sight_points import check_point, in_posts
 
@@ -29,6 +30,7 @@ __all__ = [
 ]
 
 SAME_SHARE = 1e-12
+WALL_M = 1e-3
 Verdict = Literal["clear", "blocked", "unknown"]
 _VERDICTS: dict[int, Verdict] = {int(VISIBLE): "clear", int(HIDDEN): "blocked", int(UNKNOWN): "unknown"}
 
@@ -39,13 +41,16 @@ class GroundProfile:
 
     distance_m: (m,) horizontal distance from the first point. ground_m: (m,) altitude of the ground; NaN = unknown.
     line_m: (m,) altitude of the line; with curvature it sags between its ends, as the ground would otherwise bulge.
-    clearance_m: (m,) line over ground. Between two places each of them is straight. Parts outside the DEM have none.
+    clearance_m: (m,) line over ground. roof_m: (m,) altitude of the highest roof there; NaN where nothing stands. Where
+    the line crosses an edge of a roof there is a place on either side of it, WALL_M away. Between two places each of
+    them is straight. Parts outside the DEM have none.
     """
 
     distance_m: npt.NDArray[np.float64]
     ground_m: npt.NDArray[np.float64]
     line_m: npt.NDArray[np.float64]
     clearance_m: npt.NDArray[np.float64]
+    roof_m: npt.NDArray[np.float64]
     curvature: Curvature
 
 
@@ -67,9 +72,17 @@ def profile(
     new = np.diff(share, prepend=-1.0) > SAME_SHARE
     share, ground_m, clearance_m = share[new], ground_m[new], clearance_m[new]
     reach_m = float(np.hypot(*(end_m - start_m)[:2]))
+    if grid.standing is not None and len(share):
+        crossed, beside = roof_edges_crossed(grid, start_m, end_m), WALL_M / max(reach_m, WALL_M)
+        walls = np.clip(np.concatenate([crossed - beside, crossed + beside]), share[0], share[-1])
+        met = share
+        share = np.union1d(met, walls)
+        ground_m, clearance_m = np.interp(share, met, ground_m), np.interp(share, met, clearance_m)
+    roof_m = roofs_over(grid, *(start_m[axis] + share * (end_m - start_m)[axis] for axis in (0, 1)))
+    roof_m = np.where(np.isfinite(roof_m), roof_m, np.nan)
     sag_m = curvature.drop_m(reach_m) * share * (1.0 - share)
     line_m = start_m[2] + share * (end_m[2] - start_m[2]) - sag_m
-    return GroundProfile(share * reach_m, ground_m, line_m, clearance_m, curvature)
+    return GroundProfile(share * reach_m, ground_m, line_m, clearance_m, roof_m, curvature)
 
 
 @dataclass(frozen=True, slots=True)

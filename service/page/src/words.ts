@@ -25,6 +25,11 @@ export const words = {
   tooManyFrames: (count: number, most: number) => `${count} frames are more than the ${most} that the page holds of this ground; take longer steps.`,
   noPathYet: "There is no path yet to place anchors along; plan one first, or choose the area.",
   noPlaceIn: (text: string) => `“${text.slice(0, 60)}” holds no place: write east and north in metres, or latitude and longitude.`,
+  noFootprints: (name: string) => `${name.slice(0, 60)} is no GeoJSON with footprints of buildings.`,
+  buildingsTooLarge: (name: string, bytes: number, most: number) =>
+    `The footprints of ${name.slice(0, 60)} have ${Math.ceil(bytes / 1000)} kB, and ${most / 1000} kB travel with a mission: cut the file to the mission's area.`,
+  buildingsTaken: (name: string, kept: number, passed: number) =>
+    `${name.slice(0, 60)}: ${kept === 1 ? "1 building" : `${kept} buildings`}${passed === 0 ? "" : `; ${passed} other shapes were passed over`}.`,
   noBox: (text: string) => `“${text.slice(0, 60)}” is no box: write its west, south, east and north in degrees.`,
   outside: (text: string) => `${text.slice(0, 60)} lies outside the ground.`,
   noDegrees: "This ground has no degrees; write east and north in metres.",
@@ -71,7 +76,7 @@ export const words = {
   pathFound: "A path that the validator passed",
   noPath: "No path",
   place: (what: string) => (what === "start" ? "start" : "goal"),
-  work: (what: string) => ({ ground: "Reading the ground", visibility: "Lines of sight", dilution: "Dilution", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
+  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", visibility: "Lines of sight", dilution: "Dilution", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
   airStale: "The mission has changed since; calculate again.",
   opened: (name: string) => `Opened ${name}.`,
   notPlanned: "not planned",
@@ -122,7 +127,8 @@ export const words = {
     darkColumns: ["From", "To", "Lasts", "Fewest in sight", "Begins at east, north"],
     noDark: "None along the path.",
     noPath: "No path was planned for the mission as it is, so nobody knows where it is dark.",
-    alone: "Sight is geometry over the DEM: trees, buildings and weather are not in it.",
+    alone: (buildings: string | null) =>
+      buildings === null ? "Sight is geometry over the DEM: trees, buildings and weather are not in it." : `Sight is geometry over the DEM and the buildings of ${buildings.slice(0, 60)}: trees and weather are not in it.`,
   },
   ui: {
     modes: "Modes",
@@ -154,9 +160,10 @@ export const words = {
     profileOf: (id: string) => `Profile to ${id}`,
     profilePath: "Profile of the path",
     clearance: (verdict: string, clearance: string) => `${verdict}, clearance ${clearance}`,
-    blockedBy: (distance: string, altitude: string) => `blocked ${distance} from here by ground at ${altitude}`,
+    blockedBy: (distance: string, altitude: string, roof: boolean) => `blocked ${distance} from here by ${roof ? "a roof" : "ground"} at ${altitude}`,
     fresnel: (share: string) => `least clearance ${share} radii of the first Fresnel zone (2.4 GHz)`,
     ground: "ground",
+    roofs: "roofs",
     line: "line of sight",
     zone: "lower edge of the Fresnel zone",
     distance: "distance",

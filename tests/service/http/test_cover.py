@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from service.products.registry import PRODUCTS
 from tests.service.http.test_bad_requests import assert_problem
 from tests.service.http.test_every_product import posted
@@ -37,3 +39,16 @@ def test_lines_of_sight_are_blocked_by_buildings_and_tell_what_was_assumed(
     built = posted(server, product, ground, pairs=pairs, cover={"footprints": {"geojson": town}}).json()
     assert [answer["lines"][0]["verdict"] for answer in (bare, built)] == ["clear", "blocked"]
     assert any("count as solid below" in warning for warning in built["result"]["warnings"])
+
+
+def test_a_profile_tells_the_roofs_under_the_line(server: Server, ground: dict[str, Any]) -> None:
+    ends = [{**at(95.0, 229.0), "above_ground_m": 5.0}, {**at(330.0, 229.0), "above_ground_m": 2.0}]
+    body = {"dem_id": ground["id"], "pairs": [dict(zip(("from", "to"), ends, strict=True))], "max_places": 12}
+    (bare,) = server.client.post("/profiles", json=body).json()["profiles"]
+    (built,) = server.client.post("/profiles", json={**body, "cover": COVER}).json()["profiles"]
+    assert (bare["verdict"], bare["roof_m"], built["verdict"]) == ("clear", None, "blocked")
+    roofs = [(far, roof) for far, roof in zip(built["distance_m"], built["roof_m"], strict=True) if roof is not None]
+    # the first block is 40 m wide and 60 m high over the ground under its middle
+    assert 135.0 - 1e-3 <= roofs[0][0] <= roofs[-1][0] <= 175.0 + 1e-3
+    assert roofs[0][1] == roofs[-1][1] == pytest.approx(built["blocking_point"]["altitude_m"], abs=2e-3)
+    assert len(built["distance_m"]) <= 12

@@ -14,6 +14,7 @@ MODELS = {
     "Mission": document.MissionIn,
     "GroundRef": document.GroundRef,
     "Anchor": document.MissionAnchor,
+    "Buildings": document.MissionBuildings,
     "Rover": document.MissionRover,
     "Positioning": document.MissionPositioning,
     "Route": document.MissionRoute,

@@ -157,6 +157,8 @@ export interface ProfileAnswer {
   readonly clearance_m: number | null;
   readonly distance_m: readonly number[];
   readonly ground_m: readonly (number | null)[];
+  /** null where nothing stands; all of it where no buildings were asked for. */
+  readonly roof_m: readonly (number | null)[] | null;
   readonly line_m: readonly number[];
   readonly fresnel_radius_m: readonly number[] | null;
   readonly fresnel_clearance: number | null;

@@ -8,6 +8,7 @@ import VectorLayer from "ol/layer/Vector.js";
 import VectorSource from "ol/source/Vector.js";
 import type { Place } from "../api/types";
 import type { Ring, StandOff } from "../mission/mission";
+import { outlines } from "../products/buildings";
 import { pathLine, blockedAt, strip } from "../products/path";
 import { flies, frame, placeAt } from "../products/frames";
 import { ghosts } from "../products/placement";
@@ -16,8 +17,9 @@ import { sightOf } from "../products/readout";
 import { cursor, mission, mode, pinned, selected } from "../state";
 import { words } from "../words";
 import { liveLayer } from "./liveFeatures";
-import { areaStyle, flightStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle } from "./styles";
+import { areaStyle, buildingStyle, flightStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle } from "./styles";
 
+const built = new VectorSource();
 const anchors = new VectorSource();
 const places = new VectorSource();
 const areas = new VectorSource();
@@ -40,6 +42,7 @@ export function vectorLayers(): VectorLayer[] {
   const area = new VectorLayer({ source: areas, zIndex: 10 });
   const path = new VectorLayer({ source: planned, zIndex: 15 });
   const lines = new VectorLayer({ source: sight, zIndex: 18, updateWhileInteracting: true });
+  effect(drawBuildings);
   effect(drawAnchors);
   effect(drawPlaces);
   effect(drawAreas);
@@ -47,7 +50,12 @@ export function vectorLayers(): VectorLayer[] {
   effect(drawPath);
   effect(drawGhosts);
   effect(drawSight);
-  return [area, path, lines, new VectorLayer({ source: flights, zIndex: 21 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
+  return [new VectorLayer({ source: built, zIndex: 8, style: buildingStyle() }), area, path, lines, new VectorLayer({ source: flights, zIndex: 21 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
+}
+
+function drawBuildings(): void {
+  built.clear(true);
+  built.addFeatures(outlines.value.map((ring) => new Feature(new Polygon([ring.map(at)]))));
 }
 
 function drawAnchors(): void {

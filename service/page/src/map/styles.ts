@@ -67,6 +67,10 @@ export function areaStyle(what: string): Style[] {
   return [under, new Style({ stroke: line, fill: new Fill({ color: fill }) })];
 }
 
+export function buildingStyle(): Style {
+  return new Style({ stroke: new Stroke({ color: "#ffffff", width: 1 }), fill: new Fill({ color: "rgba(58,58,66,0.85)" }) });
+}
+
 /** A place or a line, and the ground round it that is kept free; distanceM on both sides. */
 export function standOffStyle(distanceM: number): (feature: unknown, resolution: number) => Style[] {
   return (_, resolution) => {

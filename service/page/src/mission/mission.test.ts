@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { anchorBody, isLimited, moved, NEW_MISSION, newAnchor, nextId } from "./mission";
+import { anchorBody, coverBody, isLimited, moved, NEW_MISSION, newAnchor, nextId } from "./mission";
 
 const first = newAnchor([], { east_m: 10, north_m: 20 });
 const anchors = [first];
@@ -24,4 +24,14 @@ test("what has no place on another ground is left out and named, the rest moves"
   expect(found.mission.anchors[0]?.east_m).toBe(1010);
   expect(found.mission.route.start).toEqual({ east_m: 1001, north_m: 1 });
   expect(found.mission.route.goal).toBeNull();
+});
+
+test("buildings in degrees stay on another ground, those in its metres are left out and named", () => {
+  const buildings = { name: "town.geojson", geojson: { type: "FeatureCollection", features: [] }, level_m: 3, default_height_m: null };
+  const here = (place: { east_m: number; north_m: number }) => place;
+  expect(moved({ ...NEW_MISSION, buildings }, here)).toEqual({ mission: { ...NEW_MISSION, buildings }, lost: [] });
+  const metres = { ...buildings, geojson: { ...buildings.geojson, coordinates_are: "metres" } };
+  expect(moved({ ...NEW_MISSION, buildings: metres }, here)).toEqual({ mission: NEW_MISSION, lost: ["the buildings"] });
+  expect(coverBody(null)).toEqual({});
+  expect(coverBody(buildings)).toEqual({ cover: { footprints: { geojson: buildings.geojson, level_m: 3, default_height_m: null } } });
 });

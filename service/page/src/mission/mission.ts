@@ -26,6 +26,17 @@ export interface GroundRef {
   readonly sha256: string;
 }
 
+/** What stands on the ground: footprints with heights, whole, so that the mission tells all that it was calculated from. */
+export interface Buildings {
+  readonly name: string;
+  /** A FeatureCollection, in degrees unless it says otherwise. */
+  readonly geojson: Readonly<Record<string, unknown>>;
+  /** Height of each storey where only these are told; null: such buildings are refused. */
+  readonly level_m: number | null;
+  /** Height of buildings that tell nothing; null: they are refused. */
+  readonly default_height_m: number | null;
+}
+
 export interface Rover {
   readonly receiver_above_ground_m: number;
   readonly max_slope_deg: number;
@@ -98,6 +109,7 @@ export interface Mission {
   readonly version: 1;
   readonly name: string;
   readonly ground: GroundRef | null;
+  readonly buildings: Buildings | null;
   /** Where the mission takes place; null: the whole DEM. */
   readonly area: Ring | null;
   readonly anchors: readonly Anchor[];
@@ -125,6 +137,7 @@ export const NEW_MISSION: Mission = {
   version: 1,
   name: "Mission",
   ground: null,
+  buildings: null,
   area: null,
   anchors: [],
   rover: { receiver_above_ground_m: 1.5, max_slope_deg: 25, footprint_radius_m: 0.8, speed_m_per_s: 0.5 },
@@ -194,6 +207,24 @@ export function antennaBody(anchor: Anchor): Record<string, unknown> {
   };
 }
 
+/** What a question says of the buildings; nothing where none stand. */
+export function coverBody(buildings: Buildings | null): Record<string, unknown> {
+  if (buildings === null) return {};
+  const { geojson, level_m, default_height_m } = buildings;
+  return { cover: { footprints: { geojson, level_m, default_height_m } } };
+}
+
+const numbers = new WeakMap<Buildings, number>();
+let given = 0;
+
+/** The same text for the same buildings, and short: keys of what is calculated while something is dragged hold it. */
+export function keyOfBuildings(buildings: Buildings | null): string {
+  if (buildings === null) return "";
+  const number = numbers.get(buildings) ?? (given += 1);
+  numbers.set(buildings, number);
+  return `built ${number}`;
+}
+
 export function isLimited(anchor: Anchor): boolean {
   return anchor.max_range_m !== null || anchor.azimuth_from_deg !== null || anchor.azimuth_to_deg !== null;
 }
@@ -216,6 +247,12 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
   };
   const rings = (all: readonly Ring[], called: string): Ring[] =>
     all.map((one, number) => ring(one, `${called} ${number + 1}`)).filter((one) => one !== null);
+  // in degrees they lie where they are on any ground
+  const stayed = (buildings: Buildings): Buildings | null => {
+    if (buildings.geojson["coordinates_are"] !== "metres") return buildings;
+    lost.push("the buildings");
+    return null;
+  };
   const { route, rules } = mission;
   return {
     mission: {
@@ -224,6 +261,7 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
         ...anchor,
         flies_to: places(anchor.flies_to, (_, number) => `${anchor.id}'s place ${number + 1}`),
       })),
+      buildings: mission.buildings && stayed(mission.buildings),
       area: mission.area && ring(mission.area, "the area"),
       route: {
         ...route,

@@ -161,7 +161,7 @@ function Warnings() {
           <li key={one}>{one}</li>
         ))}
         {trust && <li>{words.ui.trust(trust.mode, trust.error_statement, trust.curvature)}</li>}
-        <li>{paper.alone}</li>
+        <li>{paper.alone(mission.value.buildings?.name ?? null)}</li>
       </ul>
     </>
   );

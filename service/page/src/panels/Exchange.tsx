@@ -5,7 +5,8 @@ import { importPlaces, type Imported } from "../api/imports";
 import { pathOf } from "../api/missions";
 import { kept, saved } from "../mission/keeping";
 import { anchorsFrom, areaFrom, type AreaUse, routeFrom, useOf } from "../mission/imported";
-import { attempt, change, ground, mission, type Mode, notice, selected } from "../state";
+import { holdsBuildings, takeBuildings } from "../products/buildings";
+import { attempt, change, ground, mission, mode, type Mode, notice, selected } from "../state";
 import { words } from "../words";
 import { Group } from "./fields";
 
@@ -35,6 +36,11 @@ export async function saveFile(name: keyof typeof ENDINGS): Promise<void> {
 export async function takePlaces(file: File): Promise<void> {
   const dem = ground.peek()?.dem;
   if (!dem) throw new Error(words.chooseGround);
+  if (await holdsBuildings(file)) {
+    mode.value = "ground";
+    await attempt("ground", () => takeBuildings(file));
+    return;
+  }
   const read = await importPlaces(dem.id, file);
   if (read.points.length > 0) {
     const { anchors } = mission.peek();

@@ -7,6 +7,7 @@ import { attempt, change, ground, mission, notice, refusals, tool } from "../sta
 import { distance, length, percent } from "../units";
 import { words } from "../words";
 import { Facts, Group, TextField } from "./fields";
+import { BuildingsPanel } from "./BuildingsPanel";
 import { Library } from "./Library";
 
 const known = signal<readonly Dem[]>([]);
@@ -118,6 +119,7 @@ export function GroundPanel() {
       <Library />
       {dem && <Read dem={dem} />}
       {dem && <Area />}
+      {dem && <BuildingsPanel />}
     </>
   );
 }

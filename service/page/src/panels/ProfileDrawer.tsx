@@ -8,7 +8,11 @@ import { fromMetres, unit } from "../units";
 import { words } from "../words";
 
 const HEIGHT_PX = 150;
-const COLOURS = ["#8a6d3b", "#0072b2", "#cc79a7"];
+const COLOURS = ["#0072b2", "#cc79a7"];
+const FILLED = {
+  ground: { stroke: "#8a6d3b", fill: "rgba(138,109,59,0.25)" },
+  roofs: { stroke: "#6b6b6b", fill: "rgba(107,107,107,0.45)" },
+};
 
 export function ProfileDrawer() {
   const now = profile.value;
@@ -62,11 +66,10 @@ function optionsOf(now: Profile, width: number): uPlot.Options {
     ],
     series: [
       { label: `${words.ui.distance}, ${unit.value}`, value: (_, value) => (value as number | null)?.toFixed(0) ?? "–" },
-      ...now.curves.map(({ name, ground }, number) => ({
+      ...now.curves.map(({ name, what }, number) => ({
         label: `${name}, ${unit.value}`,
-        stroke: COLOURS[number] ?? "#000000",
         width: 2,
-        ...(ground ? { fill: "rgba(138,109,59,0.25)" } : {}),
+        ...(what ? FILLED[what] : { stroke: COLOURS[number - now.curves.filter((one) => one.what).length] ?? "#000000" }),
         value: (_: uPlot, value: number | null) => value?.toFixed(1) ?? "–",
       })),
     ],

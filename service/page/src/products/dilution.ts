@@ -4,7 +4,7 @@ import { draggedLevel, type Preview, preview, spread } from "../api/previews";
 import type { Summary } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { countedPosts } from "../geo/sample";
-import { anchorBody, type Positioning } from "../mission/mission";
+import { anchorBody, coverBody, keyOfBuildings, type Positioning } from "../mission/mission";
 import { accept, dem, following, ground, mission, mode, overlay, refuse, setBusy } from "../state";
 
 export interface DilutionTold extends Summary {
@@ -42,7 +42,7 @@ interface Wanted {
 /** The question as it stands; null where nobody asks, or nothing can be ranged to. */
 function wanted(): Wanted | null {
   const [here, on] = [dem.value, ground.value];
-  const { anchors, rover, positioning } = mission.value;
+  const { anchors, buildings, rover, positioning } = mission.value;
   const shown = overlay.value === "dilution" || overlay.value === "error";
   // a slider over another map asks nothing; the numbers beside it follow when it rests
   const looked = shown || (mode.value === "coverage" && !following.value);
@@ -59,7 +59,8 @@ function wanted(): Wanted | null {
     level,
   };
   const withError = overlay.value === "error";
-  return { key: JSON.stringify([body, withError]), on, coarser: level - finest, body, withError };
+  const key = JSON.stringify([body, keyOfBuildings(buildings), withError]);
+  return { key, on, coarser: level - finest, body: { ...body, ...coverBody(buildings) }, withError };
 }
 
 export function isDilutionCurrent(): boolean {

@@ -4,7 +4,7 @@ import { calculate } from "../api/jobs";
 import type { FrameFacts, FramesAnswer, LayerLink, Place } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf, floatsOf } from "../geo/rasters";
-import { type Anchor, anchorBody, antennaBody, type Mission, type Orbits } from "../mission/mission";
+import { type Anchor, anchorBody, antennaBody, coverBody, type Mission, type Orbits } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import type { AirColumns } from "./air";
@@ -79,12 +79,13 @@ function satellitesBody({ begins_at, orbits }: Mission["times"]): Record<string,
 }
 
 function question(): Record<string, unknown> {
-  const { anchors, positioning, rover, times, ceiling_above_ground_m } = mission.value;
+  const { anchors, buildings, positioning, rover, times, ceiling_above_ground_m } = mission.value;
   const here = ground.value;
   if (!here) throw new Error(words.chooseGround);
   if (anchors.length === 0 && times.orbits === null) throw new Error(words.nothingToRangeTo);
   return {
     dem_id: here.dem.id,
+    ...coverBody(buildings),
     anchors: anchors.filter((one) => !flies(one)).map(anchorBody),
     tracks: anchors.filter(flies).map((one) => trackBody(one, times.lasts_s, here.dem.cell_east_m)),
     ...satellitesBody(times),

@@ -3,7 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { closeDetector, type Detector, type Epoch, listDetectors, openDetector, readLog, sendEpochs, watchDetector } from "../api/detectors";
 import type { Place } from "../api/types";
 import { heightAt } from "../geo/grid";
-import type { Anchor } from "../mission/mission";
+import { type Anchor, coverBody } from "../mission/mission";
 import { ground, mission, notice, refuse, setBusy } from "../state";
 import { words } from "../words";
 import { fixNeeds } from "./dark";
@@ -81,14 +81,14 @@ export function wayAhead(): readonly Place[] {
 
 function question(name: string): Record<string, unknown> {
   const here = ground.peek();
-  const { anchors, rover } = mission.peek();
+  const { anchors, buildings, rover } = mission.peek();
   if (!here) throw new Error(words.chooseGround);
   if (anchors.length === 0) throw new Error(words.placeAnchors);
   const placed = anchors.map((anchor) => ({ id: anchor.id, east_m: anchor.east_m, north_m: anchor.north_m, altitude_m: altitudeOf(anchor) }));
   const lost = placed.find(({ altitude_m }) => Number.isNaN(altitude_m));
   if (lost) throw new Error(words.noAltitude(lost.id));
   const range_sigma_m = Math.max(...anchors.map((anchor) => anchor.ranging_sigma_m));
-  return { ...driveBody(), name, anchors: placed, dem_id: here.dem.id, antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
+  return { ...driveBody(), name, anchors: placed, dem_id: here.dem.id, ...coverBody(buildings), antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
 }
 
 export async function refreshSessions(): Promise<void> {

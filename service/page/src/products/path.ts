@@ -4,7 +4,7 @@ import { ask } from "../api/http";
 import { calculate, layer } from "../api/jobs";
 import type { LayerLink, PathAnswer, Place, Relaxation } from "../api/types";
 import { css, limitSteps, SLOPE_STEPS, countColour, stepColour } from "../map/palettes";
-import { anchorBody, type Mission, type Positioning, type Ring } from "../mission/mission";
+import { anchorBody, coverBody, type Mission, type Positioning, type Ring } from "../mission/mission";
 import { change, ground, mission, setBusy } from "../state";
 import { words } from "../words";
 import { tableOf } from "../mission/tables";
@@ -64,6 +64,7 @@ export function pathQuestion(now: Mission): Record<string, unknown> & { readonly
   };
   return {
     dem_id: ground.value.dem.id,
+    ...coverBody(now.buildings),
     start: route.start,
     goals: [route.goal],
     way_points: route.way_points,

@@ -5,7 +5,7 @@ import { calculate } from "../api/jobs";
 import type { Place, PlacedAnchor, PlacementAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf } from "../geo/rasters";
-import { type Anchor, anchorBody, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
+import { type Anchor, anchorBody, coverBody, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import { pathLine } from "./path";
@@ -35,6 +35,7 @@ export function placementBody(here: Ground, now: Mission, count: number, targets
   const places = { spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m] };
   return {
     dem_id: here.dem.id,
+    ...coverBody(now.buildings),
     count,
     anchors: anchors.map(anchorBody),
     candidates: [{ ...places, ...(area ? { area: { ring: area } } : {}) }],

@@ -3,7 +3,7 @@
 import { effect, signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import type { Place, ProbeAnswer } from "../api/types";
-import { anchorBody } from "../mission/mission";
+import { anchorBody, coverBody } from "../mission/mission";
 import { cursor, dem, mission, pinned } from "../state";
 
 export interface Probed {
@@ -22,13 +22,14 @@ export function watchProbes(): void {
   effect(() => {
     const place = pinned.value ?? cursor.value;
     const here = dem.value;
-    const { anchors, rover, positioning } = mission.value;
+    const { anchors, buildings, rover, positioning } = mission.value;
     probed.value = null;
     clearTimeout(resting);
     asking?.abort();
     if (!place || !here || anchors.length === 0) return;
     const body = {
       dem_id: here.id,
+      ...coverBody(buildings),
       points: [{ east_m: place.east_m, north_m: place.north_m }],
       anchors: anchors.map(anchorBody),
       receiver_above_ground_m: rover.receiver_above_ground_m,

@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import type { Place, ProfileAnswer } from "../api/types";
-import type { Anchor } from "../mission/mission";
+import { type Anchor, coverBody } from "../mission/mission";
 import { ground, mission } from "../state";
 import { distance, figure, length } from "../units";
 import { words } from "../words";
@@ -14,7 +14,7 @@ export interface Profile {
   readonly places: readonly Place[];
   readonly distanceM: readonly number[];
   /** Named curves over the distance, metres of height; null where unknown. */
-  readonly curves: readonly { readonly name: string; readonly heightM: readonly (number | null)[]; readonly ground?: boolean }[];
+  readonly curves: readonly { readonly name: string; readonly heightM: readonly (number | null)[]; readonly what?: "ground" | "roofs" }[];
 }
 
 export const profile = signal<Profile | null>(null);
@@ -28,9 +28,10 @@ const known = (value: number): number | null => (Number.isNaN(value) ? null : va
 export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
   const here = ground.peek();
   if (!here) throw new Error(words.chooseGround);
-  const above_ground_m = mission.peek().rover.receiver_above_ground_m;
+  const { buildings, rover } = mission.peek();
+  const above_ground_m = rover.receiver_above_ground_m;
   const to = { east_m: anchor.east_m, north_m: anchor.north_m, [anchor.height_from]: anchor.height_m };
-  const body = { dem_id: here.dem.id, wavelength_m: WAVELENGTH_M, pairs: [{ from: { ...place, above_ground_m }, to }] };
+  const body = { dem_id: here.dem.id, ...coverBody(buildings), wavelength_m: WAVELENGTH_M, pairs: [{ from: { ...place, above_ground_m }, to }] };
   const answer = await askJson<{ profiles: readonly [ProfileAnswer] }>("/profiles", posted(body, WAIT_S));
   const [line] = answer.profiles;
   const whole = line.distance_m.at(-1) ?? 0;
@@ -41,7 +42,8 @@ export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
     places: line.distance_m.map((metres) => between(place, anchor, whole === 0 ? 0 : metres / whole)),
     distanceM: line.distance_m,
     curves: [
-      { name: words.ui.ground, heightM: line.ground_m, ground: true },
+      { name: words.ui.ground, heightM: line.ground_m, what: "ground" },
+      ...(line.roof_m ? [{ name: words.ui.roofs, heightM: line.roof_m, what: "roofs" as const }] : []),
       { name: words.ui.line, heightM: line.line_m },
       ...(zone ? [{ name: words.ui.zone, heightM: line.line_m.map((metres, at) => metres - (zone[at] ?? 0)) }] : []),
     ],
@@ -51,10 +53,16 @@ export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
 function noteOf(line: ProfileAnswer): string {
   const parts = [words.ui.clearance(words.verdict(line.verdict), length(line.clearance_m))];
   if (line.blocking_point && line.blocking_distance_m !== null) {
-    parts.push(words.ui.blockedBy(distance(line.blocking_distance_m), length(line.blocking_point.altitude_m, 0)));
+    parts.push(words.ui.blockedBy(distance(line.blocking_distance_m), length(line.blocking_point.altitude_m, 0), isRoof(line, line.blocking_distance_m, line.blocking_point.altitude_m)));
   }
   if (line.fresnel_clearance !== null) parts.push(words.ui.fresnel(figure(line.fresnel_clearance, 1)));
   return `${parts.join("; ")}.`;
+}
+
+/** Whether what blocks at a distance and altitude is a roof, and not the ground. */
+function isRoof({ distance_m, roof_m }: ProfileAnswer, blockedM: number, altitudeM: number): boolean {
+  const near = distance_m.flatMap((metres, at) => (Math.abs(metres - blockedM) < 0.01 ? [roof_m?.[at] ?? NaN] : []));
+  return near.some((roof) => Math.abs(roof - altitudeM) < 0.01);
 }
 
 export function profileOfPath(): void {
@@ -64,7 +72,7 @@ export function profileOfPath(): void {
     note: "",
     places: line,
     distanceM: line.map((vertex) => vertex.distance_m),
-    curves: [{ name: words.ui.ground, heightM: line.map((vertex) => known(vertex.altitude_m)), ground: true }],
+    curves: [{ name: words.ui.ground, heightM: line.map((vertex) => known(vertex.altitude_m)), what: "ground" }],
   };
 }
 

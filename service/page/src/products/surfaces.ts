@@ -4,7 +4,7 @@ import { effect, signal } from "@preact/signals";
 import { draggedLevel, preview, spread } from "../api/previews";
 import type { Dem, Summary } from "../api/types";
 import type { Ground } from "../geo/grid";
-import { type Anchor, anchorBody, isLimited } from "../mission/mission";
+import { type Anchor, anchorBody, coverBody, isLimited, keyOfBuildings } from "../mission/mission";
 import { accept, dem, following, ground, mission, refuse, setBusy } from "../state";
 
 export interface Surface {
@@ -29,7 +29,7 @@ let settling: ReturnType<typeof setTimeout> | undefined;
 
 function keyOf(on: Dem, anchor: Anchor, level: "full" | "coarse" = "full"): string {
   const receiver = isLimited(anchor) ? mission.value.rover.receiver_above_ground_m : null;
-  return JSON.stringify([on.id, anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver, level]);
+  return JSON.stringify([on.id, keyOfBuildings(mission.value.buildings), anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver, level]);
 }
 
 export function isCurrent(on: Dem, anchor: Anchor): boolean {
@@ -109,6 +109,7 @@ async function read(on: Ground, anchor: Anchor, level: number, key: string): Pro
   const coarser = level - on.heights.level;
   const found = await preview({
     dem_id: on.dem.id,
+    ...coverBody(mission.peek().buildings),
     anchors: [anchorBody(anchor)],
     receiver_above_ground_m: mission.peek().rover.receiver_above_ground_m,
     level,
