@@ -6,7 +6,7 @@ import re
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from service.database.migrations import SCHEMA_VERSION, STEPS, refuse_newer
@@ -245,6 +245,6 @@ def _storable(values: Sequence[Any]) -> list[Any]:
     return [value.replace("\0", "\N{SYMBOL FOR NULL}") if isinstance(value, str) else value for value in values]
 
 
-@cache
+@lru_cache(256)
 def _with_its_marks(sql: str) -> str:
     return sql.replace("%", "%%").replace("?", "%s")

@@ -26,6 +26,7 @@ SHORT = (
     "id, kind, dem_id, '{\"parameters\": {}}' AS request, status, created_at_s, started_at_s, finished_at_s, attempts, "
     "digest, NULL AS summary, failure, pinned, tenant"
 )
+AT_ONCE = 500
 NEWEST = "ORDER BY created_at_s DESC, id LIMIT ? OFFSET ?"
 
 
@@ -242,8 +243,12 @@ class Store:
                 (JobStatus.INTERRUPTED, failure_text(missing), lost),
                 (JobStatus.SUCCEEDED, None, back),
             ):
-                told = [(status, failure, job) for job in jobs]
-                connection.executemany("UPDATE jobs SET status = ?, failure = ? WHERE id = ?", told)
+                for first in range(0, len(jobs), AT_ONCE):
+                    some = jobs[first : first + AT_ONCE]
+                    these = f"id IN ({', '.join('?' * len(some))})"
+                    connection.execute(
+                        f"UPDATE jobs SET status = ?, failure = ? WHERE {these}", (status, failure, *some)
+                    )
         return lost
 
     def succeeded(self, after: str, limit: int) -> list[tuple[str, str]]:
