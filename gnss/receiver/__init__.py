@@ -1,7 +1,8 @@
-"""An open-loop receiver of GPS L1 C/A over recorded samples: codes, acquisition."""
+"""An open-loop receiver of GPS L1 C/A over recorded samples: codes, acquisition, data bits, channels."""
 
 from .acquisition import Acquired, Acquisition, Search, acquire, correlation_powers, noise_limit
 from .bits import BIT_S, BitSearch, energy_limit, search_bits
+from .channel import ChannelMeasurement, measure_channel
 from .codes import PRNS, ca_code
 from .samples import SAMPLE_TYPES, Samples, SampleType, read_samples
 
@@ -12,6 +13,7 @@ __all__ = [
     "Acquired",
     "Acquisition",
     "BitSearch",
+    "ChannelMeasurement",
     "SampleType",
     "Samples",
     "Search",
@@ -19,6 +21,7 @@ __all__ = [
     "ca_code",
     "correlation_powers",
     "energy_limit",
+    "measure_channel",
     "noise_limit",
     "read_samples",
     "search_bits",

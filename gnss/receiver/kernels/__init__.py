@@ -1,0 +1,1 @@
+"""Kernels of the receiver: samples in, sums out."""
