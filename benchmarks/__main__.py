@@ -19,7 +19,7 @@ from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import differential, receiver
-from benchmarks.navigation import bubbles, inertial, lying_ranges, quality_monitor, rover_outages, targets
+from benchmarks.navigation import bubbles, inertial, lying_ranges, quality_monitor, rover_outages, shadow, targets
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
@@ -68,6 +68,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "inertial": (inertial.made_up_drive, inertial.outages, rover_outages.rover_outages, inertial.inertial_speed),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
     "lying": (lying_ranges.bubbles_that_hold,),
+    "shadow": (shadow.minute_of_shadow,),
     "receiver": (
         receiver.recorded_sample,
         receiver.acquisition_speed,
@@ -154,6 +155,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(quality_monitor.monitor_speed, epochs=2000),
     ),
     "differential": (differential.baselines,),
+    "shadow": (partial(shadow.minute_of_shadow, drives=1),),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
     "receiver": (
         receiver.recorded_sample,

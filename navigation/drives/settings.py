@@ -57,7 +57,7 @@ class DriveSettings:
     fix_velocity_sigma_m_per_s: float = 0.1
     range_sigma_m: float = 0.1
     gate_sigma: float = 5.0
-    least_sight: float = 0.1
+    least_sight: float = 0.5
     antenna_above_ground_m: float | None = None
     ground_sigma_m: float = 1.0
     gap_acceleration_m_per_s2: float = 2.0

@@ -31,9 +31,7 @@ class ImuNoiseIn(StrictModel):
 
     velocity_walk_m_per_s_sqrt_h: Positive = Field(description="White noise of the forces, metres per second per √h.")
     angle_walk_deg_per_sqrt_h: Positive = Field(description="White noise of the turn rates, degrees per √h.")
-    force_bias_mg: Positive = Field(
-        description="Bias of the accelerometers at the start, number of thousandths of g."
-    )
+    force_bias_mg: Positive = Field(description="Bias of the accelerometers at the start, number of thousandths of g.")
     rate_bias_deg_per_h: Positive = Field(description="Bias of the gyros at the start, degrees per hour.")
     force_wander_mg: NotNegative = Field(0.0, description="How that bias wanders, number of thousandths of g.")
     rate_wander_deg_per_h: NotNegative = Field(0.0, description="How that bias wanders, degrees per hour.")
