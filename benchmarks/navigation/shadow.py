@@ -63,8 +63,8 @@ def minute_of_shadow(drives: int = 10) -> Table:
     note = (
         f"{drives} drives of {SECONDS:.0f} s through the bundled valley at {SPEED_M_PER_S:g} m/s, fixes of 1 m until "
         "40 s, five drones ranged to each second with 0.5 m; from 60 s on ridges hide two or three, whose ranges are "
-        "longer by 1 m and an exponential of 4 m, kept for 15 s. Errors in space from 60 s on, and how often the bubble "
-        "of 3 sigma holds."
+        "longer by 1 m and an exponential of 4 m, kept for 15 s. Errors in space from 60 s on, and how often the "
+        "bubble of 3 sigma holds."
     )
     return Table("A minute of shadow", ("unit", "what is known", "error, rms", "within the bubble"), rows, note)
 
