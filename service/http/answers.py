@@ -147,7 +147,10 @@ class LayerLink(BaseModel):
 class MapOut(JobOut):
     """A map: how its calculation stands, and its result when it has one."""
 
-    request: dict[str, JsonValue] = Field(description="What was asked, defaults filled in.")
+    request: dict[str, JsonValue] = Field(
+        description="What was asked, defaults filled in. A field longer than 16 KiB of JSON is left out here and in "
+        "the result's parameters; links.request has it whole."
+    )
     result: OrOlder[MapSummary] = Field(description="What the map says; null until it succeeded.")
     layers: list[LayerLink] = Field(description="What can be downloaded; empty until it succeeded.")
 
@@ -167,7 +170,11 @@ def running_example(path: str, request: dict[str, JsonValue]) -> dict[str, JsonV
         "pinned": False,
         "expires_at": None,
         "problem": None,
-        "links": {"self": f"{path}/{JOB_ID}", "dem": f"/dems/{DEM_ID}"},
+        "links": {
+            "self": f"{path}/{JOB_ID}",
+            "request": f"{path}/{JOB_ID}/request",
+            "dem": f"/dems/{DEM_ID}",
+        },
         "request": request,
         "result": None,
         "layers": [],

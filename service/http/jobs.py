@@ -35,6 +35,7 @@ __all__ = [
     "finished",
     "has_layer",
     "path_of",
+    "request_answer",
     "spliced_answer",
     "state_of",
     "whole_answer",
@@ -43,6 +44,8 @@ __all__ = [
 JSON = "application/json"
 BLOCK_BYTES = 1024 * 1024
 RETRY_AFTER_S = 1
+# a field of a request that is longer is not in every answer about its job
+LONG_BYTES = 16 * 1024
 GOES_ON = "The service is stopping; the job was taken in and goes on after its next start: follow Location then."
 EVENT_STREAM = "text/event-stream"
 EVENTS_EVERY_S, SETTLES_S, ALIVE_EVERY_S = 0.25, 0.02, 15.0
@@ -136,7 +139,11 @@ def state_of(service: Service, job: JobRecord) -> JobOut:
         pinned=job.pinned,
         expires_at=moment(service.supervisor.retention.expires_at_s(job)),
         problem=None if job.failure is None else problem_of(job.failure, path_of(service, job)),
-        links={"self": path_of(service, job), "dem": rooted(f"/dems/{job.dem_id}")},
+        links={
+            "self": path_of(service, job),
+            "request": f"{path_of(service, job)}/request",
+            "dem": rooted(f"/dems/{job.dem_id}"),
+        },
     )
 
 
@@ -220,7 +227,7 @@ def answer_of(service: Service, product: Product, job: JobRecord) -> MapOut:
     ]
     told: dict[str, object] = {
         **dict(state_of(service, job)),
-        "request": {"dem_id": job.dem_id, **_without_orbits(job.request["parameters"])},
+        "request": {"dem_id": job.dem_id, **_short(_without_orbits(job.request["parameters"]))},
         "result": _with_notes(job),
         "layers": links,
     }
@@ -232,10 +239,14 @@ def answer_of(service: Service, product: Product, job: JobRecord) -> MapOut:
 def _with_notes(job: JobRecord) -> Mapping[str, JsonValue] | None:
     """The result, whose warnings also tell of older names that the request used."""
     notes = job.request.get("notes")
-    if job.summary is None or not notes:
-        return job.summary
-    warnings = job.summary.get("warnings")
-    return {**job.summary, "warnings": [*(warnings if isinstance(warnings, list) else ()), *notes]}
+    if job.summary is None:
+        return None
+    asked = job.summary.get("parameters")
+    summary = {**job.summary, "parameters": dict(_short(asked))} if isinstance(asked, dict) else job.summary
+    if not notes:
+        return summary
+    warnings = summary.get("warnings")
+    return {**summary, "warnings": [*(warnings if isinstance(warnings, list) else ()), *notes]}
 
 
 def whole_answer(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:
@@ -246,6 +257,16 @@ def whole_answer(service: Service, product: Product, job: JobRecord, status: int
         return Response(answer.model_dump_json(), status, kept, JSON)
     path = None if job.digest is None else service.folder.result(job.digest) / product.inline.layer
     return spliced_answer(answer, product.inline.name, path, status, headers)
+
+
+def request_answer(job: JobRecord) -> Response:
+    """What was asked, whole, ready to be asked again; what was too big for the store is not in it."""
+    return Response(orjson.dumps({"dem_id": job.dem_id, **job.request["parameters"]}), media_type=JSON)
+
+
+def _short(asked: Mapping[str, JsonValue]) -> Mapping[str, JsonValue]:
+    """The same without its long fields: buildings, outlines, hundreds of anchors."""
+    return {name: value for name, value in asked.items() if len(orjson.dumps(value)) <= LONG_BYTES}
 
 
 def _without_orbits(parameters: Mapping[str, JsonValue]) -> Mapping[str, JsonValue]:

@@ -22,6 +22,7 @@ from ..jobs import (
     answer_of,
     events_of,
     path_of,
+    request_answer,
     state_of,
     whole_answer,
 )
@@ -152,6 +153,20 @@ def _add_following(router: APIRouter, product: Product) -> None:
     async def get_one(job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.in_store(service.store.job, product.name, job_id)
         return whole_answer(service, product, job, 200, {})
+
+    @router.get(
+        "/{job_id}/request",
+        name=f"get_{one}_request",
+        response_model=None,
+        summary=f"Read what {_article(product)} was asked",
+        description="The whole of it, defaults filled in; buildings and all else that is long too.",
+        responses={
+            200: {"description": "A body for POST.", "content": {JSON: {"schema": {"type": "object"}}}},
+            **problem_responses(404),
+        },
+    )
+    async def get_request(job_id: str, service: ServiceDep) -> Response:
+        return request_answer(await service.supervisor.in_store(service.store.job, product.name, job_id))
 
     @router.get(
         "/{job_id}/events",

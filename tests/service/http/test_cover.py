@@ -28,6 +28,26 @@ def test_a_map_with_buildings_shows_less_and_one_without_their_heights_is_refuse
     assert_problem(refused, 422, "cover", "the first is way/0")
 
 
+def test_answers_about_a_job_stay_short_however_long_its_request(server: Server, ground: dict[str, Any]) -> None:
+    product, town = PRODUCTS["visibility-map"], footprints()
+    first = town["features"][0]
+    first["properties"]["note"] = "x" * 100_000
+    made = posted(server, product, ground, cover={"footprints": {"geojson": town}}).json()
+    answer = server.client.get(made["links"]["self"])
+    assert len(answer.content) < 20_000
+    told = answer.json()
+    assert "cover" not in told["request"]
+    assert "cover" not in told["result"]["parameters"]
+    assert told["request"]["anchors"] == made["request"]["anchors"]
+    whole = server.client.get(told["links"]["request"])
+    assert whole.json()["cover"]["footprints"]["geojson"] == town
+    again = server.client.post(product.path, json=whole.json(), headers={"Prefer": "wait=60"}).json()
+    assert again["result"]["anchors"] == told["result"]["anchors"]
+    assert server.client.get(f"{product.path}/nobody/request").status_code == 404
+    short = posted(server, product, ground, cover=COVER).json()
+    assert "cover" in short["request"]
+
+
 def test_lines_of_sight_are_blocked_by_buildings_and_tell_what_was_assumed(
     server: Server, ground: dict[str, Any]
 ) -> None:
