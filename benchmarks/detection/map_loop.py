@@ -188,12 +188,15 @@ def missed_at(told: Told, false_alarms: float) -> float:
     return float((told.scores[told.bad] <= cut).mean())
 
 
-def map_loop(drives: int = 70) -> Table:
+def map_loop(drives: int = 200) -> Table:
     """Missed and false alarms with a map beside without, and positions in the shadow."""
     rows = []
     for ground in grounds():
         told = sessions(ground, drives)
         blind = told[WITHOUT]
+        if not (blind.bad.any() and blind.clear.any()):
+            rows.append(Row((ground.name, "no drive had a bad range", f"{len(blind.bad):,}", *[""] * 6)))
+            continue
         false_alarms = float(blind.called[blind.clear].mean())
         p95_m = {name: float(np.percentile(one.errors_m, 95.0, method="higher")) for name, one in told.items()}
         missed = {name: missed_at(one, false_alarms) for name, one in told.items()}
