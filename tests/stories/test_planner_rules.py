@@ -122,7 +122,8 @@ def test_what_each_place_would_see_is_a_layer(page: Browser, server: Server) -> 
     settled(page)
 
 
-def test_a_path_that_anchors_block_is_opened_by_anchors_that_were_tried(page: Browser) -> None:
+@pytest.mark.parametrize("remedy", ["Add", "Move"])
+def test_a_path_that_anchors_block_is_opened_by_anchors_that_were_tried(page: Browser, remedy: str) -> None:
     take(page, "valley")
     place_anchors(page)
     page.click("#mode-path")
@@ -132,14 +133,21 @@ def test_a_path_that_anchors_block_is_opened_by_anchors_that_were_tried(page: Br
     page.choose(field(page, "Steepest"), "30")
     page.choose(field(page, "Anchors in sight"), "3")
     page.click("#plan-path")
-    added = "[...document.querySelectorAll('#remedies li')].find((one) => one.innerText.startsWith('Add '))"
-    page.until(f"!!{added}")
+    offered = f"[...document.querySelectorAll('#remedies li')].find((one) => one.innerText.startsWith('{remedy} '))"
+    page.until(f"!!{offered}")
+    told = page.value(f"{offered}.innerText")
     before = mission(page)["anchors"]
-    page.value(f"{added}.querySelector('button').click()")
+    page.value(f"{offered}.querySelector('button').click()")
     page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
     after = mission(page)["anchors"]
-    assert after[: len(before)] == before
-    assert 1 <= len(after) - len(before) <= 2
+    if remedy == "Add":
+        assert after[: len(before)] == before
+        assert 1 <= len(after) - len(before) <= 2
+    else:
+        changed = [new for old, new in zip(before, after, strict=True) if new != old]
+        assert 1 <= len(changed) <= len(before)
+        for one in changed:
+            assert f"{one['id']} to E {one['east_m']:.0f} N {one['north_m']:.0f}" in told
     page.click("#undo")
     assert mission(page)["anchors"] == before
     # the start was refused at first, for too few anchors are in sight of it
