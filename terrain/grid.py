@@ -16,7 +16,7 @@ import pyproj
 from .crs.parts import axes_fault
 from .crs.texts import parse_crs
 from .errors import ElevationGridError, FrameError
-from .standing import Standing
+from .standing import Standing, Trees
 
 __all__ = ["ElevationGrid", "Provenance", "RasterFile"]
 
@@ -85,6 +85,7 @@ class ElevationGrid:
     cell_east_m, cell_north_m: distance between neighbouring posts, metres, > 0; they may differ.
     crs: metric CRS of the east/north axes (anything pyproj understands), or None for a local metric frame.
     standing: buildings, which hide wherever sight is asked for; heights_m remain those of the ground.
+    trees: canopy over the same posts, which weakens signals.
     Raises ElevationGridError.
     """
 
@@ -97,6 +98,7 @@ class ElevationGrid:
     vertical_datum: str | None = None
     provenance: Provenance = field(default_factory=Provenance)
     standing: Standing | None = None
+    trees: Trees | None = None
 
     def __post_init__(self) -> None:
         heights_m = np.asarray(self.heights_m)
@@ -121,6 +123,8 @@ class ElevationGrid:
                     f"{name} must lie between {SMALLEST_CELL_M:g} and {LARGEST_CELL_M:g} m, not be {value:g} m."
                 )
             object.__setattr__(self, name, value)
+        if self.trees is not None and self.trees.top_m.shape != heights_m.shape:
+            raise ElevationGridError(f"Trees over {self.trees.top_m.shape} posts do not fit {heights_m.shape}.")
         for name in ("origin_east_m", "origin_north_m"):
             value = float(getattr(self, name))
             if not math.isfinite(value):
@@ -158,6 +162,8 @@ class ElevationGrid:
         sha.update(self.heights_m.data)
         if self.standing is not None:
             sha.update(self.standing.digest.encode())
+        if self.trees is not None:
+            sha.update(self.trees.digest.encode())
         return sha.hexdigest()
 
     @property
@@ -192,8 +198,10 @@ class ElevationGrid:
     def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> ElevationGrid:
         """The ground of some of the posts, ends included."""
         east_m, north_m = self.position_of(first_row, first_col)
-        heights_m = self.heights_m[first_row : last_row + 1, first_col : last_col + 1]
-        return replace(self, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m)
+        rows, cols = slice(first_row, last_row + 1), slice(first_col, last_col + 1)
+        trees = None if self.trees is None else self.trees.window(rows, cols)
+        heights_m = self.heights_m[rows, cols]
+        return replace(self, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m, trees=trees)
 
     def contains(self, east_m: float, north_m: float) -> bool:
         """Whether a position lies between the outermost posts (borders included)."""

@@ -1,9 +1,9 @@
-"""What stands on the ground: roofs, and the edges at which they end, in the frame of a grid."""
+"""What stands on the ground, in the frame of a grid: roofs and the edges at which they end, and trees."""
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,9 +12,10 @@ import shapely
 
 from .errors import ElevationGridError
 
-__all__ = ["Standing"]
+__all__ = ["Standing", "Trees"]
 
 Reals = npt.NDArray[np.float64]
+Heights = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,3 +57,32 @@ class Standing:
         seen = shapely.polygons(self.faces_m[..., :2])
         together = shapely.union_all(shapely.buffer(seen[shapely.area(seen) > 0.0], 0.0))
         return tuple(part for part in shapely.get_parts(together) if part.geom_type == "Polygon" and part.area > 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Trees:
+    """Canopy over the posts of a grid: it hides nothing, and weakens what passes.
+
+    top_m, base_m: (rows, cols) heights over the ground of crowns and of where they begin, 0 = none, NaN = unknown.
+    model: what a way through costs a signal, as ``visibility.signal`` names it; depth_per_m: of the model "density",
+    optical depth per metre; season: factor on the loss. notes: what was done to get them, sentences.
+    """
+
+    top_m: Heights
+    base_m: Heights
+    model: str
+    depth_per_m: float | None = None
+    season: float = 1.0
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all but the notes."""
+        sha = hashlib.sha256(repr((self.model, self.depth_per_m, self.season)).encode())
+        sha.update(np.ascontiguousarray(self.top_m).tobytes())
+        sha.update(np.ascontiguousarray(self.base_m).tobytes())
+        return sha.hexdigest()
+
+    def window(self, rows: slice, cols: slice) -> Trees:
+        """Those over some of the posts."""
+        return replace(self, top_m=self.top_m[rows, cols], base_m=self.base_m[rows, cols])

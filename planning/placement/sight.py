@@ -107,9 +107,7 @@ def _parcel(
     if window is None:
         return Parcel(rows, place_m, grid, targets, None, options)
     top, bottom, left, right = window
-    east_m, north_m = grid.position_of(top, left)
-    heights_m = grid.heights_m[top:bottom, left:right]
-    part = replace(grid, heights_m=heights_m, origin_east_m=east_m, origin_north_m=north_m)
+    part = grid.window(top, bottom - 1, left, right - 1)
     row = (grid.origin_north_m - targets.point_m[:, 1]) / grid.cell_north_m
     col = (targets.point_m[:, 0] - grid.origin_east_m) / grid.cell_east_m
     which = np.flatnonzero((row >= top) & (row <= bottom - 1) & (col >= left) & (col <= right - 1))

@@ -21,7 +21,7 @@ from .asking.options import (
     RangeSigma,
     Reading,
     RequestFile,
-    SightOptions,
+    SignalOptions,
     option,
     told,
 )
@@ -106,7 +106,7 @@ def dop(
         ),
     ] = (),
     volume: VolumeOptions = VolumeOptions(),
-    sight: SightOptions = SightOptions(),
+    sight: SignalOptions = SignalOptions(),
     doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
@@ -138,10 +138,9 @@ def dop(
             "path": [] if path is None else path_from_file(path, antenna_m),
             "volume": air,
             "cuts": [cut_fields(text, lonlat=anchors.lonlat) for text in cut],
-            **told(sight),
+            **sight.part(anchors.part(range_sigma)),
             **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
-            "anchors": anchors.part(range_sigma),
             "satellites": satellites.part(range_sigma),
         }
         if not fields["anchors"] and fields["satellites"] is None:

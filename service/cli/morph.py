@@ -20,7 +20,7 @@ from .asking.options import (
     PositioningOptions,
     Reading,
     RequestFile,
-    SightOptions,
+    SignalOptions,
     option,
     told,
 )
@@ -72,7 +72,7 @@ def morph(
         float | None, option("Thickness of their voxels, metres. (default the smaller cell)", "M")
     ] = None,
     motion: MotionOptions = MotionOptions(),
-    sight: SightOptions = SightOptions(),
+    sight: SignalOptions = SignalOptions(),
     doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
@@ -103,10 +103,9 @@ def morph(
             **({} if mesh_layer is None else {"surface_layer_m": mesh_layer}),
             "tracks": [one for file in motion.track for one in tracks_from_file(file)],
             "frames": frames_fields(motion.frames, motion.available_at),
-            **told(sight),
+            **sight.part(anchors.part()),
             **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
-            "anchors": anchors.read(),
             "satellites": satellites.part(),
         }
         if not fields["anchors"] and not fields["tracks"] and fields["satellites"] is None:

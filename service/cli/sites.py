@@ -84,8 +84,10 @@ def sites(
 
     from .asking.products import ask, request_of_fields
 
-    if reading.cover.buildings is not None:
-        raise RequestError("A map of sites knows bare ground only; leave out --buildings, or ask for a visibility map.")
+    if not reading.cover.bare:
+        raise RequestError(
+            "A map of sites knows bare ground only; leave out --buildings and --canopy, or ask for a visibility map."
+        )
     asked: BaseModel | Path | None = request
     if asked is None:
         asked = request_of_fields({**options.part(), "area": area.part(in_degrees=False)}, SiteMapParameters)

@@ -21,7 +21,7 @@ from .asking.options import (
     Reading,
     ReceiverHeight,
     RequestFile,
-    SightOptions,
+    SignalOptions,
     option,
     told,
 )
@@ -55,7 +55,7 @@ def visibility(
     *,
     anchors: AnchorOptions = AnchorOptions(),
     receiver: ReceiverOptions = ReceiverOptions(),
-    sight: SightOptions = SightOptions(),
+    sight: SignalOptions = SignalOptions(),
     doubts: DoubtOptions = TRUSTING,
     windows: Annotated[
         bool, option("Read only the ground in reach of anchors with max_range_m: any DEM in metres.")
@@ -72,8 +72,9 @@ def visibility(
     """Calculate which anchors are in sight over a whole DEM, or over an area of it.
 
     Writes visibility.json, visible.tif, min_visible_altitude.tif, count.tif,
-    map.png and map.kml into --out; by windows, which a DEM of more posts than are
-    read whole is by itself, only the first and the count and lowest altitude.
+    map.png and map.kml into --out, with --sight usable margin_db.tif; by windows,
+    which a DEM of more posts than are read whole is by itself, only the first and
+    the count and lowest altitude.
     """
     from service.products.visibility.request import VisibilityMapParameters
     from terrain import DemTooLargeError
@@ -86,12 +87,12 @@ def visibility(
         raise RequestError("--margin is for a DEM that is held; by windows all ground in reach is read.")
     asked: BaseModel | Path | None = request
     if asked is None:
-        placed = anchors.read()
+        placed = anchors.part()
         if not placed:
             raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,80agl or --anchors FILE.")
         if receiver.receiver_above_ground_m is not None and receiver.receiver_altitude_m is not None:
             raise RequestError("Give only one of --receiver-height and --receiver-altitude.")
-        fields: dict[str, object] = {"anchors": placed, **told(receiver), **told(sight), **doubts.part()}
+        fields: dict[str, object] = {**told(receiver), **sight.part(placed), **doubts.part()}
         fields["area"] = area.part(in_degrees=anchors.lonlat)
         asked = request_of_fields(fields, VisibilityMapParameters)
     # after the options were read: what is wrong with them must not wait for all that this loads

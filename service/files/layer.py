@@ -43,7 +43,7 @@ def replacing(path: Path) -> Iterator[Path]:
 class Layer:
     """``name`` is its file name; ``write`` takes a finished map of the kind that has this layer, and a path.
 
-    needs: the parameter without which a map does not have it. at_least: as many entries of it.
+    needs: the parameter without which a map does not have it. at_least: as many entries of it. word: what it says.
     status: of a result that alone has it. mission: it is for programs on Earth, and not written of every DEM.
     for_screens: a part that a page puts together; commands that write files leave it out.
     """
@@ -54,6 +54,7 @@ class Layer:
     write: Writer
     needs: str | None = None
     at_least: int = 1
+    word: str | None = None
     status: str | None = None
     mission: Mission | None = None
     for_screens: bool = False
@@ -68,6 +69,8 @@ class Layer:
         if self.needs is None:
             return True
         given = parameters.get(self.needs)
+        if self.word is not None:
+            return bool(given == self.word)
         return len(given) >= self.at_least if isinstance(given, list) else given is not None
 
     def is_in(self, result: Mapping[str, Any]) -> bool:

@@ -203,7 +203,9 @@ def save(product: Product, finished: Any, folder: Path) -> None:
     grid = finished.grid
     np.save(folder / "heights_m.npy", grid.heights_m, allow_pickle=False)
     for name in product.arrays:
-        np.save(folder / f"{name}.npy", getattr(finished, name), allow_pickle=False)
+        array = getattr(finished, name)
+        if array is not None:
+            np.save(folder / f"{name}.npy", array, allow_pickle=False)
     description: ResultFields = {
         "format": FORMAT,
         "grid": grid_fields(grid),
@@ -236,9 +238,15 @@ def load(
         anchors=_anchors(parameters, description["anchor_positions_m"], description.get("distant_anchors", ())),
         parameters=parameters,
         answer=_answer(product, folder, summary),
-        **{name: _mapped(folder, name) for name in product.arrays},
+        **{name: _mapped(folder, name) for name in product.arrays if _is_kept(product, folder, name)},
     )
     return product, finished
+
+
+def _is_kept(product: Product, folder: Path, name: str) -> bool:
+    """Whether an array is to be read: one that a result may be without is not always there."""
+    may_miss = getattr(product.finished, name, name) is None  # the default of a dataclass
+    return not may_miss or (folder / f"{name}.npy").is_file()
 
 
 def _answer(product: Product, folder: Path, summary: Mapping[str, JsonValue] | None) -> BaseModel:
@@ -263,6 +271,7 @@ def _anchors(
             *(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m),
             limits=asked.antenna_limits(),
             pose_covariance_m2=asked.pose_covariance(),
+            radio=None if asked.radio is None else asked.radio.radio(),
         )
         for asked, (east_m, north_m, altitude_m) in zip(parameters.near_sources(), positions_m, strict=True)
     )

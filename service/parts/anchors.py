@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from service.parts.map_area import AreaParameters
 from service.parts.points import InADatum, Metres, NotNegativeMetres, Number, PointIn, Positive, StrictModel
+from service.parts.radios import RadioIn, Sight
 from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
 
@@ -27,6 +28,7 @@ __all__ = [
     "SightParameters",
     "TrackIn",
     "TrackPointIn",
+    "UsableParameters",
 ]
 
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
@@ -83,6 +85,9 @@ class AntennaIn(StrictModel):
         max_length=3,
         description="Covariance of its own position in place of pose_sigma_m: three rows of east, north, up, in "
         "square metres.",
+    )
+    radio: RadioIn | None = Field(
+        None, description="What it sends and what must arrive, where usable is asked for in place of visible."
     )
 
     def antenna_limits(self) -> AntennaLimits:
@@ -236,4 +241,22 @@ class SightParameters(AreaParameters):
         twice = sorted(id for id, times in Counter(ids).items() if times > 1)
         if twice:
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
+        return self
+
+
+class UsableParameters(SightParameters):
+    """The same, where the signal can be asked for in place of sight."""
+
+    sight: Sight = "visible"
+
+    @property
+    def usable(self) -> bool:
+        """Whether the signal decides."""
+        return self.sight == "usable"
+
+    @model_validator(mode="after")
+    def _radios_of_all(self) -> Self:
+        silent = [anchor.id for anchor in self.near_sources() if anchor.radio is None]
+        if self.usable and silent:
+            raise ValueError(f"What is usable is not known without a radio: {', '.join(silent[:5])}.")
         return self

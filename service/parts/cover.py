@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
@@ -10,22 +12,27 @@ from pydantic import Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, m
 
 from service.errors import RequestError
 from service.parts.geojson_reading import Fields, shapes_of
-from service.parts.points import Metres, Positive, StrictModel
-from terrain import ElevationGrid, body_of, to_grid_frame
+from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
+from terrain import ElevationGrid, body_of, read_dem, to_grid_frame
 from visibility.cover import (
     Buildings,
+    Canopy,
     Footprint,
     FootprintHeights,
     OneFootprint,
+    canopy_between,
     footprints_of,
     parse_buildings,
+    resampled_canopy,
     standing_footprints,
     standing_mesh,
     with_standing,
 )
+from visibility.signal import Foliage, FoliageModel, with_foliage
 
 __all__ = [
     "BuildingsIn",
+    "CanopyIn",
     "CoverIn",
     "CoverParameters",
     "FootprintsIn",
@@ -75,6 +82,44 @@ class FootprintsIn(StrictModel):
     )
 
 
+class RasterIn(StrictModel):
+    """A raster in a file that is read as a DEM is."""
+
+    name: str = Field(min_length=1, max_length=200, pattern=r"^[^/\\]+$", description="What the file is called.")
+    base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
+
+
+class CanopyIn(StrictModel):
+    """Trees over the ground: they hide nothing, and weaken signals."""
+
+    heights: RasterIn | None = Field(None, description="A raster of crown heights over the ground, metres.")
+    surface: RasterIn | None = Field(
+        None, description="A surface model instead; the canopy is what it has above the DEM, buildings taken out."
+    )
+    top_m: NotNegativeMetres | None = Field(
+        None, description="One height of the crowns everywhere instead of a raster, metres."
+    )
+    base_m: NotNegativeMetres = Field(0.0, description="Height over the ground at which crowns begin, metres.")
+    model: FoliageModel = Field(
+        "weissberger",
+        description="What a way through costs: a published model, each for its own frequencies, or density.",
+    )
+    depth_per_m: Annotated[float, Field(strict=True, ge=0.0, le=100.0)] | None = Field(
+        None, description="Optical depth per metre of way, 1/m: belongs to the model density; 4.34 dB each."
+    )
+    season: Annotated[float, Field(strict=True, ge=0.0, le=10.0)] = Field(
+        1.0, description="Factor on the loss, no unit: 1 = in leaf, or as it was fitted."
+    )
+
+    @model_validator(mode="after")
+    def _one_canopy(self) -> Self:
+        if sum(given is not None for given in (self.heights, self.surface, self.top_m)) != 1:
+            raise ValueError("A canopy needs exactly one of heights, surface and top_m.")
+        if (self.model == "density") != (self.depth_per_m is not None):
+            raise ValueError("A canopy's depth_per_m belongs to the model density, and to no other.")
+        return self
+
+
 class CoverIn(StrictModel):
     """What stands on the ground: it hides in every answer, and nobody drives or flies through it."""
 
@@ -83,10 +128,12 @@ class CoverIn(StrictModel):
         [], max_length=MOST_MESHES, description="Buildings as meshes; what is open below a roof counts as solid."
     )
 
+    canopy: CanopyIn | None = Field(None, description="Trees, which weaken signals.")
+
     @model_validator(mode="after")
     def _something(self) -> Self:
-        if self.footprints is None and not self.meshes:
-            raise ValueError("A cover needs footprints or meshes.")
+        if self.footprints is None and not self.meshes and self.canopy is None:
+            raise ValueError("A cover needs footprints, meshes or a canopy.")
         return self
 
 
@@ -109,7 +156,8 @@ def covered(grid: ElevationGrid, parameters: BaseModel) -> ElevationGrid:
 
 def notes_on_cover(grid: ElevationGrid) -> tuple[str, ...]:
     """What was assumed or left out of what stands on a grid, for answers that tell no other warnings of the DEM."""
-    return () if grid.standing is None else grid.standing.notes
+    of_buildings = () if grid.standing is None else grid.standing.notes
+    return of_buildings if grid.trees is None else (*of_buildings, *grid.trees.notes)
 
 
 def buildings_of(grid: ElevationGrid, asked: BuildingsIn | None) -> Buildings | None:
@@ -174,4 +222,26 @@ def _covered(grid: ElevationGrid, text: str) -> ElevationGrid:
         if buildings is None:
             raise RequestError("A mesh of a cover is missing.")
         parts.append(standing_mesh(buildings))
-    return with_standing(grid, parts)
+    built = with_standing(grid, parts)
+    return built if cover.canopy is None else with_foliage(built, _foliage(built, cover.canopy))
+
+
+def _foliage(grid: ElevationGrid, asked: CanopyIn) -> Foliage:
+    """The canopy of a request over a grid. Raises CoverError, DemReadError, FrameError."""
+    if asked.heights is not None:
+        canopy = resampled_canopy(grid, _raster(grid, asked.heights), asked.base_m)
+    elif asked.surface is not None:
+        canopy = canopy_between(grid, _raster(grid, asked.surface), asked.base_m)
+    else:
+        canopy = Canopy(
+            grid, np.full(grid.shape, asked.top_m, np.float32), np.full(grid.shape, asked.base_m, np.float32)
+        )
+    return Foliage(canopy, asked.model, asked.depth_per_m, asked.season)
+
+
+def _raster(grid: ElevationGrid, asked: RasterIn) -> ElevationGrid:
+    """A raster in the frame of the grid; one in another is warped, which its provenance tells."""
+    with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
+        path = Path(folder) / asked.name
+        path.write_bytes(asked.base64)
+        return read_dem(path, target_crs=grid.crs)

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
-from service.parts.anchors import FramesIn, SightParameters, TrackIn
+from service.parts.anchors import FramesIn, SightParameters, TrackIn, UsableParameters
 from service.parts.doubts import doubted_anchors
 from service.parts.map_facts import curvature_of
 from service.parts.positioning import (
@@ -37,6 +37,7 @@ from visibility.dilution.sets_in_sight import sources_of_anchors
 from visibility.satellites import SatelliteEyes, SatelliteTrack, satellite_eyes, satellite_tracks
 from visibility.satellites.in_view import Constellation
 from visibility.sight import AnchorTrack, check_anchors
+from visibility.signal import min_usable_altitude
 
 __all__ = [
     "MovingSources",
@@ -137,8 +138,10 @@ def lines_to(
     parameters: SightParameters,
     progress: Callable[[float], None] | None = None,
 ) -> MinimumVisibleAltitude:
-    """Minimum visible altitudes of anchors that were checked, calculated as the request says."""
-    return min_visible_altitude(
+    """Minimum visible, or usable, altitudes of anchors that were checked, calculated as the request says."""
+    usable = isinstance(parameters, UsableParameters) and parameters.usable
+    calculate = min_usable_altitude if usable else min_visible_altitude
+    return calculate(
         grid, sources, parameters.mode, curvature_of(parameters), unknown=parameters.unknown, progress=progress
     )
 

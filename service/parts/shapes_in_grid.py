@@ -42,9 +42,12 @@ def resolve_anchor(grid: ElevationGrid, anchor: AnchorIn) -> Anchor:
     """
     east_m, north_m = _horizontal(grid, anchor)
     limits = anchor.antenna_limits()
+    radio = None if anchor.radio is None else anchor.radio.radio()
     if anchor.altitude_m is not None:
         sigmas_m = anchor.ranging_sigma_m, anchor.pose_sigma_m
-        return Anchor(anchor.id, east_m, north_m, anchor.altitude_m, *sigmas_m, limits, anchor.pose_covariance())
+        covariance_m2 = anchor.pose_covariance()
+        at_m = east_m, north_m, anchor.altitude_m
+        return Anchor(anchor.id, *at_m, *sigmas_m, limits, covariance_m2, radio=radio)
     return anchor_above_ground(
         grid,
         anchor.id,
@@ -55,6 +58,7 @@ def resolve_anchor(grid: ElevationGrid, anchor: AnchorIn) -> Anchor:
         pose_sigma_m=anchor.pose_sigma_m,
         limits=limits,
         pose_covariance_m2=anchor.pose_covariance(),
+        radio=radio,
     )
 
 

@@ -22,6 +22,7 @@ from visibility.dilution import Dop, DopReason, PositionError, position_error, r
 from visibility.sight import LinesOfSight, check_anchors, points_within_reach
 
 from .request import AnchorSeen, DilutionProbed, PlaceProbed, ProbeIn, ProbeOut
+from .signals import anchor_signals, signal_told
 
 __all__ = ["number", "probe"]
 
@@ -42,7 +43,11 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
     ground_m, normals = np.atleast_1d(height_at(grid, places_m[:, 0], places_m[:, 1])), _normals(grid, places_m)
     receivers_m = np.column_stack([places_m, _altitudes(asked, ground_m)])
     stands = np.isfinite(receivers_m[:, 2])
+    heard = anchor_signals(grid, anchors, receivers_m[stands], curvature, asked.unknown)
     seen = _seen(grid, anchors, receivers_m[stands], curvature, asked)
+    if asked.usable:
+        enough = [one.margin_db >= 0.0 for one in heard if one is not None]
+        seen = (seen[0], np.stack(enough, axis=1) & seen[2] if enough else seen[1], seen[2])
     fixes = _fixes(anchors, receivers_m[stands], seen[1], normals[stands], asked)
     at = np.cumsum(stands) - 1
     degrees = _degrees(grid, places_m)
@@ -60,14 +65,20 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
                 slope_deg=slope_deg,
                 downhill_deg=downhill_deg,
                 receiver_altitude_m=number(receivers_m[number_, 2]),
-                anchors=[_anchor(seen, anchor, here, k) for k, anchor in enumerate(anchors)],
+                anchors=[
+                    _anchor(seen, anchor, here, k).model_copy(
+                        update={"signal": None if here is None else signal_told(heard[k], here)}
+                    )
+                    for k, anchor in enumerate(anchors)
+                ],
                 visible_anchors=0 if here is None else int(np.count_nonzero(seen[1][here])),
                 dilution=_dilution(fixes, here) if anchors else None,
                 position_sigma_m=_sigma(fixes, here, "position_sigma_m"),
                 horizontal_sigma_m=_sigma(fixes, here, "horizontal_sigma_m"),
             )
         )
-    told = [*notes_on_cover(grid), *warnings]
+    of_signals = dict.fromkeys(note for one in heard if one is not None for note in one.warnings)
+    told = [*notes_on_cover(grid), *warnings, *of_signals]
     return ProbeOut.model_construct(points=points, curvature=curvature.sentence(), warnings=told)
 
 

@@ -6,10 +6,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.anchors import AnchorIn, CurvatureChoice, SightParameters
+from service.parts.anchors import AnchorIn, CurvatureChoice, SightParameters, UsableParameters
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegativeMetres, PlaceIn, Positive
+from service.parts.radios import RadioIn
 from service.products.lines_of_sight.calculate import BlockingPoint
 from service.products.lines_of_sight.request import FROM, TO, PairIn
 
@@ -28,6 +29,7 @@ __all__ = [
     "ProfileOut",
     "ProfilesIn",
     "ProfilesOut",
+    "SignalTold",
 ]
 
 # what a preview is called in its work folder, for as long as it takes to hand it on
@@ -37,7 +39,7 @@ ANCHORS: list[JsonValue] = [{"id": "D1", "east_m": 402300.0, "north_m": 3795200.
 POINTS: list[JsonValue] = [{"east_m": 398100.0, "north_m": 3791700.0}]
 
 
-class ProbeIn(SightParameters):
+class ProbeIn(UsableParameters):
     """Places on a DEM, and the anchors that may be seen from there."""
 
     model_config = ConfigDict(
@@ -120,6 +122,9 @@ class ProfilesIn(AreaParameters):
         description="The ends of each line."
     )
     wavelength_m: Positive | None = Field(None, description="Asks for the first Fresnel zone, metres.")
+    radio: RadioIn | None = Field(
+        None, description="Asks for the signal from end to end; its Fresnel zone comes without wavelength_m too."
+    )
     unknown: Literal["unknown", "open", "blocked"] = Field(
         "unknown", description="What a line over unknown ground is, unless known ground blocks it already."
     )
@@ -129,6 +134,20 @@ class ProfilesIn(AreaParameters):
     max_places: Annotated[int, Field(strict=True, ge=2, le=MOST_PLACES)] = Field(
         512, description="At most so many places of a profile, a number; of several the one of least clearance stays."
     )
+
+
+class SignalTold(BaseModel):
+    """The signal from one end of a line to the other; null where it is not known, or nothing arrives."""
+
+    free_space_db: float = Field(description="Loss in free space, dB.")
+    diffraction_db: float | None = Field(
+        description="Loss over ground and roofs, dB; null inside them or over unknown ground."
+    )
+    canopy_m: float | None = Field(description="Way between crown bases and tops, metres.")
+    canopy_db: float | None = Field(description="Loss on it, dB; null outside the range of the canopy's model.")
+    received_dbm: float | None = Field(description="Power that arrives, dBm.")
+    margin_db: float | None = Field(description="What of it is beyond the receiver's need, dB; usable from 0 on.")
+    probability: float | None = Field(description="Probability that enough arrives, 0..1, with the radio's spread.")
 
 
 class AnchorSeen(BaseModel):
@@ -146,6 +165,7 @@ class AnchorSeen(BaseModel):
     probability_clear: float | None = Field(
         None, description="Probability that the line is clear, 0..1; null without dem_sigma_m."
     )
+    signal: SignalTold | None = Field(None, description="Its signal there; null without a radio.")
 
 
 class DilutionProbed(BaseModel):
@@ -173,7 +193,7 @@ class PlaceProbed(BaseModel):
     )
     receiver_altitude_m: float | None = Field(description="Altitude of the receiver, metres; null over unknown ground.")
     anchors: list[AnchorSeen] = Field(description="Every anchor, in the order of the request.")
-    visible_anchors: int = Field(description="How many are in sight.")
+    visible_anchors: int = Field(description="How many are in sight, or usable where that is asked for.")
     dilution: DilutionProbed | None = Field(description="By the anchors in sight; null without anchors.")
     position_sigma_m: float | None = Field(description="One-sigma error of a fix by them, metres; null without a fix.")
     horizontal_sigma_m: float | None = Field(description="Its horizontal part, metres; null without a fix.")
@@ -197,6 +217,10 @@ class ProfileOut(BaseModel):
     roof_m: list[float | None] | None = Field(
         None, description="Altitude of the roof there, metres; null where nothing stands, all of it without a cover."
     )
+    canopy_base_m: list[float | None] | None = Field(
+        None, description="Altitude at which crowns begin there, metres, null beside trees; null without a canopy."
+    )
+    canopy_top_m: list[float | None] | None = Field(None, description="Altitude of the crowns' tops, likewise.")
     line_m: list[float] = Field(description="Altitude of the line there, metres; with curvature it sags.")
     fresnel_radius_m: list[float] | None = Field(
         None, description="Radius of the first Fresnel zone there, metres; null without a wavelength."
@@ -204,6 +228,7 @@ class ProfileOut(BaseModel):
     fresnel_clearance: float | None = Field(None, description="Least clearance in radii of that zone, no unit.")
     blocking_point: BlockingPoint | None = Field(description="Where it is blocked most; null unless it is.")
     blocking_distance_m: float | None = Field(description="Horizontal distance to it, metres; null unless blocked.")
+    signal: SignalTold | None = Field(None, description="The signal from end to end; null without a radio.")
 
 
 class ProfilesOut(BaseModel):

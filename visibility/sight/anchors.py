@@ -17,6 +17,7 @@ from visibility.sight.curvature import Curvature
 from visibility.sight.doubts import SightDoubt, sentence_of_doubts
 from visibility.sight.kernels import reach as kernel
 from visibility.sight.kernels.crossings import GridPoint
+from visibility.sight.radios import Radio
 from visibility.sight.roofs import refuse_under_roof
 
 __all__ = [
@@ -93,6 +94,7 @@ class Anchor:
     ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of each coordinate of its own position, metres.
     pose_covariance_m2: covariance of its position in place of pose_sigma_m, rows of east, north, up, m².
     doubts: where a rover's ranges contradicted what a map has of it: maps have its sight for unknown there.
+    radio: what it sends and how much of it must arrive, for ``visibility.signal``; sight does not look at it.
     Raises AnchorError.
     """
 
@@ -105,6 +107,7 @@ class Anchor:
     limits: AntennaLimits = field(default=ALL_ROUND)
     pose_covariance_m2: Covariance | None = None
     doubts: tuple[SightDoubt, ...] = ()
+    radio: Radio | None = None
 
     def __post_init__(self) -> None:
         if not self.id:
@@ -144,6 +147,7 @@ def anchor_above_ground(
     pose_sigma_m: float = 0.0,
     limits: AntennaLimits = ALL_ROUND,
     pose_covariance_m2: Covariance | None = None,
+    radio: Radio | None = None,
 ) -> Anchor:
     """An anchor at a height above the grid's surface; raises AnchorError where that ground is unknown or not there."""
     if not (math.isfinite(above_ground_m) and above_ground_m >= 0.0):
@@ -160,7 +164,8 @@ def anchor_above_ground(
             f"Anchor {id} stands on unknown ground; give its altitude_m instead of above_ground_m, or move it."
         )
     altitude_m = ground_m + above_ground_m
-    return Anchor(id, east_m, north_m, altitude_m, ranging_sigma_m, pose_sigma_m, limits, pose_covariance_m2)
+    sigmas_m = ranging_sigma_m, pose_sigma_m
+    return Anchor(id, east_m, north_m, altitude_m, *sigmas_m, limits, pose_covariance_m2, radio=radio)
 
 
 def check_anchors(grid: ElevationGrid, anchors: Sequence[Anchor | DistantAnchor]) -> tuple[str, ...]:

@@ -83,6 +83,17 @@ class MinimumVisibleAltitude:
             hide_beyond_reach(self.grid, anchor, self.curvature, base_m, above_m, seen[number])
         return seen
 
+    def within_limits(
+        self, *, above_ground_m: float | None = None, altitude_m: float | None = None
+    ) -> npt.NDArray[np.bool_]:
+        """(n_anchors, rows, cols) bool: whether receivers at one height are within antenna limits, sight apart."""
+        base_m, above_m = self._receiver(above_ground_m, altitude_m)
+        within = np.ones(self.altitude_m.shape, np.uint8)
+        for number, anchor in enumerate(self.anchors):
+            if isinstance(anchor, Anchor):
+                hide_beyond_reach(self.grid, anchor, self.curvature, base_m, above_m, within[number])
+        return np.asarray(within == VISIBLE, np.bool_)
+
     def margin_m(
         self, *, above_ground_m: float | None = None, altitude_m: float | None = None
     ) -> npt.NDArray[np.float32]:

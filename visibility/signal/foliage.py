@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import weakref
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from terrain import ElevationGrid, Trees
 from visibility.cover.canopy import Canopy
 from visibility.cover.vegetation import (
     VegetationLoss,
@@ -20,7 +22,7 @@ from visibility.cover.vegetation import (
 )
 from visibility.errors import CoverError
 
-__all__ = ["Foliage", "FoliageModel"]
+__all__ = ["Foliage", "FoliageModel", "foliage_of", "with_foliage"]
 
 FoliageModel = Literal["density", "weissberger", "early_itu", "p833_slant", "p833_woodland"]
 
@@ -62,3 +64,34 @@ class Foliage:
             published = {"weissberger": weissberger_loss, "early_itu": early_itu_loss}
             found = published.get(self.model, p833_woodland_loss)(ways_m, frequency_hz)
         return replace(found, loss_db=np.where(ways_m == 0.0, 0.0, found.loss_db * self.season))
+
+
+_of_grid: weakref.WeakKeyDictionary[ElevationGrid, Foliage] = weakref.WeakKeyDictionary()
+
+
+def with_foliage(grid: ElevationGrid, foliage: Foliage) -> ElevationGrid:
+    """The grid with canopy on it, in place of what it had: it weakens signals wherever they are asked for.
+
+    What was done to get it is among the warnings of the grid's provenance. Raises CoverError for other posts.
+    """
+    canopy = foliage.canopy
+    if canopy.grid.shape != grid.shape:
+        raise CoverError(f"A canopy over {canopy.grid.shape} posts does not fit a grid of {grid.shape}.")
+    trees = Trees(canopy.top_m, canopy.base_m, foliage.model, foliage.depth_per_m, foliage.season, canopy.notes)
+    told = tuple(note for note in canopy.notes if note not in grid.provenance.warnings)
+    provenance = replace(grid.provenance, warnings=(*grid.provenance.warnings, *told))
+    return replace(grid, trees=trees, provenance=provenance)
+
+
+def foliage_of(grid: ElevationGrid) -> Foliage | None:
+    """The canopy on a grid with its model; None where there is none. Raises CoverError."""
+    trees = grid.trees
+    if trees is None:
+        return None
+    found = _of_grid.get(grid)
+    if found is None:
+        bare = replace(grid, trees=None)  # so that what is kept does not hold the grid that it is kept for
+        canopy = Canopy(bare, trees.top_m, trees.base_m, trees.notes)
+        found = Foliage(canopy, cast("FoliageModel", trees.model), trees.depth_per_m, trees.season)
+        _of_grid[grid] = found
+    return found

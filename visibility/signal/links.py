@@ -13,12 +13,12 @@ from visibility.cover.canopy import canopy_paths
 from visibility.errors import SignalError
 from visibility.sight.curvature import Curvature
 from visibility.sight.minimum_altitude import UnknownGround
+from visibility.sight.radios import LIGHT_M_PER_S, Polarization, Radio, arrival_probability, free_space_loss_db
 from visibility.sight.roofs import roofs_for_kernels
 from visibility.sight.sight_points import check_points, in_posts
-from visibility.signal.foliage import Foliage
+from visibility.signal.foliage import Foliage, foliage_of
 from visibility.signal.kernels.diffraction import SUMS, clear_sums, diffraction_loss, put_ground
 from visibility.signal.kernels.links import BITS, LEAVES_GRID, LOSS, OVER_UNKNOWN, diffraction_losses
-from visibility.signal.radio import LIGHT_M_PER_S, Polarization, Radio, arrival_probability, free_space_loss_db
 
 __all__ = ["Signals", "profile_diffraction_db", "signals"]
 
@@ -64,13 +64,14 @@ def signals(
 
     Free space (Rec. ITU-R P.525), diffraction over ground and roofs (P.526, delta-Bullington, every edge of the
     triangulation), and what canopy takes. Reflections, and what passes through walls, are left out.
-    foliage: canopy over the same grid, and what it costs; None: none. unknown: of links over unknown ground: NaN, or as
-    if it did not block ("open"), or nothing arrives ("blocked").
+    foliage: canopy over the same grid, and what it costs; None: what stands on the grid (``with_foliage``).
+    unknown: of links over unknown ground: NaN, or as if it did not block ("open"), or nothing arrives ("blocked").
     Raises VisibilityInputError, SignalError, CoverError.
     """
     start_m, end_m = check_points(grid, "from_points_m", from_points_m), check_points(grid, "to_points_m", to_points_m)
     if len(start_m) != len(end_m):
         raise SignalError(f"Each link needs two points, not {len(start_m)} and {len(end_m)}.")
+    foliage = foliage_of(grid) if foliage is None else foliage
     if foliage is not None and foliage.canopy.grid.shape != grid.shape:
         raise SignalError("The canopy of a link must be over the same grid.")
     curvature = Curvature.over(grid, curvature)

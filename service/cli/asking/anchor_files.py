@@ -24,9 +24,9 @@ from .texts import ANCHOR_FORM, anchor_from_text
 __all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "ranging_datum", "tracks_from_file"]
 
 FIELDS = frozenset(AnchorIn.model_fields)
-# a cell holds one number, a covariance nine
+# a cell holds one number, a covariance nine; of a radio the name
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
-TEXTS = {"id", "body", "altitude_datum"}
+TEXTS = {"id", "body", "altitude_datum", "radio"}
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum")))
 ANCHORS, TRACKS = "anchors file", "track file"

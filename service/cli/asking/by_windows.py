@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -45,6 +46,7 @@ def ask_by_windows(
         "--cell-m": reading.cell_m,
         "--resolution": reading.resolution_m,
         "--buildings": reading.cover.buildings,
+        "--canopy": None if replace(reading.cover, buildings=None).bare else True,
     }
     odd = [option for option, given in not_so.items() if given is not None]
     if odd:

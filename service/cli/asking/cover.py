@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 __all__ = ["BARE", "CoverOptions"]
 
 OF_FOOTPRINTS = (".geojson", ".json")
+FoliageName = Literal["density", "weissberger", "early_itu", "p833_slant", "p833_woodland"]
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True)
 class CoverOptions:
-    """Buildings on the DEM: in every command they hide, and nobody drives or flies through them."""
+    """What stands on the DEM: buildings hide in every command, and nobody goes through them; trees weaken signals."""
 
     buildings: Annotated[
         Path | None,
@@ -51,6 +52,43 @@ class CoverOptions:
         Parameter(name="--building-origin", metavar="EAST,NORTH", help="Where a mesh's own origin lies. (default 0,0)"),
     ] = None
 
+    canopy: Annotated[
+        Path | None,
+        Parameter(
+            name="--canopy", metavar="FILE", help="Trees on the ground: a raster of crown heights over it, metres."
+        ),
+    ] = None
+    canopy_surface: Annotated[
+        Path | None,
+        Parameter(
+            name="--canopy-surface",
+            metavar="FILE",
+            help="A surface model instead: what it has above the DEM.",
+        ),
+    ] = None
+    canopy_top_m: Annotated[
+        float | None, Parameter(name="--canopy-height", metavar="M", help="Trees of one height everywhere instead.")
+    ] = None
+    canopy_base_m: Annotated[
+        float | None, Parameter(name="--canopy-base", metavar="M", help="Where crowns begin, metres over the ground.")
+    ] = None
+    canopy_model: Annotated[
+        FoliageName | None,
+        Parameter(name="--canopy-model", help="What a way through them costs a signal. (default weissberger)"),
+    ] = None
+    depth_per_m: Annotated[
+        float | None,
+        Parameter(name="--canopy-density", metavar="DEPTH", help="Optical depth per metre, for the model density."),
+    ] = None
+    season: Annotated[
+        float | None, Parameter(name="--canopy-season", metavar="FACTOR", help="Factor on that cost. (default 1)")
+    ] = None
+
+    @property
+    def bare(self) -> bool:
+        """Whether nothing stands there."""
+        return self == CoverOptions()
+
     @property
     def of_mesh(self) -> bool:
         """Whether the file is a mesh."""
@@ -64,7 +102,14 @@ class CoverOptions:
             return None
         if not self.of_mesh:
             return None
-        from visibility.cover.mesh_files import read_mesh_bytes
+        from visibility import MeshError
+        from visibility.cover.mesh_files import FORMATS, read_mesh_bytes
+
+        if self.buildings.suffix.lower() not in FORMATS:
+            known = ", ".join((*OF_FOOTPRINTS, *FORMATS))
+            raise MeshError(
+                f"{self.buildings.name} is neither GeoJSON of footprints nor a mesh format that is read; use one of {known}."
+            )
 
         from .texts import numbers_of
 
@@ -86,17 +131,39 @@ class CoverOptions:
 
         Raises RequestError, MeshError, CoverError, FrameError.
         """
-        mesh = self.mesh()
-        if self.buildings is None:
-            if self.level_m is not None or self.default_height_m is not None:
-                raise RequestError("--level-height and --default-height need --buildings FILE.")
+        mesh, cover = self.mesh(), self._trees()
+        if self.buildings is not None:
+            cover |= {"footprints": self._footprints()} if mesh is None else {"meshes": [mesh]}
+        elif self.level_m is not None or self.default_height_m is not None:
+            raise RequestError("--level-height and --default-height need --buildings FILE.")
+        if not cover:
             return grid
         from service.parts.cover import CoverParameters, covered
 
         from .products import request_of_fields
 
-        cover: dict[str, object] = {"footprints": self._footprints()} if mesh is None else {"meshes": [mesh]}
         return covered(grid, request_of_fields({"cover": cover}, CoverParameters))
+
+    def _trees(self) -> dict[str, object]:
+        """The canopy of a cover; nothing without one."""
+        told = {
+            "top_m": self.canopy_top_m,
+            "base_m": self.canopy_base_m,
+            "model": self.canopy_model or ("density" if self.depth_per_m is not None else None),
+            "depth_per_m": self.depth_per_m,
+            "season": self.season,
+        }
+        given: dict[str, object] = {name: value for name, value in told.items() if value is not None}
+        for name, path in (("heights", self.canopy), ("surface", self.canopy_surface)):
+            if path is None:
+                continue
+            try:
+                given[name] = {"name": path.name, "base64": base64.b64encode(path.read_bytes())}
+            except OSError as error:
+                raise RequestError(f"The canopy {str(path)!r} cannot be read: {error.strerror}.") from error
+        if given and not given.keys() & {"heights", "surface", "top_m"}:
+            raise RequestError("Trees need --canopy FILE, --canopy-surface FILE or --canopy-height M.")
+        return {"canopy": given} if given else {}
 
     def _footprints(self) -> dict[str, object]:
         assert self.buildings is not None, "asked only of a file"

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 
+from service.errors import RequestError
+
 from .cover import BARE, CoverOptions
 
 __all__ = [
@@ -31,6 +33,7 @@ __all__ = [
     "ReceiverHeight",
     "RequestFile",
     "SightOptions",
+    "SignalOptions",
     "TerrainFrame",
     "Unknown",
     "option",
@@ -210,6 +213,27 @@ class SightOptions:
         "unknown"
     )
     curvature: Annotated[Curvature, option("auto: as the DEM's CRS implies; flat: none.")] = "auto"
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class SignalOptions(SightOptions):
+    """The same, where the signal can be asked for in place of sight."""
+
+    sight: Annotated[
+        Literal["visible", "usable"], option("usable: what arrives with enough power of each anchor's radio.")
+    ] = "visible"
+    radio: Annotated[
+        Literal["uwb", "2.4GHz", "868MHz", "915MHz", "gnss-l1"] | None,
+        option("With --sight usable: the radio of anchors that name none.", "NAME"),
+    ] = None
+
+    def part(self, anchors: Sequence[dict[str, object]]) -> dict[str, object]:
+        """How sight is calculated, and the anchors, as fields, with their radios. Raises RequestError."""
+        if self.radio is not None and self.sight != "usable":
+            raise RequestError("--radio goes with --sight usable.")
+        fields = {name: value for name, value in told(self).items() if name != "radio"}
+        return {**fields, "anchors": [one if self.radio is None else {"radio": self.radio, **one} for one in anchors]}
 
 
 @GROUP

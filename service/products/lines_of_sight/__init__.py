@@ -9,6 +9,8 @@ import numpy as np
 from service.products import Inline, Product, WarmUp
 from terrain import ElevationGrid, Standing
 from visibility import Anchor, line_of_sight, lines_of_sight, min_visible_altitude, profile
+from visibility.cover import Canopy
+from visibility.signal import RADIOS, Foliage, signals, with_foliage
 
 from .calculate import LAYERS, LineOut, LinesOfSightSummary, calculate_lines, pack_lines, unpack_lines
 from .request import PAIRS, LinesOfSightIn, LinesOfSightParameters
@@ -25,6 +27,8 @@ def _pairs(grid: ElevationGrid) -> None:
     built = replace(grid, standing=Standing(corners_m[None, :2], corners_m[None], 1))
     lines_of_sight(built, starts_m, ends_m)
     min_visible_altitude(built, [Anchor("A", 100.0, -200.0, 90.0)])
+    canopy = Canopy(grid, np.full(grid.shape, 9.0, np.float32), np.zeros(grid.shape, np.float32))
+    signals(with_foliage(built, Foliage(canopy)), starts_m, ends_m, RADIOS["868MHz"])
 
 
 # pairs are counted where the body is read, and their ends judged where they are packed

@@ -73,5 +73,5 @@ VISIBILITY_MAP = Product(
     calculate=calculate_visibility_map,
     layers=LAYERS,
     finished=VisibilityMap,
-    arrays=("visible", "altitude_m", "count", "unknown_count"),
+    arrays=("visible", "altitude_m", "count", "unknown_count", "margin_db"),
 )

@@ -11,13 +11,14 @@ import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from service.parts.doubts import doubted_anchors
-from service.parts.map_area import map_area
+from service.parts.map_area import MapArea, map_area
 from service.parts.map_facts import MapSummary, curvature_of, preamble, share_of
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid, height_at
-from visibility import UNKNOWN, VISIBLE, Anchor, min_visible_altitude
+from visibility import HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, MinimumVisibleAltitude, min_visible_altitude
+from visibility.signal import margin_map, min_usable_altitude
 
 from .request import VisibilityMapParameters
 
@@ -82,6 +83,8 @@ class VisibilityMap:
     altitude_m: (n_anchors, rows, cols) float32, minimum visible altitude; NaN = unknown, +inf = at no altitude.
     count: (rows, cols) uint8 (uint16 from 255 anchors on), anchors surely visible.
     unknown_count: same shape and type, anchors whose sight is unknown there.
+    margin_db: (n_anchors, rows, cols) float32, margin of the signal at the receiver height, where that decides; NaN =
+        unknown, -inf = nothing arrives. With it visible, count and altitude_m tell what is usable. None: sight did.
     """
 
     grid: ElevationGrid
@@ -92,6 +95,7 @@ class VisibilityMap:
     altitude_m: npt.NDArray[np.float32]
     count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
     unknown_count: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+    margin_db: npt.NDArray[np.float32] | None = None
 
     @property
     def undecided(self) -> npt.NDArray[np.bool_]:
@@ -109,7 +113,8 @@ def calculate_visibility_map(
     """
     placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
     anchors, passed_over = doubted_anchors(grid, placed, parameters.doubts)
-    found = min_visible_altitude(
+    calculate = min_usable_altitude if parameters.usable else min_visible_altitude
+    found = calculate(
         grid,
         anchors,
         parameters.mode,
@@ -123,6 +128,10 @@ def calculate_visibility_map(
     visible = found.visible(
         above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
     )
+    margin_db, of_signals = None, tuple[str, ...]()
+    if parameters.usable:
+        margin_db, of_signals = _margins(grid, area, anchors, parameters, found.curvature)
+        visible = _usable(found, margin_db, parameters)
     count, unknown_count = _count(visible, VISIBLE), _count(visible, UNKNOWN)
     undecided = _undecided(found.grid, count, unknown_count) & known
     answer = VisibilityMapSummary(
@@ -132,6 +141,7 @@ def calculate_visibility_map(
                 *found.warnings,
                 *passed_over,
                 *area.sentences(),
+                *of_signals,
                 *_receiver_warnings(found.grid, parameters),
             ),
             mode=parameters.mode,
@@ -147,7 +157,8 @@ def calculate_visibility_map(
         posts_with_unknown_anchors=area.count(unknown_count > 0),
     )
     work.progress(1.0)
-    return VisibilityMap(found.grid, anchors, parameters, answer, visible, found.altitude_m, count, unknown_count)
+    arrays = (visible, found.altitude_m, count, unknown_count, margin_db)
+    return VisibilityMap(found.grid, anchors, parameters, answer, *arrays)
 
 
 def _undecided(
@@ -155,6 +166,39 @@ def _undecided(
 ) -> npt.NDArray[np.bool_]:
     undecided: npt.NDArray[np.bool_] = (count == 0) & (unknown_count > 0)
     return undecided & ~np.isnan(grid.heights_m)
+
+
+def _margins(
+    grid: ElevationGrid,
+    area: MapArea,
+    anchors: tuple[Anchor, ...],
+    parameters: VisibilityMapParameters,
+    curvature: Curvature,
+) -> tuple[npt.NDArray[np.float32], tuple[str, ...]]:
+    """(margins (n_anchors, rows, cols) over the box of the area at the receiver's height, what to know of them)."""
+    if parameters.receiver_altitude_m is None:
+        receiver_m = grid.heights_m + np.float32(parameters.receiver_above_ground_m or 0.0)
+    else:
+        receiver_m = np.where(np.isnan(grid.heights_m), np.nan, parameters.receiver_altitude_m).astype(np.float32)
+    receiver_m = np.where(area.over_all(), receiver_m, np.float32(np.nan))
+    found, notes = [], dict[str, None]()
+    for anchor in anchors:
+        assert anchor.radio is not None, "the request has seen to it"
+        margin_db, told = margin_map(grid, anchor, anchor.radio, receiver_m, curvature, unknown=parameters.unknown)
+        found.append(area.cut(margin_db))
+        notes |= dict.fromkeys(told)
+    return np.stack(found), tuple(notes)
+
+
+def _usable(
+    found: MinimumVisibleAltitude, margin_db: npt.NDArray[np.float32], parameters: VisibilityMapParameters
+) -> npt.NDArray[np.uint8]:
+    """(n_anchors, rows, cols) 1 usable, 0 not, 255 unknown, within the antennas' limits."""
+    usable = np.where(np.isnan(margin_db), UNKNOWN, np.where(margin_db >= 0.0, VISIBLE, HIDDEN))
+    within = found.within_limits(
+        above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
+    )
+    return np.where(within, usable, HIDDEN).astype(np.uint8)
 
 
 def _receiver_warnings(grid: ElevationGrid, parameters: VisibilityMapParameters) -> tuple[str, ...]:

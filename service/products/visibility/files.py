@@ -89,7 +89,8 @@ def _tags(finished: VisibilityMap) -> dict[str, str]:
         if parameters.receiver_above_ground_m is not None
         else f"at altitude {parameters.receiver_altitude_m:g} m"
     )
-    return {**common_tags(finished.grid, finished.answer, "sightline visibility map"), "receiver": receiver}
+    told = common_tags(finished.grid, finished.answer, "sightline visibility map")
+    return {**told, "receiver": receiver, "sight": parameters.sight}
 
 
 def _write_kml(finished: VisibilityMap, path: Path) -> None:
@@ -129,6 +130,15 @@ LAYERS = (
         "One float32 band per anchor: lowest altitude in metres from which it is in sight; NaN (nodata) unknown, "
         "+inf at no altitude.",
         Raster(*(_tags, lambda finished: finished.altitude_m, _ids), "metre", infinity="in sight at no altitude"),
+    ),
+    Layer(
+        "margin_db.tif",
+        COG,
+        "One float32 band per anchor: what arrives beyond the receiver's need, dB, at the receiver height asked for; "
+        "usable from 0 on; NaN (nodata) unknown, -inf nothing arrives. Only where usable was asked for.",
+        Raster(*(_tags, lambda finished: finished.margin_db, _ids), "dB", infinity="nothing arrives"),
+        needs="sight",
+        word="usable",
     ),
     Layer(
         "count.tif",

@@ -1,7 +1,9 @@
-"""``--buildings`` of every command that reads a DEM."""
+"""``--buildings`` and ``--canopy`` of every command that reads a DEM, and what is usable under them."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from terrain import write_npz
@@ -38,7 +40,7 @@ def test_a_line_through_a_building_is_blocked_by_it(sightline, files):
         (["--level-height", "3"], "need --buildings FILE"),
         (["--building-origin", "1,2"], "--building-origin needs --buildings FILE"),
         (["--buildings", "TOWN", "--building-origin", "1,2"], "go with a mesh, not with footprints"),
-        (["--buildings", "DEM"], "not a mesh format"),
+        (["--buildings", "DEM"], "neither GeoJSON of footprints nor a mesh format"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_a_sentence(sightline, files, options, sentence):
@@ -107,3 +109,50 @@ def test_a_map_of_a_file_that_knew_other_buildings_is_told(sightline, files, tmp
     bare, built = (json.loads(sightline(*asked, *more).stdout)["warnings"] for more in ([], ["--buildings", town]))
     assert [sentence for sentence in bare if "made of other ground" in sentence]
     assert not [sentence for sentence in built if "made of other ground" in sentence]
+
+
+TREES = ["--canopy-height", "18", "--canopy-density", "0.05"]
+ANCHOR = ["--anchor", "A,{east_m},{north_m},60agl".format(**at(95.0, 305.0))]
+
+
+def test_a_map_of_what_is_usable_knows_radios_and_trees(sightline, files, tmp_path):
+    dem, _ = files
+    usable = ["--sight", "usable", "--radio", "868MHz"]
+    shares = []
+    for number, more in enumerate(([], usable, [*usable, *TREES])):
+        out = tmp_path / str(number)
+        told = json.loads(sightline("visibility", dem, *ANCHOR, *more, "--json", "--out", str(out)).stdout)
+        shares.append(told["anchors"][0]["visible_share"])
+        assert (out / "margin_db.tif").exists() == ("--sight" in more)
+    assert shares[1] > shares[0]
+    assert shares[2] < shares[1]
+
+
+def test_a_canopy_in_a_file_weakens_as_one_height_does(sightline, files, tmp_path):
+    dem, _ = files
+    grid = small_grid()
+    write_npz(replace(grid, heights_m=np.full(grid.shape, 18.0, np.float32)), tmp_path / "trees.npz")
+    usable = ["--sight", "usable", "--radio", "868MHz", "--json", "--canopy-density", "0.05"]
+    one, file = (
+        json.loads(sightline("visibility", dem, *ANCHOR, *usable, *trees).stdout)["anchors"]
+        for trees in (["--canopy-height", "18"], ["--canopy", str(tmp_path / "trees.npz")])
+    )
+    assert one == file
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--radio", "uwb"], "--radio goes with --sight usable"),
+        (["--sight", "usable"], "not known without a radio: A"),
+        (["--canopy-density", "0.1"], "Trees need --canopy FILE"),
+        (["--canopy", "none.tif"], "cannot be read"),
+        (["--canopy-height", "9", "--canopy-model", "density"], "belongs to the model density"),
+    ],
+)
+def test_radios_and_trees_that_make_no_question_are_refused(sightline, files, options, sentence):
+    sightline("visibility", files[0], *ANCHOR, *options).refused(sentence)
+
+
+def test_another_file_of_buildings_is_told_all_that_are_known(sightline, files):
+    sightline("los", files[0], *ends(), "--buildings", "town.kml").refused(".geojson", ".stl", ".glb")
