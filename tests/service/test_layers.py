@@ -171,8 +171,8 @@ def test_a_layer_that_fails_leaves_the_old_file_and_no_rest(finished, tmp_path):
 
 def test_the_registry_names_files_and_says_what_they_hold():
     assert list(LAYERS) == [
-        "visible.tif", "min_visible_altitude.tif", "margin_db.tif", "count.tif", "map.png", "overlay.png", "legend.json",
-        "arrays.npz", "anchors.geojson", "map.kml",
+        "visible.tif", "min_visible_altitude.tif", "margin_db.tif", "count.tif", "map.png", "overlay.png",
+        "legend.json", "arrays.npz", "anchors.geojson", "map.kml",
     ]  # fmt: skip
     assert all(layer.name == name and layer.description.endswith(".") for name, layer in LAYERS.items())
 

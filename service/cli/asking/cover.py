@@ -108,7 +108,8 @@ class CoverOptions:
         if self.buildings.suffix.lower() not in FORMATS:
             known = ", ".join((*OF_FOOTPRINTS, *FORMATS))
             raise MeshError(
-                f"{self.buildings.name} is neither GeoJSON of footprints nor a mesh format that is read; use one of {known}."
+                f"{self.buildings.name} is neither GeoJSON of footprints nor a mesh format that is read; "
+                f"use one of {known}."
             )
 
         from .texts import numbers_of
