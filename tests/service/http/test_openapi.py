@@ -19,7 +19,7 @@ from tests.service.running import Server
 METHODS = ("get", "post", "put", "patch", "delete", "head")
 UNIT = re.compile(
     r"metre|degree|second|hertz|bytes|0\.\.1|no unit|number|how (many|often)|columns|rows|cells|posts|entries|lines|"
-    r"anchors|jobs|processes|radii|port|status",
+    r"anchors|dBm?|dBi|Hz|1/m|jobs|processes|radii|port|status",
     re.IGNORECASE,
 )
 
