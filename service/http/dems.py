@@ -32,6 +32,7 @@ router = APIRouter(prefix="/dems", tags=["DEMs"])
 DATUM = (
     "What heights shall count from: `msl`, `hae`, `EGM96`, or a vertical CRS as `EPSG:5703`; converted to, or taken so."
 )
+RESOLUTION = "Of a file with overviews the coarsest is read whose cells are no coarser, metres; without it the posts."
 ground = APIRouter(prefix="/ground", tags=["DEMs"])
 UPLOAD_BODY = {
     "requestBody": {
@@ -108,6 +109,7 @@ async def upload_dem(
     cell_m: Annotated[
         float | None, Query(gt=0.0, allow_inf_nan=False, description="Metres between posts, for files without it.")
     ] = None,
+    resolution_m: Annotated[float | None, Query(gt=0.0, allow_inf_nan=False, description=RESOLUTION)] = None,
     vertical_datum: Annotated[str | None, Query(max_length=120, description=DATUM)] = None,
     wait_s: WaitDep = None,
 ) -> DemOut | Response:
@@ -126,7 +128,7 @@ async def upload_dem(
     # as text where JSON has no such number
     fill = str(nodata) if nodata is not None and not math.isfinite(nodata) else nodata
     given = {"nodata": fill, "crs": crs, "height_unit": height_unit, "band": band, "cell_m": cell_m}
-    given["vertical_datum"] = vertical_datum
+    given |= {"resolution_m": resolution_m, "vertical_datum": vertical_datum}
     options = cast(ReadingOptions, {name: value for name, value in given.items() if value is not None})
     if sample is not None:
         if options or filename is not None:

@@ -148,6 +148,7 @@ class ReadingOptions(TypedDict, total=False):
     height_unit: str
     band: int
     cell_m: float
+    resolution_m: float
     vertical_datum: str
 
 
@@ -233,12 +234,10 @@ class Calculated(TypedDict):
     summary: Mapping[str, JsonValue]
 
 
-class LayerArguments(TypedDict):
-    """A layer to draw of the result with that digest, whose answer the store has as summary."""
+class LayerArguments(Calculated):
+    """A layer to draw of a result, as the store has it."""
 
-    digest: str
     layer: str
-    summary: Mapping[str, JsonValue]
 
 
 def encode(message: ToWorker | FromWorker) -> bytes:

@@ -115,6 +115,7 @@ def read_uploaded_dem(context: TaskContext, arguments: ReadDemArguments) -> Mapp
         height_unit=options.get("height_unit"),
         band=options.get("band"),
         cell_m=options.get("cell_m"),
+        resolution_m=options.get("resolution_m"),
         vertical_datum=options.get("vertical_datum"),
         max_cells=context.settings.max_dem_cells,
     )
