@@ -61,11 +61,11 @@ def test_a_tile_is_a_dem_that_holds_an_overview_and_tells_of_the_posts(
     assert str(cog.parent) not in again.text
 
 
-def test_an_upload_is_read_as_coarse_as_it_is_asked_for(server: Server, cog: Path, dem: dict[str, Any]) -> None:
-    coarse, whole = server.upload(cog, resolution_m=RESOLUTION_M), server.upload(cog)
-    assert (coarse["rows"], coarse["cols"], coarse["sha256"]) == (dem["rows"], dem["cols"], dem["sha256"])
-    assert whole["rows"] == POSTS
-    assert coarse["overview_of"] is None
+def test_an_upload_is_read_as_coarse_as_it_is_asked_for(server: Server, tmp_path: Path) -> None:
+    small = write_cog(tmp_path / "small.tif", hills_m(600), BLOCKSIZE=128, OVERVIEW_RESAMPLING="AVERAGE")
+    coarse, whole = server.upload(small, resolution_m=10.0), server.upload(small)
+    assert (coarse["rows"], coarse["cols"], coarse["cell_east_m"]) == (300, 300, 10.0)
+    assert (whole["rows"], coarse["overview_of"]) == (600, None)
 
 
 def test_its_map_is_the_one_of_the_command_line_and_downloads_in_parts(
