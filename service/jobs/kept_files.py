@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, JsonValue, ValidationError
 
-from service.parts.anchors import SightParameters
+from service.parts.anchors import AskedSources
+from service.parts.doubts import DoubtParameters, doubted_anchors
 from service.products import Finished, Product
 from terrain import ElevationGrid, LargeDem, Provenance, RasterFile
 from terrain.crs.texts import parse_crs
@@ -235,7 +236,7 @@ def load(
     grid = grid_of(folder / "heights_m.npy", description["grid"])
     finished = product.finished(
         grid=grid,
-        anchors=_anchors(parameters, description["anchor_positions_m"], description.get("distant_anchors", ())),
+        anchors=_anchors(grid, parameters, description["anchor_positions_m"], description.get("distant_anchors", ())),
         parameters=parameters,
         answer=_answer(product, folder, summary),
         **{name: _mapped(folder, name) for name in product.arrays if _is_kept(product, folder, name)},
@@ -262,11 +263,11 @@ def _answer(product: Product, folder: Path, summary: Mapping[str, JsonValue] | N
 
 
 def _anchors(
-    parameters: object, positions_m: Sequence[Sequence[float]], distant: Sequence[DistantFields]
+    grid: ElevationGrid, parameters: object, positions_m: Sequence[Sequence[float]], distant: Sequence[DistantFields]
 ) -> tuple[Anchor | DistantAnchor, ...]:
-    if not isinstance(parameters, SightParameters):
+    if not isinstance(parameters, AskedSources):
         return ()
-    near = (
+    near = tuple(
         Anchor(
             *(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m),
             limits=asked.antenna_limits(),
@@ -275,6 +276,8 @@ def _anchors(
         )
         for asked, (east_m, north_m, altitude_m) in zip(parameters.near_sources(), positions_m, strict=True)
     )
+    if isinstance(parameters, DoubtParameters):
+        near, _told = doubted_anchors(grid, near, parameters.doubts)
     return (*near, *(DistantAnchor(**fields) for fields in distant))
 
 

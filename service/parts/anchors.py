@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Protocol, Self, runtime_checkable
 
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
@@ -215,6 +216,15 @@ CurvatureChoice = Annotated[
     Annotated[Literal["auto", "flat"], Tag("<word>")] | Annotated[CurvatureIn, Tag("<numbers>")],
     Discriminator(word_or_numbers),
 ]
+
+
+@runtime_checkable
+class AskedSources(Protocol):
+    """A request with anchors that have a place over the DEM."""
+
+    def near_sources(self) -> Sequence[AntennaIn]:
+        """They, in the order of answers."""
+        ...
 
 
 class SightParameters(AreaParameters):

@@ -21,6 +21,7 @@ from tests.service.small_maps import small_grid
 LATER = dict.fromkeys(PRODUCTS, "error_statement") | {
     "visibility-map": "undecided_posts",
     "lines-of-sight": "curvature",
+    "navigation": "lever_arm_m",
 }
 Stored = dict[str, tuple[dict[str, Any], dict[str, bytes]]]
 

@@ -32,6 +32,7 @@ OTHERWISE = {
     **dict.fromkeys(("ceiling_above_ground_m", "ceiling_altitude_m"), "ceiling"),
     **dict.fromkeys(("from_s", "to_s", "step_s"), "frames"),
     **{"bounds_m": "bounds", "ranging_sigma_m": "range_sigma", "map_id": "map", "goals": "goal", "way_points": "via"},
+    **{"top_m": "canopy_top_m", "base_m": "canopy_base_m"},
     **dict.fromkeys(("horizontal_m2_per_s3", "up_m2_per_s3"), "agility"),
     **{"step_m": "layer_m", "surface_layer_m": "mesh_layer", "time_limit_s": "time_limit", "speed_m_per_s": "speed"},
 }

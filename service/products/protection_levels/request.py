@@ -93,6 +93,10 @@ class ProtectionParameters(AreaParameters):
             raise ValueError("unwatched must be below missed.")
         return self
 
+    def near_sources(self) -> tuple[AnchorIn, ...]:
+        """Its anchors."""
+        return tuple(self.anchors)
+
     def risk(self) -> ProtectionRisk:
         """The same for the monitor."""
         return ProtectionRisk(self.missed, self.false_alarm, self.unwatched, self.most_faults)

@@ -262,7 +262,7 @@ def test_buildings_that_cannot_be_used_are_refused(sightline, dem_file, path_fil
     (tmp_path / "broken.stl").write_text("solid nothing")
     for words, sentence in (
         (["--buildings", tmp_path / "none.stl"], "cannot be read"),
-        (["--buildings", tmp_path / "town.dxf"], "is not a mesh format"),
+        (["--buildings", tmp_path / "town.dxf"], "neither GeoJSON of footprints nor a mesh format"),
         (["--buildings", tmp_path / "broken.stl"], "broken.stl"),
         (["--buildings", tower_file], "no known ground below"),
         (["--buildings", tower_file, "--building-origin", "here"], "--building-origin 'here' is not of the form"),

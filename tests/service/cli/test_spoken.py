@@ -94,7 +94,8 @@ NUMBERS = [
 @pytest.mark.parametrize(("command", "option"), NUMBERS, ids=[f"{one} {two}" for one, two in NUMBERS])
 def test_an_option_that_is_no_number_is_told_by_its_name(sightline, dem_file, command, option):
     assert set(BASE) <= set(COMMANDS)
-    more = {"--reach": (), "--link-range": ("--base", f"{AT},10agl"), "--corridor": ()}.get(option, ())
+    trees = dict.fromkeys(("--canopy-base", "--canopy-density", "--canopy-season"), ("--canopy-height", 5))
+    more = {"--link-range": ("--base", f"{AT},10agl"), **trees}.get(option, ())
     base = [word for word in BASE[command] if option != "--reach" or word not in ("--count", 2)]
     ended = sightline(command, dem_file, *base, *more, option, "nan")
     assert (ended.code, ended.stdout) == (2, ""), ended
