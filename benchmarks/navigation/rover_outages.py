@@ -32,8 +32,8 @@ PLAIN = DriveSettings(
     smoother=False,
 )
 STILL = {"standstill_sigma_m_per_s": 0.05, "standstill": StandstillRule(0.2, 0.02, window_s=0.1)}
-# the unit rides 0.78 m ahead of what the rover turns about, as a track through all its fixes tells; by so much the table
-# is fitted to this log
+# the unit rides 0.78 m ahead of what the rover turns about, as a track through all its fixes tells; so much of the
+# table is fitted to this log
 ON_WHEELS = {"sideways_sigma_m_per_s": 0.1, "pivot_m": (-0.78, 0.0, 0.0)}
 WAYS: dict[str, dict[str, Any]] = {
     "neither": {},
