@@ -34,13 +34,20 @@ from benchmarks.service import (
     slow_clients,
 )
 from benchmarks.terrain import ground, large_dems
-from benchmarks.visibility import accuracy, dilution, exactness, sites, situations, speed, volumes
+from benchmarks.visibility import accuracy, cover, dilution, exactness, sites, situations, speed, volumes, woods
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
     "accuracy": (accuracy.accuracy, situations.fast_mode_by_situation),
     "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
     "dilution": (dilution.dilution_speed, dilution.one_per_set),
+    "cover": (
+        cover.canopy_length,
+        cover.cost_of_canopy,
+        cover.city,
+        woods.fitted_to_davos,
+        woods.surface_as_rock,
+    ),
     "sites": (sites.all_places,),
     "volumes": (
         volumes.paper_case_speed,
@@ -119,6 +126,13 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "dilution": (
         partial(dilution.dilution_speed, posts=128, points=2000),
         partial(dilution.one_per_set, posts=64, across=8),
+    ),
+    "cover": (
+        partial(cover.canopy_length, lines=10),
+        partial(cover.cost_of_canopy, posts=64, lines=1000),
+        partial(cover.city, posts=128, across=15, rays=5000),
+        woods.fitted_to_davos,
+        partial(woods.surface_as_rock, post_m=8.0),
     ),
     "sites": (partial(sites.all_places, posts=128, sampled=20),),
     "volumes": (

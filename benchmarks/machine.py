@@ -11,7 +11,7 @@ from pathlib import Path
 import numba
 import psutil
 
-__all__ = ["description"]
+__all__ = ["description", "not_quiet"]
 
 ROOT = Path(__file__).parents[1]
 
@@ -29,6 +29,12 @@ def description() -> dict[str, str]:
         "Sightline": f"{importlib.metadata.version('sightline')}, commit {_commit()}",
         "load before": f"{os.getloadavg()[0]:.2f} (one-minute average; numbers count on a quiet machine only)",
     }
+
+
+def not_quiet() -> str:
+    """A sentence for a table's note where the machine has other work, with a space before it; else nothing."""
+    load = os.getloadavg()[0]
+    return f" The machine was not quiet (load before {load:.1f}): ratios count, times little." if load > 1.0 else ""
 
 
 def _cpu_name() -> str:

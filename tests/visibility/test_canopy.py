@@ -1,12 +1,10 @@
 """Ways through canopy against counting points, and what they cost a signal against printed formulas and Davos."""
 
-from pathlib import Path
-
-import netCDF4
 import numpy as np
 import pytest
 import shapely
 
+from benchmarks.visibility.woods import DAVOS, davos_pairs
 from terrain import ElevationGrid
 from tests.reference.canopy import way_through
 from tests.visibility.meshes import level
@@ -27,7 +25,6 @@ from visibility.cover import (
     with_standing,
 )
 
-DAVOS = Path(__file__).parents[3] / "shared" / "data" / "canopy" / "gnssvod"
 ONE_PER_CENT = 0.01
 
 
@@ -157,23 +154,6 @@ def test_a_density_is_found_again_in_the_losses_that_it_makes():
         fit_density([3.0], [1.0])
 
 
-def davos():
-    """(seconds, loss dB, elevation rad) of GPS satellites heard below and above the forest at once, from 10° up.
-
-    Of GPS alone, since all of it is on one carrier: the other systems' first signals are not.
-    """
-    with netCDF4.Dataset(next(DAVOS.glob("*.nc"))) as day:
-        level_db = np.ma.filled(day["S1"][:].astype(float), np.nan)
-        up_deg = np.ma.filled(day["Elevation"][:].astype(float), np.nan)
-        stations, satellites = day["Station"][:].tolist(), day["SV"][:].tolist()
-        second = np.broadcast_to(day["Epoch"][:][:, None], level_db.shape[1:])
-    ground, tower = stations.index("Dav1_Grnd"), stations.index("Dav2_Twr")
-    gps = np.array([name.startswith("G") for name in satellites])
-    loss_db, elevation_rad = level_db[tower] - level_db[ground], np.radians(up_deg[tower])
-    known = np.isfinite(loss_db) & (up_deg[tower] >= 10.0) & gps
-    return second[known], loss_db[known], elevation_rad[known]
-
-
 def rms(values):
     return float(np.sqrt((values**2).mean()))
 
@@ -181,7 +161,7 @@ def rms(values):
 @pytest.mark.skipif(not DAVOS.is_dir(), reason="the Davos pairs lie in ../shared/data, which is not here")
 @pytest.mark.parametrize("half", ["the first", "the second"])
 def test_a_density_fitted_to_half_of_the_davos_pairs_foretells_the_other_half(half):
-    second, loss_db, up_rad = davos()
+    second, loss_db, up_rad = davos_pairs()
     fitted = (second < np.median(second)) == (half == "the first")
     fit = fit_density(loss_db[fitted], 1.0 / np.sin(up_rad[fitted]))
     left_db = loss_db[~fitted] - density_loss(1.0 / np.sin(up_rad[~fitted]), fit.depth_per_m)
@@ -191,7 +171,7 @@ def test_a_density_fitted_to_half_of_the_davos_pairs_foretells_the_other_half(ha
 
 @pytest.mark.skipif(not DAVOS.is_dir(), reason="the Davos pairs lie in ../shared/data, which is not here")
 def test_published_models_are_further_from_davos_than_a_fitted_density():
-    _, loss_db, up_rad = davos()
+    _, loss_db, up_rad = davos_pairs()
     way_m = 25.0 / np.sin(up_rad)  # trees of 25 m
     of_l1 = 1.57542 * GHZ
     found_db = [
