@@ -24,7 +24,7 @@ def check_lines(lines: list[str], source: str) -> int:
         raise AlmanacFileError(f"{source} does not say which observations it holds (# / TYPES OF OBSERV).")
     lines_each = 1
     if kinds is not None:
-        lines_each = -(-whole(kinds[:6], f"{source}: the number of kinds of observations") // OBSERVATIONS_A_LINE)
+        lines_each = -(-_count(kinds[:6], f"{source}: the number of kinds of observations") // OBSERVATIONS_A_LINE)
     number, epochs = end + 1, 0
     while number < len(lines):
         if not lines[number].strip():
@@ -84,7 +84,15 @@ def _epoch(line: str, version: float, where: str) -> tuple[int, int]:
     if version >= 3.0:
         if not line.startswith(">"):
             raise AlmanacFileError(f"{where} does not begin with >: the file is damaged.")
-        return whole(line[31:32] or "0", f"{where}: the flag"), whole(line[32:35], f"{where}: how many satellites")
+        return whole(line[31:32] or "0", f"{where}: the flag"), _count(line[32:35], f"{where}: how many satellites")
     if line[:1].strip() or line[28:29].strip() == "":
         raise AlmanacFileError(f"{where} is none: the file is damaged.")
-    return whole(line[28:29], f"{where}: the flag"), whole(line[29:32], f"{where}: how many satellites")
+    return whole(line[28:29], f"{where}: the flag"), _count(line[29:32], f"{where}: how many satellites")
+
+
+def _count(text: str, where: str) -> int:
+    """Raises AlmanacFileError: one below zero would lead back to lines that were read."""
+    count = whole(text, where)
+    if count < 0:
+        raise AlmanacFileError(f"{where} must not be below zero, as {text.strip()!r:.40} is.")
+    return count

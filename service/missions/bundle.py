@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import json
 import zipfile
-import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from service.errors import LimitError, RequestError
+from service.files.zips import member_blocks, opened_zip
 from service.missions.document import MissionIn
 from service.missions.shelf import Sheet
 from terrain import ElevationGrid, write_npz
@@ -21,7 +21,7 @@ __all__ = ["DEM_STEM", "MISSION_FILE", "sheet_of", "unpack", "write_bundle"]
 MISSION_FILE = "mission.json"
 DEM_STEM = "dem"
 MOST_MEMBERS = 16
-BLOCK_BYTES = 1024 * 1024
+LONGEST_SUFFIX = 8
 # a zip's entries carry a time; one for all makes files of equal missions equal
 ZIP_TIME = (2020, 1, 1, 0, 0, 0)
 
@@ -55,40 +55,41 @@ def unpack(path: Path, folder: Path, *, max_mission_bytes: int, max_dem_bytes: i
 
     Raises RequestError for what is no zip of a mission, LimitError for members that are too large.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [member for member in archive.infolist() if not member.is_dir()]
-            missions = [member for member in members if member.filename == MISSION_FILE]
-            if not missions:
-                raise RequestError(f"{path.name} holds no {MISSION_FILE}, so it is no mission of Sightline.")
-            dems = [member for member in members if Path(member.filename).stem == DEM_STEM]
-            others = [member.filename for member in members if member not in (*missions, *dems)]
-            if len(members) > MOST_MEMBERS or len(missions) > 1 or len(dems) > 1 or others:
-                odd = others[0][:80] if others else f"{len(members)} files"
-                raise RequestError(
-                    f"{path.name} holds {odd!r}; a mission's zip holds {MISSION_FILE} and one DEM alone."
-                )
-            text = b"".join(_blocks(archive, missions[0], max_mission_bytes, "max_mission_bytes"))
-            if not dems:
-                return text, None
-            folder.mkdir(parents=True)
-            target = folder / Path(dems[0].filename).name
-            with target.open("wb") as file:
-                file.writelines(_blocks(archive, dems[0], max_dem_bytes, "max_upload_bytes"))
-            return text, target
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        raise RequestError(f"{path.name} is a damaged zip, or one that is packed in a way not understood.") from error
+    damaged = f"{path.name} is a damaged zip, or one that is packed in a way not understood."
+    with opened_zip(path, damaged) as archive:
+        members = [member for member in archive.infolist() if not member.filename.endswith("/")]
+        missions = [member for member in members if member.filename == MISSION_FILE]
+        if not missions:
+            raise RequestError(f"{path.name} holds no {MISSION_FILE}, so it is no mission of Sightline.")
+        dems = [member for member in members if _is_dem(Path(member.filename))]
+        others = [member.filename for member in members if member not in (*missions, *dems)]
+        if len(members) > MOST_MEMBERS or len(missions) > 1 or len(dems) > 1 or others:
+            odd = others[0][:80] if others else f"{len(members)} files"
+            raise RequestError(f"{path.name} holds {odd!r}; a mission's zip holds {MISSION_FILE} and one DEM alone.")
+        mission = member_blocks(archive, missions[0], damaged)
+        text = b"".join(_bounded(mission, missions[0].filename, max_mission_bytes, "max_mission_bytes"))
+        if not dems:
+            return text, None
+        folder.mkdir(parents=True)
+        target = folder / Path(dems[0].filename).name
+        with target.open("wb") as file:
+            dem = member_blocks(archive, dems[0], damaged)
+            file.writelines(_bounded(dem, dems[0].filename, max_dem_bytes, "max_upload_bytes"))
+        return text, target
 
 
-def _blocks(archive: zipfile.ZipFile, member: zipfile.ZipInfo, max_bytes: int, limit_name: str) -> Iterator[bytes]:
+def _is_dem(path: Path) -> bool:
+    return path.stem == DEM_STEM and len(path.suffix) <= LONGEST_SUFFIX
+
+
+def _bounded(blocks: Iterable[bytes], name: str, max_bytes: int, limit_name: str) -> Iterator[bytes]:
     total = 0
-    with archive.open(member) as file:
-        while block := file.read(BLOCK_BYTES):
-            total += len(block)
-            if total > max_bytes:
-                raise LimitError(
-                    f"{member.filename[:80]} unpacks to more than the limit of {max_bytes:,} bytes",
-                    limit_name=limit_name,
-                    limit=max_bytes,
-                )
-            yield block
+    for block in blocks:
+        total += len(block)
+        if total > max_bytes:
+            raise LimitError(
+                f"{name[:80]} unpacks to more than the limit of {max_bytes:,} bytes",
+                limit_name=limit_name,
+                limit=max_bytes,
+            )
+        yield block

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -97,7 +98,7 @@ def _shapes(path: Path) -> tuple[str, list[GeoJsonShape], list[str]]:
         raise RequestError(f"{called} must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}.")
     try:
         document = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(f"{called} is not JSON: {str(error)[:200]}.") from error
     entries = document.get("anchors", document) if isinstance(document, dict) else document
     if isinstance(entries, list):
@@ -222,5 +223,6 @@ def _word(value: object) -> str | None:
 
 
 def _number(value: object) -> float | None:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    # a comparison, for a whole number may be too large for isfinite
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
     return float(str(value)) if is_number else None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
-from pydantic import Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, model_validator
 
 from service.errors import RequestError
 from service.parts.geojson_reading import Fields, shapes_of
@@ -43,6 +43,8 @@ __all__ = [
 ]
 
 MOST_MESHES = 20
+# file systems take 255
+MOST_NAME_BYTES = 200
 
 
 class BuildingsIn(StrictModel):
@@ -82,10 +84,21 @@ class FootprintsIn(StrictModel):
     )
 
 
+def _file_name(name: str) -> str:
+    """A name under which a file can lie anywhere. Raises ValueError."""
+    if not name.strip(". ") or not name.isprintable() or len(name.encode()) > MOST_NAME_BYTES:
+        raise ValueError(
+            f"no file can be called that; give a name of printable letters, {MOST_NAME_BYTES} bytes at most"
+        )
+    return name
+
+
 class RasterIn(StrictModel):
     """A raster in a file that is read as a DEM is."""
 
-    name: str = Field(min_length=1, max_length=200, pattern=r"^[^/\\]+$", description="What the file is called.")
+    name: Annotated[str, AfterValidator(_file_name)] = Field(
+        min_length=1, max_length=200, pattern=r"^[^/\\]+$", description="What the file is called."
+    )
     base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import lzma
 import math
 import os
 import tokenize
@@ -33,7 +34,7 @@ MAX_DETAIL_BYTES = 4_000_000
 # everything that zipfile, zlib and numpy's header parser raise over damaged bytes
 DAMAGE = (
     zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError, ValueError, TypeError, KeyError, OSError,
-    EOFError, OverflowError, NotImplementedError, RuntimeError,
+    EOFError, OverflowError, NotImplementedError, RuntimeError, lzma.LZMAError,
 )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from planning import PlaceError
 from service.errors import RequestError
 from service.live.request import DetectorIn
 from service.live.watching import memory_of
-from service.parts.cover import CoverParameters, covered
+from service.parts.cover import CoverIn, CoverParameters, covered
 from service.probes.places import probe
 from service.probes.profiles import profiles
 from service.probes.request import ProbeIn, ProfilesIn
@@ -212,3 +213,11 @@ def test_roofs_of_the_covered_ground_are_where_the_footprints_are() -> None:
     assert grid.standing is not None
     areas_m2 = sorted(outline.area for outline in grid.standing.outlines)
     np.testing.assert_allclose(areas_m2, [1600.0] * 4, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", [".", "..", " . ", "a\0b.tif", "a\nb.tif", "\ud800.tif", "𝒳" * 60])
+def test_a_raster_whose_name_no_file_can_have_is_refused(name: str) -> None:
+    raster = {"name": name, "base64": base64.b64encode(b"heights").decode()}
+    with pytest.raises(ValidationError, match="name"):
+        CoverIn.model_validate({"canopy": {"heights": raster}})
+    assert CoverIn.model_validate({"canopy": {"heights": {**raster, "name": "Bäume 2026.tif"}}}).canopy is not None

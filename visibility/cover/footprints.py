@@ -114,7 +114,7 @@ def read_footprints(
     path = Path(path)
     try:
         document = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise CoverError(f"The footprints {path.name} cannot be read as GeoJSON: {error}.") from error
     return parse_footprints(document, grid, heights, called=f"The footprints {path.name}")
 

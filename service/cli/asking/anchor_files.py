@@ -83,7 +83,7 @@ def _anchor(where: str, fields: object, level: bool | None) -> AnchorIn:
 def _document(path: Path, what: str) -> JsonValue:
     try:
         document: JsonValue = json.loads(text_of(path, what))
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(f"The {what} {path.name} is not JSON: {error}.") from error
     return document
 

@@ -174,7 +174,7 @@ class CoverOptions:
             document = json.loads(self.buildings.read_text(encoding="utf-8-sig"))
         except OSError as error:
             raise RequestError(f"The buildings {str(self.buildings)!r} cannot be read: {error.strerror}.") from error
-        except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        except (ValueError, RecursionError) as error:
             raise RequestError(f"The buildings {self.buildings.name} are not GeoJSON: {error}.") from error
         if not isinstance(document, dict):
             raise RequestError(f"The buildings {self.buildings.name} hold no GeoJSON object.")

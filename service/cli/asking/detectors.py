@@ -92,7 +92,7 @@ class DetectorOptions:
                 raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
             try:
                 fields[name.strip()] = json.loads(value)
-            except json.JSONDecodeError:
+            except (ValueError, RecursionError):
                 fields[name.strip()] = value.strip()  # a word, which needs no quotes here
         try:
             return DetectorSettingsIn.model_validate(fields)

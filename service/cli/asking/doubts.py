@@ -42,7 +42,7 @@ class DoubtOptions:
             document = json.loads(self.doubts.read_text(encoding="utf-8-sig"))
         except OSError as error:
             raise RequestError(f"The doubts {str(self.doubts)!r} cannot be read: {error.strerror}.") from error
-        except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        except (ValueError, RecursionError) as error:
             raise RequestError(f"The doubts {self.doubts.name} are not GeoJSON: {error}.") from error
         if not isinstance(document, dict):
             raise RequestError(f"The doubts {self.doubts.name} hold no GeoJSON object.")

@@ -102,7 +102,7 @@ def _document(path: Path, kind: str | None = None) -> object:
         raise RequestError(f"The file {path.name} is not UTF-8 text.") from error
     except OSError as error:
         raise RequestError(f"The file {str(path)!r} cannot be read: {error.strerror}.") from error
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(f"The file {path.name} is not JSON: {error}.") from error
     return document
 

@@ -212,7 +212,7 @@ def _document(file: Path, what: str) -> dict[str, JsonValue]:
         raise RequestError(f"The {what} {file.name} is not UTF-8 text.") from error
     except OSError as error:
         raise RequestError(f"The {what} {str(file)!r} cannot be read: {error.strerror}.") from error
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(f"The {what} {file.name} is not JSON: {error}.") from error
     if not isinstance(document, dict):
         raise RequestError(f"The {what} {file.name} holds no JSON object.")

@@ -137,7 +137,7 @@ def _settings(path: Path | None, rows: DriveRows) -> dict[str, object]:
     if path is not None:
         try:
             given = json.loads(text_of(path, "settings file"))
-        except json.JSONDecodeError as error:
+        except (ValueError, RecursionError) as error:
             raise RequestError(f"The settings file {path.name} is not JSON: {error}.") from error
         if not isinstance(given, dict):
             raise RequestError(f"The settings file {path.name} holds no JSON object.")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 from pyproj import Geod
 
@@ -28,7 +29,7 @@ def read_plan(data: bytes, called: str) -> Foreign:
     """All places of a plan. Raises RequestError."""
     try:
         plan = json.loads(data.decode("utf-8-sig"))
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise RequestError(f"{called} is not JSON: {error}.") from error
     if not isinstance(plan, dict) or plan.get("fileType") != "Plan":
         raise RequestError(f"{called} is not a plan of QGroundControl (fileType Plan).")
@@ -61,7 +62,7 @@ class _Reading:
         self._called = called
         home = mission.get("plannedHomePosition")
         altitude_m = home[2] if isinstance(home, list) and len(home) > 2 else None
-        self._home_m = float(altitude_m) if isinstance(altitude_m, int | float) else math.nan
+        self._home_m = float(altitude_m) if _is_number(altitude_m) else math.nan
         self.points: list[Feature] = []
         self.others: list[Feature] = []
         self.way: list[list[float]] = []
@@ -160,5 +161,6 @@ def _numbers(at: Any, called: str) -> list[float]:
     return [float(one) if _is_number(one) else math.nan for one in at]
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def _is_number(value: object) -> TypeGuard[float]:
+    # a comparison, for a whole number may be too large for isfinite
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max

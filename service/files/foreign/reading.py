@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 
 from service.errors import RequestError
+from service.files.zips import member_blocks, opened_zip
 
 from .features import Foreign
 from .gpx_reading import read_gpx
@@ -46,19 +45,19 @@ def read_foreign(name: str, data: bytes) -> Foreign:
 
 def _document_in(data: bytes, called: str) -> bytes:
     """The first KML document of a KMZ, which is the one that it is about."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = archive.infolist()
-            if len(members) > MOST_MEMBERS:
-                raise RequestError(f"{called} holds {len(members):,} files, which no KMZ needs.")
-            documents = [one for one in members if one.filename.lower().endswith(".kml")]
-            if not documents:
-                raise RequestError(f"{called} is a zip without a KML document.")
-            with archive.open(documents[0]) as file:
-                # whatever the zip's directory says of its size
-                document = file.read(MOST_BYTES + 1)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        raise RequestError(f"{called} is no KMZ that can be read: {error}.") from error
-    if len(document) > MOST_BYTES:
-        raise RequestError(f"{called} unpacks to more than {MOST_BYTES:,} bytes, which no plan of a mission needs.")
-    return document
+    damaged = f"{called} is no KMZ that can be read: damaged, encrypted, or packed in a way that KMZ does not know."
+    document = bytearray()
+    with opened_zip(io.BytesIO(data), damaged) as archive:
+        members = archive.infolist()
+        if len(members) > MOST_MEMBERS:
+            raise RequestError(f"{called} holds {len(members):,} files, which no KMZ needs.")
+        documents = [one for one in members if one.filename.lower().endswith(".kml")]
+        if not documents:
+            raise RequestError(f"{called} is a zip without a KML document.")
+        for block in member_blocks(archive, documents[0], damaged):
+            document += block
+            if len(document) > MOST_BYTES:
+                raise RequestError(
+                    f"{called} unpacks to more than {MOST_BYTES:,} bytes, which no plan of a mission needs."
+                )
+    return bytes(document)

@@ -55,6 +55,17 @@ def test_a_damaged_epoch_is_told_with_its_line(whole):
         parse_observations("\n".join(lines))
 
 
+@pytest.mark.parametrize("flag", [0, 4])
+@pytest.mark.parametrize("count", [-1, -7])
+def test_a_count_below_zero_is_refused_and_no_endless_loop(whole, flag, count):
+    lines = whole.splitlines()
+    begin = next(n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")) + 1
+    at = 31 if lines[begin].startswith(">") else 28
+    lines[begin] = f"{lines[begin][:at]}{flag}{count:3d}"
+    with pytest.raises(AlmanacFileError, match=f"line {begin + 1}: how many satellites must not be below zero"):
+        parse_observations("\n".join(lines))
+
+
 def test_orbits_that_are_none_are_refused(tmp_path):
     for name, text, sentence in (
         ("empty.nav", "", "no RINEX navigation file"),

@@ -229,6 +229,7 @@ def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
         ("a.json", '[{"id": "D1", "east_m": NaN, "north_m": 1, "altitude_m": 2}]', "anchor 1: east_m: Input should be"),
         ("a.json", '[{"id": "D1", "east": 1}]', "anchor 1: east: this field is not known here"),
         ("a.json", "[" * 100_000, "is not JSON"),
+        ("a.json", f"[{'9' * 5000}]", "is not JSON"),
         ("a.geojson", '{"type": "FeatureCollection", "features": [{"geometry": {"type": "Polygon"}}]}', "only Point"),
         ("a.geojson", '{"type": "FeatureCollection", "features": [7]}', "only Point"),
         ("a.geojson", POINT % "[1]",

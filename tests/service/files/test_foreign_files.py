@@ -209,6 +209,8 @@ def zipped(name: str, content: bytes) -> bytes:
         ("a.gpx", b"<gpx><wpt/></gpx>", "no GPX that can be read"),
         ("a.plan", b"{}", "not a plan"),
         ("a.plan", b"[", "not JSON"),
+        ("a.plan", b"[" + b"9" * 5000 + b"]", "not JSON"),
+        ("a.plan", plan(geoFence={"polygons": [{"polygon": [[10**400, 7.0]]}]}), "has not two coordinates"),
         ("a.plan", plan(geoFence={"polygons": [{"polygon": [[46.0]]}]}), "has not two coordinates"),
     ],
 )
