@@ -85,6 +85,7 @@ def test_openapi_has_its_routes_its_tag_and_its_models() -> None:
         "/high-grounds/{job_id}",
         "/high-grounds/{job_id}/events",
         "/high-grounds/{job_id}/pin",
+        "/high-grounds/{job_id}/request",
         "/high-grounds/{job_id}/layers/{layer}",
     }
     assert "High ground" in [tag["name"] for tag in document["tags"]]

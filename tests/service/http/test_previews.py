@@ -146,6 +146,8 @@ def test_hundreds_of_drags_leave_memory_and_disk_as_they_were(server: Server, de
         processes = [psutil.Process(server.process.pid), *server.workers]
         return sum(one.memory_info().rss for one in processes), set(server.folder.rglob("*"))
 
+    # a process that only starts grows by what it imports
+    server.until("/health", lambda told: told["workers"]["warm"] == told["workers"]["wanted"])
     for number in range(100):
         drag(number)
     before_bytes, before_files = held()
