@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyproj
 import pytest
 import rasterio
 from affine import Affine
@@ -169,6 +170,30 @@ def test_a_canopy_in_a_file_of_other_posts_is_resampled_and_told(tmp_path: Path)
     negative = raster(tmp_path, -3.0)
     with pytest.raises(CoverError, match="heights >= 0"):
         covered(grid, CoverParameters.model_validate({"cover": {"canopy": {"heights": negative}}}))
+
+
+def test_a_canopy_in_a_file_of_another_crs_is_brought_to_the_ground_and_told(tmp_path: Path) -> None:
+    grid = small_grid()
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    to_degrees = pyproj.Transformer.from_crs("EPSG:32611", "EPSG:4326", always_xy=True)
+    west_deg, south_deg, east_deg, north_deg = to_degrees.transform_bounds(west_m, south_m, east_m, north_m)
+    # trees get higher by 10 m from the western border to the eastern one
+    step_deg = (east_deg - west_deg) / 100.0
+    cols, rows = 121, int((north_deg - south_deg) / step_deg) + 20
+    values = np.broadcast_to(np.float32(np.arange(cols) * 0.1 + 4.0), (rows, cols))
+    left_deg, top_deg = west_deg - 10.0 * step_deg, north_deg + 10.0 * step_deg
+    corner = Affine(step_deg, 0.0, left_deg - step_deg / 2, 0.0, -step_deg, top_deg + step_deg / 2)
+    path = write_tif(tmp_path / "degrees.tif", values, crs="EPSG:4326", transform=corner)
+    heights = {"name": path.name, "base64": base64.b64encode(path.read_bytes()).decode()}
+    built = covered(grid, CoverParameters.model_validate({"cover": {"canopy": {"heights": heights}}}))
+    assert built.trees is not None
+    rows_of, cols_of = np.indices(grid.shape)
+    lon_deg, _ = to_degrees.transform(*grid.position_of(rows_of, cols_of))
+    np.testing.assert_allclose(built.trees.top_m, 4.0 + 0.1 * (lon_deg - left_deg) / step_deg, atol=0.01)
+    assert any(
+        note.startswith("The canopy's raster: Warped from WGS 84 (") and "to WGS 84 / UTM zone 11N" in note
+        for note in built.provenance.warnings
+    )
 
 
 def test_a_surface_model_less_the_ground_is_canopy_but_for_buildings(tmp_path: Path) -> None:

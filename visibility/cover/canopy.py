@@ -111,20 +111,22 @@ def canopy_paths(
 
 
 def _at_posts(grid: ElevationGrid, other: ElevationGrid) -> tuple[Heights, tuple[str, ...]]:
-    """(heights of another grid at the posts of this one, whether it was resampled, told)."""
+    """(heights of another grid at the posts of this one, what was done to it as it was read and here, told)."""
     same_frame = (grid.crs is None) == (other.crs is None) and (
         grid.crs is None or other.crs is None or same_map(grid.crs, other.crs)
     )
     if not same_frame:
         names = ["a local frame" if one.crs is None else repr(one.crs.name) for one in (other, grid)]
         raise CoverError(f"The canopy is in {names[0]} and the ground in {names[1]}; read both in one CRS.")
+    # a file of another CRS was warped as it was read: what was done to it is told here, since nobody else looks at it
+    read = tuple(f"The canopy's raster: {done}" for done in (*other.provenance.conversions, *other.provenance.warnings))
     ours = (grid.shape, grid.cell_east_m, grid.cell_north_m, grid.origin_east_m, grid.origin_north_m)
     theirs = (other.shape, other.cell_east_m, other.cell_north_m, other.origin_east_m, other.origin_north_m)
     if ours == theirs:
-        return other.heights_m, ()
+        return other.heights_m, read
     rows, cols = np.indices(grid.shape)
     heights_m = np.asarray(height_at(other, *grid.position_of(rows, cols)), np.float32)
     if np.isnan(heights_m).all():
         raise CoverError("The canopy lies nowhere on the ground.")
     apart = f"{other.cell_east_m:g} by {other.cell_north_m:g} m"
-    return heights_m, (f"The canopy's posts are {apart} apart; it was resampled to the DEM's.",)
+    return heights_m, (*read, f"The canopy's posts are {apart} apart; it was resampled to the DEM's.")
