@@ -27,10 +27,11 @@ def check_declared_size(
     """
     cells = rows * cols
     if cells > max_cells:
-        gigabytes = cells * (bytes_per_value + WORK_BYTES_PER_CELL) / 1e9
+        about = float(rows) * cols  # which has no end where the numbers of a broken file do
+        gigabytes = about * (bytes_per_value + WORK_BYTES_PER_CELL) / 1e9
         raise DemTooLargeError(
             f"{name} has {cells:,} cells ({rows:,} × {cols:,}), more than the limit of {max_cells:,}; reading it would "
-            f"take about {gigabytes:.3g} GB of memory and {cells / READ_CELLS_PER_S:.3g} s. "
+            f"take about {gigabytes:.3g} GB of memory and {about / READ_CELLS_PER_S:.3g} s. "
             "Cut out or coarsen the part you need, or raise max_cells.",
             cells=cells,
             limit_cells=max_cells,

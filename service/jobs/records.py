@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -59,11 +60,19 @@ class Failure:
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
-        """The same from an exception; numbers and words that it carries come along."""
+        """The same from an exception; numbers and words that it carries come along, as JSON can have them."""
         name = f"{type(error).__module__.partition('.')[0]}.{type(error).__name__}"
         told = (int, float, str, dict, tuple)
-        data = {key: value for key, value in vars(error).items() if isinstance(value, told)}
-        return cls(name, str(error), data)
+        data = {key: _bounded(value) for key, value in vars(error).items() if isinstance(value, told)}
+        # half a surrogate pair of a request, which no text in UTF-8 has
+        return cls(name, str(error).encode("utf-8", "replace").decode(), data)
+
+
+def _bounded(value: object) -> object:
+    """A whole number of more than 64 bits as the nearest float, or the largest."""
+    if not isinstance(value, int) or abs(value) < 2**63:
+        return value
+    return float(max(-sys.float_info.max, min(value, sys.float_info.max)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,7 +84,11 @@ def main() -> None:
         work = folder.work(token)
         context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token), order["salt"])
         _limit_memory(order["memory_bytes"])
-        _tell(answers, _done(tasks[order["task"]], order, context))
+        done = _done(tasks[order["task"]], order, context)
+        try:
+            _tell(answers, done)
+        except TypeError:  # of what JSON cannot have nothing was written yet
+            _tell(answers, _failed(_of_fault(order)))
         stopped.discard(token)
 
 
@@ -122,6 +126,10 @@ def _done(task: Task, order: Order, context: TaskContext) -> Done | Failed:
         else:
             failure = _of_fault(order)
     shutil.rmtree(work, ignore_errors=True)
+    return _failed(failure)
+
+
+def _failed(failure: Failure) -> Failed:
     return Failed(failure={"error": failure.error, "detail": failure.detail, "data": dict(failure.data)})
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
+from codecs import BOM_UTF8
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pydantic import BaseModel, Field, ValidationError
+from pydantic_core import from_json
 
 from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table
@@ -97,8 +98,8 @@ def _shapes(path: Path) -> tuple[str, list[GeoJsonShape], list[str]]:
     if suffix not in SUFFIXES:
         raise RequestError(f"{called} must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}.")
     try:
-        document = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        document = from_json(path.read_bytes().removeprefix(BOM_UTF8))
+    except ValueError as error:
         raise RequestError(f"{called} is not JSON: {str(error)[:200]}.") from error
     entries = document.get("anchors", document) if isinstance(document, dict) else document
     if isinstance(entries, list):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
+from codecs import BOM_UTF8
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
+from pydantic_core import from_json
 from pyproj import Geod
 
 from service.errors import RequestError
@@ -28,8 +29,8 @@ CORNERS = 72
 def read_plan(data: bytes, called: str) -> Foreign:
     """All places of a plan. Raises RequestError."""
     try:
-        plan = json.loads(data.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        plan = from_json(data.removeprefix(BOM_UTF8))
+    except ValueError as error:
         raise RequestError(f"{called} is not JSON: {error}.") from error
     if not isinstance(plan, dict) or plan.get("fileType") != "Plan":
         raise RequestError(f"{called} is not a plan of QGroundControl (fileType Plan).")
@@ -77,7 +78,7 @@ class _Reading:
             self._pattern(item)
             return
         command, params = item.get("command"), item.get("params")
-        if command not in PLACES or not isinstance(params, list) or len(params) < 7:
+        if not isinstance(command, int) or command not in PLACES or not isinstance(params, list) or len(params) < 7:
             self.skipped.append(f"command {str(command)[:20]}")
             return
         lat, lon = params[4], params[5]
@@ -101,6 +102,7 @@ class _Reading:
         if not _is_number(up):
             return {}
         up_m = float(str(up))
+        frame = frame if isinstance(frame, int) else None
         if frame in SEA_LEVEL:
             return {"altitude_m": up_m, "altitude_datum": "msl"}
         if frame in TERRAIN:
@@ -122,6 +124,8 @@ class _Reading:
 
 
 def _fence(number: int, polygon: Any, called: str) -> Feature:
+    if not isinstance(polygon, dict):
+        raise RequestError(f"{called} has a fence that is none.")
     ring = [[lon, lat] for lat, lon, *_ in (_numbers(one, called) for one in _list(polygon, "polygon"))]
     what = "keep-in" if polygon.get("inclusion") else "no-go"
     return place_of("Polygon", [_closed(ring)], f"fence {number}", {"what": what})

@@ -92,6 +92,8 @@ def test_what_lies_outside_is_told_and_left_out(server: Server, ground: dict[str
     ("name", "content", "status", "words"),
     [
         ("a.txt", b"hello", 422, "must end in"),
+        ("a.json", b'[{"id": "\\ud800", "east_m": 1, "north_m": 1}]', 422, "not JSON"),
+        ("a.json", b"[" * 100_000, 422, "not JSON"),
         ("a.kml", b"<!DOCTYPE kml [<!ENTITY a 'b'>]><kml>&a;</kml>", 422, "declares a document type"),
         ("a.csv", b"id,colour\nD1,red\n", 422, "colour"),
         ("a.geojson", b"{}", 422, "no GeoJSON"),

@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import sqlite3
+import sys
 from types import ModuleType
 from typing import Any
 
 import httpx
+import orjson
 import pytest
 from fastapi import FastAPI
 
@@ -128,3 +130,10 @@ def test_a_fault_is_logged_under_the_reference_that_the_answer_shows(caplog: pyt
     assert reference in answer.json()["detail"]
     record = next(record for record in caplog.records if reference in record.getMessage())
     assert "the secret" in str(record.exc_info)
+
+
+def test_a_failure_carries_only_what_json_can_have() -> None:
+    error = of_terrain.DemTooLargeError("large: \ud800", cells=10**400, limit_cells=-(10**30))
+    failure = Failure.of(error)
+    assert failure.detail == "large: ?"
+    assert orjson.loads(orjson.dumps(dict(failure.data))) == {"cells": sys.float_info.max, "limit_cells": -1e30}

@@ -96,3 +96,16 @@ def test_what_is_no_tile_is_named_and_nothing_is_kept(server: Server, tmp_path: 
 def test_where_one_file_is_meant_several_are_refused(server: Server, route: str) -> None:
     files = [("file", (name, b"{}")) for name in ("one.json", "two.json")]
     assert_problem(server.client.post(route, files=files), 422, "request", "send one at a time")
+
+
+@pytest.mark.parametrize("cell_m", [1e-9, 1e-200])
+def test_tiles_that_are_endlessly_fine_together_are_too_large(server: Server, tmp_path: Path, cell_m: float) -> None:
+    fine = rasterio.Affine(cell_m, 0, 700_000, 0, -cell_m, 5_100_000)
+    paths = [
+        write_tif(tmp_path / "fine.tif", rough(4, 4), transform=fine, crs="EPSG:32632"),
+        write_tif(tmp_path / "coarse.tif", rough(4, 4), transform=METRES, crs="EPSG:32632"),
+    ]
+    answer = join(server, paths)
+    assert answer.status_code in (413, 422), answer.text
+    assert answer.headers["Content-Type"] == "application/problem+json"
+    assert server.client.get("/health").json()["workers"]["warm"] > 0
