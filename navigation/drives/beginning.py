@@ -150,7 +150,7 @@ def _headings(
     if settings.heading_rad is not None:
         return [align_still(force, heading_rad=settings.heading_rad)], settings.heading_sigma_rad
     speed = float(np.hypot(velocity[0], velocity[1]))
-    if not still and speed > COURSE_SIGMAS * velocity_sigma:
+    if speed > COURSE_SIGMAS * velocity_sigma:
         told.append("The heading at the beginning is the course of the fixes.")
         heading = align_moving(force, velocity, least_speed_m_per_s=min(speed, 1.0) * 0.99)
         return [heading], math.hypot(settings.heading_sigma_rad, velocity_sigma / speed)

@@ -83,6 +83,7 @@ def los(
 
     from service.parts.altitude_datums import in_dem_datum
     from service.parts.shapes_in_grid import resolve_point
+    from service.parts.unused import notes_on_unused
     from service.products.lines_of_sight.calculate import refuse_lines_outside
     from service.products.lines_of_sight.request import PairIn
     from visibility import FLAT, line_of_sight
@@ -90,7 +91,7 @@ def los(
     within = area_asked(area.part(in_degrees=lonlat))
     grid = reading.read(dem, within, margin_m)
     pair, of_altitudes = in_dem_datum(grid, PairIn.model_validate({"from": ends["--from"], "to": ends["--to"]}))
-    warnings = [*grid.provenance.warnings, *of_altitudes]
+    warnings = [*grid.provenance.warnings, *of_altitudes, *notes_on_unused(grid, pair)]
     start_m, end_m = resolve_point(grid, pair.from_, "--from"), resolve_point(grid, pair.to, "--to")
     refuse_lines_outside(grid, within, np.array([start_m]), np.array([end_m]))
     sight = line_of_sight(

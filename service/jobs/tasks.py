@@ -18,6 +18,7 @@ from service.live.request import DetectorLimits, EpochsIn
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import covered
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
+from service.parts.unused import notes_on_unused
 from service.probes.places import probe
 from service.probes.previews import write_preview
 from service.probes.profiles import profiles
@@ -115,7 +116,7 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
     packed = product.pack(grid, parameters, context.work)
     if context.work.exists():
         make_durable(context.work)
-    notes = [*notes_on_older_names(asked), *told]
+    notes = [*notes_on_older_names(asked), *told, *notes_on_unused(grid, parameters)]
     request = JobRequest(parameters=packed, has_inputs=context.work.exists(), notes=notes)
     return {"dem_id": asked.dem_id, "request": request}
 

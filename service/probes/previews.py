@@ -15,6 +15,7 @@ from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import notes_on_cover
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import resolve_anchor
+from service.parts.unused import notes_on_unused
 from terrain import ElevationGrid
 from visibility import Anchor, Curvature, MinimumVisibleAltitude, dop_map, position_error_map
 from visibility.sight import ALL_ROUND, SurfaceCache
@@ -56,7 +57,7 @@ def write_preview(grid: ElevationGrid, asked: PreviewIn, path: Path) -> None:
         mode=lines.mode,
         error_statement=lines.error_statement,
         curvature=lines.curvature.sentence(),
-        warnings=[*notes, *notes_on_cover(ground), *lines.warnings],
+        warnings=[*notes, *notes_on_unused(grid, asked), *notes_on_cover(ground), *lines.warnings],
     )
     line = told.model_dump_json().encode()
     with path.open("wb") as file:

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from service.jobs.kept_files import load, save
 from service.parts.cover import CoverParameters, covered
 from service.parts.radios import RadioIn
+from service.parts.unused import notes_on_unused
 from service.probes.places import probe
 from service.probes.profiles import profiles
 from service.probes.request import ProbeIn, ProfilesIn
@@ -32,6 +33,7 @@ from visibility import VISIBLE, CoverError
 from visibility.signal import RADIOS, margin_map, signals
 
 CANOPY: dict[str, Any] = {"top_m": 18.0, "base_m": 2.0, "model": "density", "depth_per_m": 0.05}
+WHY = "this answer is of what is in sight, not of what is usable"
 ENDS = [{**at(95.0, 229.0), "above_ground_m": 5.0}, {**at(330.0, 229.0), "above_ground_m": 2.0}]
 
 
@@ -68,6 +70,27 @@ def test_radios_are_not_looked_at_for_what_is_visible() -> None:
     with_radios = finished("visibility-map", anchors=anchors({"preset": "uwb"}))
     np.testing.assert_array_equal(with_radios.visible, finished("visibility-map").visible)
     assert with_radios.margin_db is None
+
+
+@pytest.mark.parametrize("name", sorted(name for name, asked in ASKED.items() if asked.get("anchors")))
+def test_radios_that_are_not_looked_at_are_told(name: str) -> None:
+    model = PRODUCTS[name].parameters
+    silent = model.model_validate(ASKED[name])
+    lists = [one for one in ("anchors", "tracks") if ASKED[name].get(one)]
+    radios = {one: [{**anchor, "radio": "uwb"} for anchor in ASKED[name][one]] for one in lists}
+    names = ", ".join(anchor["id"] for one in lists for anchor in ASKED[name][one])
+    assert notes_on_unused(small_grid(), silent) == []
+    told = notes_on_unused(small_grid(), model.model_validate({**ASKED[name], **radios}))
+    assert told == [f"Not looked at: the radio of {names}, since {WHY}."]
+
+
+def test_a_canopy_is_told_where_nothing_is_asked_as_usable() -> None:
+    model = PRODUCTS["visibility-map"].parameters
+    asked = {**ASKED["visibility-map"], "anchors": anchors({"preset": "uwb"}), "cover": {"canopy": CANOPY}}
+    seen, usable = (model.model_validate({**asked, "sight": sight}) for sight in ("visible", "usable"))
+    grid = covered(small_grid(), seen)
+    assert notes_on_unused(grid, seen)[1:] == [f"Not looked at: the canopy, since {WHY}; trees hide nothing."]
+    assert notes_on_unused(grid, usable) == []
 
 
 @pytest.mark.parametrize("name", ["dop-map", "morphing-map"])

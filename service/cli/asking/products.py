@@ -18,6 +18,7 @@ from service.files.layer import Layer, replacing
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import covered
 from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_names, sentence_of
+from service.parts.unused import notes_on_unused
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
 from visibility.sight.sight_lines import ERROR_STATEMENT
@@ -75,7 +76,7 @@ def ask(
     ground = reading.read(dem, getattr(parameters, "area", None), margin_m) if isinstance(dem, str) else dem
     grid = covered(ground, parameters)
     parameters, of_datum = in_dem_datum(grid, parameters)
-    told = (*of_datum, *told)
+    told = (*of_datum, *told, *notes_on_unused(grid, parameters))
     if on is not None and on.map_ground not in (None, grid.digest):
         told = (*told, OTHER_GROUND)
     layers = tuple(

@@ -30,7 +30,7 @@ LOG = (
     "Tables (CSV, or a folder of them) of inertial readings, fixes, ranges and speeds, or a ROS bag, MCAP, PX4 ULog, "
     "DataFlash or MAVLink telemetry."
 )
-SETTINGS = "JSON of what is known besides: imu, axes, units, lever_arm_m, heading_deg …; docs/inertial.md has all."
+SETTINGS = "JSON of what is known besides: imu, axes, units, lever_arm_m, heading_deg …; docs/navigate.md has all."
 # ground that nobody knows around a drive without a map: so far beside it, in so many posts
 BESIDE_M, POSTS = 20.0, 64
 

@@ -94,7 +94,9 @@ def draw_innovations(finished: FinishedNavigation) -> Figure:
     figure = Figure(figsize=(10.0, 1.2 + 2.0 * len(kinds)), facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(len(kinds), 1, sharex=True, squeeze=False)[:, 0]
+    used = {one.source: f"{one.used:,} of {one.measurements:,} used" for one in finished.answer.sources}
     for axis, kind in zip(axes, kinds, strict=True):
+        axis.set_title(used[SOURCES[kind]], loc="right", fontsize=8)
         mine = np.flatnonzero((track.measurements.source == kind) & np.isfinite(track.filtered.innovation))
         mine = mine[:: max(len(mine) // MOST_DOTS, 1)]
         time_s, sigma = track.measurements.times_s[mine], np.sqrt(track.filtered.innovation_variance[mine])
@@ -109,8 +111,7 @@ def draw_innovations(finished: FinishedNavigation) -> Figure:
         low, high = axis.get_ylim()
         axis.set_ylim(max(low, -reach), min(high, reach))
         axis.set_ylabel(f"{SOURCES[kind]},\n{'m' if SOURCES[kind] in ('range', 'position', 'ground') else 'm/s'}")
-    told = f"measured less foretold, with three sigmas; {_used(finished)}"
-    _finish(axes, f"Innovations: {dem_name(finished.grid)}\n{told}")
+    _finish(axes, f"Innovations: {dem_name(finished.grid)}\nmeasured less foretold, with three sigmas")
     return figure
 
 
@@ -144,7 +145,3 @@ def _subtitle(finished: FinishedNavigation) -> str:
         f"{answer.way_m:,.0f} m in {answer.to_s - answer.from_s:,.0f} s, {told}; radius of the bubble "
         f"{radius['p05']:.2g} to {radius['p95']:.2g} m"
     )
-
-
-def _used(finished: FinishedNavigation) -> str:
-    return ", ".join(f"{one.source} {one.used:,} of {one.measurements:,}" for one in finished.answer.sources)

@@ -66,6 +66,20 @@ def test_fixes_tell_where_a_drive_begins_and_their_course_its_heading(drive):
     assert track.used(SOURCES.index("position")) == (180, 180)
 
 
+def test_a_straight_and_even_drive_has_the_course_of_its_fixes_though_its_readings_are_still():
+    times_s = np.arange(0.0, 30.0, 0.05)
+    forces = np.tile(FRAME.gravity_m_per_s2(np.zeros(3)) * -1.0, (len(times_s), 1))
+    fixes_s = np.arange(0.0, 30.0)
+    west = np.tile([-2.0, 0.0, 0.0], (30, 1))
+    nothing = np.full((30, 3), np.nan)
+    fixes = Fixes(fixes_s, west * fixes_s[:, None], nothing, west, nothing)
+    track = navigate_drive(
+        DriveLog(Readings(times_s, forces, np.tile(RATE, (len(times_s), 1))), fixes), SETTINGS, FRAME
+    )
+    assert "The heading at the beginning is the course of the fixes." in track.told
+    assert np.degrees(track.angles_rad[-1, 0] % (2.0 * np.pi)) == pytest.approx(270.0, abs=10.0)
+
+
 def test_ranges_alone_tell_place_and_heading(drive):
     made, readings, ranges, _ = drive
     settings = replace(SETTINGS, velocity_sigma_m_per_s=10.0)

@@ -1,0 +1,50 @@
+"""What of a request changes nothing in its answer: radios and trees where sight alone decides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import BaseModel
+
+from service.parts.anchors import AntennaIn, UsableParameters
+from terrain import ElevationGrid
+
+__all__ = ["notes_on_unused"]
+
+NAMED = 5
+BECAUSE = "this answer is of what is in sight, not of what is usable"
+
+
+def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
+    """A sentence on the radios and one on the canopy of a request that are not looked at.
+
+    grid: the request's ground with what stands on it. A part of a request that asks for what is usable (a morphing map
+    below a path) looks at the radios of its own anchors, and at the canopy.
+    """
+    parts = tuple(_parts(asked))
+    usable = [isinstance(part, UsableParameters) and part.usable for part in parts]
+    unheard = [antenna for part, heard in zip(parts, usable, strict=True) if not heard for antenna in _antennas(part)]
+    silent = [antenna.id for antenna in unheard if antenna.radio is not None]
+    told = []
+    if silent:
+        more = f" and {len(silent) - NAMED} more" if len(silent) > NAMED else ""
+        told.append(f"Not looked at: the radio of {', '.join(silent[:NAMED])}{more}, since {BECAUSE}.")
+    if grid.trees is not None and not any(usable):
+        told.append(f"Not looked at: the canopy, since {BECAUSE}; trees hide nothing.")
+    return told
+
+
+def _parts(asked: BaseModel) -> Iterator[BaseModel]:
+    """The request and what it has within, but for the long lists."""
+    yield asked
+    for name in type(asked).model_fields:
+        part = getattr(asked, name)
+        if isinstance(part, BaseModel):
+            yield from _parts(part)
+
+
+def _antennas(part: BaseModel) -> Iterator[AntennaIn]:
+    for name in type(part).model_fields:
+        things = getattr(part, name)
+        if isinstance(things, (list, tuple)) and things and isinstance(things[0], AntennaIn):
+            yield from things
