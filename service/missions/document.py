@@ -13,6 +13,7 @@ from pydantic import AwareDatetime, ConfigDict, Field, JsonValue, WithJsonSchema
 
 from service.parts.anchors import AnchorId, Azimuth
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Positive, StrictModel
+from service.parts.radios import RadioName
 
 __all__ = [
     "FORMAT",
@@ -75,6 +76,7 @@ class MissionAnchor(MissionPlace):
         None, description="End of its sector, degrees clockwise from grid north; goes with azimuth_from_deg."
     )
     ranging_sigma_m: NotNegativeMetres = Field(0.1, description="One-sigma error of its ranges, metres.")
+    radio: RadioName | None = Field(None, description="Budget of its radio by name; null = only sight is known of it.")
     flies_to: list[MissionPlace] = Field(
         [], max_length=MOST_PLACES, description="Where it flies from its place, in order; none = it stands."
     )

@@ -97,6 +97,8 @@ export const words = {
   readout: "Under the cursor",
   sightWords: (verdict: "seen" | "hidden" | "unknown") => ({ seen: "in sight by so much", hidden: "hidden by so much", unknown: "unknown" })[verdict],
   verdict: (verdict: "clear" | "blocked" | "unknown") => verdict,
+  heard: (marginDb: number | null, probability: number | null) =>
+    marginDb === null || probability === null ? "no signal known" : `${marginDb < 0 ? "−" : "+"}${Math.abs(marginDb).toFixed(0)} dB, ${(100 * probability).toFixed(0)} % arrive`,
   atNoHeight: "at no height",
   streamOver: (reason: string) => (reason === "" ? "The session does not answer any more." : reason),
   noAltitude: (id: string) => `Anchor ${id} stands over unknown ground: give it an altitude first.`,
@@ -161,7 +163,9 @@ export const words = {
     profilePath: "Profile of the path",
     clearance: (verdict: string, clearance: string) => `${verdict}, clearance ${clearance}`,
     blockedBy: (distance: string, altitude: string, roof: boolean) => `blocked ${distance} from here by ${roof ? "a roof" : "ground"} at ${altitude}`,
-    fresnel: (share: string) => `least clearance ${share} radii of the first Fresnel zone (2.4 GHz)`,
+    fresnel: (share: string, band: string) => `least clearance ${share} radii of the first Fresnel zone (${band})`,
+    signal: (told: string, diffractionDb: number | null, canopyM: string | null, canopyDb: number | null) =>
+      [`signal ${told}`, ...(diffractionDb === null ? [] : [`${diffractionDb.toFixed(0)} dB lost over ground and roofs`]), ...(canopyM === null ? [] : [`${canopyDb === null ? "unknown" : canopyDb.toFixed(0)} dB in ${canopyM} of trees`])].join(", "),
     ground: "ground",
     roofs: "roofs",
     line: "line of sight",

@@ -139,6 +139,15 @@ export interface FramesAnswer extends MorphingAnswer {
   };
 }
 
+/** A radio link from end to end; null where it is not known, or nothing arrives. */
+export interface SignalAnswer {
+  readonly diffraction_db: number | null;
+  readonly canopy_m: number | null;
+  readonly canopy_db: number | null;
+  readonly margin_db: number | null;
+  readonly probability: number | null;
+}
+
 export interface ProbeAnswer {
   readonly points: readonly {
     readonly anchors: readonly {
@@ -146,6 +155,8 @@ export interface ProbeAnswer {
       readonly verdict: "visible" | "hidden" | "unknown" | "out_of_reach";
       readonly clearance_m: number | null;
       readonly blocking_point: (Place & { readonly altitude_m: number }) | null;
+      /** null without a radio. */
+      readonly signal: SignalAnswer | null;
     }[];
     readonly dilution: Readonly<Record<"gdop" | "pdop" | "hdop" | "vdop", number | null>> | null;
     readonly position_sigma_m: number | null;
@@ -164,4 +175,5 @@ export interface ProfileAnswer {
   readonly fresnel_clearance: number | null;
   readonly blocking_point: { readonly altitude_m: number } | null;
   readonly blocking_distance_m: number | null;
+  readonly signal: SignalAnswer | null;
 }

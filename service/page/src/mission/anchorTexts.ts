@@ -3,7 +3,7 @@ import type { Place } from "../api/types";
 import type { Degrees, Frame } from "../geo/frames";
 import { contains, type Extent } from "../geo/grid";
 import { words } from "../words";
-import { type Anchor, newAnchor, nextId } from "./mission";
+import { type Anchor, newAnchor, nextId, RADIO_NAMES } from "./mission";
 import { cellsOf, tableOf } from "./tables";
 
 interface Around {
@@ -132,6 +132,7 @@ function fromFields(fields: Fields, point: readonly [number, number] | null, the
     azimuth_from_deg: number("azimuth_from_deg"),
     azimuth_to_deg: number("azimuth_to_deg"),
     ranging_sigma_m: number("ranging_sigma_m") ?? base.ranging_sigma_m,
+    radio: RADIO_NAMES.find((name) => name === textOf(fields["radio"])) ?? base.radio,
   };
 }
 

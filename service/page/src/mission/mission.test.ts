@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
-import { anchorBody, coverBody, isLimited, moved, NEW_MISSION, newAnchor, nextId } from "./mission";
+import { anchorBody, coverBody, heardBody, isLimited, missionOf, NEW_MISSION, newAnchor, nextId } from "./mission";
+import { moved } from "./moved";
 
 const first = newAnchor([], { east_m: 10, north_m: 20 });
 const anchors = [first];
@@ -14,6 +15,15 @@ test("the service is asked with the height that was given, and with the limits t
   const body = anchorBody({ ...first, height_from: "altitude_m", height_m: 900, max_range_m: 5000 });
   expect(body).toEqual({ id: "D1", east_m: 10, north_m: 20, altitude_m: 900, ranging_sigma_m: 0.1, max_range_m: 5000 });
   expect(isLimited(first)).toBe(false);
+});
+
+test("a radio is asked about where signals are told, is taken on by the next anchor, and no older mission has one", () => {
+  const heard = { ...first, radio: "868MHz" } as const;
+  expect(heardBody(heard)).toEqual({ ...anchorBody(heard), radio: "868MHz" });
+  expect(heardBody(first)).toEqual(anchorBody(first));
+  expect(newAnchor([heard], { east_m: 0, north_m: 0 }).radio).toBe("868MHz");
+  const { radio: _, ...older } = first;
+  expect(missionOf({ anchors: [older as typeof first] }).anchors).toEqual([first]);
 });
 
 test("what has no place on another ground is left out and named, the rest moves", () => {

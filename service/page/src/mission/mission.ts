@@ -5,6 +5,9 @@ import type { Place } from "../api/types";
 export type Ring = readonly Place[];
 export type Kind = "drone" | "mast" | "beacon";
 export type HeightFrom = "above_ground_m" | "altitude_m";
+/** Budgets of radio links that the service knows by name. */
+export const RADIO_NAMES = ["uwb", "2.4GHz", "868MHz", "915MHz", "gnss-l1"] as const;
+export type RadioName = (typeof RADIO_NAMES)[number];
 
 export interface Anchor extends Place {
   readonly id: string;
@@ -15,6 +18,8 @@ export interface Anchor extends Place {
   readonly azimuth_from_deg: number | null;
   readonly azimuth_to_deg: number | null;
   readonly ranging_sigma_m: number;
+  /** What it sends by; null: only sight is known of it. */
+  readonly radio: RadioName | null;
   /** Where it flies from its place, in order; none: it stands. */
   readonly flies_to: readonly Place[];
   readonly flies_m_per_s: number;
@@ -151,6 +156,8 @@ export const NEW_MISSION: Mission = {
 
 export const FIRST_HEIGHT_M = 120;
 export const STANDS = { flies_to: [], flies_m_per_s: 5 } as const;
+/** Of anchors of older missions. */
+const LACKING = { ...STANDS, radio: null } as const;
 
 /** A mission out of its document; fields that an older one lacks have their first values. */
 export function missionOf(document: Partial<Mission> & { readonly format?: string }): Mission {
@@ -164,7 +171,7 @@ export function missionOf(document: Partial<Mission> & { readonly format?: strin
     placing: { ...NEW_MISSION.placing, ...given.placing },
     rules: { ...NEW_MISSION.rules, ...given.rules },
     times: { ...NEW_MISSION.times, ...given.times },
-    anchors: (given.anchors ?? []).map((anchor) => ({ ...STANDS, ...anchor })),
+    anchors: (given.anchors ?? []).map((anchor) => ({ ...LACKING, ...anchor })),
   };
 }
 
@@ -187,6 +194,7 @@ export function newAnchor(anchors: readonly Anchor[], place: Place): Anchor {
     azimuth_from_deg: null,
     azimuth_to_deg: null,
     ranging_sigma_m: 0.1,
+    radio: last?.radio ?? null,
     ...STANDS,
   };
 }
@@ -194,6 +202,15 @@ export function newAnchor(anchors: readonly Anchor[], place: Place): Anchor {
 /** An anchor as the service is asked about it. */
 export function anchorBody(anchor: Anchor): Record<string, unknown> {
   return { ...antennaBody(anchor), east_m: anchor.east_m, north_m: anchor.north_m, [anchor.height_from]: anchor.height_m };
+}
+
+/** The same with its radio, where the signal is asked for besides sight. */
+export function heardBody(anchor: Anchor): Record<string, unknown> {
+  return { ...anchorBody(anchor), ...radioBody(anchor) };
+}
+
+export function radioBody({ radio }: Anchor): Record<string, unknown> {
+  return radio === null ? {} : { radio };
 }
 
 /** The same without its place. */
@@ -227,59 +244,4 @@ export function keyOfBuildings(buildings: Buildings | null): string {
 
 export function isLimited(anchor: Anchor): boolean {
   return anchor.max_range_m !== null || anchor.azimuth_from_deg !== null || anchor.azimuth_to_deg !== null;
-}
-
-/** All places of a mission moved by one rule; what has no place any more is left out and named. */
-export function moved(mission: Mission, move: (place: Place) => Place | null): { mission: Mission; lost: string[] } {
-  const lost: string[] = [];
-  const place = <T extends Place>(one: T, called: string): T | null => {
-    const there = move(one);
-    if (there === null) lost.push(called);
-    return there === null ? null : { ...one, east_m: there.east_m, north_m: there.north_m };
-  };
-  const places = <T extends Place>(all: readonly T[], called: (one: T, number: number) => string): T[] =>
-    all.map((one, number) => place(one, called(one, number))).filter((one) => one !== null);
-  const ring = (corners: Ring, called: string): Ring | null => {
-    const there = corners.map(move).filter((one) => one !== null);
-    if (there.length === corners.length) return there;
-    lost.push(called);
-    return null;
-  };
-  const rings = (all: readonly Ring[], called: string): Ring[] =>
-    all.map((one, number) => ring(one, `${called} ${number + 1}`)).filter((one) => one !== null);
-  // in degrees they lie where they are on any ground
-  const stayed = (buildings: Buildings): Buildings | null => {
-    if (buildings.geojson["coordinates_are"] !== "metres") return buildings;
-    lost.push("the buildings");
-    return null;
-  };
-  const { route, rules } = mission;
-  return {
-    mission: {
-      ...mission,
-      anchors: places(mission.anchors, (anchor) => anchor.id).map((anchor) => ({
-        ...anchor,
-        flies_to: places(anchor.flies_to, (_, number) => `${anchor.id}'s place ${number + 1}`),
-      })),
-      buildings: mission.buildings && stayed(mission.buildings),
-      area: mission.area && ring(mission.area, "the area"),
-      route: {
-        ...route,
-        start: route.start && place(route.start, "the start"),
-        goal: route.goal && place(route.goal, "the goal"),
-        way_points: places(route.way_points, (_, number) => `way-point ${number + 1}`),
-        no_go: rings(route.no_go, "no-go area"),
-        keep_in: rings(route.keep_in, "keep-in area"),
-      },
-      rules: {
-        ...rules,
-        no_fly: rings(rules.no_fly, "no-fly area"),
-        stand_off: rules.stand_off.flatMap((one, number) => {
-          const there = ring(one.places, `stand-off ${number + 1}`);
-          return there === null ? [] : [{ ...one, places: there }];
-        }),
-      },
-    },
-    lost,
-  };
 }

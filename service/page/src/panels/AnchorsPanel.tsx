@@ -130,7 +130,9 @@ function Chosen({ anchor }: { anchor: Anchor }) {
         <NumberField where="anchors" label={ui.sigma} value={anchor.ranging_sigma_m} onValue={(value) => set({ ranging_sigma_m: value ?? 0.1 })} />
         <NumberField where="anchors" optional label={ui.sectorFrom} value={anchor.azimuth_from_deg} onValue={(value) => set({ azimuth_from_deg: value, azimuth_to_deg: value === null ? null : (anchor.azimuth_to_deg ?? (value + 90) % 360) })} />
         <NumberField where="anchors" optional label={ui.sectorTo} value={anchor.azimuth_to_deg} onValue={(value) => set({ azimuth_to_deg: value, azimuth_from_deg: value === null ? null : (anchor.azimuth_from_deg ?? 0) })} />
+        <Select label={ui.radio} value={anchor.radio ?? "none"} options={ui.radios} onValue={(radio) => set({ radio: radio === "none" ? null : radio })} />
       </div>
+      {anchor.radio !== null && <p class="hint">{ui.radioHint}</p>}
       <Flight anchor={anchor} set={set} />
       <div class="row">
         <button type="button" onClick={() => toSummit(anchor, set)}>

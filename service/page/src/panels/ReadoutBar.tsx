@@ -72,11 +72,18 @@ function Told({ now }: { now: Readout }) {
         {sight.map((one) => (
           <span key={one.anchor.id} class={one.verdict} title={words.sightWords(one.verdict)}>
             {SIGNS[one.verdict]} {one.anchor.id} {marginOf(one, exact)}
+            {exact && heardOf(one, exact)}
           </span>
         ))}
       </span>
     </>
   );
+}
+
+/** What of an anchor's signal is beyond need, and how probably it arrives; nothing without a radio. */
+function heardOf({ anchor }: Sight, exact: Probed["answer"]): string {
+  const heard = exact.anchors.find(({ id }) => id === anchor.id)?.signal;
+  return heard ? ` · ${words.heard(heard.margin_db, heard.probability)}` : "";
 }
 
 /** The clearance of the exact line once it is there; before that by how much a hidden anchor is hidden. */

@@ -3,7 +3,7 @@
 import { effect, signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import type { Place, ProbeAnswer } from "../api/types";
-import { anchorBody, coverBody } from "../mission/mission";
+import { coverBody, heardBody } from "../mission/mission";
 import { cursor, dem, mission, pinned } from "../state";
 
 export interface Probed {
@@ -31,7 +31,7 @@ export function watchProbes(): void {
       dem_id: here.id,
       ...coverBody(buildings),
       points: [{ east_m: place.east_m, north_m: place.north_m }],
-      anchors: anchors.map(anchorBody),
+      anchors: anchors.map(heardBody),
       receiver_above_ground_m: rover.receiver_above_ground_m,
       kind: positioning.kind,
       on_surface: positioning.on_surface,

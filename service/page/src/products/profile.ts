@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import type { Place, ProfileAnswer } from "../api/types";
-import { type Anchor, coverBody } from "../mission/mission";
+import { type Anchor, coverBody, radioBody } from "../mission/mission";
 import { ground, mission } from "../state";
 import { distance, figure, length } from "../units";
 import { words } from "../words";
@@ -31,14 +31,14 @@ export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
   const { buildings, rover } = mission.peek();
   const above_ground_m = rover.receiver_above_ground_m;
   const to = { east_m: anchor.east_m, north_m: anchor.north_m, [anchor.height_from]: anchor.height_m };
-  const body = { dem_id: here.dem.id, ...coverBody(buildings), wavelength_m: WAVELENGTH_M, pairs: [{ from: { ...place, above_ground_m }, to }] };
+  const body = { dem_id: here.dem.id, ...coverBody(buildings), ...(anchor.radio === null ? { wavelength_m: WAVELENGTH_M } : radioBody(anchor)), pairs: [{ from: { ...place, above_ground_m }, to }] };
   const answer = await askJson<{ profiles: readonly [ProfileAnswer] }>("/profiles", posted(body, WAIT_S));
   const [line] = answer.profiles;
   const whole = line.distance_m.at(-1) ?? 0;
   const zone = line.fresnel_radius_m;
   profile.value = {
     title: words.ui.profileOf(anchor.id),
-    note: noteOf(line),
+    note: noteOf(line, anchor),
     places: line.distance_m.map((metres) => between(place, anchor, whole === 0 ? 0 : metres / whole)),
     distanceM: line.distance_m,
     curves: [
@@ -50,12 +50,16 @@ export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
   };
 }
 
-function noteOf(line: ProfileAnswer): string {
+function noteOf(line: ProfileAnswer, { radio }: Anchor): string {
   const parts = [words.ui.clearance(words.verdict(line.verdict), length(line.clearance_m))];
   if (line.blocking_point && line.blocking_distance_m !== null) {
     parts.push(words.ui.blockedBy(distance(line.blocking_distance_m), length(line.blocking_point.altitude_m, 0), isRoof(line, line.blocking_distance_m, line.blocking_point.altitude_m)));
   }
-  if (line.fresnel_clearance !== null) parts.push(words.ui.fresnel(figure(line.fresnel_clearance, 1)));
+  if (line.fresnel_clearance !== null) parts.push(words.ui.fresnel(figure(line.fresnel_clearance, 1), words.ui.radios[radio ?? "2.4GHz"]));
+  if (line.signal) {
+    const { margin_db, probability, diffraction_db, canopy_m, canopy_db } = line.signal;
+    parts.push(words.ui.signal(words.heard(margin_db, probability), diffraction_db, canopy_m ? length(canopy_m, 0) : null, canopy_db));
+  }
   return `${parts.join("; ")}.`;
 }
 
