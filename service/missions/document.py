@@ -30,6 +30,7 @@ __all__ = [
     "MissionRules",
     "MissionStandOff",
     "MissionTimes",
+    "MissionTrees",
 ]
 
 FORMAT = "sightline-mission"
@@ -168,6 +169,28 @@ class MissionBuildings(StrictModel):
     default_height_m: Positive | None = Field(None, description="Height where none is told, metres; null = refused.")
 
 
+class MissionTrees(StrictModel):
+    """Trees over the ground, as requests take them as the canopy of their cover."""
+
+    what: Literal["top", "heights", "surface"] = Field(
+        description="One height everywhere, a raster of crown heights above the ground, or a surface model."
+    )
+    top_m: NotNegativeMetres | None = Field(None, description="The one height, metres; null = a raster tells.")
+    name: str | None = Field(None, max_length=200, description="Name of the raster's file; null = one height.")
+    base64: str | None = Field(None, min_length=1, description="Its bytes in base64; null = one height.")
+    base_m: NotNegativeMetres = Field(0.0, description="Height above the ground at which crowns begin, metres.")
+    depth_per_m: NotNegative | None = Field(
+        None, description="Optical depth per metre of way, 1/m; null = Weissberger's model."
+    )
+
+    @model_validator(mode="after")
+    def _one_height_or_a_file(self) -> Self:
+        given = (self.top_m is not None, self.name is not None, self.base64 is not None)
+        if given != ((True, False, False) if self.what == "top" else (False, True, True)):
+            raise ValueError("Trees of one height need top_m alone, those of a raster its name and base64 alone.")
+        return self
+
+
 class MissionTimes(StrictModel):
     """The times that are looked at."""
 
@@ -208,6 +231,7 @@ class MissionIn(StrictModel):
     name: str = Field("Mission", max_length=120, description="Name of the mission, for people.")
     ground: GroundRef | None = Field(None, description="What it stands on; null before one was chosen.")
     buildings: MissionBuildings | None = Field(None, description="What stands on the ground; null = bare ground.")
+    trees: MissionTrees | None = Field(None, description="Trees over the ground; null = none.")
     area: Ring | None = Field(None, description="Where it takes place; null = the whole DEM.")
     anchors: list[MissionAnchor] = Field([], max_length=MOST_ANCHORS, description="Its anchors, with unique ids.")
     rover: MissionRover = Field(default_factory=lambda: MissionRover.model_validate({}))

@@ -1,4 +1,4 @@
-"""Radios on the planner's page: an anchor's budget, its signal under the cursor and in the profile."""
+"""Radios and trees on the planner's page: the signal of an anchor under the cursor and in the profile."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import pytest
 
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, press_button, take
+from tests.stories.planner import at, field, mission, open_planner, place_anchors, press_button, settled, take
 
 PLACE = (648000.0, 5137000.0)
 READOUT = "(document.getElementById('readout')?.textContent ?? '')"
+SAVED = "document.querySelector('.keeping').textContent.includes(': saved')"
 NOTE = "(document.querySelector('.drawer [role=status]')?.textContent ?? '')"
 
 
@@ -67,10 +68,30 @@ def test_the_signal_of_an_anchor_with_a_radio_is_told_under_the_cursor_and_in_th
     press_button(page, "Profile to D1")
     page.until(f"{NOTE}.includes('signal')")
     assert "UWB, 6.5 GHz" in page.value(NOTE)
-    page.click("#undo")
-    page.until("planner.mission().anchors[0].radio === null")
-    page.until(f"{READOUT}.includes('D1') && !{READOUT}.includes('dB')")
-    page.click("#redo")
-    page.until("planner.mission().anchors[0].radio === 'uwb'")
+    settled(page)
+    page.until(SAVED)
     page.open(page.value("location.href"))
     page.until("!!window.planner && planner.mission().anchors[0]?.radio === 'uwb'")
+
+
+def test_trees_of_one_height_weaken_the_signal_and_stand_in_the_profile(page: Browser) -> None:
+    take(page, "valley")
+    place_anchors(page, (PLACE,))
+    page.choose(field(page, "Radio"), "868MHz")
+    page.click("#mode-ground")
+    page.click_at(*at(page, PLACE[0] + 400.0, PLACE[1] + 100.0))
+    page.until(f"{READOUT}.includes('% arrive')")
+    bare_db, _ = signal_told(page)
+    page.choose(field(page, "One height everywhere, m"), "18")
+    page.until("planner.mission().trees?.top_m === 18")
+    page.until(f"{READOUT}.includes('% arrive') && !{READOUT}.includes('{bare_db:+.0f} dB')")
+    assert signal_told(page)[0] < bare_db
+    press_button(page, "Profile to D1")
+    page.until(f"{NOTE}.includes('of trees')")
+    assert "tops of crowns" in page.value("document.querySelector('.drawer .u-legend').textContent")
+    page.choose(field(page, "Crowns begin at, m"), "30")
+    page.until("(document.getElementById('refusal')?.textContent ?? '') !== ''")
+    assert mission(page)["trees"]["base_m"] == 0
+    page.complaints.clear()  # the refusal of crowns that begin above their tops
+    page.click("#undo")
+    page.until(f"planner.mission().trees === null && {READOUT}.includes('{bare_db:+.0f} dB')")

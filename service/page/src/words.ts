@@ -30,6 +30,10 @@ export const words = {
     `The footprints of ${name.slice(0, 60)} have ${Math.ceil(bytes / 1000)} kB, and ${most / 1000} kB travel with a mission: cut the file to the mission's area.`,
   buildingsTaken: (name: string, kept: number, passed: number) =>
     `${name.slice(0, 60)}: ${kept === 1 ? "1 building" : `${kept} buildings`}${passed === 0 ? "" : `; ${passed} other shapes were passed over`}.`,
+  treesFirst: "Say how high the trees are first.",
+  treesTooLarge: (name: string, bytes: number, most: number) =>
+    `${name.slice(0, 60)} has ${Math.ceil(bytes / 1000)} kB, and ${most / 1000} kB travel with a mission: cut it to the mission's area, or take it coarser.`,
+  treesTaken: (name: string) => `Trees are those of ${name.slice(0, 60)}.`,
   noBox: (text: string) => `“${text.slice(0, 60)}” is no box: write its west, south, east and north in degrees.`,
   outside: (text: string) => `${text.slice(0, 60)} lies outside the ground.`,
   noDegrees: "This ground has no degrees; write east and north in metres.",
@@ -76,7 +80,7 @@ export const words = {
   pathFound: "A path that the validator passed",
   noPath: "No path",
   place: (what: string) => (what === "start" ? "start" : "goal"),
-  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", visibility: "Lines of sight", dilution: "Dilution", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
+  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", trees: "Putting trees there", visibility: "Lines of sight", dilution: "Dilution", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
   airStale: "The mission has changed since; calculate again.",
   opened: (name: string) => `Opened ${name}.`,
   notPlanned: "not planned",
@@ -168,6 +172,8 @@ export const words = {
       [`signal ${told}`, ...(diffractionDb === null ? [] : [`${diffractionDb.toFixed(0)} dB lost over ground and roofs`]), ...(canopyM === null ? [] : [`${canopyDb === null ? "unknown" : canopyDb.toFixed(0)} dB in ${canopyM} of trees`])].join(", "),
     ground: "ground",
     roofs: "roofs",
+    crowns: "tops of crowns",
+    bases: "bases of crowns",
     line: "line of sight",
     zone: "lower edge of the Fresnel zone",
     distance: "distance",

@@ -15,6 +15,7 @@ MODELS = {
     "GroundRef": document.GroundRef,
     "Anchor": document.MissionAnchor,
     "Buildings": document.MissionBuildings,
+    "Trees": document.MissionTrees,
     "Rover": document.MissionRover,
     "Positioning": document.MissionPositioning,
     "Route": document.MissionRoute,
@@ -40,3 +41,17 @@ def test_each_part_has_the_same_fields(name: str) -> None:
 
 def test_no_part_is_forgotten() -> None:
     assert set(interfaces()) == set(MODELS)
+
+
+@pytest.mark.parametrize(
+    "trees",
+    [
+        {"what": "top"},
+        {"what": "top", "top_m": 18.0, "name": "crowns.tif", "base64": "TQ=="},
+        {"what": "heights", "top_m": 18.0},
+        {"what": "surface", "name": "surface.tif"},
+    ],
+)
+def test_trees_that_are_neither_one_height_nor_one_file_are_refused(trees: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="Trees of one height need top_m alone"):
+        document.MissionTrees.model_validate(trees)

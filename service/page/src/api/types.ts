@@ -170,6 +170,9 @@ export interface ProfileAnswer {
   readonly ground_m: readonly (number | null)[];
   /** null where nothing stands; all of it where no buildings were asked for. */
   readonly roof_m: readonly (number | null)[] | null;
+  /** null beside trees; all of it where no trees were asked for. */
+  readonly canopy_base_m: readonly (number | null)[] | null;
+  readonly canopy_top_m: readonly (number | null)[] | null;
   readonly line_m: readonly number[];
   readonly fresnel_radius_m: readonly number[] | null;
   readonly fresnel_clearance: number | null;

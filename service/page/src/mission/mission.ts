@@ -42,6 +42,19 @@ export interface Buildings {
   readonly default_height_m: number | null;
 }
 
+/** Trees over the ground: they hide nothing, and weaken the signals of radios. */
+export interface Trees {
+  /** One height everywhere, a raster of crown heights, or a surface model of which ground and buildings are taken out. */
+  readonly what: "top" | "heights" | "surface";
+  readonly top_m: number | null;
+  /** The raster's file, whole; null: one height. */
+  readonly name: string | null;
+  readonly base64: string | null;
+  readonly base_m: number;
+  /** Optical depth per metre of way, 1/m; null: Weissberger's model. */
+  readonly depth_per_m: number | null;
+}
+
 export interface Rover {
   readonly receiver_above_ground_m: number;
   readonly max_slope_deg: number;
@@ -115,6 +128,7 @@ export interface Mission {
   readonly name: string;
   readonly ground: GroundRef | null;
   readonly buildings: Buildings | null;
+  readonly trees: Trees | null;
   /** Where the mission takes place; null: the whole DEM. */
   readonly area: Ring | null;
   readonly anchors: readonly Anchor[];
@@ -143,6 +157,7 @@ export const NEW_MISSION: Mission = {
   name: "Mission",
   ground: null,
   buildings: null,
+  trees: null,
   area: null,
   anchors: [],
   rover: { receiver_above_ground_m: 1.5, max_slope_deg: 25, footprint_radius_m: 0.8, speed_m_per_s: 0.5 },
@@ -224,11 +239,19 @@ export function antennaBody(anchor: Anchor): Record<string, unknown> {
   };
 }
 
-/** What a question says of the buildings; nothing where none stand. */
-export function coverBody(buildings: Buildings | null): Record<string, unknown> {
-  if (buildings === null) return {};
-  const { geojson, level_m, default_height_m } = buildings;
-  return { cover: { footprints: { geojson, level_m, default_height_m } } };
+/** What a question says of buildings, and of trees where it is about signals; nothing where nothing stands. */
+export function coverBody(buildings: Buildings | null, trees: Trees | null = null): Record<string, unknown> {
+  const cover = { ...(buildings && footprintsBody(buildings)), ...(trees && { canopy: canopyBody(trees) }) };
+  return Object.keys(cover).length === 0 ? {} : { cover };
+}
+
+function footprintsBody({ geojson, level_m, default_height_m }: Buildings): Record<string, unknown> {
+  return { footprints: { geojson, level_m, default_height_m } };
+}
+
+function canopyBody({ what, top_m, name, base64, base_m, depth_per_m }: Trees): Record<string, unknown> {
+  const crowns = what === "top" ? { top_m } : { [what]: { name, base64 } };
+  return { ...crowns, base_m, ...(depth_per_m === null ? {} : { model: "density", depth_per_m }) };
 }
 
 const numbers = new WeakMap<Buildings, number>();

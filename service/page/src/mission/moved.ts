@@ -1,6 +1,6 @@
 // A mission on another ground: every place follows, and what has no place there is named.
 import type { Place } from "../api/types";
-import type { Buildings, Mission, Ring } from "./mission";
+import type { Buildings, Mission, Ring, Trees } from "./mission";
 
 /** All places of a mission moved by one rule; what has no place any more is left out and named. */
 export function moved(mission: Mission, move: (place: Place) => Place | null): { mission: Mission; lost: string[] } {
@@ -26,6 +26,12 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
     lost.push("the buildings");
     return null;
   };
+  // a raster is of its own ground
+  const grown = (trees: Trees): Trees | null => {
+    if (trees.what === "top") return trees;
+    lost.push("the trees");
+    return null;
+  };
   const { route, rules } = mission;
   return {
     mission: {
@@ -35,6 +41,7 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
         flies_to: places(anchor.flies_to, (_, number) => `${anchor.id}'s place ${number + 1}`),
       })),
       buildings: mission.buildings && stayed(mission.buildings),
+      trees: mission.trees && grown(mission.trees),
       area: mission.area && ring(mission.area, "the area"),
       route: {
         ...route,

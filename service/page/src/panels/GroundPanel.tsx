@@ -9,6 +9,7 @@ import { words } from "../words";
 import { Facts, Group, TextField } from "./fields";
 import { BuildingsPanel } from "./BuildingsPanel";
 import { Library } from "./Library";
+import { TreesPanel } from "./TreesPanel";
 
 const known = signal<readonly Dem[]>([]);
 const lastFile = signal<File | null>(null);
@@ -120,6 +121,7 @@ export function GroundPanel() {
       {dem && <Read dem={dem} />}
       {dem && <Area />}
       {dem && <BuildingsPanel />}
+      {dem && <TreesPanel />}
     </>
   );
 }

@@ -12,6 +12,8 @@ const COLOURS = ["#0072b2", "#cc79a7"];
 const FILLED = {
   ground: { stroke: "#8a6d3b", fill: "rgba(138,109,59,0.25)" },
   roofs: { stroke: "#6b6b6b", fill: "rgba(107,107,107,0.45)" },
+  crowns: { stroke: "#1b7837" },
+  bases: { stroke: "#1b7837", dash: [4, 3] },
 };
 
 export function ProfileDrawer() {
@@ -53,6 +55,12 @@ function dataOf(now: Profile): uPlot.AlignedData {
   return [now.distanceM.map(fromMetres), ...curves];
 }
 
+/** Green between the tops and the bases of crowns. */
+function crownsOf({ curves }: Profile): uPlot.Band[] {
+  const [top, base] = [curves.findIndex(({ what }) => what === "crowns"), curves.findIndex(({ what }) => what === "bases")];
+  return top < 0 || base < 0 ? [] : [{ series: [top + 1, base + 1], fill: "rgba(27,120,55,0.3)" }];
+}
+
 function optionsOf(now: Profile, width: number): uPlot.Options {
   const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
   const grid = { stroke: "rgba(128,128,128,0.25)" };
@@ -73,6 +81,7 @@ function optionsOf(now: Profile, width: number): uPlot.Options {
         value: (_: uPlot, value: number | null) => value?.toFixed(1) ?? "–",
       })),
     ],
+    bands: crownsOf(now),
     hooks: {
       setCursor: [
         (plot) => {

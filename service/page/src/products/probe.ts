@@ -22,14 +22,14 @@ export function watchProbes(): void {
   effect(() => {
     const place = pinned.value ?? cursor.value;
     const here = dem.value;
-    const { anchors, buildings, rover, positioning } = mission.value;
+    const { anchors, buildings, trees, rover, positioning } = mission.value;
     probed.value = null;
     clearTimeout(resting);
     asking?.abort();
     if (!place || !here || anchors.length === 0) return;
     const body = {
       dem_id: here.id,
-      ...coverBody(buildings),
+      ...coverBody(buildings, trees),
       points: [{ east_m: place.east_m, north_m: place.north_m }],
       anchors: anchors.map(heardBody),
       receiver_above_ground_m: rover.receiver_above_ground_m,

@@ -14,7 +14,7 @@ export interface Profile {
   readonly places: readonly Place[];
   readonly distanceM: readonly number[];
   /** Named curves over the distance, metres of height; null where unknown. */
-  readonly curves: readonly { readonly name: string; readonly heightM: readonly (number | null)[]; readonly what?: "ground" | "roofs" }[];
+  readonly curves: readonly { readonly name: string; readonly heightM: readonly (number | null)[]; readonly what?: "ground" | "roofs" | "crowns" | "bases" }[];
 }
 
 export const profile = signal<Profile | null>(null);
@@ -28,10 +28,10 @@ const known = (value: number): number | null => (Number.isNaN(value) ? null : va
 export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
   const here = ground.peek();
   if (!here) throw new Error(words.chooseGround);
-  const { buildings, rover } = mission.peek();
+  const { buildings, trees, rover } = mission.peek();
   const above_ground_m = rover.receiver_above_ground_m;
   const to = { east_m: anchor.east_m, north_m: anchor.north_m, [anchor.height_from]: anchor.height_m };
-  const body = { dem_id: here.dem.id, ...coverBody(buildings), ...(anchor.radio === null ? { wavelength_m: WAVELENGTH_M } : radioBody(anchor)), pairs: [{ from: { ...place, above_ground_m }, to }] };
+  const body = { dem_id: here.dem.id, ...coverBody(buildings, trees), ...(anchor.radio === null ? { wavelength_m: WAVELENGTH_M } : radioBody(anchor)), pairs: [{ from: { ...place, above_ground_m }, to }] };
   const answer = await askJson<{ profiles: readonly [ProfileAnswer] }>("/profiles", posted(body, WAIT_S));
   const [line] = answer.profiles;
   const whole = line.distance_m.at(-1) ?? 0;
@@ -44,6 +44,9 @@ export async function profileTo(place: Place, anchor: Anchor): Promise<void> {
     curves: [
       { name: words.ui.ground, heightM: line.ground_m, what: "ground" },
       ...(line.roof_m ? [{ name: words.ui.roofs, heightM: line.roof_m, what: "roofs" as const }] : []),
+      ...(line.canopy_base_m && line.canopy_top_m
+        ? [{ name: words.ui.crowns, heightM: line.canopy_top_m, what: "crowns" as const }, { name: words.ui.bases, heightM: line.canopy_base_m, what: "bases" as const }]
+        : []),
       { name: words.ui.line, heightM: line.line_m },
       ...(zone ? [{ name: words.ui.zone, heightM: line.line_m.map((metres, at) => metres - (zone[at] ?? 0)) }] : []),
     ],
