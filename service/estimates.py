@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -9,13 +10,17 @@ from typing import Literal
 from .errors import LimitError
 from .settings import GIB, Settings
 
-__all__ = ["Demand", "budget", "calculation", "refuse_beyond", "sight_lines"]
+__all__ = ["Demand", "budget", "calculation", "refuse_beyond", "sight_lines", "signals_over"]
 
 Limit = Literal[
     "max_anchors", "max_anchor_cells", "max_candidates", "max_voxels", "max_worker_memory_bytes", "max_job_s"
 ]
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
+# Of what is usable each cell asks for some 15 signals, which cost as much as the posts that they pass: about the middle
+# between gentle ground (0.02 µs) and rough ground (0.3 µs), of which trees take twice as much.
+SECONDS_PER_SIGNAL_CELL_AND_SIDE = 100e-9
+TIMES_WITH_TREES = 2.0
 BYTES_PER_CELL = 24
 # altitude, hidden-below and visible: float32, float32, uint8
 BYTES_PER_CELL_AND_ANCHOR = 9
@@ -77,6 +82,16 @@ def sight_lines(cells: int, sources: int, mode: Literal["fast", "exact"]) -> Ite
     what, remedy = f"{cells:,} cells x {sources} anchor{'s' * (sources != 1)}", "fewer anchors or a smaller DEM"
     memory, time = calculation(what, memory_bytes, seconds, remedy)
     yield from (Demand("max_anchor_cells", cells * sources, memory.what, memory.remedy), memory, time)
+
+
+def signals_over(cells: int, sources: int, trees: bool) -> Demand:
+    """Of a map of what is usable, besides its sight lines: nearly all the time that it takes. trees: on the ground."""
+    per_cell_s = SECONDS_PER_SIGNAL_CELL_AND_SIDE * math.sqrt(cells) * (TIMES_WITH_TREES if trees else 1.0)
+    seconds = cells * sources * per_cell_s
+    what = f"What is usable over {cells:,} cells x {sources} anchor{'s' * (sources != 1)}{' with trees' * trees}"
+    return Demand(
+        "max_job_s", seconds, f"{what} would take about {seconds:.2g} s,", "; ask for fewer anchors or a smaller DEM"
+    )
 
 
 def budget(seconds: float) -> Demand:

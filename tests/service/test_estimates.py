@@ -5,9 +5,12 @@ from collections.abc import Iterator
 import pytest
 
 from service.errors import LimitError
-from service.estimates import Demand, budget, calculation, refuse_beyond, sight_lines
+from service.estimates import Demand, budget, calculation, refuse_beyond, sight_lines, signals_over
 from service.products.morphing.frames import frames_demand
+from service.products.registry import PRODUCTS
 from service.settings import GIB, Settings
+from tests.service.asked import ASKED
+from tests.service.small_maps import small_grid
 
 SETTINGS = Settings(max_voxels=1000, max_job_s=100.0, max_worker_memory_bytes=GIB)
 
@@ -65,6 +68,22 @@ def test_every_limit_is_told_in_its_own_unit(demands, settings, sentence):
     with pytest.raises(LimitError) as refused:
         refuse_beyond(demands, settings)
     assert str(refused.value) == sentence
+
+
+@pytest.mark.parametrize("name", ["visibility-map", "dop-map", "morphing-map"])
+def test_what_is_usable_is_refused_where_sight_is_not(name):
+    product, grid = PRODUCTS[name], small_grid()
+    still = {key: value for key, value in ASKED[name].items() if key not in ("frames", "tracks")}
+    asked = {**still, "cover": {"canopy": {"top_m": 9.0}}}
+    asked |= {"anchors": [{**one, "radio": "uwb"} for one in asked["anchors"]]}
+    cells, anchors = grid.heights_m.size, len(asked["anchors"])
+    seconds = signals_over(cells, anchors, trees=True).amount
+    assert seconds == 2.0 * signals_over(cells, anchors, trees=False).amount
+    settings = Settings(max_job_s=0.99 * seconds)
+    refuse_beyond(product.estimate(grid, product.parameters.model_validate(asked)), settings)
+    usable = product.parameters.model_validate({**asked, "sight": "usable"})
+    with pytest.raises(LimitError, match=f"What is usable over {cells:,} cells x {anchors} anchors with trees would"):
+        refuse_beyond(product.estimate(grid, usable), settings)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from service.estimates import Demand, sight_lines
 from service.parts.map_area import map_area
+from service.parts.ranging_sources import signals_demand
 from service.products import Product, WarmUp
 from service.settings import Settings
 from terrain import ElevationGrid
@@ -33,6 +34,7 @@ def _estimate(grid: ElevationGrid, parameters: DopMapParameters) -> Iterator[Dem
     cells = grid.heights_m.size
     yield from sight_lines(cells, len(parameters.anchors), parameters.mode)
     yield from sight_lines(cells, len(check_dop_map(grid, parameters).all), parameters.mode)
+    yield from signals_demand(grid, parameters)
     voxels = check_air(map_area(grid, parameters.area).box, parameters)
     remedy = "; ask for thicker layers, a lower ceiling or smaller bounds"
     yield Demand("max_voxels", voxels, f"The volume has {voxels:,} voxels,", remedy)

@@ -10,7 +10,13 @@ from service.estimates import Demand, sight_lines
 from service.parts.map_area import map_area
 from service.parts.map_facts import DemId
 from service.parts.positioning import POSITIONING_EXAMPLE, MorphingMapParameters
-from service.parts.ranging_sources import check_moving_sources, check_sources, moving_sources, ranging_sources
+from service.parts.ranging_sources import (
+    check_moving_sources,
+    check_sources,
+    moving_sources,
+    ranging_sources,
+    signals_demand,
+)
 from service.products import Product, WarmUp
 from terrain import ElevationGrid
 from visibility import Anchor, FlightLimit, min_visible_altitude, morphing_map
@@ -41,6 +47,7 @@ def _estimate(grid: ElevationGrid, parameters: MorphingMapParameters) -> Iterato
         sources = ranging_sources(grid, parameters).all
         check_sources(grid, sources, parameters)
         yield from sight_lines(cells, len(sources), mode)
+        yield from signals_demand(grid, parameters)
         return
     most = max(len(here) for here in check_moving_sources(grid, parameters, frames))
     yield from sight_lines(cells, most, mode)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 from typing import Literal
 
 from dem_samples import load_sample
 from service.estimates import Demand, sight_lines
 from service.parts.doubts import doubted_anchors
 from service.parts.map_area import map_area
+from service.parts.ranging_sources import signals_demand
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products import Product, WarmUp
 from service.settings import Settings
@@ -23,8 +24,9 @@ from .request import REQUEST, VisibilityMapIn, VisibilityMapParameters
 __all__ = ["VISIBILITY_MAP"]
 
 
-def _estimate(grid: ElevationGrid, parameters: VisibilityMapParameters) -> Iterable[Demand]:
-    return sight_lines(grid.heights_m.size, len(parameters.anchors), parameters.mode)
+def _estimate(grid: ElevationGrid, parameters: VisibilityMapParameters) -> Iterator[Demand]:
+    yield from sight_lines(grid.heights_m.size, len(parameters.anchors), parameters.mode)
+    yield from signals_demand(grid, parameters)
 
 
 def _check(grid: ElevationGrid, parameters: VisibilityMapParameters, settings: Settings) -> None:
