@@ -70,6 +70,13 @@ def test_the_signal_of_an_anchor_with_a_radio_is_told_under_the_cursor_and_in_th
     assert "UWB, 6.5 GHz" in page.value(NOTE)
     settled(page)
     page.until(SAVED)
+    # there and back before anything is sent: the mission is saved still, and is what is opened again
+    page.value("document.getElementById('undo').click()")
+    page.until("planner.mission().anchors[0].radio === null")
+    page.value("document.getElementById('redo').click()")
+    page.until("planner.mission().anchors[0].radio === 'uwb'")
+    settled(page)
+    page.until(SAVED)
     page.open(page.value("location.href"))
     page.until("!!window.planner && planner.mission().anchors[0]?.radio === 'uwb'")
 

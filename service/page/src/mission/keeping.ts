@@ -101,10 +101,23 @@ function fail(error: Refusal): void {
   } else if (error.status === 0 || error.status === 429 || error.status >= 500) later(RETRY_MS);
 }
 
+/** Undo or redo led back to what the service has before anything else was sent. */
+function backToSent(): void {
+  if (saving.peek() !== "unsent") return;
+  clearTimeout(timer);
+  forgetUnsent();
+  unsaved.value = null;
+  saving.value = kept.peek() === null ? "new" : "saved";
+}
+
 function watch(): void {
   effect(() => {
     const now = mission.value;
-    if (isFollowing() || now === sent) return;
+    if (isFollowing()) return;
+    if (now === sent) {
+      backToSent();
+      return;
+    }
     const here = kept.peek();
     keepUnsent({ id: here?.id ?? null, version: here?.version ?? 0, mission: now, at_ms: Date.now() });
     if (saving.peek() === "conflict") return;
