@@ -10,7 +10,6 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
-from service.estimates import Demand, signals_over
 from service.parts.anchors import FramesIn, SightParameters, TrackIn, UsableParameters
 from service.parts.doubts import doubted_anchors
 from service.parts.map_facts import curvature_of
@@ -52,7 +51,6 @@ __all__ = [
     "moving_sources",
     "ranging_sources",
     "sight_lines",
-    "signals_demand",
     "time_of",
     "track_of",
 ]
@@ -146,14 +144,6 @@ def lines_to(
     return calculate(
         grid, sources, parameters.mode, curvature_of(parameters), unknown=parameters.unknown, progress=progress
     )
-
-
-def signals_demand(grid: ElevationGrid, parameters: UsableParameters) -> tuple[Demand, ...]:
-    """What it takes that a request asks for what is usable; nothing where it asks for sight."""
-    if not parameters.usable:
-        return ()
-    trees = parameters.cover is not None and parameters.cover.canopy is not None
-    return (signals_over(grid.heights_m.size, len(parameters.anchors), trees),)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,8 @@ import numpy.typing as npt
 import rasterio
 from rasterio.transform import Affine
 
+from service.estimates import Demand, signals_over
+from service.parts.anchors import UsableParameters
 from service.parts.map_facts import MapSummary
 from terrain import ElevationGrid
 
@@ -27,6 +29,7 @@ __all__ = [
     "Raster",
     "add_array",
     "common_tags",
+    "signals_demand",
     "transform_of",
     "write_cog",
 ]
@@ -160,3 +163,11 @@ class Drawn(Later):
         """Write it as PNG."""
         sheet = importlib.import_module("service.drawing.sheet")
         sheet.save_png(self.function()(finished, **self.more), path)
+
+
+def signals_demand(grid: ElevationGrid, parameters: UsableParameters) -> tuple[Demand, ...]:
+    """What it takes that a request asks for what is usable; nothing where it asks for sight."""
+    if not parameters.usable:
+        return ()
+    trees = parameters.cover is not None and parameters.cover.canopy is not None
+    return (signals_over(grid.heights_m.size, len(parameters.anchors), trees),)

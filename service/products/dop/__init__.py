@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from service.estimates import Demand, sight_lines
 from service.parts.map_area import map_area
-from service.parts.ranging_sources import signals_demand
 from service.products import Product, WarmUp
+from service.products.in_common import signals_demand
 from service.settings import Settings
 from terrain import ElevationGrid
 from visibility import (

@@ -15,9 +15,9 @@ from service.parts.ranging_sources import (
     check_sources,
     moving_sources,
     ranging_sources,
-    signals_demand,
 )
 from service.products import Product, WarmUp
+from service.products.in_common import signals_demand
 from terrain import ElevationGrid
 from visibility import Anchor, FlightLimit, min_visible_altitude, morphing_map
 from visibility.air.morphing_maps import check_ceiling

@@ -9,9 +9,9 @@ from dem_samples import load_sample
 from service.estimates import Demand, sight_lines
 from service.parts.doubts import doubted_anchors
 from service.parts.map_area import map_area
-from service.parts.ranging_sources import signals_demand
 from service.parts.shapes_in_grid import resolve_anchor
 from service.products import Product, WarmUp
+from service.products.in_common import signals_demand
 from service.settings import Settings
 from terrain import ElevationGrid, height_at
 from visibility import FLAT, Anchor, AntennaLimits, Curvature, min_visible_altitude
