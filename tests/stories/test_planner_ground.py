@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -90,9 +92,14 @@ def test_corners_of_a_box_are_set_by_the_keyboard_alone(tiles: None, page: Brows
     page.until("!!document.getElementById('draw-box')")
     page.click("#draw-box")
     page.until("planner.map.getView().getProjection().getCode() === 'degrees'")
+    center = "planner.map.getView().getCenter()"
+    stood: Any = None
+    # the view is fitted to the tiles once they are told
+    while (stands := page.value(f"planner.map.getView().getAnimating() ? null : {center}")) is None or stands != stood:
+        stood = stands
+        time.sleep(0.5)
     page.value("document.getElementById('map').focus()")
     page.press("Enter")
-    center = "planner.map.getView().getCenter()"
     for axis, key in enumerate(("ArrowRight", "ArrowUp")):
         before = page.value(center)
         page.press(key)
