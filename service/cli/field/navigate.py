@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from service.files.drives.rows import DriveRows
     from service.products.navigations.calculate import NavigationSummary
+    from service.products.navigations.request import NavigationParameters
     from terrain import ElevationGrid
 
 __all__ = ["navigate"]
@@ -156,7 +157,7 @@ def _to_anchors(rows: DriveRows, known: set[str]) -> list[dict[str, object]]:
     return [dict(one) for one in rows.ranges if one["anchor_id"] in known]
 
 
-def _unknown_ground(asked: BaseModel) -> ElevationGrid:
+def _unknown_ground(asked: NavigationParameters) -> ElevationGrid:
     """Where there is no map: posts of unknown height around all that has a place, in the metric CRS of that place."""
     import numpy as np
     import pyproj
@@ -164,7 +165,7 @@ def _unknown_ground(asked: BaseModel) -> ElevationGrid:
     from terrain import ElevationGrid, Provenance
     from terrain.crs.metric import local_metric_crs
 
-    named = [*asked.fixes, *asked.anchors]  # type: ignore[attr-defined] # of NavigationParameters, loaded when asked
+    named = [*asked.fixes, *asked.anchors]
     degrees = np.array([(one.lon_deg, one.lat_deg) for one in named if one.lon_deg is not None], float).reshape(-1, 2)
     metres = np.array([(one.east_m, one.north_m) for one in named if one.east_m is not None], float).reshape(-1, 2)
     if len(degrees) and len(metres):
