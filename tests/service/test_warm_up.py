@@ -87,7 +87,8 @@ def make_the_map_of_the_demo(folder: Path) -> None:
     save(VISIBILITY_MAP, VISIBILITY_MAP.calculate(grid, parameters, Work()), folder)
     _, finished = load(PRODUCTS, folder)
     for layer in VISIBILITY_MAP.layers:
-        layer.save(finished, folder / layer.name)
+        if layer.is_of(asked):
+            layer.save(finished, folder / layer.name)
 
 
 def main(what: Rehearsal, make: Callable[[Path], None], folder: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import psutil
 import pytest
 
+from tests.service.processes import left_after
 from tests.service.running import Server, running
 
 FREE_WITHIN_S = 1.0
@@ -64,16 +65,6 @@ def _has_solved_for_s(process: psutil.Process) -> float:
         return process.cpu_times().user if "planning.paths.solving" in " ".join(process.cmdline()) else 0.0
     except psutil.NoSuchProcess:
         return 0.0
-
-
-def left_after(processes: list[psutil.Process], seconds: float) -> list[psutil.Process]:
-    """Which of them still run; a dead one that nobody has buried yet does not."""
-    until_s = time.monotonic() + seconds
-    while True:
-        alive = [one for one in processes if one.is_running() and one.status() != psutil.STATUS_ZOMBIE]
-        if not alive or time.monotonic() > until_s:
-            return alive
-        time.sleep(0.02)
 
 
 def test_a_plan_is_cancelled_while_ompl_solves_and_its_processes_are_gone_within_a_second(

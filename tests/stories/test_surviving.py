@@ -5,12 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import time
 from pathlib import Path
 from typing import Any
 
-import psutil
-
+from tests.service.processes import left_after
 from tests.service.running import Server, command, environment, running
 from tests.stories.grounds import long_job, short_job, upload_rough_ground
 
@@ -19,15 +17,6 @@ def finished_map(server: Server, dem: dict[str, Any]) -> tuple[dict[str, Any], b
     made = server.client.post("/visibility-maps", json=short_job(dem), headers={"Prefer": "wait=60"})
     assert made.status_code == 201, made.text
     return made.json(), server.client.get(made.json()["layers"][0]["href"]).content
-
-
-def gone(processes: list[psutil.Process], within_s: float) -> bool:
-    deadline_s = time.monotonic() + within_s
-    while any(process.is_running() and process.status() != psutil.STATUS_ZOMBIE for process in processes):
-        if time.monotonic() > deadline_s:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def test_a_killed_service_leaves_no_workers_and_takes_everything_up_again(tmp_path: Path) -> None:
@@ -40,7 +29,7 @@ def test_a_killed_service_leaves_no_workers_and_takes_everything_up_again(tmp_pa
         server.until(begun, lambda job: job["progress"] > 0.0)
         workers = server.workers
         server.kill()
-        assert gone(workers, within_s=5.0)
+        assert left_after(workers, 5.0) == []
     with running(folder, workers=1) as server:
         assert server.client.get(dem["links"]["self"]).json() == dem
         assert server.client.get(made["links"]["self"]).json() == made
@@ -78,7 +67,7 @@ def test_an_orderly_restart_takes_up_what_ran_without_blaming_it(tmp_path: Path)
         server.until(begun, lambda job: job["status"] == "running")
         workers = server.workers
         server.stop()
-        assert gone(workers, within_s=1.0)
+        assert left_after(workers, 1.0) == []
         assert list((folder / "work").iterdir()) == []
     with running(folder, workers=1) as server:
         assert server.client.get(made["layers"][0]["href"]).content == layer
@@ -123,7 +112,7 @@ def test_ctrl_c_in_the_terminal_ends_it_without_noise(tmp_path: Path) -> None:
         # a terminal sends it to the service and its workers alike
         os.killpg(server.process.pid, signal.SIGINT)
         server.process.wait(20)
-        assert gone(workers, within_s=1.0)
+        assert left_after(workers, 1.0) == []
         assert "Traceback" not in server.log.read_text()
 
 

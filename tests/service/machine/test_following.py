@@ -11,6 +11,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from tests.service.processes import has_ended
+
 SLOW = "import os, time\nfrom pathlib import Path\nPath('{at}').write_text(str(os.getpid()))\ntime.sleep(60)\n"
 PARENT = """
 import os, subprocess, sys, time
@@ -18,13 +20,6 @@ words = [sys.executable, "-m", "service.machine.following", str(os.getpid()), "s
 subprocess.Popen(words)
 time.sleep(60)
 """
-
-
-def gone(process: psutil.Process) -> bool:
-    try:
-        return process.status() == psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return True
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel's word for it is Linux's")
@@ -37,10 +32,10 @@ def test_a_worker_that_still_imports_ends_with_its_killed_parent(tmp_path: Path)
         assert parent.poll() is None
         time.sleep(0.01)
     child = psutil.Process(int(at.read_text()))
-    assert not gone(child)
+    assert not has_ended(child)
     parent.kill()
     parent.wait()
-    while not gone(child):  # the test's own time limit ends what never ends
+    while not has_ended(child):  # the test's own time limit ends what never ends
         time.sleep(0.01)
 
 
