@@ -15,8 +15,12 @@ from distributed import LocalCluster
 
 from service.products import Product
 from service.products.registry import PRODUCTS
-from terrain import write_npz
+from terrain import GroundLibrary, index_ground, write_npz
+from terrain.tiles.library import edited
+from service.ground.coverage import LIBRARY
 from tests.service.asked import ASKED
+from tests.service.large_dems import anchors, hills_m, write_cog
+from tests.service.processes import has_ended
 from tests.service.running import Server, running
 from tests.service.small_maps import small_grid
 from tests.stories.grounds import long_job, short_job, upload_rough_ground
@@ -131,6 +135,43 @@ def test_a_placement_that_asks_the_cluster_for_help_does_not_wait_for_its_own_pl
     assert [server.until_over(job)["status"] for job in jobs] == ["succeeded"] * 4
 
 
+@pytest.fixture(scope="module")
+def tile(server: Server, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A raster in the library of the service that a DEM stays in."""
+    folder = tmp_path_factory.mktemp("tiles")
+    path = write_cog(folder / "hills.tif", hills_m(), BLOCKSIZE=128, OVERVIEW_RESAMPLING="AVERAGE")
+    with edited(server.folder / LIBRARY) as editing:
+        editing.library, _ = index_ground(GroundLibrary(), [folder])
+    return path
+
+
+def test_a_map_by_windows_is_the_same_whoever_reads_the_windows(server: Server, tile: Path) -> None:
+    made = server.client.post("/dems", json={"tile": tile.name, "resolution_m": 20.0})
+    assert made.status_code in (200, 201), made.text
+    asked = {"dem_id": made.json()["id"], "anchors": anchors(), "receiver_above_ground_m": 1.5}
+    files = []
+    for where in ("here", "cluster"):
+        posted = server.client.post("/window-maps", json={**asked, "run_on": where})
+        job = server.until_over(posted.headers["Location"])
+        assert job["status"] == "succeeded", job
+        assert ("workers of the Dask scheduler" in job["result"]["read_by"]) == (where == "cluster")
+        files.append([server.client.get(layer["href"]).content for layer in job["layers"]])
+    assert files[0] == files[1]
+
+
+def test_a_tile_that_changes_under_a_running_map_ends_it_with_a_sentence(server: Server, tile: Path) -> None:
+    made = server.client.post("/dems", json={"tile": tile.name, "resolution_m": 20.0})
+    many = [{**anchor, "id": f"{anchor['id']}{n}", "max_range_m": 3000.0} for n in range(8) for anchor in anchors()]
+    asked = {"dem_id": made.json()["id"], "anchors": many, "mode": "exact"}
+    job = server.client.post("/window-maps", json=asked).headers["Location"]
+    server.until(job, lambda told: told["progress"] > 0.02)
+    write_cog(tile, hills_m(seed=3))
+    over = server.until_over(job)
+    assert over["status"] == "failed"
+    assert "hills.tif was changed" in over["error"]["detail"]
+    assert not list((server.folder / "work").iterdir())
+
+
 def test_a_killed_dask_worker_and_a_killed_process_lose_nothing(
     server: Server, cluster: LocalCluster, rough: dict[str, Any]
 ) -> None:
@@ -144,7 +185,7 @@ def test_a_killed_dask_worker_and_a_killed_process_lose_nothing(
     dask_worker = victim.parent()
     assert dask_worker is not None
     os.kill(dask_worker.pid, signal.SIGKILL)
-    until(lambda: not victim.is_running() or victim.status() == "zombie")
+    until(lambda: has_ended(victim))
     over = [server.until_over(job) for job in jobs]
     assert [job["status"] for job in over] == ["succeeded"] * 2, over
     assert sorted(job["attempts"] for job in over) == [1, 2]
