@@ -168,7 +168,7 @@ def test_a_tile_that_changes_under_a_running_map_ends_it_with_a_sentence(server:
     write_cog(tile, hills_m(seed=3))
     over = server.until_over(job)
     assert over["status"] == "failed"
-    assert "hills.tif was changed" in over["error"]["detail"]
+    assert "hills.tif was changed" in over["problem"]["detail"]
     assert not list((server.folder / "work").iterdir())
 
 
