@@ -13,11 +13,11 @@ import psutil
 import pytest
 from distributed import LocalCluster
 
+from service.ground.coverage import LIBRARY
 from service.products import Product
 from service.products.registry import PRODUCTS
 from terrain import GroundLibrary, index_ground, write_npz
 from terrain.tiles.library import edited
-from service.ground.coverage import LIBRARY
 from tests.service.asked import ASKED
 from tests.service.large_dems import anchors, hills_m, write_cog
 from tests.service.processes import has_ended
