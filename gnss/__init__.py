@@ -3,7 +3,7 @@
 from .almanac import Almanac, AlmanacEntry
 from .almanac_files import parse_almanac, read_almanac
 from .almanac_orbits import almanac_positions_ecef_m
-from .broadcast_ephemeris import BroadcastEphemeris, Ephemerides, ephemeris_positions_ecef_m
+from .broadcast_ephemeris import BroadcastEphemeris, Ephemerides, ephemeris_clocks_s, ephemeris_positions_ecef_m
 from .errors import AlmanacError, AlmanacFileError, GnssError, GnssInputError, GnssLibraryError, SamplesError
 from .gps_time import GpsTime, Instants, full_week, instants, leap_seconds_at
 from .rinex_navigation import parse_rinex_navigation, read_rinex_navigation
@@ -27,6 +27,7 @@ __all__ = [
     "almanac_positions_ecef_m",
     "ecef_to_enu_m",
     "enu_to_ecef_m",
+    "ephemeris_clocks_s",
     "ephemeris_positions_ecef_m",
     "full_week",
     "instants",

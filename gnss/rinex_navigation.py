@@ -33,8 +33,9 @@ ORBIT_FIELDS = (
     ("toe_s", "inclination_cos_rad", "node_longitude_rad", "inclination_sin_rad"),
     ("inclination_rad", "radius_cos_m", "argument_of_perigee_rad", "node_rate_rad_per_s"),
     ("inclination_rate_rad_per_s", "", "week"),
-    ("", "health"),
+    ("", "health", "group_delay_s"),
 )
+CLOCK_FIELDS = ("clock_bias_s", "clock_drift_s_per_s", "clock_ageing_s_per_s2")
 
 
 def read_rinex_navigation(path: str | os.PathLike[str]) -> Ephemerides:
@@ -157,6 +158,8 @@ def _ephemeris(record: list[str], version: float, where: str) -> BroadcastEpheme
         for column, field in enumerate(names)
         if field
     }
+    for column, field in enumerate(CLOCK_FIELDS):
+        values[field] = record[0][margin + (column + 1) * FIELD_WIDTH :][:FIELD_WIDTH]
     healthy = values["health"].strip() == "" or whole(values["health"], f"{where}: health") == 0
     for field, text in values.items():
         if not text.strip():
@@ -177,7 +180,8 @@ def _ephemeris(record: list[str], version: float, where: str) -> BroadcastEpheme
                 return f"is marked healthy but {wrong}"
             # its time is of no use either, but it is unhealthy from its epoch on
             toe = GpsTime.of_utc(epoch, leap_seconds=0)
-        return BroadcastEphemeris(prn=prn, toe=toe, health=health, **numbers)
+        toc = GpsTime.of_utc(epoch, leap_seconds=0).plus(real(clock_time.split()[-1], f"{where}: the epoch"))
+        return BroadcastEphemeris(prn=prn, toe=toe, health=health, toc=toc, **numbers)
     except AlmanacFileError:
         raise
     except GnssError as error:

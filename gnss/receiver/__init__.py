@@ -2,10 +2,12 @@
 
 from .acquisition import Acquired, Acquisition, Search, acquire, correlation_powers, noise_limit
 from .aiding import foretold_delays_s
-from .bits import BIT_S, BitSearch, energy_limit, search_bits
-from .channel import ChannelMeasurement, measure_channel
+from .bits import BIT_S, BitSearch, bits_needed, energy_limit, search_bits
+from .channel import BitSums, ChannelMeasurement, correlate_bits, measure_channel, measure_sums
+from .clocks import find_clock
 from .codes import PRNS, ca_code
-from .samples import SAMPLE_TYPES, Samples, SampleType, read_samples
+from .samples import SAMPLE_TYPES, Samples, SampleType, read_samples, recorded_s
+from .tracking import Aiding, ReceiverClock, track
 
 __all__ = [
     "BIT_S",
@@ -13,18 +15,27 @@ __all__ = [
     "SAMPLE_TYPES",
     "Acquired",
     "Acquisition",
+    "Aiding",
     "BitSearch",
+    "BitSums",
     "ChannelMeasurement",
+    "ReceiverClock",
     "SampleType",
     "Samples",
     "Search",
     "acquire",
+    "bits_needed",
     "ca_code",
+    "correlate_bits",
     "correlation_powers",
     "energy_limit",
+    "find_clock",
     "foretold_delays_s",
     "measure_channel",
+    "measure_sums",
     "noise_limit",
     "read_samples",
+    "recorded_s",
     "search_bits",
+    "track",
 ]

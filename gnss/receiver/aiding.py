@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from gnss.broadcast_ephemeris import Ephemerides, ephemeris_positions_ecef_m
+from gnss.broadcast_ephemeris import Ephemerides, ephemeris_clocks_s, ephemeris_positions_ecef_m
 from gnss.errors import GnssInputError
 from gnss.gps_time import WEEK_S, GpsTime, Instants
 from gnss.kepler import EARTH_RATE_RAD_PER_S
@@ -15,8 +15,8 @@ from .codes import SPEED_OF_LIGHT_M_PER_S
 __all__ = ["foretold_delays_s"]
 
 Array = npt.NDArray[np.float64]
-FLIGHT_S = 0.075  # from about there on, four rounds leave less than a femtosecond
-ROUNDS = 4
+FLIGHT_S = 0.075  # from about there on, three rounds leave less than a femtosecond
+ROUNDS = 3
 
 
 def foretold_delays_s(
@@ -27,15 +27,13 @@ def foretold_delays_s(
     antennas_ecef_m: npt.ArrayLike,
     *,
     clock_s: npt.ArrayLike = 0.0,
-    satellite_clock_s: float = 0.0,
 ) -> Array:
     """(k,) delays for ``measure_channel``: flight over the Earth that turns meanwhile, and both clocks.
 
-    start: of sample 0 by the receiver's clock, a multiple of 20 ms, so that data bits begin where the channel looks for
-    them. times_s: (k,) from there on. antennas_ecef_m: (k, 3) or (3,), the trajectory with its lever arm turned and
-    added. clock_s: (k,) or one, by how much the receiver's clock is ahead of GPS; satellite_clock_s: the same of the
-    satellite's. Air is left out: it delays by tens of metres at most, a tenth of a chip. Raises GnssInputError, and
-    AlmanacError where no ephemeris is near.
+    start: of sample 0 by the receiver's clock. times_s: (k,) from there on. antennas_ecef_m: (k, 3) or (3,), the
+    trajectory with its lever arm turned and added. clock_s: (k,) or one, by how much the receiver's clock is ahead of
+    GPS; the satellite's is that of the ephemerides. Air is left out: it delays by tens of metres at most, a tenth of a
+    chip. Raises GnssInputError, and AlmanacError where no ephemeris is near.
     """
     times = np.atleast_1d(np.asarray(times_s, np.float64))
     antennas = np.asarray(antennas_ecef_m, np.float64)
@@ -56,5 +54,5 @@ def foretold_delays_s(
         north = places[:, 1] * np.cos(turned) - places[:, 0] * np.sin(turned)
         away = np.column_stack([east, north, places[:, 2]]) - antennas
         flight = np.linalg.norm(away, axis=1) / SPEED_OF_LIGHT_M_PER_S
-    delays: Array = flight + clock - satellite_clock_s
+    delays: Array = flight + clock - ephemeris_clocks_s(ephemerides, [satellite], sent)[0]
     return delays

@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from gnss.errors import GnssInputError
 
-__all__ = ["BIT_S", "BitSearch", "energy_limit", "search_bits"]
+__all__ = ["BIT_S", "BitSearch", "bits_needed", "energy_limit", "search_bits"]
 
 Array = npt.NDArray[np.float64]
 BIT_S = 0.02
+DIVISORS = (1, 2, 5, 10, 25, 50)
 # of |Re n|, n complex noise of unit power: mean, variance, skewness, excess kurtosis of the half-normal distribution
 MEAN, VARIANCE = 1.0 / math.sqrt(math.pi), 0.5 - 1.0 / math.pi
 SKEWNESS = math.sqrt(2.0) * (4.0 - math.pi) / (math.pi - 2.0) ** 1.5
@@ -82,3 +83,21 @@ def energy_limit(false_alarm: float, bits: int, cells: int = 1) -> float:
     bent = u + skewness * (u * u - 1.0) / 6.0 + kurtosis * (u**3 - 3.0 * u) / 24.0
     bent -= skewness**2 * (2.0 * u**3 - 5.0 * u) / 36.0
     return float(bits * MEAN + bent * math.sqrt(bits * VARIANCE))
+
+
+def bits_needed(cn0_db_hz: float, detection: float = 0.99, false_alarm: float = 1e-3, cells: int = 1) -> int:
+    """How many bits, a whole share of the 50 of a second, must be summed to find a signal so strong; 50 if none do.
+
+    Each bit adds the part of its sum along the signal's phase, without its sign: a folded normal number. Raises
+    GnssInputError.
+    """
+    if not (0.0 < detection < 1.0) or math.isnan(cn0_db_hz):
+        raise GnssInputError("A probability of detection lies between 0 and 1, and C/N0 is a number.")
+    a = math.sqrt(10.0 ** (cn0_db_hz / 10.0) * BIT_S)
+    mean = MEAN * math.exp(-a * a) + a * math.erf(a)
+    spread = math.sqrt(0.5 + a * a - mean * mean)
+    below = NormalDist().inv_cdf(detection) * spread
+    for count in DIVISORS:
+        if count * mean - math.sqrt(count) * below > energy_limit(false_alarm, count, cells):
+            return count
+    return DIVISORS[-1]

@@ -14,7 +14,7 @@ from gnss.errors import SamplesError
 
 from .codes import CHIP_RATE_HZ
 
-__all__ = ["SAMPLE_TYPES", "SampleType", "Samples", "read_samples"]
+__all__ = ["SAMPLE_TYPES", "SampleType", "Samples", "read_samples", "recorded_s"]
 
 Values = npt.NDArray[np.complex64]
 SampleType = Literal["complex64", "int16", "int8"]
@@ -127,6 +127,18 @@ def read_samples(
         _check_alike(place.name, read)
     values = read.astype(np.float32).view(np.complex64)
     return Samples(values, rate_hz, intermediate_hz, place.name, tuple(warnings))
+
+
+def recorded_s(path: Path | str, rate_hz: float, sample_type: SampleType = "complex64", start_s: float = 0.0) -> float:
+    """How long a file's samples last from a start on, by its size. Raises SamplesError."""
+    place = Path(path)
+    try:
+        size = place.stat().st_size
+    except OSError as error:
+        raise SamplesError(f"{place} cannot be read: {error.strerror or error}.") from error
+    if not (rate_hz > 0.0 and math.isfinite(rate_hz)):
+        raise SamplesError("The start must be zero or more, the duration and the rate above zero.")
+    return size // (2 * np.dtype(SAMPLE_TYPES[sample_type]).itemsize) / rate_hz - start_s
 
 
 def _check_alike(name: str, read: npt.NDArray[np.generic]) -> None:

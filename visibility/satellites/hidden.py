@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from ..sight.sight_lines import lines_of_sight
 from .horizon import to_border_m
 from .in_view import true_to_grid
 
-__all__ = ["hidden_observations"]
+__all__ = ["LinesTowards", "hidden_observations", "lines_towards"]
 
 Array = npt.NDArray[np.float64]
 
@@ -74,23 +75,39 @@ def _hidden(
     )
     seen = look_angles(place, positions_m)
     hidden = ~(seen.elevation_rad > 0.0)
+    up = np.flatnonzero(~hidden)
+    lines = lines_towards(grid, place, seen.azimuth_rad[up], seen.elevation_rad[up], above_ground_m)
+    if lines is not None and len(up):
+        hidden[up] = lines_of_sight(grid, lines.from_m, lines.to_m, curvature=lines.curvature).verdict == HIDDEN
+    return np.asarray(hidden, np.bool_)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinesTowards:
+    """Lines of sight (n, 3) in the grid's frame from an antenna up to the DEM's border."""
+
+    from_m: Array
+    to_m: Array
+    curvature: Curvature
+
+
+def lines_towards(
+    grid: ElevationGrid, place: Place, azimuth_rad: Array, elevation_rad: Array, above_ground_m: float
+) -> LinesTowards | None:
+    """Towards n directions, true azimuths and elevations above the horizontal; None where the DEM knows no ground."""
     at_m = _on_grid(grid, place)
     if at_m is None:
-        return np.asarray(hidden, np.bool_)
+        return None
     east_m, north_m, ground_m = at_m
-    up = np.flatnonzero(~hidden)
-    azimuth_rad, elevation_rad = seen.azimuth_rad[up], seen.elevation_rad[up]
+    bent = Curvature.of(grid)
     directions = (true_to_grid(grid, place) @ np.array([np.sin(azimuth_rad), np.cos(azimuth_rad)])).T
     scales = np.hypot(*directions.T)
     directions = directions / scales[:, None]
     reaches_m = np.array([to_border_m(grid, east_m, north_m, direction) for direction in directions])
     from_m = np.array([east_m, north_m, ground_m + above_ground_m])
-    bent = Curvature.of(grid)
     rise_m = reaches_m / scales * np.tan(elevation_rad) + bent.drop_per_m2 * reaches_m**2
     to_m = np.column_stack([from_m[:2] + directions * reaches_m[:, None], from_m[2] + rise_m])
-    behind = lines_of_sight(grid, np.broadcast_to(from_m, to_m.shape), to_m, curvature=bent).verdict == HIDDEN
-    hidden[up[behind]] = True
-    return np.asarray(hidden, np.bool_)
+    return LinesTowards(np.broadcast_to(from_m, to_m.shape), to_m, bent)
 
 
 def _on_grid(grid: ElevationGrid, place: Place) -> tuple[float, float, float] | None:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 from rich.table import Table
 
 from service.errors import RequestError
 
-from ..asking.options import GROUP, option
+from ..asking.options import option
+from ..asking.recordings import SampleFile, SampleOptions, satellite_numbers
 from ..output import print_json, print_tables, print_warnings
+from .receiver_track import track
 
 if TYPE_CHECKING:
     from gnss.receiver import Acquisition, Samples
@@ -22,37 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["receiver"]
 
 receiver = App(name="receiver", help="An open-loop receiver of GPS L1 C/A over recorded samples.")
-SampleFile = Annotated[
-    Path, Parameter(name="FILE", allow_leading_hyphen=False, help="In-phase and quadrature of each sample in turn.")
-]
+receiver.command(track)
 AsJson = Annotated[bool, option("Print JSON on standard output and nothing else.", name="--json")]
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class SampleOptions:
-    """What the file does not say of itself."""
-
-    rate_hz: Annotated[float, option("Complex samples a second, such as 4e6.", "HZ", "--rate")]
-    type: Annotated[
-        Literal["complex64", "int16", "int8"], option("Of the numbers, little-endian.", "complex64|int16|int8")
-    ] = "complex64"
-    intermediate_hz: Annotated[float, option("Where L1 lies in the samples.", "HZ", "--intermediate")] = 0.0
-    start_s: Annotated[float, option("Where to begin.", "S", "--start")] = 0.0
-
-    def read(self, path: Path, duration_s: float) -> Samples:
-        """The samples from the start on. Raises SamplesError."""
-        from gnss.receiver import read_samples
-
-        intermediate_hz = self.intermediate_hz
-        return read_samples(
-            path,
-            self.rate_hz,
-            self.type,
-            intermediate_hz=intermediate_hz,
-            start_s=self.start_s,
-            duration_s=duration_s,
-        )
 
 
 @receiver.command
@@ -77,7 +47,7 @@ def acquire(
 
     search = Search(doppler_max, doppler_step, coherent, 0.0, ms * 1e-3, false_alarm)
     read = samples.read(path, search.duration_s)
-    found = acquire(read, search, PRNS if prn is None else _numbers(prn))
+    found = acquire(read, search, PRNS if prn is None else satellite_numbers(prn))
     if as_json:
         print_json(_document(read, search.false_alarm, found))
     else:
@@ -89,13 +59,6 @@ def acquire(
             f"No satellite of {len(found.satellites)} is above the threshold; the highest, PRN {best.prn}, has "
             f"{best.power:.1f} times the power of noise, {found.limit:.1f} are needed. Are rate and type right?"
         )
-
-
-def _numbers(text: str) -> Sequence[int]:
-    try:
-        return [int(word) for word in text.split(",")]
-    except ValueError as fault:
-        raise RequestError(f"--prn takes numbers of satellites such as 1,7,12, not {text!r}.") from fault
 
 
 def _document(samples: Samples, false_alarm: float, found: Acquisition) -> dict[str, object]:
