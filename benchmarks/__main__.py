@@ -19,7 +19,17 @@ from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import differential, receiver
-from benchmarks.navigation import bubbles, inertial, lying_ranges, quality_monitor, rover_outages, shadow, targets
+from benchmarks.navigation import (
+    bubbles,
+    inertial,
+    lying_ranges,
+    quality_monitor,
+    rover_outages,
+    shadow,
+    starloc_drive,
+    streets,
+    targets,
+)
 from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
@@ -72,9 +82,16 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         bubbles.consistency,
         bubbles.bubble_speed,
     ),
-    "inertial": (inertial.made_up_drive, inertial.outages, rover_outages.rover_outages, inertial.inertial_speed),
+    "inertial": (
+        inertial.made_up_drive,
+        inertial.outages,
+        rover_outages.rover_outages,
+        starloc_drive.ranges_dropped,
+        inertial.inertial_speed,
+    ),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
     "lying": (lying_ranges.bubbles_that_hold,),
+    "street": (streets.street,),
     "shadow": (shadow.minute_of_shadow,),
     "receiver": (
         receiver.recorded_sample,
@@ -161,6 +178,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "inertial": (
         inertial.made_up_drive,
         partial(inertial.outages, drives=1),
+        partial(starloc_drive.ranges_dropped, beginnings_s=(26.0,)),
         partial(inertial.inertial_speed, seconds=20.0),
     ),
     "monitor": (
@@ -171,6 +189,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "differential": (differential.baselines,),
     "shadow": (partial(shadow.minute_of_shadow, drives=1),),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
+    "street": (streets.street,),
     "receiver": (
         receiver.recorded_sample,
         partial(receiver.acquisition_speed, prns=4),

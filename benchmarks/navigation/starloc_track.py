@@ -23,8 +23,11 @@ START_SIGMA_M = 1.0
 
 @dataclass(frozen=True, eq=False)
 class StarlocTrack:
-    """n epochs where the truth holds: error_m (n, 3), covariance_m2 (n, 3, 3); the share of ranges that were used."""
+    """n epochs where the truth holds: time_s (n,), true place_m (n, 3), error_m (n, 3), covariance_m2 (n, 3, 3); the
+    share of ranges that were used."""
 
+    time_s: Array
+    place_m: Array
     error_m: Array
     covariance_m2: Array
     used_share: float
@@ -46,14 +49,19 @@ def detector_weights(log: RangeLog) -> Array:
     return np.array(weights)
 
 
-def starloc_track(log: RangeLog, weights: Array | None = None, *, gate_sigma: float = np.inf) -> StarlocTrack:
-    """One log through ``navigation.filter_ranges``, every range at its own time; weights: see ``detector_weights``."""
+def starloc_track(
+    log: RangeLog, weights: Array | None = None, *, gate_sigma: float = np.inf, slow: float = 1.0
+) -> StarlocTrack:
+    """One log through ``navigation.filter_ranges``, every range at its own time; weights: see ``detector_weights``.
+
+    slow: times the sigma, for errors that stay for seconds, as ``ConstantVelocityEstimator`` has it (``SLOW``).
+    """
     ranges = [one for epoch in log.epochs for one in epoch.ranges]
     number = {anchor.id: place for place, anchor in enumerate(log.anchors)}
     anchors_m = np.array([(anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in log.anchors])
     times_s = np.array([one.time_s for one in ranges], float)
     every = np.ones(len(ranges), bool)
-    variances_m2 = navigation.range_variances_m2(RANGE_SIGMA_M**2, every, weights=weights)
+    variances_m2 = navigation.range_variances_m2((slow * RANGE_SIGMA_M) ** 2, every, weights=weights)
     start = navigation.initial_state(float(times_s[0]), log.places_m[0], position_sigma_m=START_SIGMA_M)
     filtered = navigation.filter_ranges(
         start, MOTION, times_s, np.array([number[one.anchor_id] for one in ranges]),
@@ -62,6 +70,8 @@ def starloc_track(log: RangeLog, weights: Array | None = None, *, gate_sigma: fl
     last = np.cumsum([len(epoch.ranges) for epoch in log.epochs]) - 1
     right = ~log.truth_is_wrong
     return StarlocTrack(
+        np.array([epoch.time_s for epoch in log.epochs])[right],
+        log.places_m[right],
         (filtered.position_m[last] - log.places_m)[right],
         filtered.position_covariance_m2[last][right],
         float(np.mean(filtered.verdict == navigation.Verdict.USED)),

@@ -58,12 +58,16 @@ class Fixes:
 
 @dataclass(frozen=True, eq=False)
 class Ranges:
-    """Two-way ranges: times_s (n,), anchor (n,) its number, measured_m (n,), sigmas_m (n,), NaN = the settings'."""
+    """Two-way ranges: times_s (n,), anchor (n,) its number, measured_m (n,), sigmas_m (n,), NaN = the settings'.
+
+    offsets_m: (n, 3) or (3,) from the antenna to the radio of each, forward, left, up, where there are several.
+    """
 
     times_s: Array
     anchor: Ints
     measured_m: Array
     sigmas_m: Array
+    offsets_m: npt.ArrayLike = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +134,7 @@ def drive_measurements(
             np.where(np.isnan(ranges.sigmas_m), settings.range_sigma_m, ranges.sigmas_m),
             sight=np.where(np.isnan(sight), 1.0, sight),
             least_sight=settings.least_sight,
+            offsets_m=ranges.offsets_m,
             gate_sigma=gate,
         )
     if log.fixes is not None and len(log.fixes.times_s):
@@ -194,6 +199,7 @@ def _only(one: Measurements, kept: npt.NDArray[np.bool_]) -> Measurements:
         one.values[kept],
         one.variances[kept],
         np.ascontiguousarray(one.vectors[kept]),
+        np.ascontiguousarray(one.offsets_m[kept]),
         one.gates[kept],
         one.source[kept],
         one.row[kept],

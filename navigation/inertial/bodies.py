@@ -70,6 +70,13 @@ class TangentFrame:
         centred = _centred_m(self.body, latitude_rad, np.asarray(longitude_rad) - self.longitude_rad, altitude_m)
         return (centred - self._origin_m()) @ self._axes()
 
+    def from_centred_m(self, centred_m: npt.ArrayLike) -> Array:
+        """(..., 3) east, north, up of places (..., 3) in the body's own axes: x to longitude 0, z to the north pole."""
+        x, y, z = np.moveaxis(np.asarray(centred_m, np.float64), -1, 0)
+        cosine, sine = math.cos(self.longitude_rad), math.sin(self.longitude_rad)
+        turned = np.stack([cosine * x + sine * y, cosine * y - sine * x, z], axis=-1)
+        return (turned - self._origin_m()) @ self._axes()
+
     def to_geodetic(self, position_m: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """(latitudes rad, longitudes rad, altitudes m) of places (..., 3) in the frame."""
         centred = np.asarray(position_m, np.float64) @ self._axes().T + self._origin_m()

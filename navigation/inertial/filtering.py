@@ -179,6 +179,7 @@ def navigate(
         measurements.values,
         measurements.variances,
         measurements.vectors,
+        measurements.offsets_m,
         measurements.gates,
     )
     logs.filter_log(readings, events, belief, settings, track, stages, found, verdicts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,8 @@ Ints = npt.NDArray[np.int64]
 class Measurements:
     """Scalars in order of time, (m,) each: kinds, values, variances (inf = left out), vectors (m, 3), gates in sigmas.
 
-    source: (m,) which of the joined lists each came from, row: (m,) its row there.
+    offsets_m: (m, 3) on the vehicle from the antenna, where the lever arm ends, to where each is measured. source: (m,)
+    which of the joined lists each came from, row: (m,) its row there.
     """
 
     times_s: Array
@@ -40,6 +41,7 @@ class Measurements:
     values: Array
     variances: Array
     vectors: Array
+    offsets_m: Array
     gates: Array
     source: Ints
     row: Ints
@@ -65,6 +67,7 @@ def join(*lists: Measurements) -> Measurements:
         all_of("values"),
         all_of("variances"),
         all_of("vectors"),
+        all_of("offsets_m"),
         all_of("gates"),
         np.concatenate(sources)[order],
         np.concatenate([one.row for one in lists])[order],
@@ -150,10 +153,12 @@ def ranges_to_anchors(
     *,
     sight: npt.ArrayLike = 1.0,
     least_sight: float = 0.1,
+    offsets_m: npt.ArrayLike = (0.0, 0.0, 0.0),
     gate_sigma: float = math.inf,
 ) -> Measurements:
     """Two-way ranges, each at its own time: (n,) to anchors (n, 3), NaN = none.
 
+    offsets_m: (n, 3) or (3,) from the antenna to the radio of each, forward, left, up, where a vehicle carries several.
     sight: probability that the map gives to each being in sight there: below least_sight a range is left out, otherwise
     its variance is divided by it. Raises MeasurementError.
     """
@@ -164,7 +169,11 @@ def ranges_to_anchors(
         raise MeasurementError("sight must be probabilities from 0 to 1.")
     sigmas = numbers("sigmas_m", np.broadcast_to(sigmas_m, shape), shape)
     variances = np.where(seen >= max(least_sight, 1e-9), sigmas**2 / np.maximum(seen, 1e-9), math.inf)
-    return _measurements(kernel.RANGE, times_s, measured_m, variances, anchors, gate_sigma)
+    found = _measurements(kernel.RANGE, times_s, measured_m, variances, anchors, gate_sigma)
+    offsets = numbers("offsets_m", np.broadcast_to(offsets_m, anchors.shape), anchors.shape)
+    if not np.isfinite(offsets).all():
+        raise MeasurementError("offsets_m must be finite.")
+    return replace(found, offsets_m=offsets)
 
 
 def ground_heights(
@@ -227,6 +236,7 @@ def _measurements(
         value,
         variance,
         np.ascontiguousarray(vectors),
+        np.zeros((count, 3)),
         np.full(count, float(gate)),
         np.zeros(count, np.int64),
         np.arange(count, dtype=np.int64),

@@ -15,7 +15,19 @@ from compiled.options import scalar_kernel
 
 from .ranges import EAST, NORTH, UP, bend_m2
 
-__all__ = ["FLOOR", "KEPT", "MEAN", "SHARE", "Bank", "advance_bank", "blend", "merge", "take_range"]
+__all__ = [
+    "FLOOR",
+    "KEPT",
+    "MEAN",
+    "SHARE",
+    "Bank",
+    "advance_bank",
+    "blend",
+    "excess_moments",
+    "log_normal",
+    "merge",
+    "take_range",
+]
 
 STATE = 6
 RIGHT, SAME, OTHER = 0, 1, 2
@@ -64,7 +76,8 @@ def advance_bank(bank, step_s, psd):
 
 
 @scalar_kernel
-def _log_normal(value, variance):
+def log_normal(value, variance):
+    """log of the density of N(0, variance) at a value."""
     return -0.5 * value * value / variance - 0.5 * math.log(variance) - LOG_ROOT_TAU
 
 
@@ -77,7 +90,7 @@ def _log_tail(x):
 
 
 @scalar_kernel
-def _excess_moments(seen, variance, law):
+def excess_moments(seen, variance, law):
     """(log likelihood, mean, variance) of an excess, floor + Exp(mean), seen with Gaussian noise of a variance."""
     shifted = seen - law[FLOOR]
     centre = shifted - variance / law[MEAN]
@@ -86,7 +99,7 @@ def _excess_moments(seen, variance, law):
     log_tail = _log_tail(x)
     likelihood = -math.log(law[MEAN]) - shifted / law[MEAN] + 0.5 * variance / law[MEAN] ** 2 + log_tail
     # the Gaussian about the centre, cut off at 0
-    ratio = math.exp(_log_normal(x, 1.0) - log_tail)
+    ratio = math.exp(log_normal(x, 1.0) - log_tail)
     mean = centre + root * ratio
     spread = variance * max(1.0 - ratio * (x + ratio), 1e-3)
     return likelihood, law[FLOOR] + mean, spread
@@ -171,12 +184,12 @@ def take_range(bank, spare, a, measured, regimes, law, scratch):
             innovation = range_m - expected
             excess, spread = 0.0, 0.0
             if branch == OTHER:
-                likelihood, excess, spread = _excess_moments(innovation, variance, law)
+                likelihood, excess, spread = excess_moments(innovation, variance, law)
                 innovation -= excess
             else:
                 if branch == SAME:
                     innovation -= bank.means[h, STATE + a]
-                likelihood = _log_normal(innovation, variance)
+                likelihood = log_normal(innovation, variance)
             weight = bank.weights[h] + math.log(priors[branch]) + likelihood
             scratch[h, branch, WEIGHT], scratch[h, branch, INNOVATION] = weight, innovation
             scratch[h, branch, EXCESS], scratch[h, branch, SPREAD] = excess, spread

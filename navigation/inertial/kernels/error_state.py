@@ -147,12 +147,13 @@ def grow(covariance, transition, rows, step_s, noise, gap):
 
 
 @scalar_kernel
-def expected(kind, vector, belief, turn_rate, layout, row):
+def expected(kind, vectors, belief, turn_rate, layout, row):
     """What a measurement should be; fill row (n,), its derivative by the error state.
 
-    vector: (3,) direction in the frame for COORDINATE and RATE, place for RANGE, direction on the vehicle for ALONG.
-    turn_rate: (3,) of the vehicle, corrected.
+    vectors: (vector (3,): direction in the frame for COORDINATE and RATE, place for RANGE, direction on the vehicle for
+    ALONG; offset (3,) on the vehicle from the antenna to where it is measured). turn_rate: (3,) corrected.
     """
+    vector, offset = vectors
     row[:] = 0.0
     matrix, arm, swing, part, direction = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     matrix_of(belief.quaternion, matrix)
@@ -166,8 +167,9 @@ def expected(kind, vector, belief, turn_rate, layout, row):
             row[PSI + i] = part[i]
             total += direction[i] * belief.velocity[i]
         return total
-    cross(turn_rate, belief.lever_m, part)
-    rotate(matrix, belief.lever_m, arm)
+    lever = belief.lever_m + offset
+    cross(turn_rate, lever, part)
+    rotate(matrix, lever, arm)
     rotate(matrix, part, swing)
     total, base = 0.0, POSITION
     direction[:] = vector
@@ -226,16 +228,17 @@ def _feed_back(belief, layout, gain, innovation, correction):
 def correct(measurement, belief, turn_rate, layout, gate, correction, found):
     """Correct the belief in place by one scalar; found (2,): innovation and its variance; what became of it.
 
-    measurement: (kind, value, variance, vector (3,)); gate: how many sigmas an innovation may be off. A gate that keeps
-    out nearly everything guards a wrong belief, as in ``navigation.kernels.ranges``: then the position is widened.
+    measurement: (kind, value, variance, vectors as of ``expected``); gate: how many sigmas an innovation may be off. A
+    gate that keeps out nearly everything guards a wrong belief, as in ``navigation.kernels.ranges``: then the position
+    is widened.
     """
-    kind, value, variance, vector = measurement
+    kind, value, variance, vectors = measurement
     n = belief.covariance.shape[0]
     row, gain = np.empty(n), np.empty(n)
     found[:] = math.nan
     if math.isnan(value) or not variance < math.inf:
         return LEFT_OUT
-    innovation = value - expected(kind, vector, belief, turn_rate, layout, row)
+    innovation = value - expected(kind, vectors, belief, turn_rate, layout, row)
     total = variance
     for i in range(n):
         for j in range(n):

@@ -26,13 +26,14 @@ class Readings(NamedTuple):
 
 
 class Events(NamedTuple):
-    """Scalar measurements in order of time: (m,), vectors (m, 3)."""
+    """Scalar measurements in order of time: (m,), vectors and offsets from the antenna (m, 3)."""
 
     times_s: np.ndarray
     kinds: np.ndarray
     values: np.ndarray
     variances: np.ndarray
     vectors: np.ndarray
+    offsets: np.ndarray
     gates: np.ndarray
 
 
@@ -117,7 +118,8 @@ def filter_log(readings, events, belief, settings, track, stages, found, verdict
             if smooth and e < events.times_s.shape[0] and events.times_s[e] <= now_s:
                 stages.before[stage] = belief.covariance
             while e < events.times_s.shape[0] and events.times_s[e] <= now_s:
-                measurement = events.kinds[e], events.values[e], events.variances[e], events.vectors[e]
+                vectors = events.vectors[e], events.offsets[e]
+                measurement = events.kinds[e], events.values[e], events.variances[e], vectors
                 verdicts[e] = correct(measurement, belief, rate, layout, events.gates[e], correction, found[e])
                 e += 1
             if k == 0:

@@ -66,6 +66,22 @@ def test_fixes_tell_where_a_drive_begins_and_their_course_its_heading(drive):
     assert track.used(SOURCES.index("position")) == (180, 180)
 
 
+def test_radios_on_arms_of_their_own_are_ranged_each_from_where_it_is(drive):
+    made, readings, plain, _ = drive
+    rng, arms = np.random.default_rng(8), np.array([(2.0, 1.5, 0.0), (-1.0, -1.5, 0.5)])
+    offsets = arms[np.arange(len(plain.times_s)) // len(ANCHORS_M) % 2]
+    radios = made.position(plain.times_s) + made.attitude(plain.times_s).apply(offsets)
+    measured = np.linalg.norm(radios - ANCHORS_M[plain.anchor], axis=1) + rng.normal(0.0, 0.3, len(radios))
+    told = replace(plain, measured_m=measured, offsets_m=offsets)
+    settings = replace(SETTINGS, position_m=tuple(made.position(0.0)), position_sigma_m=2.0)
+    errors = [
+        off_m(made, navigate_drive(DriveLog(readings, ranges=one, anchors_m=ANCHORS_M), settings, FRAME))[0]
+        for one in (told, replace(told, offsets_m=(0.0, 0.0, 0.0)))
+    ]
+    assert errors[0] < 0.3
+    assert errors[1] > 2.0 * errors[0]
+
+
 def test_a_straight_and_even_drive_has_the_course_of_its_fixes_though_its_readings_are_still():
     times_s = np.arange(0.0, 30.0, 0.05)
     forces = np.tile(FRAME.gravity_m_per_s2(np.zeros(3)) * -1.0, (len(times_s), 1))

@@ -68,11 +68,11 @@ def test_rows_are_numerical_derivatives(kind):
     )
     belief, layout = start.belief(NOISE)
     vector, turn = rng.normal(0.0, 90.0 if kind == kernel.RANGE else 1.0, 3), rng.normal(0.0, 0.5, 3)
-    row, ignored = np.zeros(24), np.zeros(24)
-    kernel.expected(kind, vector, belief, turn, layout, row)
+    row, ignored, vectors = np.zeros(24), np.zeros(24), (vector, rng.normal(0.0, 0.5, 3))
+    kernel.expected(kind, vectors, belief, turn, layout, row)
     for place in range(24):
-        up = kernel.expected(kind, vector, moved(belief, layout, place, 1e-5), turn, layout, ignored)
-        down = kernel.expected(kind, vector, moved(belief, layout, place, -1e-5), turn, layout, ignored)
+        up = kernel.expected(kind, vectors, moved(belief, layout, place, 1e-5), turn, layout, ignored)
+        down = kernel.expected(kind, vectors, moved(belief, layout, place, -1e-5), turn, layout, ignored)
         assert row[place] == pytest.approx((up - down) / 2e-5, abs=1e-6), place
 
 

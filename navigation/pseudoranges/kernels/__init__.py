@@ -1,0 +1,1 @@
+"""Compiled loops of navigation by pseudoranges and wheels."""
