@@ -204,6 +204,11 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(plans_over_http.plans_over_http, posts=128, watch_s=3.0, cancelled=1),
     ),
     "ground": (partial(ground.tiles_to_map, side=4, places=2), partial(ground.probes, questions=60)),
+    "attacks": (partial(attacks.health_under_attack, seconds=1.0),),
+    "strangers": (
+        partial(slow_clients.slow_clients, seconds=2.0, attacks=("unread answers",)),
+        partial(mixed_load.mixed, seconds=5.0),
+    ),
     "seeing": (partial(seen_and_unseen.cost_of_being_seen, posts=64, maps=10, epochs=30),),
     "detectors": (partial(detector_streams.streams, seconds=2.0),),
     "detection": (

@@ -24,6 +24,8 @@ OF_EVERY_RECORD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asct
 
 def set_up_logging(log_format: LogFormat) -> None:
     """Log to standard error in that format, in place of whatever was set up before."""
+    # nobody reads these of a record, and each costs something for every line
+    logging.logThreads = logging.logProcesses = logging.logMultiprocessing = False
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(_Json() if log_format == "json" else _Text())
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import subprocess
+import sys
 import tempfile
 import time
 from collections import Counter
@@ -12,6 +15,7 @@ import httpx
 import numpy as np
 
 from benchmarks.report import Row, Table, duration
+from benchmarks.service.attacks import health_times_s
 from benchmarks.service.slow_clients import asked_in_turn, made_place
 from service.cli.own_service import running_service
 
@@ -21,8 +25,9 @@ CLIENTS = 200
 TARGET_S = 0.100
 NOTE = f"""\
 {CLIENTS} clients at once, each asking without a pause but what the answer takes: lists, maps, layers, probes,
-detections, uploads of 20 kB and new maps; /health is asked for every 50 ms beside them. Whatever is neither a success
-nor 429 or 503 with Retry-After counts as an error. The clients run on the same machine and take their share of it."""
+detections, uploads of 20 kB and new maps; a process of its own asks for /health every 20 ms beside them, so that it is
+the service that is measured and not the clients' own queue. Whatever is neither a success nor 429 or 503 with
+Retry-After counts as an error. The clients run on the same machine and take their share of it."""
 
 
 def mixed(seconds: float = 120.0) -> Table:
@@ -31,7 +36,6 @@ def mixed(seconds: float = 120.0) -> Table:
         while (workers := client.get("/health").json()["workers"])["warm"] < workers["wanted"]:
             time.sleep(0.2)
         place = made_place(client)
-        health_s: list[float] = []
         outcomes: Counter[str] = Counter()
         until_s = time.perf_counter() + seconds
 
@@ -54,21 +58,27 @@ def mixed(seconds: float = 120.0) -> Table:
                     if later:
                         await asyncio.sleep(1.0)
 
-        async def look() -> None:
-            async with httpx.AsyncClient(base_url=place.url, timeout=60.0) as one:
-                while time.perf_counter() < until_s:
-                    begun_s = time.perf_counter()
-                    (await one.get("/health")).raise_for_status()
-                    health_s.append(time.perf_counter() - begun_s)
-                    await asyncio.sleep(0.05)
-
         async def together() -> None:
-            await asyncio.gather(look(), *(work(number) for number in range(CLIENTS)))
+            await asyncio.gather(*(work(number) for number in range(CLIENTS)))
 
-        asyncio.run(together())
+        looks = [sys.executable, "-m", "benchmarks.service.mixed_load", place.url, str(seconds)]
+        with subprocess.Popen(looks, stdout=subprocess.PIPE, text=True) as looking:
+            asyncio.run(together())
+            told, _ = looking.communicate()
+        health_s: list[float] = json.loads(told)
     median_s, p99_s = np.percentile(health_s, [50.0, 99.0]).tolist()
     errors = sum(number for what, number in outcomes.items() if what.startswith("error"))
     told = ", ".join(f"{number:,} {what}" for what, number in outcomes.most_common())
     cells = (told, f"{len(health_s):,}", duration(median_s), duration(p99_s))
     row = Row(cells, f"p99 ≤ {duration(TARGET_S)}, 0 errors", p99_s <= TARGET_S and not errors)
     return Table("200 clients at once", ("requests", "/health", "median", "p99"), [row], NOTE)
+
+
+def _look(url: str, seconds: float) -> None:
+    """Print how long each answer of /health took."""
+    with httpx.Client(base_url=url, timeout=60.0, trust_env=False) as client:
+        print(json.dumps(health_times_s(client, seconds)))
+
+
+if __name__ == "__main__":
+    _look(sys.argv[1], float(sys.argv[2]))

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Mapping
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from service.errors import KeysError, UnauthenticatedError
 from service.settings import Settings
@@ -14,7 +15,9 @@ from service.settings import Settings
 from .callers import LOCAL, Caller
 from .keys import KeyRing
 from .logins import COOKIE, Logins
-from .tokens import Tokens
+
+if TYPE_CHECKING:
+    from .tokens import Tokens
 
 __all__ = ["Gate", "is_loopback", "is_open", "keys_file"]
 
@@ -57,7 +60,7 @@ class Gate:
     def __init__(self, settings: Settings, *, demanded: bool = False) -> None:
         self.logins = Logins(settings.max_login_s)
         self._ring = KeyRing(keys_file(settings))
-        self._tokens = None if settings.oidc_issuer is None else Tokens(settings)
+        self._tokens = _tokens(settings)
         self._demanded = demanded or self._tokens is not None
 
     @property
@@ -106,6 +109,14 @@ class Gate:
         if self._tokens is not None and text.count(".") == 2:
             return await self._tokens.caller(text)
         raise UnauthenticatedError(REFUSED)
+
+
+def _tokens(settings: Settings) -> Tokens | None:
+    if settings.oidc_issuer is None:
+        return None
+    from .tokens import Tokens  # what it stands on takes a tenth of a second, at each start of a service without
+
+    return Tokens(settings)
 
 
 def cookie_in(headers: Mapping[str, str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import importlib.metadata
 import logging
 import socket
@@ -18,6 +19,7 @@ from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 from service.access.gate import Gate
 from service.errors import AddressError, ServiceError
 from service.jobs.folder import DataFolder
+from service.jobs.store import Store
 from service.jobs.store_place import StorePlace
 from service.logs import set_up_logging
 from service.machine.limits import this_machine
@@ -35,6 +37,7 @@ from .guard.body_limit import BodyLimit, body_limits
 from .guard.browsers import Browsers
 from .guard.connections import Connections, Proxies
 from .guard.leaving import Leave, Leaving
+from .guard.pace import Pace
 from .guard.prefix import Prefix
 from .guard.protocols import GuardedConfig
 from .guard.queries import refuse_unknown
@@ -82,11 +85,16 @@ def allow_head(router: APIRouter) -> None:
         )
 
 
-def create_app(settings: Settings | None = None, folder: DataFolder | None = None, gate: Gate | None = None) -> FastAPI:
+def create_app(
+    settings: Settings | None = None,
+    folder: DataFolder | None = None,
+    gate: Gate | None = None,
+    store: Store | None = None,
+) -> FastAPI:
     """The application; its workers start and stop with it.
 
-    folder: an open data folder, which stays open; without one the app opens and closes that of the settings.
-    gate: whom it lets in; without one whoever the settings say. Raises KeysError, StartError.
+    folder: an open data folder, which stays open; without one the app opens and closes that of the settings. gate: whom
+    it lets in; without one whoever the settings say. store: an open one, which it closes. Raises KeysError, StartError.
     """
     chosen = Settings() if settings is None else settings
     products = all_products(chosen.more_products)
@@ -98,7 +106,7 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         opened = DataFolder.open(chosen.data_folder) if folder is None else folder
         try:
-            app.state.service = service = Service.assemble(chosen, opened)
+            app.state.service = service = Service.assemble(chosen, opened, store)
             app.state.metrics.watch(service)
             traces.watch(service)
             app.state.leave.listeners.append(service.supervisor.leaving.set)
@@ -110,7 +118,8 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
                 await service.supervisor.in_store(service.detectors.restore, service.grid)
                 supervisor = service.supervisor
                 retained = supervisor.retention.keep_sweeping(supervisor.in_store, supervisor.space)
-                upkeep = (service.watch_store(), retained, service.detectors.keep_sweeping(), service.warm_up())
+                warm_up = service.warm_up(app.state.document.made)
+                upkeep = (service.watch_store(), retained, service.detectors.keep_sweeping(), warm_up)
                 tasks += [asyncio.create_task(work) for work in upkeep]
                 yield
             finally:
@@ -171,11 +180,13 @@ def create_app(settings: Settings | None = None, folder: DataFolder | None = Non
             expose_headers=["Content-Range", "ETag", "Location", "Preference-Applied", "Retry-After", "X-Request-Id"],
         )
     app.add_middleware(Browsers, settings=chosen)
+    app.add_middleware(Pace)
     app.state.leave = Leave()
     app.add_middleware(Leaving, leave=app.state.leave)
     app.state.metrics = Metrics(app.version)
-    app.add_middleware(Seen, metrics=app.state.metrics, access_log=chosen.access_log)
-    describe(app, [product.asked for product in products.values()])
+    traced = chosen.otlp_endpoint is not None
+    app.add_middleware(Seen, metrics=app.state.metrics, access_log=chosen.access_log, traced=traced)
+    app.state.document = describe(app, [product.asked for product in products.values()])
     return app
 
 
@@ -188,11 +199,11 @@ def serve(settings: Settings) -> None:
         folder = DataFolder.open(settings.data_folder)
         try:
             # a store that cannot be used ends here with one sentence, within the app with a traceback
-            StorePlace.of(settings, folder.root).open().close()
+            store = Store(StorePlace.of(settings, folder.root).open())
             fits, told = sentence_of_memory(settings, this_machine())
             logger.log(logging.INFO if fits else logging.WARNING, "%s", told)
             connections = Connections(settings)
-            app = create_app(settings, folder, gate)
+            app = create_app(settings, folder, gate, store)
             app.state.metrics.connections = connections
             proxies = ProxyHeadersMiddleware(app, list(settings.trusted_proxies))  # type: ignore[arg-type] # the same ASGI
             config = GuardedConfig(
@@ -241,6 +252,9 @@ class _Server(uvicorn.Server):
             return
         for listener in sockets or ():
             listener.listen(WAITING_CONNECTIONS)  # the loop has set it to what it accepts at once
+        # what has been loaded stays, and to look through all of it would stop everybody for a third of a second
+        gc.freeze()
+        gc.enable()
         print(f"Sightline listens on {self._url} (data in {self._folder.root})", flush=True)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:

@@ -37,6 +37,7 @@ MAX_NAME_BYTES = 200
 MAX_BOUNDARY_BYTES = 200  # RFC 2046 allows 70, the parser 256
 SUFFIX_OF_TYPE = {"image/tiff": ".tif", "application/x-npz": ".npz", "application/x-npy": ".npy"}
 WAIT = re.compile(r"(?:^|[,;])\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?=$|[,;])", re.IGNORECASE)
+FORM_BYTES = 64 * 1024  # what a form has beside its files, at most
 # Longer ones lie on disk while they wait, and one at a time is checked, so that others come by.
 BIG_BYTES = 1024 * 1024
 
@@ -68,7 +69,10 @@ async def receive_files(
 
     Raises BodyTooLargeError, RequestError, BusyError when others take all places, TooSlowError.
     """
-    async with service.uploads.place(_told_bytes(request)) as place:
+    told_bytes = _told_bytes(request)
+    if told_bytes is not None and told_bytes > max_bytes + FORM_BYTES:
+        raise too_large(max_bytes, limit_name)
+    async with service.uploads.place(told_bytes) as place:
         folder = service.folder.incoming / uuid.uuid4().hex
         await asyncio.to_thread(folder.mkdir)
         try:
@@ -234,7 +238,7 @@ class _Form:
         self._ended = True
 
 
-def _wait_s(
+async def _wait_s(
     service: ServiceDep,
     prefer: Annotated[
         str | None,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 import sqlite3
 import time
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -62,10 +63,10 @@ class Service:
     quarantined: int = 0
 
     @classmethod
-    def assemble(cls, settings: Settings, folder: DataFolder) -> Service:
-        """Put the parts together; nothing runs yet. Raises DataFolderError."""
+    def assemble(cls, settings: Settings, folder: DataFolder, store: Store | None = None) -> Service:
+        """Put the parts together; nothing runs yet. store: open, else that of the settings. Raises DataFolderError."""
         settings = settings.model_copy(update={"data_folder": folder.root})
-        store = Store(StorePlace.of(settings).open())
+        store = Store(StorePlace.of(settings).open()) if store is None else store
         missions = MissionShelf(store.transaction, settings.max_missions, settings.max_mission_versions)
         pool = WorkerPool(settings, folder)
         supervisor = Supervisor(settings, folder, store, pool)
@@ -81,11 +82,14 @@ class Service:
         self.store.dem(dem_id)
         return looked_at(load_grid(self.folder.dem(dem_id)))
 
-    async def warm_up(self) -> None:
-        """Call what detectors call, beside the first requests; ``warm`` then."""
+    async def warm_up(self, then: Callable[[], Awaitable[object]]) -> None:
+        """Call what detectors call, beside the first requests; ``warm`` then. then: what is made after that."""
         if self.settings.rehearse == "everything":
             await asyncio.to_thread(rehearse)
         self.warm = True
+        await self.pool.until_warm()  # what starts has the processors first
+        await then()
+        gc.freeze()  # it stays, too
 
     async def watch_store(self) -> None:
         """Keep ``store_writable`` and ``quarantined`` true to life, so that /health need not touch the disk.
@@ -109,7 +113,7 @@ class Service:
             await asyncio.sleep(STORE_CHECK_EVERY_S)
 
 
-def _service_of(request: Request) -> Service:
+async def _service_of(request: Request) -> Service:
     service: Service = request.app.state.service
     return service
 

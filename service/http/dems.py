@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal, cast
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from fastapi.responses import FileResponse, JSONResponse
 
 from dem_samples import sample_manifest
@@ -21,6 +21,7 @@ from .bodies import WaitDep
 from .context import ServiceDep
 from .dem_answers import DemList, DemOut, DemUnderWay
 from .dem_keeping import MOST_TILES, dem_id_of, dem_of_files, ground_of_library, keep_dem, under_way_answer
+from .guard.routing import Router
 from .jobs import file_answer
 from .lists import TurnDep
 from .meta import KNOWN, LOCATION, PART, problem_responses
@@ -28,12 +29,12 @@ from .problems import is_json
 
 __all__ = ["ground", "router"]
 
-router = APIRouter(prefix="/dems", tags=["DEMs"])
+router = Router(prefix="/dems", tags=["DEMs"])
 DATUM = (
     "What heights shall count from: `msl`, `hae`, `EGM96`, or a vertical CRS as `EPSG:5703`; converted to, or taken so."
 )
 RESOLUTION = "Of a file with overviews the coarsest is read whose cells are no coarser, metres; without it the posts."
-ground = APIRouter(prefix="/ground", tags=["DEMs"])
+ground = Router(prefix="/ground", tags=["DEMs"])
 UPLOAD_BODY = {
     "requestBody": {
         "description": "The file, as a form or as it is; several tiles of one DEM as one form; or in JSON the area to "

@@ -10,7 +10,7 @@ import uuid
 from collections.abc import Coroutine, Mapping
 from typing import Any
 
-from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
+from fastapi import Response, WebSocket, WebSocketDisconnect
 
 from service.errors import BodyTooLargeError, InternalError, NotJsonError, ServiceError
 from service.jobs.channel import model_of
@@ -20,13 +20,14 @@ from service.live.sessions import DetectorSession
 
 from .context import Service
 from .guard.queries import refuse_unknown
+from .guard.routing import Router
 from .problems import MEDIA_TYPE, ProblemFields, problem_of
 
 __all__ = ["router"]
 
 logger = logging.getLogger("sightline.http")
 
-router = APIRouter(prefix="/detectors", tags=["Detectors"])
+router = Router(prefix="/detectors", tags=["Detectors"])
 # WebSocket close codes (RFC 6455, section 7.4.1; 1013 from IANA's registry), and what the last message says
 OVER = (1000, "The detector is over.")
 TOO_SLOW = (1013, "Answers came faster than they were taken; watch again.")

@@ -7,7 +7,7 @@ import logging
 from datetime import datetime
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from pydantic_core import from_json
 
 from detection import Calibrated, detect_epoch, diagnose
@@ -20,9 +20,11 @@ from service.live.drives import DriveIn, FullAdviceOut
 from service.live.log_answers import RangeLogOut
 from service.live.request import DetectionIn, DetectorIn, EpochIn, EpochsIn
 from service.live.sessions import DetectorSession
+from service.parts.cover import covered
 
 from .bodies import json_body, receive
 from .context import Service, ServiceDep
+from .guard.routing import Router
 from .lists import Page, TurnDep
 from .meta import FILE_BODY, LOCATION, body_of, problem_responses
 
@@ -30,9 +32,9 @@ __all__ = ["detections", "range_logs", "router"]
 
 logger = logging.getLogger("sightline.http")
 
-router = APIRouter(prefix="/detectors", tags=["Detectors"])
-detections = APIRouter(prefix="/detections", tags=["Detectors"])
-range_logs = APIRouter(prefix="/range-logs", tags=["Detectors"])
+router = Router(prefix="/detectors", tags=["Detectors"])
+detections = Router(prefix="/detections", tags=["Detectors"])
+range_logs = Router(prefix="/range-logs", tags=["Detectors"])
 
 
 @detections.post(
@@ -78,7 +80,10 @@ class DetectorList(Page):
 async def open_detector(request: Request, service: ServiceDep) -> Response:
     """A session for one rover: it remembers epochs, outlives the service, and expires when it lies idle."""
     asked = model_of(DetectorIn, await json_body(request), service.detectors.limits.refuse_long)
-    grid = None if asked.dem_id is None else await service.supervisor.in_store(service.grid, asked.dem_id)
+    grid = None
+    if asked.dem_id is not None:
+        bare, most = await service.supervisor.in_store(service.grid, asked.dem_id), service.settings.max_dem_cells
+        grid = await service.detectors.bench.beside(lambda: covered(bare, asked, most))
     session = service.detectors.open(asked, grid)
     return _json(as_json(session.state()), 201, {"Location": f"/detectors/{session.id}"})
 

@@ -53,7 +53,7 @@ class Turn:
         return f"{last.number!r}-{last.id}"
 
 
-def _turn(
+async def _turn(
     limit: Annotated[int, Query(ge=1, le=200, description="At most so many entries in one answer.")] = 50,
     offset: Annotated[
         int,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, MutableMapping
+import asyncio
+import re
+from collections.abc import Callable, Iterable, MutableMapping
 from http import HTTPStatus
 from typing import Any
 
 import orjson
-from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi import FastAPI, Request, Response
 from pydantic import BaseModel, JsonValue
 
 from service.access.callers import ROOT
@@ -21,6 +23,7 @@ from service.probes.request import PreviewIn, ProbeIn, ProfilesIn
 from service.products import Product
 
 from .answers import Problem, ProblemType
+from .guard.routing import Router
 from .problem_kinds import FRAMEWORK_KINDS, METHOD, PROBLEMS
 from .problems import MEDIA_TYPE
 
@@ -29,6 +32,7 @@ __all__ = [
     "KNOWN",
     "LOCATION",
     "PART",
+    "Document",
     "Responses",
     "body_of",
     "describe",
@@ -40,6 +44,7 @@ __all__ = [
 LOCATION = {"Location": {"description": "Path of the resource.", "schema": {"type": "string"}}}
 KNOWN: dict[str, JsonValue] = {"description": "You have it already (If-None-Match)."}
 PART: dict[str, JsonValue] = {"description": "The bytes that the header Range names."}
+Json = dict[str, Any]  # JSON of OpenAPI: the type is FastAPI's own
 # how FastAPI is told of the responses of a route, by status
 Responses = dict[int | str, dict[str, Any]]  # JSON of OpenAPI and classes: the type is FastAPI's own
 GROUND = [{"name": "DEMs", "description": "The ground: uploaded once, used by every calculation."}]
@@ -73,7 +78,8 @@ SECURITY_SCHEMES = {
     "login": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "The login of the page, at `/login`."},
 }
 TEMPLATE = "#/components/schemas/{model}"
-problem_routes = APIRouter(prefix="/problems", tags=["Problems"])
+ITS_ID = "$response.body#/id"
+problem_routes = Router(prefix="/problems", tags=["Problems"])
 DOCUMENTED = [*((kind, error.__doc__) for error, kind in PROBLEMS.items()), (METHOD, "Another method is needed.")]
 TYPES = {
     kind.name: ProblemType(
@@ -135,7 +141,37 @@ def tags_of(products: Iterable[Product]) -> list[dict[str, str]]:
     return [*GROUND, *({"name": product.tag, "description": product.summary} for product in products), *OTHERS]
 
 
-def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
+class Document:
+    """The document of OpenAPI: made once, in a thread, for it takes a second in which nobody else would be answered."""
+
+    def __init__(self, described: Callable[[], Json]) -> None:
+        self._described = described
+        self._made: Json | None = None
+        self._making: asyncio.Task[Json] | None = None
+        self._written: dict[str, bytes] = {}
+
+    async def made(self) -> Json:
+        """The document as it is without a proxy."""
+        if self._made is None:
+            if self._making is None:
+                self._making = asyncio.create_task(asyncio.to_thread(self._described))
+                self._making.add_done_callback(self._is_made)
+            return await asyncio.shield(self._making)
+        return self._made
+
+    async def written(self, root: str) -> bytes:
+        """Its JSON under a path of a proxy; long, and therefore written once."""
+        if root not in self._written:
+            self._written[root] = orjson.dumps(await self.made() | ({"servers": [{"url": root}]} if root else {}))
+        return self._written[root]
+
+    def _is_made(self, task: asyncio.Task[Json]) -> None:
+        self._making = None
+        if not task.cancelled() and task.exception() is None:
+            self._made = task.result()
+
+
+def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> Document:
     """Add to the app's OpenAPI the bodies that routes read unparsed, and the shape of problems.
 
     The latter in place of the framework's own validation errors.
@@ -143,7 +179,7 @@ def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
     models: tuple[type[BaseModel], ...] = (Problem, *bodies, *OTHER_BODIES)
     generated = app.openapi
 
-    def described() -> dict[str, Any]:  # JSON of OpenAPI: the type is FastAPI's own
+    def described() -> Json:
         if app.openapi_schema is None:
             schema = generated()
             schemas = schema.setdefault("components", {}).setdefault("schemas", {})
@@ -162,20 +198,45 @@ def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> None:
                         operation["security"] = []
                         for status in ("401", "403"):
                             operation["responses"].pop(status, None)
+            _link(schema)
             app.openapi_schema = schema
         return app.openapi_schema
 
     app.openapi = described  # type: ignore[method-assign] # FastAPI has no other way
-    written: dict[str, bytes] = {}
+    made = Document(described)
 
     async def document(request: Request) -> Response:
-        # written once: it is long, and whoever asks again and again should not keep others waiting
-        root = ROOT.get()
-        if root not in written:
-            written[root] = orjson.dumps(described() | ({"servers": [{"url": root}]} if root else {}))
-        return Response(written[root], media_type="application/json")
+        return Response(await made.written(ROOT.get()), media_type="application/json")
 
     app.add_route("/openapi.json", document, methods=["GET", "HEAD"], include_in_schema=False)
+    return made
+
+
+def _link(schema: Json) -> None:
+    """Tell of each answer that has made something which operations go on with its id (OpenAPI's links)."""
+    paths = schema["paths"]
+    for path, item in paths.items():
+        own = re.compile(rf"{re.escape(path)}/{{(\w+)}}(/.*)?")
+        links: Json = {}
+        for target, operation in ((other, operation) for other in paths for operation in paths[other].values()):
+            by_path = own.fullmatch(target)
+            takes = {by_path[1]: ITS_ID} if by_path else {}
+            if path == "/dems" and any(one["name"] == "dem_id" for one in operation.get("parameters", ())):
+                takes = takes or {"dem_id": ITS_ID}
+            if takes:
+                links[operation["operationId"]] = {"operationId": operation["operationId"], "parameters": takes}
+            elif path == "/dems" and _takes_dem(operation, schema["components"]["schemas"]):
+                body = {"dem_id": ITS_ID}
+                links[operation["operationId"]] = {"operationId": operation["operationId"], "requestBody": body}
+        for status, answer in item.get("post", {}).get("responses", {}).items():
+            if links and status in ("200", "201", "202"):
+                answer["links"] = links
+
+
+def _takes_dem(operation: Json, schemas: Json) -> bool:
+    content = operation.get("requestBody", {}).get("content", {})
+    name = content.get("application/json", {}).get("schema", {}).get("$ref", "").rsplit("/", 1)[-1]
+    return "dem_id" in schemas.get(name, {}).get("properties", {})
 
 
 def _drop_framework_answers(responses: MutableMapping[str, object]) -> None:

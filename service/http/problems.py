@@ -159,17 +159,18 @@ async def _of_framework(request: Request, error: Exception) -> Response:
     }
     status, headers = error.status_code, dict(error.headers or {})
     if status == 405:
-        headers["Allow"] = _allowed(request) or headers.get("Allow", "")
+        headers["Allow"] = await _allowed(request) or headers.get("Allow", "")
     kind = FRAMEWORK_KINDS.get(status, ProblemKind("http", status, HTTPStatus(status).phrase))
     return _respond(_body(kind, sentences.get(status, str(error.detail)), request.url.path), headers)
 
 
-def _allowed(request: Request) -> str:
+async def _allowed(request: Request) -> str:
     """Methods of whatever has this path: each is a route of its own, and the framework tells those of the first."""
     path = get_route_path(request.scope)
+    document = await request.app.state.document.made()
     methods = {
         method.upper()
-        for template, item in request.app.openapi()["paths"].items()
+        for template, item in document["paths"].items()
         if compile_path(template)[0].match(path)
         for method in item
     }

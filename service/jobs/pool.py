@@ -88,6 +88,10 @@ class WorkerPool:
         if self._cluster is not None:
             await self._cluster.close()
 
+    async def until_warm(self) -> None:
+        """Wait for the first process that is ready."""
+        await self._first_warm.wait()
+
     @property
     def size(self) -> int:
         """Processes that there should be."""

@@ -253,10 +253,7 @@ class Store:
 
     def succeeded(self, after: str, limit: int) -> list[tuple[str, str]]:
         """(job id, digest) of jobs whose result is at hand, by id, those that follow on a job's."""
-        # status as an expression: its index leads to nearly all jobs, which would be sorted for each few
-        query = (
-            "SELECT id, digest FROM jobs WHERE id > ? AND status || '' = ? AND digest IS NOT NULL ORDER BY id LIMIT ?"
-        )
+        query = "SELECT id, digest FROM jobs WHERE id > ? AND status = ? AND digest IS NOT NULL ORDER BY id LIMIT ?"
         with self._reading() as connection:
             rows = connection.execute(query, (after, JobStatus.SUCCEEDED, limit)).fetchall()
         return [(row["id"], row["digest"]) for row in rows]

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from service.errors import NotFoundError, NotReadyError, NotValidError
 from service.jobs.channel import model_of
@@ -24,6 +24,7 @@ from service.probes.previews import write_preview
 from service.probes.profiles import profiles
 from service.probes.request import PREVIEW_FILE, PreviewIn, ProbeIn, ProfilesIn
 from service.products import Given, Needs, Product, Work
+from terrain import ElevationGrid
 
 from .channel import (
     BodyArguments,
@@ -74,13 +75,13 @@ def check_epochs(context: TaskContext, arguments: BodyArguments) -> Mapping[str,
 def answer_probe(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
     """Places probed. Raises NotJsonError, NotValidError, LimitError, NotFoundError, and what ``probe`` raises."""
     asked = read_body(ProbeIn, body_in(arguments), context.settings)
-    return {"json": probe(covered(context.grid(asked.dem_id), asked), asked).model_dump_json()}
+    return {"json": probe(_ground(context, asked.dem_id, asked), asked).model_dump_json()}
 
 
 def answer_profiles(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
     """Lines in profile. Raises NotJsonError, NotValidError, NotFoundError, and what ``profiles`` raises."""
     asked = read_body(ProfilesIn, body_in(arguments), context.settings)
-    return {"json": profiles(covered(context.grid(asked.dem_id), asked), asked).model_dump_json()}
+    return {"json": profiles(_ground(context, asked.dem_id, asked), asked).model_dump_json()}
 
 
 def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
@@ -88,7 +89,7 @@ def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[st
     ``write_preview`` raises.
     """
     asked = read_body(PreviewIn, body_in(arguments), context.settings)
-    grid = covered(context.grid(asked.dem_id), asked)
+    grid = _ground(context, asked.dem_id, asked)
     context.work.mkdir(parents=True)
     write_preview(grid, asked, context.work / PREVIEW_FILE)
     return {}
@@ -110,7 +111,7 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
         parameters = product.completed(asked, _given(arguments))
     except ValidationError as error:
         raise NotValidError(sentence_of(error), fields_of(error)) from error
-    grid = covered(context.grid(asked.dem_id), parameters)
+    grid = _ground(context, asked.dem_id, parameters)
     parameters, told = in_dem_datum(grid, parameters)
     product.refuse(grid, parameters, context.settings)
     packed = product.pack(grid, parameters, context.work)
@@ -119,6 +120,11 @@ def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
     notes = [*notes_on_older_names(asked), *told, *notes_on_unused(grid, parameters)]
     request = JobRequest(parameters=packed, has_inputs=context.work.exists(), notes=notes)
     return {"dem_id": asked.dem_id, "request": request}
+
+
+def _ground(context: TaskContext, dem_id: str, parameters: BaseModel) -> ElevationGrid:
+    """A DEM with what the parameters say stands there. Raises NotFoundError, and what ``covered`` raises."""
+    return covered(context.grid(dem_id), parameters, context.settings.max_dem_cells)
 
 
 def _given(arguments: CheckArguments) -> Given:
@@ -143,7 +149,7 @@ def calculation_of(product: Product) -> Task:
         unfinished = context.work / UNFINISHED
         work = Work(context.progress, context.stop, context.settings.dask_scheduler, unfinished)
         unfinished.mkdir(parents=True)
-        grid = covered(context.grid(arguments["dem_id"]), parameters)
+        grid = _ground(context, arguments["dem_id"], parameters)
         finished = product.calculate(grid, parameters, work)
         if product.finished is None:
             for layer in product.layers:

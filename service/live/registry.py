@@ -46,6 +46,7 @@ class Detectors:
         self._max_sessions = settings.max_detectors
         self._max_of_tenant = settings.max_tenant_detectors
         self._max_idle_s = settings.max_detector_idle_s
+        self._max_cells = settings.max_dem_cells
         self._clock = clock
         self.bench = Bench()
         self._sessions: dict[str, DetectorSession] = {}
@@ -57,7 +58,10 @@ class Detectors:
         return sum(self._is_seen(id) for id in self._sessions)
 
     def open(self, asked: DetectorIn, grid: ElevationGrid | None = None) -> DetectorSession:
-        """A new session; grid: of its dem_id. Raises LimitError and its kinds, DetectionInputError, WatchError."""
+        """A new session; grid: of its dem_id with what stands there.
+
+        Raises LimitError and its kinds, DetectionInputError, WatchError.
+        """
         self.sweep()
         if len(self._sessions) >= self._max_sessions:
             raise BusyError(
@@ -99,7 +103,7 @@ class Detectors:
             self._tenants[kept.id] = kept.tenant
             dem_id = kept.asked.dem_id
             try:
-                grid = None if dem_id is None else grid_of(dem_id)
+                grid = None if dem_id is None else covered(grid_of(dem_id), kept.asked, self._max_cells)
                 memory = _recalled(kept, folder, grid)
                 folder.go_on(freeze(memory))
             except (OSError, ServiceError, DetectionError, PlanningError) as error:
@@ -188,7 +192,7 @@ def _recalled(kept: Kept, folder: SessionFolder, grid: ElevationGrid | None) -> 
     area = None if grid is None else area_shape(grid, kept.asked.area)
     for part in folder.parts():
         try:
-            memory = thaw(part.memory, None if grid is None else covered(grid, kept.asked), area)
+            memory = thaw(part.memory, grid, area)
         except SnapshotError as error:
             logger.warning("detector %s: its track is made anew from the epochs that are kept: %s", kept.id, error)
         for epoch in part.epochs:

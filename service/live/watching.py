@@ -28,7 +28,6 @@ from service.errors import RequestError
 from service.files.geojson import Feature, collection_of, coordinates_of, feature
 from service.files.layer import replacing
 from service.live.request import DetectorIn, EpochIn
-from service.parts.cover import covered
 from service.parts.doubts import doubts_by_anchor
 from service.parts.map_area import area_shape
 from terrain import ElevationGrid
@@ -147,8 +146,10 @@ class Memory:
 
 
 def memory_of(asked: DetectorIn, grid: ElevationGrid | None) -> Memory:
-    """What a new session remembers. Raises DetectionInputError, WatchError, StateError, AreaError, CoverError."""
-    grid = None if grid is None else covered(grid, asked)
+    """What a new session remembers; grid: with what stands there.
+
+    Raises DetectionInputError, WatchError, StateError, AreaError.
+    """
     given = asked.calibration
     if given is None:
         return Memory(_detector_of(asked, grid))

@@ -6,12 +6,14 @@ ground.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from typing import Annotated, Literal, Self
 
-from pydantic import AwareDatetime, ConfigDict, Field, JsonValue, WithJsonSchema, model_validator
+from pydantic import AfterValidator, AwareDatetime, ConfigDict, Field, JsonValue, WithJsonSchema, model_validator
+from pydantic_core import PydanticCustomError
 
-from service.parts.anchors import AnchorId, Azimuth
+from service.parts.anchors import UNSEEN, AnchorId, Azimuth
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Positive, StrictModel
 from service.parts.radios import RadioName
 
@@ -31,6 +33,7 @@ __all__ = [
     "MissionStandOff",
     "MissionTimes",
     "MissionTrees",
+    "PlainName",
 ]
 
 FORMAT = "sightline-mission"
@@ -39,6 +42,16 @@ MOST_PLACES = 10_000
 MOST_RINGS = 1000
 Slope = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0, le=90.0)]
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
+
+
+def _plain(name: str) -> str:
+    if re.search(f"[{UNSEEN}]", name):
+        raise PydanticCustomError("name", "a name has no control characters and no line breaks")
+    return name
+
+
+# what people call things: it ends up in lists, pages and names of files
+PlainName = Annotated[str, Field(json_schema_extra={"pattern": f"^[^{UNSEEN}]*$"}), AfterValidator(_plain)]
 
 
 class MissionPlace(StrictModel):
@@ -56,7 +69,7 @@ class GroundRef(StrictModel):
     """Which DEM the mission stands on: by its digest anywhere, by its id on one service."""
 
     dem_id: str = Field(max_length=80, description="Id of the DEM on the service that the mission was saved on.")
-    name: str = Field(max_length=255, description="Name of its file, for people.")
+    name: PlainName = Field(max_length=255, description="Name of its file, for people.")
     sha256: str = Field(max_length=80, description="Digest of its heights, geometry and CRS, as DEMs tell it.")
 
 
@@ -153,7 +166,7 @@ class MissionRules(StrictModel):
 class MissionOrbits(StrictModel):
     """A file of satellites' orbits, whole, so that the mission tells all that it was calculated from."""
 
-    name: str = Field(max_length=255, description="Name of the file, for people.")
+    name: PlainName = Field(max_length=255, description="Name of the file, for people.")
     what: Literal["almanac", "navigation"] = Field(description="SEM or YUMA almanac, or RINEX navigation file.")
     text: str = Field(min_length=1, description="What the file says.")
 
@@ -161,7 +174,7 @@ class MissionOrbits(StrictModel):
 class MissionBuildings(StrictModel):
     """Buildings that stand on the ground, as every request takes them as the footprints of its cover."""
 
-    name: str = Field(max_length=255, description="Name of their file, for people.")
+    name: PlainName = Field(max_length=255, description="Name of their file, for people.")
     geojson: Annotated[dict[str, JsonValue], WithJsonSchema({"type": "object"})] = Field(
         description="A FeatureCollection of footprints with heights."
     )
@@ -176,7 +189,9 @@ class MissionTrees(StrictModel):
         description="One height everywhere, a raster of crown heights above the ground, or a surface model."
     )
     top_m: NotNegativeMetres | None = Field(None, description="The one height, metres; null = a raster tells.")
-    name: str | None = Field(None, max_length=200, description="Name of the raster's file; null = one height.")
+    name: Annotated[PlainName, Field(max_length=200)] | None = Field(
+        None, description="Name of the raster's file; null = one height."
+    )
     base64: str | None = Field(None, min_length=1, description="Its bytes in base64; null = one height.")
     base_m: NotNegativeMetres = Field(0.0, description="Height above the ground at which crowns begin, metres.")
     depth_per_m: NotNegative | None = Field(
@@ -228,7 +243,7 @@ class MissionIn(StrictModel):
 
     format: Literal["sightline-mission"] = Field("sightline-mission", description="What the document is.")
     version: Literal[1] = Field(1, description="Number of the format that it is written in.")
-    name: str = Field("Mission", max_length=120, description="Name of the mission, for people.")
+    name: PlainName = Field("Mission", max_length=120, description="Name of the mission, for people.")
     ground: GroundRef | None = Field(None, description="What it stands on; null before one was chosen.")
     buildings: MissionBuildings | None = Field(None, description="What stands on the ground; null = bare ground.")
     trees: MissionTrees | None = Field(None, description="Trees over the ground; null = none.")

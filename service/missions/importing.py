@@ -13,6 +13,7 @@ from pydantic_core import from_json
 
 from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table
+from service.files.foreign.features import Allowance
 from service.files.foreign.reading import FOREIGN_SUFFIXES, read_foreign_file
 from service.missions.document import MissionPlace
 from service.parts.altitude_datums import in_dem_datum
@@ -73,8 +74,6 @@ def import_places(path: Path, grid: ElevationGrid) -> ImportOut:
     VerticalDatumError: an altitude that cannot be brought to the grid's datum.
     """
     format_name, shapes, told = _shapes(path)
-    if sum(len(line) for shape in shapes for line in shape.lines) > MOST_PLACES:
-        raise RequestError(f"The file {path.name} holds more than {MOST_PLACES:,} places, which no mission has.")
     points, more = _points(path.name, [shape for shape in shapes if shape.kind == "Point"], grid)
     told += more
     lines, outside = _lines((shape for shape in shapes if shape.kind == "LineString"), grid, needs_all=True)
@@ -88,11 +87,11 @@ def import_places(path: Path, grid: ElevationGrid) -> ImportOut:
 def _shapes(path: Path) -> tuple[str, list[GeoJsonShape], list[str]]:
     suffix, called = path.suffix.lower(), f"The file {path.name}"
     if suffix in FOREIGN_SUFFIXES:
-        foreign = read_foreign_file(path)
+        foreign = read_foreign_file(path, MOST_PLACES)
         if not foreign.features:
             raise RequestError(f"{called} holds no places.")
         document = {"type": "FeatureCollection", "features": [*foreign.features]}
-        return foreign.format, shapes_of(document, called), [*foreign.told]
+        return foreign.format, shapes_of(document, called, MOST_PLACES), [*foreign.told]
     if suffix == ".csv":
         return "CSV", _of_table(path), []
     if suffix not in SUFFIXES:
@@ -103,25 +102,23 @@ def _shapes(path: Path) -> tuple[str, list[GeoJsonShape], list[str]]:
         raise RequestError(f"{called} is not JSON: {str(error)[:200]}.") from error
     entries = document.get("anchors", document) if isinstance(document, dict) else document
     if isinstance(entries, list):
+        Allowance(called, MOST_PLACES).refuse(len(entries))
         return "anchors", [_shape(one, f"{called}, anchor {number}") for number, one in enumerate(entries, 1)], []
-    return "GeoJSON", shapes_of(document, called), []
+    return "GeoJSON", shapes_of(document, called, MOST_PLACES), []
 
 
 def _of_table(path: Path) -> list[GeoJsonShape]:
     table = read_csv_table(path, "file", comments_within=False)
     check_columns(table, "file", COLUMNS)
-    numbers = Numbers(table.delimiter)
-    return [
-        _shape(
-            {
-                name: cell if name in TEXTS else numbers.number(where, name, cell)
-                for name, cell in cells.items()
-                if cell
-            },
-            where,
-        )
-        for where, cells in table.lines
-    ]
+    numbers, allowance = Numbers(table.delimiter), Allowance(f"The file {path.name}", MOST_PLACES)
+    shapes = []
+    for where, cells in table.lines:
+        allowance.take(1)
+        given = {name: cell for name, cell in cells.items() if cell}
+        texts = {name: cell for name, cell in given.items() if name in TEXTS}
+        told = {name: numbers.number(where, name, cell) for name, cell in given.items() if name not in TEXTS}
+        shapes.append(_shape({**texts, **told}, where))
+    return shapes
 
 
 def _shape(fields: object, where: str) -> GeoJsonShape:

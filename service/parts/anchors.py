@@ -19,6 +19,7 @@ from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
 
 __all__ = [
+    "UNSEEN",
     "AnchorId",
     "AnchorIn",
     "AntennaIn",

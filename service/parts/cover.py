@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Base64Bytes, BaseModel, Field, JsonValue, W
 from service.errors import RequestError
 from service.parts.geojson_reading import Fields, shapes_of
 from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
-from terrain import ElevationGrid, body_of, read_dem, to_grid_frame
+from terrain import DEFAULT_MAX_CELLS, ElevationGrid, body_of, read_dem, to_grid_frame
 from visibility.cover import (
     Buildings,
     Canopy,
@@ -158,13 +158,13 @@ class CoverParameters(StrictModel):
     )
 
 
-def covered(grid: ElevationGrid, parameters: BaseModel) -> ElevationGrid:
+def covered(grid: ElevationGrid, parameters: BaseModel, max_cells: int = DEFAULT_MAX_CELLS) -> ElevationGrid:
     """The ground of a request with what it says stands there; the same grid where it says nothing.
 
-    Raises CoverError, MeshError, RequestError, FrameError.
+    max_cells: that a raster of trees may have. Raises CoverError, MeshError, RequestError, FrameError, DemReadError.
     """
     cover = getattr(parameters, "cover", None)
-    return _covered(grid, cover.model_dump_json()) if isinstance(cover, CoverIn) else grid
+    return _covered(grid, cover.model_dump_json(), max_cells) if isinstance(cover, CoverIn) else grid
 
 
 def notes_on_cover(grid: ElevationGrid) -> tuple[str, ...]:
@@ -221,7 +221,7 @@ def _ring(grid: ElevationGrid, places: list[Fields]) -> Any:
 
 
 @lru_cache(maxsize=2)
-def _covered(grid: ElevationGrid, text: str) -> ElevationGrid:
+def _covered(grid: ElevationGrid, text: str, max_cells: int) -> ElevationGrid:
     """Kept, since a pointer over a map asks on the same ground again and again."""
     cover = CoverIn.model_validate_json(text)
     parts = []
@@ -236,15 +236,15 @@ def _covered(grid: ElevationGrid, text: str) -> ElevationGrid:
             raise RequestError("A mesh of a cover is missing.")
         parts.append(standing_mesh(buildings))
     built = with_standing(grid, parts)
-    return built if cover.canopy is None else with_foliage(built, _foliage(built, cover.canopy))
+    return built if cover.canopy is None else with_foliage(built, _foliage(built, cover.canopy, max_cells))
 
 
-def _foliage(grid: ElevationGrid, asked: CanopyIn) -> Foliage:
+def _foliage(grid: ElevationGrid, asked: CanopyIn, max_cells: int) -> Foliage:
     """The canopy of a request over a grid. Raises CoverError, DemReadError, FrameError."""
     if asked.heights is not None:
-        canopy = resampled_canopy(grid, _raster(grid, asked.heights), asked.base_m)
+        canopy = resampled_canopy(grid, _raster(grid, asked.heights, max_cells), asked.base_m)
     elif asked.surface is not None:
-        canopy = canopy_between(grid, _raster(grid, asked.surface), asked.base_m)
+        canopy = canopy_between(grid, _raster(grid, asked.surface, max_cells), asked.base_m)
     else:
         canopy = Canopy(
             grid, np.full(grid.shape, asked.top_m, np.float32), np.full(grid.shape, asked.base_m, np.float32)
@@ -252,9 +252,9 @@ def _foliage(grid: ElevationGrid, asked: CanopyIn) -> Foliage:
     return Foliage(canopy, asked.model, asked.depth_per_m, asked.season)
 
 
-def _raster(grid: ElevationGrid, asked: RasterIn) -> ElevationGrid:
+def _raster(grid: ElevationGrid, asked: RasterIn, max_cells: int) -> ElevationGrid:
     """A raster in the frame of the grid; one in another is warped, which its provenance tells."""
     with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
         path = Path(folder) / asked.name
         path.write_bytes(asked.base64)
-        return read_dem(path, target_crs=grid.crs)
+        return read_dem(path, target_crs=grid.crs, max_cells=max_cells)

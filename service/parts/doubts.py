@@ -23,6 +23,7 @@ from visibility.sight import SightDoubt
 __all__ = ["DoubtParameters", "DoubtsIn", "doubted_anchors", "doubts_by_anchor"]
 
 CELLS = 2.0  # a map is often off by about so many
+MOST_PLACES = 10_000  # of all doubts in a request: every one is weighed at every post that it reaches
 CALLED = "doubts.geojson"
 
 
@@ -31,7 +32,7 @@ class DoubtsIn(StrictModel):
 
     geojson: Annotated[dict[str, JsonValue], WithJsonSchema({"type": "object"})] = Field(
         description="A FeatureCollection of lines or points with anchor_id, expected, probability, bearing_deg and "
-        "distance_m."
+        "distance_m; 10,000 places at most."
     )
     reach_m: Positive | None = Field(
         None,
@@ -73,25 +74,26 @@ def doubts_by_anchor(
     if asked is None:
         return {}, ()
     reach_m = asked.reach_m or CELLS * max(grid.cell_east_m, grid.cell_north_m)
-    found: dict[str, tuple[SightDoubt, ...]] = {}
-    strange, elsewhere = Counter[str](), Counter[str]()
-    for number, shape in enumerate(_shapes(asked)):
-        told = _told(shape, number)
-        if told.anchor_id not in anchors_m:
-            strange[told.anchor_id] += 1
-            continue
-        places_m = places_in_grid(grid, [PlaceIn.model_validate(place) for place in shape.lines[0]])
-        bearing_rad = math.radians(told.bearing_deg)
-        seen_m = places_m[len(places_m) // 2] + told.distance_m * np.array(
-            [math.sin(bearing_rad), math.cos(bearing_rad)]
-        )
-        if math.dist(seen_m, anchors_m[told.anchor_id]) > reach_m:
-            elsewhere[told.anchor_id] += 1
+    shapes = _shapes(asked)
+    told = [_told(shape, number) for number, shape in enumerate(shapes)]
+    strange = Counter(one.anchor_id for one in told if one.anchor_id not in anchors_m)
+    about = [(one, shape.lines[0]) for one, shape in zip(told, shapes, strict=True) if one.anchor_id in anchors_m]
+    # all at once, for what brings them into the grid has a price a call
+    all_m = places_in_grid(grid, [PlaceIn.model_validate(place) for _, line in about for place in line])
+    found: dict[str, list[SightDoubt]] = {}
+    elsewhere, begin = Counter[str](), 0
+    for one, line in about:
+        places_m = all_m[begin : begin + len(line)]
+        begin += len(line)
+        bearing_rad = math.radians(one.bearing_deg)
+        seen_m = places_m[len(line) // 2] + one.distance_m * np.array([math.sin(bearing_rad), math.cos(bearing_rad)])
+        if math.dist(seen_m, anchors_m[one.anchor_id]) > reach_m:
+            elsewhere[one.anchor_id] += 1
             continue
         along_m = tuple((east_m, north_m) for east_m, north_m in places_m.tolist())
-        doubt = SightDoubt(along_m, told.probability, told.expected == "in sight", reach_m)
-        found[told.anchor_id] = (*found.get(told.anchor_id, ()), doubt)
-    return found, _passed_over(strange, elsewhere)
+        doubt = SightDoubt(along_m, one.probability, one.expected == "in sight", reach_m)
+        found.setdefault(one.anchor_id, []).append(doubt)
+    return {anchor_id: tuple(doubts) for anchor_id, doubts in found.items()}, _passed_over(strange, elsewhere)
 
 
 def doubted_anchors(
@@ -109,8 +111,8 @@ def doubted_anchors(
 
 
 def _shapes(asked: DoubtsIn) -> list[GeoJsonShape]:
-    """None where there are no features: a session that contradicts nothing."""
-    return [] if asked.geojson.get("features") == [] else shapes_of(asked.geojson, CALLED)
+    """None where there are no features: a session that contradicts nothing. Raises RequestError, also for too many."""
+    return [] if asked.geojson.get("features") == [] else shapes_of(asked.geojson, CALLED, MOST_PLACES)
 
 
 def _told(shape: GeoJsonShape, number: int) -> _Told:

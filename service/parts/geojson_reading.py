@@ -25,7 +25,6 @@ __all__ = [
     "Fields",
     "GeoJsonFrame",
     "GeoJsonShape",
-    "Pairs",
     "frame_within",
     "line_of",
     "polygons_of",
@@ -34,6 +33,8 @@ __all__ = [
 
 # the fields of a place, or of a polygon, as a request has them
 Fields = dict[str, JsonValue]
+# kind, lines of positions as they are written, what their numbers mean, the feature
+_Geometry = tuple[str, list[list[Any]], "GeoJsonFrame", Mapping[str, JsonValue]]
 
 AUTHORITY, CODE = r"(?P<authority>[A-Za-z][\w.]*)", r"(?P<code>\w+)"
 SPELLINGS = tuple(
@@ -54,10 +55,8 @@ Pairs = list[tuple[float, float]]
 WGS_84 = {("EPSG", "4326"), ("OGC", "CRS84")}
 PARTS = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}
 KINDS = ("Point", "LineString", "Polygon")
-# collections may lie in collections; deeper than this nobody means it
-DEEPEST = 32
-# no CRS of a planet has places so far out
-LARGEST = 1e12
+DEEPEST = 32  # collections in collections; deeper nobody means it
+LARGEST = 1e12  # no CRS of a planet has places so far out
 
 
 def _crs_of_name(name: str, called: str) -> pyproj.CRS:
@@ -86,8 +85,9 @@ class GeoJsonFrame:
     body: str | None = None
     crs: pyproj.CRS | None = None
 
-    def places(self, pairs: Pairs, called: str) -> list[Fields]:
-        """Pairs of numbers as the fields of places in a request. Raises RequestError."""
+    def places(self, positions: Sequence[Any], called: str) -> list[Fields]:
+        """Positions as the fields of places in a request. Raises RequestError."""
+        pairs = [_pair(at, called) for at in positions]
         if self.local:
             return [{"east_m": east_m, "north_m": north_m} for east_m, north_m in pairs]
         if self.crs is not None:
@@ -178,14 +178,19 @@ class GeoJsonShape:
         return told if isinstance(told, dict) else {}
 
 
-def shapes_of(document: Any, called: str) -> list[GeoJsonShape]:
-    """Every geometry of a document, however deep in collections. Raises RequestError for what cannot be used.
+def shapes_of(document: Any, called: str, most_places: int | None = None) -> list[GeoJsonShape]:
+    """Every geometry of a document, however deep in collections; one of more than most_places is not read on.
 
-    called: what error sentences call the document, such as "The file areas.geojson".
+    called: what error sentences call the document, such as "The file areas.geojson". Raises RequestError.
     """
     if not isinstance(document, dict):
         raise RequestError(f"{called} is not GeoJSON.")
-    found = list(_shapes(document, DEGREES, {}, called, 0))
+    found, places = list[GeoJsonShape](), 0
+    for kind, lines, frame, feature in _geometries(document, DEGREES, {}, called, 0):
+        places += sum(map(len, lines))
+        if most_places is not None and places > most_places:
+            raise RequestError(f"{called} holds more than {most_places:,} places.")
+        found.append(GeoJsonShape(kind, tuple(frame.places(line, called) for line in lines), feature))
     if not found:
         raise RequestError(f"{called} holds no GeoJSON geometries.")
     return found
@@ -231,9 +236,9 @@ def line_of(document: Any, called: str) -> list[Fields]:
     return line
 
 
-def _shapes(
+def _geometries(
     part: Any, frame: GeoJsonFrame, feature: Mapping[str, JsonValue], called: str, depth: int
-) -> Iterator[GeoJsonShape]:
+) -> Iterator[_Geometry]:
     if not isinstance(part, dict):
         raise RequestError(f"{called} holds a part that is no GeoJSON object.")
     if depth == 0 and "type" not in part and "geometry" not in part:
@@ -244,29 +249,26 @@ def _shapes(
     if kind == "Feature" or "geometry" in part:
         if part.get("geometry") is None:
             raise RequestError(f"{called} holds a feature without a geometry.")
-        yield from _shapes(part["geometry"], frame, part, called, depth + 1)
+        yield from _geometries(part["geometry"], frame, part, called, depth + 1)
     elif kind in ("FeatureCollection", "GeometryCollection"):
         for one in _list_of(part, "features" if kind == "FeatureCollection" else "geometries", called):
-            yield from _shapes(one, frame, feature, called, depth + 1)
+            yield from _geometries(one, frame, feature, called, depth + 1)
     elif kind in PARTS:
         for one in _list_of(part, "coordinates", called):
-            yield _shape(PARTS[kind], one, frame, feature, called)
+            yield PARTS[kind], _lines(PARTS[kind], one, called), frame, feature
     elif kind in KINDS:
-        yield _shape(kind, _list_of(part, "coordinates", called), frame, feature, called)
+        yield kind, _lines(kind, _list_of(part, "coordinates", called), called), frame, feature
     else:
         raise RequestError(f"{called} holds a part of the type {kind[:40]!r}, which GeoJSON does not know.")
 
 
-def _shape(
-    kind: str, coordinates: Any, frame: GeoJsonFrame, feature: Mapping[str, JsonValue], called: str
-) -> GeoJsonShape:
+def _lines(kind: str, coordinates: Any, called: str) -> list[list[Any]]:
     lines = {"Point": [[coordinates]], "LineString": [coordinates]}.get(kind, coordinates)
     if not isinstance(lines, list) or not lines:
         raise RequestError(f"{called} holds a polygon without a ring.")
     if not all(isinstance(line, list) and line for line in lines):
         raise RequestError(f"{called} holds a {kind} without places.")
-    places = (frame.places([_pair(at, called) for at in line], called) for line in lines)
-    return GeoJsonShape(kind, tuple(places), feature)
+    return lines
 
 
 def _list_of(part: Mapping[str, JsonValue], member: str, called: str) -> list[Any]:

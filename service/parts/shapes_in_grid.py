@@ -136,8 +136,8 @@ def _numbers(*values: float | None) -> tuple[float, ...]:
 
 def places_in_grid(grid: ElevationGrid, places: Sequence[PlaceIn] | Sequence[PointIn]) -> npt.NDArray[np.float64]:
     """(n, 2) east, north, metres. Raises FrameError for degrees that have no place on the grid."""
-    in_m = np.array([(p.east_m, p.north_m) for p in places], np.float64)
-    in_deg = np.array([(p.lon_deg, p.lat_deg) for p in places], np.float64)
+    in_m = np.array([(p.east_m, p.north_m) for p in places], np.float64).reshape(-1, 2)
+    in_deg = np.array([(p.lon_deg, p.lat_deg) for p in places], np.float64).reshape(-1, 2)
     check_bodies(grid, (p.body for p in places))
     by_degrees = ~np.isnan(in_deg[:, 0])
     if by_degrees.any():

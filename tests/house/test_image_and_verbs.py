@@ -14,7 +14,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 import pytest
 
 from service.settings import Settings
-from tests.house.repository import PACKAGES, ROOT
+from tests.house.repository import PACKAGES, ROOT, pyproject
 
 VERBS = ("setup", "demo", "test", "check", "bench", "serve")
 
@@ -108,6 +108,22 @@ def test_every_package_reaches_the_image() -> None:
     assert set(PACKAGES) <= copied
     let_in = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
     assert {f"!{package}" for package in PACKAGES} <= set(let_in)
+
+
+def test_whatever_the_image_is_built_from_is_there_and_is_let_in() -> None:
+    builder = dockerfile_stages()[0]
+    copied = [source.rstrip("/") for argument in arguments(builder, "COPY") for source in argument.split()[:-1]]
+    let_in = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    assert copied
+    assert [source for source in copied if not (ROOT / source).exists() or f"!{source}" not in let_in] == []
+    # what its commands and the wheel's own description name lies within that
+    project = pyproject()["project"]
+    named = {*re.findall(r"--requirement (\S+)", " ".join(arguments(builder, "RUN"))), project["readme"]}
+    named |= set(project.get("license-files", ()))
+    assert len(named) > 1
+    for name in named:
+        assert (ROOT / name).is_file(), name
+        assert any(name == source or name.startswith(f"{source}/") for source in copied), name
 
 
 def test_the_image_holds_no_secret() -> None:

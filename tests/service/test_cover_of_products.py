@@ -171,7 +171,7 @@ def test_probes_profiles_and_detectors_look_at_the_same_ground() -> None:
     assert seen == [1, 0]
     anchors = [{"id": n, **at(95.0 + 9.0 * i, 229.0), "altitude_m": 30.0} for i, n in enumerate("ABCD")]
     session = DetectorIn.model_validate({"anchors": anchors, "dem_id": "d", "cover": COVER})
-    looked_at = memory_of(session, grid).detector._mapped().grid
+    looked_at = memory_of(session, covered(grid, session)).detector._mapped().grid
     assert looked_at.standing is not None
     assert looked_at.standing.bodies == len(BLOCKS)
     with pytest.raises(ValidationError, match="A cover stands on a DEM"):

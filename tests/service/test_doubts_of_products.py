@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from service.errors import RequestError
 from service.live.registry import Detectors
 from service.live.request import DetectorIn, EpochIn
+from service.parts.doubts import MOST_PLACES, DoubtsIn, doubts_by_anchor
 from service.products import Given, Work
 from service.products.registry import PRODUCTS
 from service.settings import Settings
@@ -136,6 +137,20 @@ def test_what_changes_nothing_is_told(changes: dict[str, Any], sentence: str) ->
 def test_what_is_no_doubt_is_refused(changes: dict[str, Any], sentence: str) -> None:
     with pytest.raises(RequestError, match=sentence):
         small_map(doubts=doubts(**changes))
+
+
+def test_thousands_of_doubts_all_count_and_more_than_that_are_refused_unread() -> None:
+    one = doubts()["geojson"]["features"][0]
+    grid, anchor = small_grid(), {"W": (float(ANCHORS[0]["east_m"]), float(ANCHORS[0]["north_m"]))}
+    half = MOST_PLACES // len(LINE)
+    told = [{**one, "properties": {**one["properties"], "probability": n / half}} for n in range(half)]
+    collection = {"type": "FeatureCollection", "features": told}
+    found, passed_over = doubts_by_anchor(grid, DoubtsIn(geojson=collection, reach_m=15.0), anchor)
+    assert [doubt.probability for doubt in found["W"]] == [n / half for n in range(half)]
+    assert passed_over == ()
+    collection["features"] = [*told, one, {"type": "Feature", "geometry": {"type": "Point", "coordinates": ["x"]}}]
+    with pytest.raises(RequestError, match=r"doubts.geojson holds more than 10,000 places\."):
+        doubts_by_anchor(grid, DoubtsIn(geojson=collection), anchor)
 
 
 def test_areas_and_unknown_fields_are_refused() -> None:

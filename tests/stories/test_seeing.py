@@ -97,6 +97,13 @@ def test_metrics_count_requests_jobs_and_what_there_is(server: Server) -> None:
     assert metric(server, "sightline_detector_sessions") == float(opened.status_code == 201)
 
 
+def test_methods_that_clients_make_up_count_as_one(server: Server) -> None:
+    for number in range(20):
+        assert server.client.request(f"MADEUP{number}", "/dems").status_code == 405
+    assert "MADEUP" not in server.client.get("/metrics").text
+    assert metric(server, "sightline_http_requests_total", method="other") == 20
+
+
 def test_live_and_ready_are_told_and_do_not_fill_the_log(server: Server) -> None:
     assert server.client.get("/live").json() == {"status": "alive"}
     assert server.client.get("/ready").json() == {"status": "ready"}

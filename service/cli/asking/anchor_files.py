@@ -30,6 +30,7 @@ TEXTS = {"id", "body", "altitude_datum", "radio"}
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum")))
 ANCHORS, TRACKS = "anchors file", "track file"
+MOST_ANCHORS = 10_000  # in a file; a request may have fewer by far
 IN_THE_PLANE = "where anchors and rover are at one height, say --dimension 2 and leave heights out"
 
 
@@ -152,17 +153,18 @@ def _csv_rows(path: Path) -> list[tuple[str, object]]:
     table = read_csv_table(path, ANCHORS, comments_within=False)
     check_columns(table, ANCHORS, COLUMNS, needed=("id",))
     numbers = Numbers(table.delimiter)
-    return [
-        (
-            where,
-            {
-                name: cell if name in TEXTS else numbers.number(where, name, cell)
-                for name, cell in cells.items()
-                if cell
-            },
-        )
-        for where, cells in table.lines
-    ]
+    found: list[tuple[str, object]] = []
+    for where, cells in table.lines:
+        _refuse_many(path, len(found) + 1)
+        given = {name: cell for name, cell in cells.items() if cell}
+        fields = {name: cell if name in TEXTS else numbers.number(where, name, cell) for name, cell in given.items()}
+        found.append((where, fields))
+    return found
+
+
+def _refuse_many(path: Path, number: int) -> None:
+    if number > MOST_ANCHORS:
+        raise RequestError(f"The anchors file {path.name} holds more than {MOST_ANCHORS:,} anchors.")
 
 
 def _tracks_of_json(path: Path) -> list[JsonValue]:

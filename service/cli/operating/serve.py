@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -28,6 +29,7 @@ class ServiceOptions:
 
 def serve(*, options: ServiceOptions = ServiceOptions()) -> None:
     """Start the HTTP service. Every other setting comes from the environment, as SIGHTLINE_<NAME>."""
+    gc.disable()  # until all is loaded, for all of that stays: looking through it meanwhile is a tenth of the start
     from service.http.app import serve as serve_until_stopped
     from service.settings import Settings
 

@@ -10,11 +10,30 @@ from lxml import etree
 
 from service.errors import RequestError
 
-__all__ = ["Feature", "Foreign", "counted", "parsed_xml", "place_of"]
+__all__ = ["Allowance", "Feature", "Foreign", "counted", "parsed_xml", "place_of"]
 
 # a feature of GeoJSON; altitudes of other programs stand in its properties, with the datum that they count from
 Feature = dict[str, object]
 LONGEST_TEXT = 200
+
+
+@dataclass(slots=True)
+class Allowance:
+    """How many places a file may hold, looked at while it is read: what has too many is refused before it is made."""
+
+    called: str
+    most_places: int | None = None
+    places: int = 0
+
+    def take(self, number: int) -> None:
+        """So many places more. Raises RequestError."""
+        self.places += number
+        self.refuse(self.places)
+
+    def refuse(self, number: int) -> None:
+        """Raises RequestError where so many are too many."""
+        if self.most_places is not None and number > self.most_places:
+            raise RequestError(f"{self.called} holds more than {self.most_places:,} places, which no mission has.")
 
 
 @dataclass(frozen=True, slots=True)

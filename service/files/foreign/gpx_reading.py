@@ -7,14 +7,20 @@ import gpxpy.gpx
 
 from service.errors import RequestError
 
-from .features import Feature, Foreign, parsed_xml, place_of
+from .features import Allowance, Feature, Foreign, parsed_xml, place_of
 
 __all__ = ["read_gpx"]
 
+PLACES = ("{*}wpt", "{*}rtept", "{*}trkpt")
+LINES = ("{*}rte", "{*}trk", "{*}trkseg")
 
-def read_gpx(data: bytes, called: str) -> Foreign:
+
+def read_gpx(data: bytes, allowance: Allowance) -> Foreign:
     """Everything in a document. Raises RequestError."""
-    parsed_xml(data, called, ("gpx",))
+    called = allowance.called
+    root = parsed_xml(data, called, ("gpx",))
+    for names in (PLACES, LINES):
+        allowance.refuse(sum(1 for _ in root.iter(*names)))
     try:
         gpx = gpxpy.parse(data.decode("utf-8-sig"))
     except (gpxpy.gpx.GPXException, UnicodeDecodeError, ValueError) as error:

@@ -6,12 +6,13 @@ absolute counts from the EGM96 geoid, relativeToGround from the ground, clampToG
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from lxml import etree
 
 from service.errors import RequestError
 
-from .features import Feature, Foreign, counted, parsed_xml, place_of
+from .features import Allowance, Feature, Foreign, counted, parsed_xml, place_of
 
 __all__ = ["read_kml"]
 
@@ -23,17 +24,20 @@ SEA_FLOOR = {"clampToSeaFloor": "clampToGround", "relativeToSeaFloor": "relative
 Place = tuple[float, ...]
 
 
-def read_kml(data: bytes, called: str) -> Foreign:
+def read_kml(data: bytes, allowance: Allowance) -> Foreign:
     """Every placemark of a document. Raises RequestError."""
+    called = allowance.called
     root = parsed_xml(data, called, ("kml", "Document", "Folder", "Placemark"))
-    skipped = [name for one in root.iter() if (name := _name(one)) in PASSED_OVER]
+    allowance.refuse(sum(1 for _ in root.iter("{*}Placemark")))
+    skipped = [_name(one) for one in root.iter(*(f"{{*}}{name}" for name in PASSED_OVER))]
     told: list[str] = counted(skipped, "not read; only placemarks are.")
     features: list[Feature] = []
     strange: list[str] = []
     clamped: list[str] = []
-    for number, mark in enumerate((one for one in root.iter() if _name(one) == "Placemark"), 1):
+    for number, mark in enumerate(root.iter("{*}Placemark"), 1):
         title = _text(mark, "name") or f"P{number}"
-        found = list(_geometries(mark, title, _told_of(mark), f"{called}, placemark {title!r}", strange, clamped))
+        reading = _Reading(title, _told_of(mark), f"{called}, placemark {title!r}", allowance, strange, clamped)
+        found = list(_geometries(mark, reading))
         if not found:
             strange.append("Placemark without a geometry")
         features += found
@@ -44,33 +48,54 @@ def read_kml(data: bytes, called: str) -> Foreign:
     return Foreign("KML", tuple(features), tuple(told))
 
 
-def _geometries(
-    element: etree._Element,
-    title: str,
-    properties: dict[str, object],
-    called: str,
-    strange: list[str],
-    clamped: list[str],
-) -> Iterator[Feature]:
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What is the same for all geometries of a placemark; strange and clamped grow."""
+
+    title: str
+    properties: dict[str, object]
+    called: str
+    allowance: Allowance
+    strange: list[str]
+    clamped: list[str]
+
+    def places(self, geometry: etree._Element) -> list[Place]:
+        # blanks after a comma are not KML, and are common
+        text = ",".join((_text(geometry, "coordinates") or "").replace(", ", ",").split(" ,"))
+        told = text.split()
+        if not told:
+            raise RequestError(f"{self.called} has a {_name(geometry)} without coordinates.")
+        self.allowance.take(len(told))
+        return [_numbers(one.replace(",", " "), self.called) for one in told]
+
+    def line(self, geometry: etree._Element) -> list[list[float]]:
+        return [list(place[:2]) for place in self.places(geometry)]
+
+    def track(self, geometry: etree._Element) -> list[list[float]]:
+        told = [one.text or "" for one in geometry if _name(one) == "coord"]
+        self.allowance.take(len(told))
+        return [list(_numbers(one, self.called)[:2]) for one in told]
+
+
+def _geometries(element: etree._Element, reading: _Reading) -> Iterator[Feature]:
+    title, properties = reading.title, reading.properties
     for child in element:
         name = _name(child)
         if name in ("MultiGeometry", "MultiTrack"):
-            yield from _geometries(child, title, properties, called, strange, clamped)
+            yield from _geometries(child, reading)
         elif name == "Point":
-            (place, *_) = _places(child, called)
+            (place, *_) = reading.places(child)
             heights = _height(child, place)
             if heights == {"above_ground_m": 0.0}:
-                clamped.append(title)
+                reading.clamped.append(title)
             yield place_of("Point", list(place[:2]), title, {**properties, **heights})
         elif name in ("LineString", "LinearRing"):
-            line = [list(place[:2]) for place in _places(child, called)]
-            yield place_of("LineString", line, title, properties)
+            yield place_of("LineString", reading.line(child), title, properties)
         elif name == "Track":
-            line = [list(_numbers(one.text or "", called)[:2]) for one in child if _name(one) == "coord"]
-            yield place_of("LineString", line, title, properties)
+            yield place_of("LineString", reading.track(child), title, properties)
         elif name == "Polygon":
             rings = [
-                [list(place[:2]) for place in _places(one, called)]
+                reading.line(one)
                 for side in ("outerBoundaryIs", "innerBoundaryIs")
                 for boundary in child
                 if _name(boundary) == side
@@ -79,7 +104,7 @@ def _geometries(
             ]
             yield place_of("Polygon", rings, title, properties)
         elif name == "Model":
-            strange.append("Model")
+            reading.strange.append("Model")
 
 
 def _height(point: etree._Element, place: Place) -> dict[str, object]:
@@ -112,15 +137,6 @@ def _number_or_text(name: str, text: str) -> object:
         return text if name in TEXTS else float(text)
     except ValueError:
         return text
-
-
-def _places(geometry: etree._Element, called: str) -> list[Place]:
-    # blanks after a comma are not KML, and are common
-    text = ",".join((_text(geometry, "coordinates") or "").replace(", ", ",").split(" ,"))
-    places = [_numbers(one.replace(",", " "), called) for one in text.split()]
-    if not places:
-        raise RequestError(f"{called} has a {_name(geometry)} without coordinates.")
-    return places
 
 
 def _numbers(text: str, called: str) -> Place:

@@ -13,7 +13,7 @@ from pyproj import Geod
 
 from service.errors import RequestError
 
-from .features import Feature, Foreign, counted, place_of
+from .features import Allowance, Feature, Foreign, counted, place_of
 
 __all__ = ["read_plan"]
 
@@ -26,24 +26,28 @@ WGS84 = Geod(ellps="WGS84")
 CORNERS = 72
 
 
-def read_plan(data: bytes, called: str) -> Foreign:
+def read_plan(data: bytes, allowance: Allowance) -> Foreign:
     """All places of a plan. Raises RequestError."""
+    called = allowance.called
     try:
         plan = from_json(data.removeprefix(BOM_UTF8))
     except ValueError as error:
         raise RequestError(f"{called} is not JSON: {error}.") from error
     if not isinstance(plan, dict) or plan.get("fileType") != "Plan":
         raise RequestError(f"{called} is not a plan of QGroundControl (fileType Plan).")
-    reading = _Reading(called, _part(plan, "mission"))
-    for item in _list(_part(plan, "mission"), "items"):
+    items, fence, rally = _list(_part(plan, "mission"), "items"), _part(plan, "geoFence"), _part(plan, "rallyPoints")
+    fences, circles, rally_points = _list(fence, "polygons"), _list(fence, "circles"), _list(rally, "points")
+    allowance.take(len(items) + sum(len(_list(one, "polygon")) for one in fences))
+    allowance.take(CORNERS * len(circles) + len(rally_points))
+    reading = _Reading(allowance, _part(plan, "mission"))
+    for item in items:
         reading.item(item)
     features = [*reading.points, *reading.others]
     if len(reading.way) > 1:
         features.append(place_of("LineString", reading.way, "mission", {"what": "route"}))
-    fence = _part(plan, "geoFence")
-    features += [_fence(number, one, called) for number, one in enumerate(_list(fence, "polygons"), 1)]
-    features += [_circle(number, one, called) for number, one in enumerate(_list(fence, "circles"), 1)]
-    for number, point in enumerate(_list(_part(plan, "rallyPoints"), "points"), 1):
+    features += [_fence(number, one, called) for number, one in enumerate(fences, 1)]
+    features += [_circle(number, one, called) for number, one in enumerate(circles, 1)]
+    for number, point in enumerate(rally_points, 1):
         lat, lon, *rest = _numbers(point, called)
         height = reading.above_home(rest[0] if rest else math.nan)
         features.append(place_of("Point", [lon, lat], f"R{number}", {"what": "rally point", **height}))
@@ -59,8 +63,8 @@ def read_plan(data: bytes, called: str) -> Foreign:
 class _Reading:
     """The items of a mission, one after the other."""
 
-    def __init__(self, called: str, mission: Mapping[str, Any]) -> None:
-        self._called = called
+    def __init__(self, allowance: Allowance, mission: Mapping[str, Any]) -> None:
+        self._allowance, self._called = allowance, allowance.called
         home = mission.get("plannedHomePosition")
         altitude_m = home[2] if isinstance(home, list) and len(home) > 2 else None
         self._home_m = float(altitude_m) if _is_number(altitude_m) else math.nan
@@ -116,6 +120,7 @@ class _Reading:
         kind = str(item.get("complexItemType", item.get("type")))[:40]
         for member, geometry in (("polygon", "Polygon"), ("polyline", "LineString")):
             if isinstance(item.get(member), list):
+                self._allowance.take(len(item[member]))
                 line = [[lon, lat] for lat, lon, *_ in (_numbers(one, self._called) for one in item[member])]
                 coordinates: object = [_closed(line)] if geometry == "Polygon" else line
                 self.others.append(place_of(geometry, coordinates, kind, {"what": kind}))

@@ -9,7 +9,7 @@ from pathlib import Path, PurePath
 from service.errors import RequestError
 from service.files.zips import member_blocks, opened_zip
 
-from .features import Foreign
+from .features import Allowance, Foreign
 from .gpx_reading import read_gpx
 from .kml_reading import read_kml
 from .plan_reading import read_plan
@@ -19,28 +19,28 @@ __all__ = ["FOREIGN_SUFFIXES", "read_foreign", "read_foreign_file"]
 # a document larger than this is no plan of a mission; packed or not
 MOST_BYTES = 32 * 1024 * 1024
 MOST_MEMBERS = 10_000
-READERS: Mapping[str, Callable[[bytes, str], Foreign]] = {".kml": read_kml, ".gpx": read_gpx, ".plan": read_plan}
+READERS: Mapping[str, Callable[[bytes, Allowance], Foreign]] = {".kml": read_kml, ".gpx": read_gpx, ".plan": read_plan}
 FOREIGN_SUFFIXES = (".kml", ".kmz", ".gpx", ".plan")
 
 
-def read_foreign_file(path: Path) -> Foreign:
-    """The places in a file, by its suffix. Raises RequestError."""
+def read_foreign_file(path: Path, most_places: int | None = None) -> Foreign:
+    """The places in a file, by its suffix; one of more than most_places is not read on. Raises RequestError."""
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise RequestError(f"The file {str(path)!r} cannot be read: {error.strerror}.") from error
-    return read_foreign(path.name, data)
+    return read_foreign(path.name, data, most_places)
 
 
-def read_foreign(name: str, data: bytes) -> Foreign:
+def read_foreign(name: str, data: bytes, most_places: int | None = None) -> Foreign:
     """The places in a file of that name. Raises RequestError."""
     called, suffix = f"The file {name}", PurePath(name).suffix.lower()
     if suffix == ".kmz":
-        return read_kml(_document_in(data, called), called)
+        return read_kml(_document_in(data, called), Allowance(called, most_places))
     if len(data) > MOST_BYTES:
         raise RequestError(f"{called} has more than {MOST_BYTES:,} bytes, which no plan of a mission needs.")
-    return READERS[suffix](data, called)
+    return READERS[suffix](data, Allowance(called, most_places))
 
 
 def _document_in(data: bytes, called: str) -> bytes:

@@ -1,4 +1,4 @@
-"""No request body is read beyond its limit, and a client that is refused is heard out before it is answered."""
+"""No request body is read beyond its limit; a client that is refused is answered at once, and then heard out."""
 
 from __future__ import annotations
 
@@ -67,13 +67,19 @@ class BodyLimit:
             return
         body = _Body(scope, receive, self._limits.get(scope["path"], self._limits[""]), self._held)
 
-        async def send_when_heard_out(message: Message) -> None:
-            if message["type"] == "http.response.start":
+        async def send_and_hear_out(message: Message) -> None:
+            if body.awaited and message["type"] == "http.response.body" and not message.get("more_body", False):
+                # all of the answer is on its way; only then is the connection closed, or has its next request
+                await send({**message, "more_body": True})
                 await body.hear_out()
+                message = {"type": "http.response.body", "body": b"", "more_body": False}
             await send(message)
 
         try:
-            await self._app(scope, body.receive, send_when_heard_out)
+            if (refused := body.too_large) is not None:
+                await answer_to(refused, scope["path"])(scope, receive, send_and_hear_out)
+            else:
+                await self._app(scope, body.receive, send_and_hear_out)
         finally:
             body.let_go()
 
@@ -112,9 +118,18 @@ class _Body:
         self._limit = limit
         self._held, self._client, self._held_bytes = held, acting_client(), 0
         self._received_bytes = 0
-        self._awaited = headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
+        told = headers.get("content-length", "0")
+        self._told_bytes = int(told) if told.isdecimal() else 0
+        self.awaited = told != "0" or "transfer-encoding" in headers
         # who asks before sending has not begun to send when it is refused
         self._asks_first = "100-continue" in headers.get("expect", "").lower()
+
+    @property
+    def too_large(self) -> BodyTooLargeError | None:
+        """What is wrong with the length that it tells, before anything of it is read."""
+        if self._limit is None or self._told_bytes <= self._limit[0]:
+            return None
+        return too_large(*self._limit)
 
     async def receive(self) -> Message:
         message = await self._next()
@@ -142,14 +157,14 @@ class _Body:
         heard_bytes = self._received_bytes
         with contextlib.suppress(TimeoutError):  # who has stopped sending will read no answer later than now either
             async with asyncio.timeout(HEARD_OUT_S):
-                while self._awaited and self._received_bytes - heard_bytes < HEARD_OUT_BYTES:
+                while self.awaited and self._received_bytes - heard_bytes < HEARD_OUT_BYTES:
                     await self._next()
 
     async def _next(self) -> Message:
         message = await self._receive()
         self._received_bytes += len(message.get("body", b""))
         if message["type"] != "http.request" or not message.get("more_body", False):
-            self._awaited = False
+            self.awaited = False
         return message
 
 

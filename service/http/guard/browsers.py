@@ -6,7 +6,7 @@ import ipaddress
 import re
 from urllib.parse import urlsplit
 
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.errors import AccessError, HostError, MediaTypeError, OriginError
@@ -19,6 +19,9 @@ __all__ = ["Browsers"]
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 HOST = re.compile(r"(\[[^\]]*\]|[^:\s]*)(?::\d*)?")
 DEFAULT_PORTS = {"http": 80, "https": 443}
+SAID = [(name.lower().encode(), value.encode()) for name, value in SAID_OF_EVERY_ANSWER.items()]
+# Of two the one that is looked at here need not be the one that somebody else, a proxy or the app, goes by.
+ONCE = {b"host": HostError, b"origin": OriginError, b"content-type": MediaTypeError}
 
 
 class Browsers:
@@ -42,9 +45,9 @@ class Browsers:
 
         async def send_with_policy(message: Message) -> None:
             if message["type"] in ("http.response.start", "websocket.http.response.start"):
-                headers = MutableHeaders(scope=message)
-                for name, value in SAID_OF_EVERY_ANSWER.items():
-                    headers.setdefault(name, value)
+                said = message.get("headers", ())
+                names = {name for name, _ in said}
+                message["headers"] = [*said, *(pair for pair in SAID if pair[0] not in names)]
             await send(message)
 
         try:
@@ -56,6 +59,10 @@ class Browsers:
 
     def _check(self, scope: Scope) -> None:
         """Raises HostError, OriginError, MediaTypeError."""
+        names = [name for name, _ in scope["headers"]]
+        for name, error in ONCE.items():
+            if names.count(name) > 1:
+                raise error(f"The request has the header {name.decode()!r} {names.count(name)} times; send it once.")
         headers = Headers(scope=scope)
         host = headers.get("host")
         if host is not None and not self._is_ours(host):

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.access.callers import rooted
 from service.http.answers import LayerLink
 from service.http.lists import Page
-from service.missions.document import MissionIn
+from service.missions.document import MissionIn, PlainName
 from service.missions.files import MISSION_FILES
 from service.missions.shelf import MissionRecord, VersionRecord
 from service.parts.points import StrictModel
 
-__all__ = ["MissionList", "MissionOut", "MissionSummary", "VersionList", "VersionNameIn", "VersionOut"]
+__all__ = ["MissionList", "MissionOut", "MissionSummary", "VersionList", "VersionName", "VersionNameIn", "VersionOut"]
 
 MISSION_ID = "7c1e0b5d2f8a4f36a9c3d1e5b7f90a24"
 EXAMPLE: dict[str, JsonValue] = {
@@ -119,12 +119,15 @@ class VersionList(Page):
     versions: list[VersionOut]
 
 
+VersionName = Annotated[PlainName, Field(min_length=1, max_length=120)]
+
+
 class VersionNameIn(StrictModel):
     """What a version is to be called."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"name": "as briefed"}]})
 
-    name: str | None = Field(min_length=1, max_length=120, description="The name; null takes it away.")
+    name: VersionName | None = Field(description="The name; null takes it away.")
 
 
 def _moment(seconds: float) -> datetime:

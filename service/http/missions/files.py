@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, cast
 
 import orjson
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from starlette.background import BackgroundTask
 
 from service.errors import NotFoundError
@@ -20,13 +20,14 @@ from service.missions.shelf import Sheet
 from ..bodies import Upload, receive
 from ..context import Service, ServiceDep
 from ..dem_keeping import dem_id_of, keep_dem
+from ..guard.routing import Router
 from ..jobs import RangedFile
 from ..meta import FILE_BODY, PART, problem_responses
 
 __all__ = ["imports", "opened_mission", "router"]
 
-router = APIRouter(prefix="/missions", tags=["Missions"])
-imports = APIRouter(prefix="/imports", tags=["Missions"])
+router = Router(prefix="/missions", tags=["Missions"])
+imports = Router(prefix="/imports", tags=["Missions"])
 Version = Annotated[int, Query(ge=1, le=2**53, description="Number of a version.")]
 
 

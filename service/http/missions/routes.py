@@ -4,33 +4,36 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Path, Query, Request, Response
+from fastapi import Header, Path, Query, Request, Response
+from pydantic import Field
 
 from service.errors import NoPreconditionError
 from service.jobs.channel import BodyArguments
 from service.jobs.mission_tasks import sheet_in
 from service.jobs.records import Place
-from service.missions.document import MissionIn
+from service.missions.document import MissionIn, PlainName
 from service.missions.shelf import MissionRecord, Sheet, VersionRecord
 
 from ..bodies import json_body, receive
 from ..context import Service, ServiceDep
 from ..guard.body_limit import too_large
+from ..guard.routing import Router
 from ..lists import TurnDep
 from ..meta import KNOWN, LOCATION, body_of, problem_responses
 from ..problems import is_json
-from .answers import MissionList, MissionOut, MissionSummary, VersionList, VersionNameIn, VersionOut
+from .answers import MissionList, MissionOut, MissionSummary, VersionList, VersionName, VersionNameIn, VersionOut
 from .files import opened_mission
 
 __all__ = ["router"]
 
-router = APIRouter(prefix="/missions", tags=["Missions"])
+router = Router(prefix="/missions", tags=["Missions"])
 JSON = "application/json"
 ETAG = {"ETag": {"description": "The version, for If-Match and If-None-Match.", "schema": {"type": "string"}}}
-By = Annotated[str | None, Query(max_length=80, description="Who saves: told to whoever saves against it.")]
-VersionName = Annotated[
-    str | None, Query(min_length=1, max_length=120, description="Name of the version, with which it is kept for good.")
+By = Annotated[
+    Annotated[PlainName, Field(max_length=80)] | None,
+    Query(description="Who saves: told to whoever saves against it."),
 ]
+Named = Annotated[VersionName | None, Query(description="Name of the version, with which it is kept for good.")]
 IfMatch = Annotated[
     str | None,
     Header(description="The version that yours builds on, as its ETag told it; `*` overwrites whatever is there."),
@@ -65,9 +68,7 @@ FILE_BODY = {
     },
     openapi_extra=FILE_BODY,
 )
-async def add_mission(
-    request: Request, service: ServiceDep, by: By = None, version_name: VersionName = None
-) -> Response:
+async def add_mission(request: Request, service: ServiceDep, by: By = None, version_name: Named = None) -> Response:
     """A mission as JSON, or a file that Sightline wrote: `mission.json`, or `mission.zip` with the DEM in it.
 
     Its ground is found by the digest of the DEM; one that the service does not have is taken out of the zip. Without
@@ -131,7 +132,7 @@ async def save_mission(
     service: ServiceDep,
     if_match: IfMatch = None,
     by: By = None,
-    version_name: VersionName = None,
+    version_name: Named = None,
 ) -> MissionSummary:
     """Make a new version, unless it is the same as the newest. If somebody else saved since, 412 says who and when."""
     builds_on = _builds_on(if_match)

@@ -17,6 +17,7 @@ from service.products import Product
 from ..answers import MapOut, list_model, out_model, state_model
 from ..bodies import WaitDep, json_body, long_body
 from ..context import Service, ServiceDep
+from ..guard.routing import Router
 from ..jobs import (
     after_waiting,
     answer_of,
@@ -37,7 +38,7 @@ JSON = "application/json"
 
 def product_router(product: Product) -> APIRouter:
     """All routes of one product."""
-    router = APIRouter(prefix=product.path, tags=[product.tag])
+    router = Router(prefix=product.path, tags=[product.tag])
     _add_asking(router, product)
     _add_following(router, product)
     add_layers(router, product, _singular(product), _article(product))

@@ -45,11 +45,19 @@ class Metrics:
             "sightline_job_seconds", "Seconds that the last attempt of jobs ran.",
             ("kind",), buckets=JOB_BUCKETS_S, registry=self.registry,
         )  # fmt: skip
+        # what is looked up by labels costs more than to count: routes, methods and statuses are few
+        self._of_answers: dict[tuple[str, str, int], tuple[Counter, Histogram]] = {}
 
     def answered(self, method: str, route: str, status: int, seconds: float) -> None:
         """A request was answered."""
-        self._requests.labels(method, route, str(status)).inc()
-        self._seconds.labels(method, route).observe(seconds)
+        key = (method, route, status)
+        found = self._of_answers.get(key)
+        if found is None:
+            found = self._requests.labels(method, route, str(status)), self._seconds.labels(method, route)
+            self._of_answers[key] = found
+        requests, times = found
+        requests.inc()
+        times.observe(seconds)
 
     def job_over(self, over: JobOver) -> None:
         """A job is over."""

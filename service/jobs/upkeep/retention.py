@@ -98,8 +98,7 @@ class Retention:
     def measure(self) -> int:
         """See how big some results are whose size is not known; how many those were. Sets ``results_bytes``."""
         found = self._rows(
-            # status as an expression, so that its index, which leads to nearly all jobs, is not taken
-            "SELECT DISTINCT digest FROM jobs WHERE status || '' = ? AND digest > ? AND NOT EXISTS "
+            "SELECT DISTINCT digest FROM jobs WHERE status = ? AND digest > ? AND NOT EXISTS "
             "(SELECT 1 FROM results WHERE results.digest = jobs.digest) ORDER BY digest LIMIT ?",
             *(JobStatus.SUCCEEDED, self._measured_to, BATCH),
         )

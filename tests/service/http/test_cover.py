@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import base64
 from typing import Any
 
+import numpy as np
 import pytest
+from affine import Affine
+from rasterio.io import MemoryFile
 
 from service.products.registry import PRODUCTS
 from tests.service.http.test_bad_requests import assert_problem
 from tests.service.http.test_every_product import posted
 from tests.service.running import Server
+from tests.service.small_maps import NORTH_M, WEST_M
 from tests.service.small_paths import at
 from tests.service.test_cover_of_products import COVER, footprints
 
@@ -46,6 +51,24 @@ def test_answers_about_a_job_stay_short_however_long_its_request(server: Server,
     assert server.client.get(f"{product.path}/nobody/request").status_code == 404
     short = posted(server, product, ground, cover=COVER).json()
     assert "cover" in short["request"]
+
+
+def test_a_raster_of_trees_has_no_more_cells_than_a_dem_may_have(server: Server, ground: dict[str, Any]) -> None:
+    """2,000,000 on this service; packed, the few kilobytes of it would be a DEM of any size."""
+    product, refusals = PRODUCTS["visibility-map"], []
+    for rows in (1999, 2001):
+        with MemoryFile() as file:
+            with file.open(
+                driver="GTiff", width=1000, height=rows, count=1, dtype="float32", compress="deflate",
+                crs="EPSG:32611", transform=Affine(1.0, 0.0, WEST_M, 0.0, -1.0, NORTH_M),
+            ) as raster:  # fmt: skip
+                raster.write(np.zeros((1, rows, 1000), np.float32))
+            packed = base64.b64encode(file.read()).decode()
+        canopy = {"heights": {"name": "trees.tif", "base64": packed}}
+        refusals.append(posted(server, product, ground, cover={"canopy": canopy}))
+    assert refusals[0].status_code == 201, refusals[0].text
+    assert_problem(refusals[1], 422, "dem-too-large", "2,001,000 cells")
+    assert "more than the limit of 2,000,000" in refusals[1].json()["detail"]
 
 
 def test_lines_of_sight_are_blocked_by_buildings_and_tell_what_was_assumed(

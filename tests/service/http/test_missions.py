@@ -124,6 +124,19 @@ def test_what_is_no_mission_is_refused_in_one_sentence(
     assert words in answer.json()["detail"]
 
 
+@pytest.mark.parametrize("name", ["a\x00b", "two\nlines", "\x1b[31mred", "turned \u202e round", "\ufeffmarked"])
+def test_names_that_hide_something_are_refused(server: Server, jacksboro: dict[str, Any], name: str) -> None:
+    answer = server.client.post("/missions", json=mission_on(jacksboro, name))
+    assert answer.status_code == 422
+    assert "a name has no control characters" in answer.json()["detail"]
+    told = kept(server, mission_on(jacksboro, "Grüne Höhe 山 🚁"))
+    for query in ({"version_name": name}, {"by": name}):
+        assert save(server, told, mission_on(jacksboro, "other"), '"1"', **query).status_code == 422
+    named = server.client.put(f"{told['links']['self']}/versions/1/name", json={"name": name})
+    assert named.status_code == 422
+    assert server.client.get(told["links"]["self"]).json()["name"] == "Grüne Höhe 山 🚁"
+
+
 def test_two_anchors_of_one_id_are_refused(server: Server, jacksboro: dict[str, Any]) -> None:
     mission = mission_on(jacksboro)
     answer = server.client.post("/missions", json=mission | {"anchors": 2 * mission["anchors"]})

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import re
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from schemathesis import GenerationMode
 
 from service.http.app import create_app
+from service.http.meta import Document
 from service.http.problems import MEDIA_TYPE
 from service.settings import Settings
 from tests.service.running import Server
@@ -151,6 +155,53 @@ def test_every_whole_number_that_is_taken_fits_into_64_bits(document: dict[str, 
 def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
     references = set(re.findall(r"#/components/schemas/(\w+)", str(document)))
     assert references <= set(document["components"]["schemas"])
+
+
+def test_what_an_answer_has_made_is_linked_to_all_that_goes_on_with_it(document: dict[str, Any]) -> None:
+    """All paths below a collection that POST adds to, by the id in its answer."""
+    paths = document["paths"]
+    for path, item in paths.items():
+        below = {
+            operation["operationId"]
+            for other, within in paths.items()
+            if other.startswith(f"{path}/{{")
+            for operation in within.values()
+        }
+        if "post" not in item or not below:
+            continue
+        made = [answer for status, answer in item["post"]["responses"].items() if status in ("200", "201", "202")]
+        assert made, path
+        for answer in made:
+            assert below <= set(answer["links"]), path
+            for name in below:
+                link = answer["links"][name]
+                assert link["operationId"] == name
+                assert list(link["parameters"].values()) == ["$response.body#/id"]
+    on_a_ground = paths["/dems"]["post"]["responses"]["201"]["links"]
+    assert {"ask_for_visibility_map", "ask_for_dop_map", "read_places", "get_heights"} <= set(on_a_ground)
+
+
+def test_the_document_is_made_once_and_not_by_the_event_loop() -> None:
+    threads: list[int] = []
+
+    def described() -> dict[str, Any]:
+        threads.append(threading.get_ident())
+        return {"openapi": "3.1.0"}
+
+    async def ask() -> tuple[list[dict[str, Any]], list[bytes]]:
+        document = Document(described)
+        made = await asyncio.gather(*(document.made() for _ in range(5)), document.made())
+        return made, [await document.written(root) for root in ("", "", "/sight")]
+
+    made, written = asyncio.run(ask())
+    assert made == [{"openapi": "3.1.0"}] * 6
+    assert [json.loads(one) for one in written] == [
+        {"openapi": "3.1.0"},
+        {"openapi": "3.1.0"},
+        {"openapi": "3.1.0", "servers": [{"url": "/sight"}]},
+    ]
+    assert len(threads) == 1
+    assert threads[0] != threading.get_ident()
 
 
 SCHEMA = schemathesis.openapi.from_dict(create_app(Settings()).openapi())

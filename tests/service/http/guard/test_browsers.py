@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from http.client import HTTPConnection
 
 import httpx
 import pytest
@@ -55,6 +56,33 @@ def test_a_page_elsewhere_changes_nothing(server: Server, headers: dict[str, str
     method, _, path = request_line.partition(" ")
     answer = server.client.request(method, path, headers=headers, content=b"{}" if method == "POST" else None)
     assert (answer.status_code, answer.json()["type"]) == (403, "/problems/origin")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "status"),
+    [
+        ("Origin", ("http://127.0.0.1", "http://evil.example"), 403),
+        ("Content-Type", ("application/json", "text/plain"), 415),
+    ],
+)
+def test_a_header_that_decides_is_there_once(server: Server, name: str, values: tuple[str, str], status: int) -> None:
+    """Of two another program may go by the other one."""
+    for order in (values, values[::-1], values[:1] * 2):
+        headers = [(name, value) for value in order]
+        answer = server.client.post("/lines-of-sight", headers=headers, content=b"{}")
+        assert answer.status_code == status, (order, answer.text)
+        assert "2 times; send it once" in answer.json()["detail"]
+
+
+def test_two_hosts_are_no_request_at_all(server: Server) -> None:
+    url = httpx.URL(server.url)
+    connection = HTTPConnection(url.host, url.port, timeout=30.0)
+    connection.putrequest("GET", "/dems", skip_host=True)
+    connection.putheader("Host", "localhost")
+    connection.putheader("Host", "evil.example")
+    connection.endheaders()
+    assert connection.getresponse().status == 400
+    connection.close()
 
 
 def test_a_page_elsewhere_cannot_have_things_fetched_but_may_link_to_us(server: Server) -> None:
