@@ -21,6 +21,7 @@ from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import differential, receiver
 from benchmarks.navigation import (
     bubbles,
+    deep,
     inertial,
     lying_ranges,
     quality_monitor,
@@ -90,6 +91,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         inertial.inertial_speed,
     ),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
+    "deep": (deep.in_a_wood,),
     "lying": (lying_ranges.bubbles_that_hold,),
     "street": (streets.street,),
     "shadow": (shadow.minute_of_shadow,),
@@ -99,7 +101,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         receiver.weak_signals,
         receiver.channel_speed,
     ),
-    "targets": (targets.planes, targets.simulated_balls, targets.real_balls),
+    "targets": (targets.planes, targets.simulated_balls, targets.poses, targets.real_balls),
     "differential": (differential.baselines,),
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
@@ -188,6 +190,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "differential": (differential.baselines,),
     "shadow": (partial(shadow.minute_of_shadow, drives=1),),
+    "deep": (partial(deep.in_a_wood, seeds=(1,), duration_s=58.1),),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
     "street": (streets.street,),
     "receiver": (
@@ -196,7 +199,11 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(receiver.weak_signals, draws=2000),
         partial(receiver.channel_speed, channels=2, duration_s=0.1),
     ),
-    "targets": (partial(targets.planes, images=2), partial(targets.simulated_balls, count=2)),
+    "targets": (
+        partial(targets.planes, images=2),
+        partial(targets.simulated_balls, count=2),
+        partial(targets.poses, count=1),
+    ),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (
         first_request.first_request,

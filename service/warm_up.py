@@ -42,6 +42,7 @@ def warm_up_on_all_cores(products: Mapping[str, Product]) -> None:
             if part.when == "maps":
                 done.result()
         rest = [pool.submit(_warm_up_part, part) for part in parts if part.when == "after"]
+        rest.append(pool.submit(_of_commands))
         for done in (*(done for _, done in first), *rest):
             done.result()
     warm_up("everything", products)  # what two processes wrote into the cache at once, one may have to write again
@@ -58,6 +59,23 @@ def _warm_up_part(part: WarmUp) -> None:
     heights_m[5, 5] = 40.0
     heights_m[2, 7] = np.nan
     part.call(ElevationGrid(heights_m, 30.0, 25.0))
+
+
+def _of_commands() -> None:
+    """What only commands call: no worker of a service need load it."""
+    from gnss.receiver import Samples, measure_channel
+    from navigation.targets import KINECT, TargetPixels, fit_sphere_in_image
+
+    rng, times_s = np.random.default_rng(0), np.array([0.0, 0.05])
+    samples = Samples((rng.normal(size=(105_000, 2)) @ (1.0, 1j)).astype(np.complex64), 2.1e6)
+    measure_channel(samples, 1, times_s, np.full(2, 0.07))
+    right, down = (values.ravel() / 20.0 - 0.5 for values in np.meshgrid(np.arange(21.0), np.arange(21.0)))
+    inside = right**2 + down**2 < 0.16
+    deep = np.sqrt(np.maximum(0.01 - 0.04 * (right**2 + down**2), 0.0))
+    ball = np.column_stack([0.2 * right, 0.2 * down, 1.1 - deep])
+    cols, rows = 580.0 * ball[:, :2].T / ball[:, 2] + [[319.5], [239.5]]
+    pixels = TargetPixels(np.rint(cols[inside]), np.rint(rows[inside]), ball[inside, 2])
+    fit_sphere_in_image(pixels, KINECT)
 
 
 def _detections(_grid: ElevationGrid) -> None:

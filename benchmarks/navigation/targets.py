@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from benchmarks.report import Row, Table
 from navigation.targets import (
@@ -15,19 +16,23 @@ from navigation.targets import (
     Limb,
     SphereFit,
     TargetPixels,
+    TargetPose,
     fit_plane,
     fit_sphere,
     fit_sphere_algebraic,
     fit_sphere_in_image,
     quantisation_sigma_m,
+    register_targets,
 )
 from tests.reference import depth_images
 
-__all__ = ["planes", "real_balls", "simulated_balls"]
+__all__ = ["planes", "poses", "real_balls", "simulated_balls"]
 
 REAL = Path(__file__).parents[2] / "../shared/data/spheres/dcct/DepthSpherePoints.mat"
 SEED, RADIUS_M = 6, 0.152
 Array = npt.NDArray[np.float64]
+# right, down, forward are east, down, north
+LOOKING_NORTH = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)])
 
 
 def planes(images: int = 6) -> Table:
@@ -73,6 +78,44 @@ def simulated_balls(count: int = 20) -> Table:
         "and its 0.5 % of the common fit, are those of double the step."
     )
     return Table("Balls in simulated depth images", ("step", "range", "fit", "centre rms", "radius σ"), rows, note)
+
+
+def poses(count: int = 12) -> Table:
+    """The sensor's pose from four balls that stand on a map, by how these are fitted."""
+    rng, rows = np.random.default_rng(SEED), []
+    placed_m = np.array([(-0.6, 2.2, 0.2), (0.6, 2.4, 0.25), (-0.1, 3.0, 0.9), (0.5, 2.0, 0.7)])
+    found: dict[str, list[tuple[TargetPose, Array, Array]]] = {"common, algebraic": [], "steps and outline": []}
+    for _ in range(count):
+        position_m = rng.normal((0.0, 0.0, 0.5), 0.05)
+        turn = Rotation.from_rotvec(rng.normal(0.0, 0.03, 3)).as_matrix() @ LOOKING_NORTH
+        seen_m = (placed_m - position_m) @ turn
+        images = [
+            TargetPixels(*depth_images.image(depth_images.ball(centre, RADIUS_M), _geometry(KINECT), rng))
+            for centre in seen_m
+        ]
+        fits = {
+            "common, algebraic": [fit_sphere_algebraic(one.points_m(KINECT)) for one in images],
+            "steps and outline": [fit_sphere_in_image(one, KINECT) for one in images],
+        }
+        for name, balls in fits.items():
+            spreads = [one.covariance[:3, :3] for one in balls]
+            pose = register_targets([one.centre_m for one in balls], spreads, placed_m)
+            found[name].append((pose, position_m, turn))
+    for name, told in found.items():
+        off_m = np.array([pose.position_m - position for pose, position, _ in told])
+        turned = [Rotation.from_matrix(pose.R_sensor_to_targets @ turn.T).magnitude() for pose, _, turn in told]
+        promised = np.array([np.sqrt(np.trace(pose.covariance[:3, :3])) for pose, _, _ in told])
+        rms_mm = 1e3 * float(np.sqrt((off_m**2).sum(axis=1).mean()))
+        cells = (
+            name,
+            f"{rms_mm:.2f} mm",
+            f"{1e3 * float(np.sqrt(np.mean(promised**2))):.2f} mm",
+            f"{1e3 * float(np.sqrt(np.mean(np.square(turned)))):.2f} mrad",
+            f"{np.mean([pose.misfit for pose, _, _ in told]):.2f}",
+        )
+        rows.append(Row(cells))
+    note = f"{count} poses, four balls of 152 mm, 2 to 3 m away, noise of 0.2 steps; rms over all axes."
+    return Table("A pose from four balls", ("fit", "position", "by its covariance", "rotation", "misfit"), rows, note)
 
 
 def real_balls() -> Table:

@@ -30,7 +30,7 @@ class InertialStart:
 
     Sigmas: (3,) or one for all; attitude_sigma_rad: of turns about east, north, up. lever_arm_m: (3,) from the unit to
     the antenna, forward, left, up; lever_arm_sigma_m: 0 = known for certain, not estimated. Biases are what the unit
-    reads too much. Raises StateError.
+    reads too much. covariance: (n, n) of all of that in place of the sigmas, as a track ends with. Raises StateError.
     """
 
     position_m: npt.ArrayLike
@@ -43,6 +43,9 @@ class InertialStart:
     rate_bias_rad_per_s: npt.ArrayLike = (0.0, 0.0, 0.0)
     lever_arm_m: npt.ArrayLike = (0.0, 0.0, 0.0)
     lever_arm_sigma_m: float = 0.0
+    force_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
+    rate_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
+    covariance: npt.ArrayLike | None = None
 
     def belief(self, noise: ImuNoise) -> tuple[kernel.Belief, kernel.Layout]:
         """The kernels' belief, of 15 error states, 18 with the lever arm, 21 with scale factors, 24 with both."""
@@ -64,10 +67,11 @@ class InertialStart:
         if layout.lever >= 0:
             sigmas.append(np.full(3, float(self.lever_arm_sigma_m)))
         covariance = np.diag(np.concatenate(sigmas) ** 2)
+        if self.covariance is not None:
+            covariance = numbers("covariance", self.covariance, covariance.shape, StateError)
         check_covariance("The covariance at the beginning", covariance)
-        sensors = np.zeros((4, 3))
-        sensors[0] = numbers("force_bias_m_per_s2", self.force_bias_m_per_s2, (3,), StateError)
-        sensors[1] = numbers("rate_bias_rad_per_s", self.rate_bias_rad_per_s, (3,), StateError)
+        told = ("force_bias_m_per_s2", "rate_bias_rad_per_s", "force_scale", "rate_scale")
+        sensors = np.stack([numbers(name, getattr(self, name), (3,), StateError) for name in told])
         values = [
             numbers("position_m", self.position_m, (3,), StateError),
             numbers("velocity_m_per_s", self.velocity_m_per_s, (3,), StateError),
@@ -110,6 +114,21 @@ class InertialTrack:
     def angles_rad(self) -> Array:
         """(k, 3) heading, pitch, roll."""
         return angles_of(self.quaternion)
+
+    def end(self) -> InertialStart:
+        """What is believed after the last reading, for a log that goes on from there."""
+        return InertialStart(
+            self.position_m[-1],
+            self.velocity_m_per_s[-1],
+            self.quaternion[-1],
+            force_bias_m_per_s2=self.force_bias_m_per_s2[-1],
+            rate_bias_rad_per_s=self.rate_bias_rad_per_s[-1],
+            lever_arm_m=self.lever_arm_m,
+            lever_arm_sigma_m=1.0 if len(self.covariance) in (18, 24) else 0.0,
+            force_scale=self.force_scale[-1],
+            rate_scale=self.rate_scale[-1],
+            covariance=self.covariance,
+        )
 
 
 def navigate(

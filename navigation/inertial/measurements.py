@@ -19,6 +19,7 @@ __all__ = [
     "join",
     "position_fixes",
     "ranges_to_anchors",
+    "rates_along",
     "standstill",
     "vehicle_speeds",
     "velocity_fixes",
@@ -105,6 +106,21 @@ def velocity_fixes(
 ) -> Measurements:
     """Velocities of the antenna, (n, 3) east, north, up, NaN = none."""
     return _of_axes(kernel.RATE, times_s, velocities_m_per_s, sigmas_m_per_s, gate_sigma)
+
+
+def rates_along(
+    times_s: npt.ArrayLike,
+    rates_m_per_s: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    sigmas_m_per_s: npt.ArrayLike,
+    *,
+    gate_sigma: float = math.inf,
+) -> Measurements:
+    """How fast the antenna moves along directions (n, 3) in the frame, (n,), NaN = none."""
+    variances = np.asarray(sigmas_m_per_s, np.float64) ** 2
+    return _measurements(
+        kernel.RATE, times_s, rates_m_per_s, variances, positions("directions", directions), gate_sigma
+    )
 
 
 def standstill(times_s: npt.ArrayLike, sigma_m_per_s: float = 0.01) -> Measurements:

@@ -6,6 +6,10 @@ A code is made with the second register delayed (table 3-Ia, "code delay"), wher
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
 
 CHIPS, CHIP_RATE_HZ, L1_HZ, C = 1023, 1.023e6, 1575.42e6, 299_792_458.0
 # chips by which G2 is delayed, PRN 1 to 32
@@ -21,9 +25,9 @@ FIRST_TEN = (
 )
 
 
-def register(taps):
+def register(taps: tuple[int, ...]) -> npt.NDArray[np.int64]:
     """1023 outputs of a ten-stage register that begins with ones."""
-    stages, out = [1] * 10, []
+    stages, out = [1] * 10, list[int]()
     for _ in range(CHIPS):
         out.append(stages[9])
         fed = sum(stages[tap - 1] for tap in taps) % 2
@@ -31,12 +35,20 @@ def register(taps):
     return np.array(out)
 
 
-def code(prn):
+def code(prn: int) -> npt.NDArray[np.int64]:
     """(1023,) +1 for a 0, -1 for a 1."""
     return 1 - 2 * (register((3, 10)) ^ np.roll(register((2, 3, 6, 8, 9, 10)), DELAYS[prn - 1]))
 
 
-def signal(prn, delays_s, rate_hz, cn0_db_hz, bits=None, phase_rad=0.0, start_s=0.0):
+def signal(
+    prn: int,
+    delays_s: Array,
+    rate_hz: float,
+    cn0_db_hz: float,
+    bits: npt.ArrayLike | None = None,
+    phase_rad: float = 0.0,
+    start_s: float = 0.0,
+) -> Complex:
     """Complex samples of one satellite over noise of unit power, which is not added.
 
     delays_s: (n,) from the satellite's clock to the sample, at start_s, start_s + 1/rate ...: the sample is what was
@@ -44,11 +56,14 @@ def signal(prn, delays_s, rate_hz, cn0_db_hz, bits=None, phase_rad=0.0, start_s=
     """
     sent_s = start_s + np.arange(len(delays_s)) / rate_hz - delays_s
     chips = code(prn)[np.floor(sent_s * CHIP_RATE_HZ).astype(np.int64) % CHIPS]
-    data = 1.0 if bits is None else np.asarray(bits)[np.floor(sent_s / 0.02).astype(np.int64) % len(bits)]
+    sent_bits = np.ones(1) if bits is None else np.asarray(bits)
+    data = sent_bits[np.floor(sent_s / 0.02).astype(np.int64) % len(sent_bits)]
     amplitude = np.sqrt(10.0 ** (cn0_db_hz / 10.0) / rate_hz)
-    return amplitude * data * chips * np.exp(1j * (phase_rad - 2.0 * np.pi * (L1_HZ * delays_s % 1.0)))
+    made: Complex = amplitude * data * chips * np.exp(1j * (phase_rad - 2.0 * np.pi * (L1_HZ * delays_s % 1.0)))
+    return made
 
 
-def noise(rng, count):
+def noise(rng: np.random.Generator, count: int) -> Complex:
     """(count,) complex, of unit power."""
-    return (rng.normal(size=count) + 1j * rng.normal(size=count)) / np.sqrt(2.0)
+    drawn: Complex = (rng.normal(size=count) + 1j * rng.normal(size=count)) / np.sqrt(2.0)
+    return drawn

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import dem_samples
@@ -121,3 +122,22 @@ def test_the_kernels_of_maps_are_compiled_for_one_type_of_heights(tmp_path: Path
     root = Path(__file__).parents[2]
     run = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "[1, 1, 1]"
+
+
+def test_what_only_commands_call_is_compiled_as_they_call_it(tmp_path):
+    from gnss.receiver import measure_channel, read_samples
+    from gnss.receiver.kernels.correlate import correlate
+    from navigation.targets import KINECT, TargetPixels, fit_sphere_in_image
+    from navigation.targets.kernels.spheres import sphere_likelihood
+    from service.warm_up import _of_commands
+    from tests.reference import depth_images
+
+    _of_commands()
+    before = len(correlate.signatures), len(sphere_likelihood.signatures)
+    assert min(before) >= 1
+    noise = np.random.default_rng(1).normal(scale=20.0, size=210_000)
+    noise.astype(np.int8).tofile(tmp_path / "noise.bin")
+    measure_channel(read_samples(tmp_path / "noise.bin", 2.1e6, "int8"), 7, [0.0, 0.05], [0.07, 0.07])
+    sensor = (580.0, 319.5, 239.5, 3.3309, 0.00307)
+    fit_sphere_in_image(TargetPixels(*depth_images.image(depth_images.ball((0.0, 0.0, 1.5), 0.15), sensor)), KINECT)
+    assert (len(correlate.signatures), len(sphere_likelihood.signatures)) == before
