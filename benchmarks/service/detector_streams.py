@@ -16,7 +16,9 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.report import Row, Table, duration
+from dem_samples import load_sample
 from service.cli.own_service import running_service
+from terrain import ElevationGrid, height_at
 
 __all__ = ["streams"]
 
@@ -26,13 +28,30 @@ SIGMA_M = 0.1
 # so many different epochs per rover, sent over and over with new times
 DIFFERENT = 50
 TARGET_RATE_HZ = 100.0
+REACH_M = 400.0
+PLAIN_S, MAPPED_S = 0.010, 0.015  # targets of p99
 NOTE = f"""\
 A service in a process of its own, on the loopback interface, once all its workers are warm; {SESSIONS} sessions with
 one stream each, {ANCHORS} anchors in three dimensions, one or two of them 2 to 8 m too long, wheel odometry. Every
 rover sends by the clock, whether or not the answer before has come, and an answer is timed from when its epoch was
 due. The client runs on the same machine and takes its share of it. The target is read as {TARGET_RATE_HZ:g} epochs/s
 of all sessions together, five rounds of ranges a second from each of {SESSIONS} rovers; the rows below it show what
-more costs, up to {TARGET_RATE_HZ:g} epochs/s of each, which is more than one core answers: there epochs wait."""
+more costs, up to {TARGET_RATE_HZ:g} epochs/s of each, which is more than one core answers: there epochs wait. *Over a
+map*: every session looks at the DEM of Jacksboro (90 m cells), its drones {REACH_M:g} m around it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """Where rovers drive: a DEM that sessions look at, its id, and the place amid the drones; a plain without them."""
+
+    grid: ElevationGrid | None = None
+    dem_id: str | None = None
+    middle_m: tuple[float, float] = (0.0, 0.0)
+
+    def ground_m(self, east_m: float, north_m: float) -> float:
+        """Altitude of the ground at a place amid the drones."""
+        at_m = (self.middle_m[0] + east_m, self.middle_m[1] + north_m)
+        return 0.0 if self.grid is None else float(height_at(self.grid, *at_m))
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,14 +68,19 @@ def streams(seconds: float = 8.0, rates_hz: tuple[float, ...] = (5.0, 25.0, 100.
     rows = []
     with tempfile.TemporaryDirectory() as folder, running_service(Path(folder)) as client:
         _wait_until_calm(client)
+        plain, mapped = Site(), _mapped(client)
         for rate_hz in rates_hz:
             # an overload is kept short: what waits in line longer than the pings' patience is cut off
-            load = asyncio.run(_load(client, rate_hz, seconds if rate_hz < 50.0 else min(seconds, 3.0)))
+            load = asyncio.run(_load(client, plain, rate_hz, seconds if rate_hz < 50.0 else min(seconds, 3.0)))
             sent = rate_hz * SESSIONS
             answered = f"{load.per_second:,.0f}/s answered"
             what = f"{SESSIONS} streams, {sent:,.0f} epochs/s together, {answered}: answer"
-            rows.append(_row(what, load.answers_s, 0.010, judged=sent <= TARGET_RATE_HZ))
+            rows.append(_row(what, load.answers_s, PLAIN_S, judged=sent <= TARGET_RATE_HZ))
             rows.append(_row("GET /health meanwhile", load.health_s, 0.050, judged=True))
+        load = asyncio.run(_load(client, mapped, TARGET_RATE_HZ / SESSIONS, seconds))
+        what = f"{SESSIONS} streams over a map, {TARGET_RATE_HZ:g} epochs/s together, {load.per_second:,.0f}/s answered"
+        rows.append(_row(f"{what}: answer", load.answers_s, MAPPED_S, judged=True))
+        rows.append(_row("GET /health meanwhile", load.health_s, 0.050, judged=True))
         rows.append(_row("POST /detections, one after the other", _stateless_s(client, 500), 0.010, judged=False))
     return Table("Detectors over WebSocket and HTTP", ("what", "number", "median", "p99"), rows, NOTE)
 
@@ -74,11 +98,19 @@ def _wait_until_calm(client: httpx.Client) -> None:
     time.sleep(1.0)
 
 
-async def _load(client: httpx.Client, rate_hz: float, seconds: float) -> Load:
+def _mapped(client: httpx.Client) -> Site:
+    """The sample in the service, and its middle."""
+    dem_id = client.post("/dems", params={"sample": "jacksboro"}).raise_for_status().json()["id"]
+    grid = load_sample("jacksboro")
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    return Site(grid, dem_id, (0.5 * (west_m + east_m), 0.5 * (south_m + north_m)))
+
+
+async def _load(client: httpx.Client, site: Site, rate_hz: float, seconds: float) -> Load:
     address = str(client.base_url).replace("http", "ws", 1).rstrip("/")
     generator = np.random.default_rng(20)
-    sessions = [client.post("/detectors", json=_session()).raise_for_status().json() for _ in range(SESSIONS)]
-    epochs = [_epochs(generator, 1.0 / rate_hz) for _ in range(SESSIONS)]
+    sessions = [client.post("/detectors", json=_session(site)).raise_for_status().json() for _ in range(SESSIONS)]
+    epochs = [_epochs(generator, site, 1.0 / rate_hz) for _ in range(SESSIONS)]
     connections = [
         await connect(address + s["links"]["stream"], proxy=None, compression=None, ping_interval=None)
         for s in sessions
@@ -140,7 +172,7 @@ async def _watch_health(url: str) -> list[float]:
 
 def _stateless_s(client: httpx.Client, count: int) -> list[float]:
     generator = np.random.default_rng(21)
-    bodies = [{**_session(), "ranges": _ranges(generator, (100.0, 120.0))} for _ in range(DIFFERENT)]
+    bodies = [{**_session(Site()), "ranges": _ranges(generator, Site(), (100.0, 120.0))} for _ in range(DIFFERENT)]
     times_s = []
     for number in range(count):
         begin_s = time.perf_counter()
@@ -149,43 +181,50 @@ def _stateless_s(client: httpx.Client, count: int) -> list[float]:
     return times_s
 
 
-def _places() -> list[tuple[float, float, float]]:
-    """Drones on a ring of 400 m at heights between 60 and 200 m."""
+def _places(site: Site) -> list[tuple[float, float, float]]:
+    """Drones on a ring at heights between 60 and 200 m above the ground; east and north from the middle."""
     turns = [2.0 * math.pi * number / ANCHORS for number in range(ANCHORS)]
+    ring_m = [(REACH_M * math.cos(turn), REACH_M * math.sin(turn)) for turn in turns]
     return [
-        (400.0 * math.cos(turn), 400.0 * math.sin(turn), 60.0 + 140.0 * (number * 3 % ANCHORS) / (ANCHORS - 1))
-        for number, turn in enumerate(turns)
+        (*at_m, site.ground_m(*at_m) + 60.0 + 140.0 * (number * 3 % ANCHORS) / (ANCHORS - 1))
+        for number, at_m in enumerate(ring_m)
     ]
 
 
-def _session() -> dict[str, Any]:
+def _session(site: Site) -> dict[str, Any]:
     anchors = [
-        {"id": f"D{number + 1}", "east_m": east_m, "north_m": north_m, "altitude_m": altitude_m}
-        for number, (east_m, north_m, altitude_m) in enumerate(_places())
+        {
+            "id": f"D{number + 1}",
+            "east_m": site.middle_m[0] + east_m,
+            "north_m": site.middle_m[1] + north_m,
+            "altitude_m": altitude_m,
+        }
+        for number, (east_m, north_m, altitude_m) in enumerate(_places(site))
     ]
-    return {"anchors": anchors, "settings": {"range_sigma_m": SIGMA_M, "max_speed_m_per_s": 3.0}}
+    settings = {"range_sigma_m": SIGMA_M, "max_speed_m_per_s": 3.0}
+    return {"anchors": anchors, "settings": settings, "dem_id": site.dem_id}
 
 
-def _ranges(generator: np.random.Generator, rover_m: tuple[float, float]) -> list[dict[str, Any]]:
+def _ranges(generator: np.random.Generator, site: Site, rover_m: tuple[float, float]) -> list[dict[str, Any]]:
     hidden = set(generator.choice(ANCHORS, size=int(generator.integers(1, 3)), replace=False).tolist())
     return [
         {
             "anchor_id": f"D{number + 1}",
-            "range_m": math.dist(place, (*rover_m, 2.0))
+            "range_m": math.dist(place, (*rover_m, site.ground_m(*rover_m) + 1.5))
             + float(generator.normal(0.0, SIGMA_M))
             + (float(generator.uniform(2.0, 8.0)) if number in hidden else 0.0),
         }
-        for number, place in enumerate(_places())
+        for number, place in enumerate(_places(site))
     ]
 
 
-def _epochs(generator: np.random.Generator, every_s: float) -> list[tuple[str, str]]:
+def _epochs(generator: np.random.Generator, site: Site, every_s: float) -> list[tuple[str, str]]:
     """Epochs of a rover that goes to and fro at 1 m/s, as JSON before and after the time."""
     pieces = []
     for number in range(DIFFERENT):
         along_m = every_s * min(number, DIFFERENT - number)
         motion = {"duration_s": every_s, "wheel_m": [every_s, 0.0]}
-        body = {"time_s": "TIME", "ranges": _ranges(generator, (along_m, 40.0)), "odometry": motion}
+        body = {"time_s": "TIME", "ranges": _ranges(generator, site, (along_m, 40.0)), "odometry": motion}
         head, tail = json.dumps(body).split('"TIME"')
         pieces.append((head, tail))
     return pieces

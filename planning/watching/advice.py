@@ -21,7 +21,9 @@ from visibility import Curvature, lines_of_sight
 from visibility.dilution import surface_normals
 from visibility.sight import SightDoubt
 from visibility.sight.roofs import roofs_over
+from visibility.signal import Radio
 
+from .arrivals import arrivals
 from .forecasts import DEFAULT_ERRORS, GroundErrors, mixed_with_doubts, sight_probability
 from .obstructions import ObstructedStretch, obstructions, runs_along
 
@@ -48,8 +50,8 @@ class Drive:
 
     path_m: (n, 2) east, north, in the frame of the map. speed_m_per_s: foreseen; max_speed_m_per_s: possible.
     min_anchors: a stretch with fewer usable ones is told. horizon_m: how far ahead is looked. interval_s: between
-    ranges. epsilon: sigmas in a bubble. usable: probability of sight from which an anchor counts. max_slope_rad: of
-    ground that the rover can drive over, for another path. Raises WatchError.
+    ranges. epsilon: sigmas in a bubble. usable: probability from which an anchor counts: of sight, and that its signal
+    arrives. max_slope_rad: of ground that the rover can drive over, for another path. Raises WatchError.
     """
 
     path_m: Floats
@@ -154,12 +156,13 @@ def advise(
     errors: GroundErrors = DEFAULT_ERRORS,
     curvature: Curvature | None = None,
     doubts: Mapping[str, tuple[SightDoubt, ...]] | None = None,
+    radios: Mapping[str, Radio] | None = None,
 ) -> Advice:
     """What lies ahead of a rover at a place (2 or 3 dimensions), with its covariance, on its path.
 
     occluded: ids of anchors that count as hidden. last_m: where on the path it was before. doubts: by anchor, what
-    ranges said against the map. Places of the path that are outside the map or on unknown ground have no usable anchor.
-    Raises WatchError.
+    ranges said against the map. radios: by anchor; its signal must arrive too. Places of the path that are outside the
+    map or on unknown ground have no usable anchor. Raises WatchError, SignalError.
     """
     if not anchors:
         raise WatchError("Advice needs anchors.")
@@ -176,6 +179,9 @@ def advise(
     usable = np.zeros((len(points_m), len(anchors)), np.bool_)
     if known.any():
         sees = _p_sight(grid, points_m[known], anchors_m, errors, curvature)
+        if radios:
+            heard = arrivals(grid, points_m[known], anchors_m, [radios.get(one.id) for one in anchors], curvature)
+            sees = np.where(np.isnan(heard.p_usable), sees, sees * heard.p_usable)
         sees = mixed_with_doubts(sees, [one.id for one in anchors], doubts or {}, points_m[known])
         usable[known] = (sees >= drive.usable) & np.array([one.id not in occluded for one in anchors])
     sigmas_m = np.hypot(range_sigma_m, [one.sigma_m for one in anchors])

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from detection import (
@@ -30,34 +31,21 @@ from detection import (
 from navigation import Estimator, RoverEstimate
 from planning.errors import WatchError
 from terrain import ElevationGrid
-from visibility import Anchor, Curvature
+from visibility import Curvature
 from visibility.sight import SightDoubt
+from visibility.signal import Radio
 
 from .advice import Advice, DarkStretch, Drive, advise
 from .detours import PathAdvice, advise_path
-from .doubts import Doubts, MapDoubt, off_without_map
-from .forecasts import (
-    DEFAULT_ERRORS,
-    GroundErrors,
-    SightForecast,
-    check_antenna,
-    forecast_sight,
-    ground_amid,
-    mixed_with_doubts,
-    strange_anchors,
-    warnings_over,
-)
+from .doubts import Doubts, MapDoubt, Trust, off_without_map
+from .forecasts import DEFAULT_ERRORS, GroundErrors, SightForecast, ground_amid
 from .heights import HeightCheck, free_height
+from .lookouts import Lookout
 from .moves import MoveAdvice, advise_move
 
 __all__ = ["MapDetector", "WatchedEpoch"]
 
 USUAL = DetectorSettings()
-USUAL_SIGHT = 0.9  # what a detector takes without a map
-# A map is believed as far as it has been right: it begins with so many right words of so many, and all are forgotten
-# as new ones come.
-RIGHT, WORDS, MEMORY = 19.0, 20.0, 400.0
-TOLD = 0.8  # what the map and the ranges say is counted where both are surer than this
 LOOKS = 3  # at the map before a session has a track: a place tells whom to believe, and that a better place
 
 
@@ -78,10 +66,12 @@ class WatchedEpoch:
     @property
     def p_sight(self) -> Mapping[str, float]:
         """By anchor, the map's probability of sight; anchors of which it knows nothing are left out."""
-        if self.forecast is None:
-            return {}
-        told = zip(self.anchor_ids, self.forecast.p_sight.tolist(), strict=True)
-        return {anchor_id: p for anchor_id, p in told if not math.isnan(p)}
+        return {} if self.forecast is None else _known(self.anchor_ids, self.forecast.p_sight)
+
+    @property
+    def p_usable(self) -> Mapping[str, float]:
+        """By anchor, the probability that enough of its signal arrives; those without a radio are left out."""
+        return {} if self.forecast is None else _known(self.anchor_ids, self.forecast.p_usable)
 
 
 class MapDetector:
@@ -91,7 +81,8 @@ class MapDetector:
     errors: how wrong the map may be. area: a polygon in the grid's frame; where the rover is outside it, the map is not
     asked; ground outside hides all the same. A range that brings its own p_sight keeps it. estimator: a fresh filter
     that goes along. doubts: by anchor, what ranges of earlier drives said against the map; forgotten of one that moves.
-    Raises WatchError, and DetectionInputError as Detector does.
+    radios: by anchor; the detector then hears how likely a range that arrives came straight, trees on the grid and all.
+    Raises WatchError, SignalError, and DetectionInputError as Detector does.
     """
 
     def __init__(
@@ -105,19 +96,14 @@ class MapDetector:
         area: shapely.Geometry | None = None,
         estimator: Estimator | None = None,
         doubts: Mapping[str, tuple[SightDoubt, ...]] | None = None,
+        radios: Mapping[str, Radio] | None = None,
     ) -> None:
         if settings.dimension != 3:
             raise WatchError("A map is of use in three dimensions only; leave dimension at 3.")
         if not anchors:
             raise WatchError("A map tells of anchors; give at least one, or leave the DEM out.")
-        check_antenna(antenna_above_ground_m)
-        self.warnings = warnings_over(grid, anchors)
-        self.grid, self.errors, self.antenna_above_ground_m = grid, errors, antenna_above_ground_m
-        self._curvature = Curvature.over(grid, curvature)
-        self._area = area
-        self._taken = dict(doubts or {})
-        self._anchors = {anchor.id: (anchor.east_m, anchor.north_m, anchor.altitude_m) for anchor in anchors}
-        self._strange = strange_anchors(grid, self._anchors)
+        self._lookout = Lookout(grid, anchors, antenna_above_ground_m, curvature, area, doubts or {}, radios or {})
+        self.warnings, self.errors = self._lookout.warnings, errors
         self._somewhere = ground_amid(grid, anchors, antenna_above_ground_m)
         if settings.altitude_hint_m is None:
             settings = replace(settings, altitude_hint_m=self._somewhere.altitude_m)
@@ -125,8 +111,17 @@ class MapDetector:
         self._estimator = estimator
         self._doubts = Doubts()
         self._heights = HeightCheck(errors.dem_sigma_m)
-        self._right = dict.fromkeys((True, False), RIGHT)
-        self._words = dict.fromkeys((True, False), WORDS)
+        self._trust = Trust()
+
+    @property
+    def grid(self) -> ElevationGrid:
+        """The map."""
+        return self._lookout.grid
+
+    @property
+    def radios(self) -> Mapping[str, Radio]:
+        """By anchor."""
+        return self._lookout.radios
 
     @property
     def settings(self) -> DetectorSettings:
@@ -148,7 +143,7 @@ class MapDetector:
 
     def map_doubts(self) -> tuple[MapDoubt, ...]:
         """Where the ranges of the session contradict the map, in the order in which that began."""
-        return self._doubts.found(dict(self._anchors))
+        return self._doubts.found(dict(self._lookout.places_m))
 
     def advise(self, drive: Drive, last_m: float | None = None) -> Advice | None:
         """What lies ahead on a path, of anchors that stand as they do now; None while the session has no place.
@@ -159,44 +154,39 @@ class MapDetector:
         place = None if time_s is None else self._detector.foretold(time_s)
         if place is None:
             return None
-        anchors = [RangingAnchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
+        look = self._lookout
         return advise(
-            self.grid, drive, place, anchors,
-            antenna_above_ground_m=self.antenna_above_ground_m, range_sigma_m=self.settings.range_sigma_m,
-            occluded=self._doubts.hidden(), last_m=last_m, errors=self.errors, curvature=self._curvature,
-            doubts=self._taken,
+            look.grid, drive, place, look.ranging(),
+            antenna_above_ground_m=look.antenna_above_ground_m, range_sigma_m=self.settings.range_sigma_m,
+            occluded=self._doubts.hidden(), last_m=last_m, errors=self.errors, curvature=look.curvature,
+            doubts=look.doubts, radios=look.radios,
         )  # fmt: skip
 
     def advise_move(self, drive: Drive, stretch: DarkStretch, movable: Sequence[str]) -> MoveAdvice:
         """The drone to move before a stretch that was advised. Raises PlacementError, AnchorError."""
+        look = self._lookout
         return advise_move(
-            self.grid, drive, stretch, self._standing(), movable=movable, occluded=self._doubts.hidden(),
-            antenna_above_ground_m=self.antenna_above_ground_m, curvature=self._curvature,
+            look.grid, drive, stretch, look.standing(), movable=movable, occluded=self._doubts.hidden(),
+            antenna_above_ground_m=look.antenna_above_ground_m, curvature=look.curvature,
         )  # fmt: skip
 
     def advise_path(self, drive: Drive, stretch: DarkStretch, at_m: float) -> PathAdvice:
         """A way round a stretch that was advised; at_m: where on the path the rover is."""
-        occluded, above_m = self._doubts.hidden(), self.antenna_above_ground_m
-        return advise_path(self.grid, drive, stretch, self._standing(), at_m, occluded, above_m, self._curvature)
-
-    def _standing(self) -> list[Anchor]:
-        return [Anchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
+        look, occluded = self._lookout, self._doubts.hidden()
+        above_m = look.antenna_above_ground_m
+        return advise_path(look.grid, drive, stretch, look.standing(), at_m, occluded, above_m, look.curvature)
 
     def process(self, epoch: RangeEpoch) -> WatchedEpoch:
         """The answer to one epoch; the same as ``Detector.process`` where the map has nothing to say."""
-        for anchor in epoch.moved:
-            if anchor.id in self._anchors:
-                self._anchors[anchor.id] = (anchor.east_m, anchor.north_m, anchor.altitude_m)
-                self._taken.pop(anchor.id, None)
-        if epoch.moved:
-            self._strange = strange_anchors(self.grid, self._anchors)
-        ids = tuple(self._anchors)
+        self._lookout.move(epoch.moved)
+        places_m = self._lookout.places_m
+        ids = tuple(places_m)
         forecast = self._foresee(epoch)
         if forecast is None:
             result = self._detector.process(epoch)
             return WatchedEpoch(result, None, ids, {}, self._estimate(epoch, result))
         told = {
-            anchor_id: self._believed(p_direct)
+            anchor_id: self._trust.believed(p_direct)
             for anchor_id, p_direct in zip(ids, forecast.p_direct.tolist(), strict=True)
             if not (math.isnan(p_direct) or self._doubts.stands(anchor_id))
         }
@@ -207,7 +197,7 @@ class MapDetector:
         self._compare(result, p_direct)
         p_sight = dict(zip(ids, forecast.p_sight.tolist(), strict=True))
         sigma_m, harmless_m = self.settings.range_sigma_m, self._harmful_m()
-        free = free_height(result, self._anchors, p_direct, p_sight, forecast.ground, sigma_m, harmless_m)
+        free = free_height(result, places_m, p_direct, p_sight, forecast.ground, sigma_m, harmless_m)
         if free is not None:
             self._heights.note(*free, result.time_s)
         return WatchedEpoch(result, forecast, ids, told, self._estimate(asked, result))
@@ -224,54 +214,27 @@ class MapDetector:
         place = self._detector.foretold(epoch.time_s)
         if place is not None:
             return self._forecast(place)
-        anchors = [RangingAnchor(anchor_id, *at_m) for anchor_id, at_m in self._anchors.items()]
-        forecast, asked = None, replace(epoch, ground=epoch.ground or self._somewhere)
+        anchors = self._lookout.ranging()
+        forecast, fix, asked = None, None, replace(epoch, ground=epoch.ground or self._somewhere)
         for _ in range(LOOKS):
-            fix = detect_epoch(anchors, asked, self.settings).position
+            before, fix = fix, detect_epoch(anchors, asked, self.settings).position
+            if forecast is not None and _is_same(before, fix):
+                break  # from the same place the map says the same
             forecast = None if fix is None else self._forecast(fix)
             if forecast is None:
                 return None
-            told = dict(zip(self._anchors, forecast.p_direct.tolist(), strict=True))
+            told = dict(zip(self._lookout.places_m, forecast.p_direct.tolist(), strict=True))
             ranges = tuple([_with_prediction(measured, told) for measured in epoch.ranges])
             asked = replace(epoch, ranges=ranges, ground=epoch.ground or forecast.ground)
         return forecast
 
     def _forecast(self, place: PositionFix) -> SightForecast | None:
-        if self._area is not None and not shapely.intersects_xy(self._area, *place.position_m[:2]):
-            return None
-        anchors_m, strange = np.array(list(self._anchors.values())).reshape(-1, 3), self._strange
-        forecast = forecast_sight(
-            self.grid,
-            place.position_m,
-            place.covariance_m2,
-            np.where(strange[:, None], [*place.position_m[:2], 0.0], anchors_m),
-            self.antenna_above_ground_m,
-            excess_m=self._harmful_m(),
-            errors=replace(self.errors, dem_sigma_m=self.errors.dem_sigma_m * self._heights.scale),
-            curvature=self._curvature,
-        )
-        if forecast is None:
-            return None
-        for answer in (forecast.p_sight, forecast.p_direct, forecast.clearance_m):
-            answer[strange] = np.nan
-        p_sight, p_direct = (
-            mixed_with_doubts(p[None], tuple(self._anchors), self._taken, place.position_m[None])[0]
-            for p in (forecast.p_sight, forecast.p_direct)
-        )
-        return replace(forecast, p_sight=p_sight, p_direct=p_direct)
+        errors = replace(self.errors, dem_sigma_m=self.errors.dem_sigma_m * self._heights.scale)
+        return self._lookout.forecast(place, errors, self._harmful_m())
 
     def _harmful_m(self) -> float:
         settings = self.settings
         return settings.harmful_m or settings.geometric_tolerance_m or settings.k_geometric * settings.range_sigma_m
-
-    def _believed(self, p_direct: float) -> float:
-        """The map's word as far as it has been right in this session, in sight and hidden each."""
-        clear, hidden = (self._right[word] / self._words[word] for word in (True, False))
-        if p_direct >= USUAL_SIGHT:
-            return min(p_direct, max(clear, USUAL_SIGHT))
-        # a map whose "hidden" is mostly wrong says no more than none
-        trust = max(2.0 * hidden - 1.0, 0.0)
-        return USUAL_SIGHT + trust * (p_direct - USUAL_SIGHT)
 
     def _compare(self, result: EpochResult, p_direct: Mapping[str, float]) -> None:
         """Hold the verdicts against the map: how often it is right, and where it is not."""
@@ -283,12 +246,22 @@ class MapDetector:
             p_off = off_without_map(verdict)
             if p_off is None or math.isnan(p):
                 continue
-            self._doubts.note(verdict, p_off, p, result.time_s, place_m, self._anchors[verdict.anchor_id])
-            if max(p, 1.0 - p) > TOLD and max(p_off, 1.0 - p_off) > TOLD:
-                word = p > 0.5
-                kept = 1.0 - 1.0 / MEMORY
-                self._words[word] = kept * self._words[word] + 1.0
-                self._right[word] = kept * self._right[word] + float(word == (p_off < 0.5))
+            self._doubts.note(verdict, p_off, p, result.time_s, place_m, self._lookout.places_m[verdict.anchor_id])
+            self._trust.note(p, p_off)
+
+
+def _known(ids: Sequence[str], values: npt.NDArray[np.float64]) -> dict[str, float]:
+    return {name: value for name, value in zip(ids, values.tolist(), strict=True) if not math.isnan(value)}
+
+
+def _is_same(one: PositionFix | None, other: PositionFix | None) -> bool:
+    """Whether the map would be asked the same at both."""
+    return (
+        one is not None
+        and other is not None
+        and np.array_equal(one.position_m, other.position_m)
+        and np.array_equal(one.covariance_m2, other.covariance_m2)
+    )
 
 
 def _with_prediction(measured: RangeMeasurement, told: Mapping[str, float]) -> RangeMeasurement:

@@ -16,7 +16,7 @@ from detection import AnchorVerdict, Say, Witness
 from detection.fusion import fused_probability
 from visibility.sight import SightDoubt
 
-__all__ = ["Doubts", "Expected", "MapDoubt", "off_without_map"]
+__all__ = ["Doubts", "Expected", "MapDoubt", "Trust", "off_without_map"]
 
 # evidence of one independent look is cut here: no map and no range is surer than this
 MOST_PER_LOOK = math.log(20.0)
@@ -24,6 +24,12 @@ LOOK_S = 2.0  # of ranging errors that last, only one look in so many seconds is
 SURE = math.log(200.0)  # log odds from which a contradiction is told
 HIGHEST = 2.0 * SURE  # more makes the end of a contradiction slow to see
 KEPT = 1000  # contradictions that a session remembers; the surest stay
+
+USUAL_SIGHT = 0.9  # what a detector takes without a map
+# A map is believed as far as it has been right: it begins with so many right words of so many, and all are forgotten
+# as new ones come.
+RIGHT, WORDS, MEMORY = 19.0, 20.0, 400.0
+TOLD = 0.8  # what the map and the ranges say is counted where both are surer than this
 
 
 class Expected(StrEnum):
@@ -65,6 +71,31 @@ class MapDoubt:
 def off_without_map(verdict: AnchorVerdict) -> float | None:
     """Probability that a range is off by the witnesses that know no map; None where they are silent."""
     return fused_probability([say for say in verdict.says if say.witness is not Witness.PREDICTION])
+
+
+class Trust:
+    """How far a session believes its map, in sight and hidden each: as far as it has been right; changed in place."""
+
+    def __init__(self) -> None:
+        self._right = dict.fromkeys((True, False), RIGHT)
+        self._words = dict.fromkeys((True, False), WORDS)
+
+    def note(self, p_direct: float, p_off: float) -> None:
+        """Take in what the map had of a range, and what the other witnesses have of it."""
+        if max(p_direct, 1.0 - p_direct) > TOLD and max(p_off, 1.0 - p_off) > TOLD:
+            word = p_direct > 0.5
+            kept = 1.0 - 1.0 / MEMORY
+            self._words[word] = kept * self._words[word] + 1.0
+            self._right[word] = kept * self._right[word] + float(word == (p_off < 0.5))
+
+    def believed(self, p_direct: float) -> float:
+        """The map's word as far as it is believed."""
+        clear, hidden = (self._right[word] / self._words[word] for word in (True, False))
+        if p_direct >= USUAL_SIGHT:
+            return min(p_direct, max(clear, USUAL_SIGHT))
+        # a map whose "hidden" is mostly wrong says no more than none
+        trust = max(2.0 * hidden - 1.0, 0.0)
+        return USUAL_SIGHT + trust * (p_direct - USUAL_SIGHT)
 
 
 @dataclass(slots=True)

@@ -15,9 +15,15 @@ import numpy.typing as npt
 
 from detection import GroundHeight, RangingAnchor
 from planning.errors import WatchError
+from planning.kernels.forecasts import DIRECT, IN_SIGHT, line_odds
 from terrain import ElevationGrid, height_at
-from visibility import Anchor, AnchorError, Curvature, lines_of_sight
+from visibility import Anchor, AnchorError, Curvature
 from visibility.sight import SightDoubt, check_anchors, weighed_sight
+from visibility.sight.sight_lines import least_clearances
+from visibility.sight.sight_points import check_points
+from visibility.signal import Radio
+
+from .arrivals import arrivals
 
 __all__ = [
     "GroundErrors",
@@ -90,14 +96,18 @@ class SightForecast:
     """What a map says of k anchors at a place.
 
     p_sight: (k,) probability that the anchor is in sight. p_direct: (k,) that its range is too long by no more than was
-    asked for: a grazing obstacle hides an anchor but hardly lengthens the way. clearance_m: (k,) of the sight line from
-    the place itself, negative = blocked by that much. All NaN where the line passes over unknown ground.
-    ground: how high the antenna is there.
+    asked for: a grazing obstacle hides an anchor but hardly lengthens the way; with a radio it is that of a range that
+    arrived (``Arrivals.straight``). clearance_m: (k,) of the sight line from the place itself, negative = blocked by
+    that much. All NaN where the line passes over unknown ground.
+    p_usable: (k,) probability that enough of its signal arrives. margin_db: (k,) of it, at the place itself. Both NaN
+    without a radio too. ground: how high the antenna is there.
     """
 
     p_sight: Floats
     p_direct: Floats
     clearance_m: Floats
+    p_usable: Floats
+    margin_db: Floats
     ground: GroundHeight
 
 
@@ -117,13 +127,15 @@ def forecast_sight(
     excess_m: float = 0.0,
     errors: GroundErrors = DEFAULT_ERRORS,
     curvature: Curvature | None = None,
+    radios: Sequence[Radio | None] = (),
 ) -> SightForecast | None:
     """What the map says of anchors (k, 3) at a rover's place: probabilities of sight and the height of the ground.
 
     place_m: (2,) east, north, in the grid's frame, with its covariance (2, 2); longer ones lose what they say of
     height, since the rover stands on the ground. excess_m: for ``p_direct``, how much too long a range may be.
+    radios: of each anchor, if any has one.
     None where the place, or most of what it may be, is outside the grid, on unknown ground, or unknown altogether.
-    Raises WatchError, and VisibilityInputError for anchors that are no places.
+    Raises WatchError, SignalError, and VisibilityInputError for anchors that are no places.
     """
     check_antenna(antenna_above_ground_m)
     centre_m, spread_m2 = np.asarray(place_m, np.float64)[:2], np.asarray(covariance_m2, np.float64)[:2, :2]
@@ -137,17 +149,24 @@ def forecast_sight(
     if not stands[0] or 2 * np.count_nonzero(stands) <= POINTS:
         return None
     antennas_m = np.column_stack([points_m, ground_m + antenna_above_ground_m])[stands]
-    ends_m = np.asarray(anchors_m, np.float64).reshape(-1, 3)
+    ends_m, curvature = check_points(grid, "anchors_m", anchors_m), Curvature.over(grid, curvature)
     k, count = len(ends_m), len(antennas_m)
-    sight = lines_of_sight(grid, np.repeat(antennas_m, k, axis=0), np.tile(ends_m, (count, 1)), curvature=curvature)
-    clearance_m = np.where(sight.over_unknown, np.nan, sight.clearance_m).reshape(count, k)
-    reach_m = np.hypot(*(ends_m[None, :, :2] - antennas_m[:, None, :2]).transpose(2, 0, 1))
-    away_m = np.nan_to_num(sight.blocking_distance_m).reshape(count, k)
-    harmless_m = np.sqrt(2.0 * excess_m * away_m * (1.0 - away_m / np.maximum(reach_m, 1e-9)))
+    seen = least_clearances(grid, np.repeat(antennas_m, k, axis=0), np.tile(ends_m, (count, 1)), curvature)
+    clearance_m = np.where(seen.over_unknown, np.nan, seen.clearance_m)
+    reach_m = np.hypot(*(ends_m[None, :, :2] - antennas_m[:, None, :2]).transpose(2, 0, 1)).ravel()
+    odds = _odds(clearance_m, np.nan_to_num(seen.share) * reach_m, reach_m, errors, excess_m).reshape(count, k, 2)
+    p_direct, unheard = odds[..., DIRECT], np.full(k, np.nan)
+    p_usable, margin_db = unheard, unheard
+    if any(radios):
+        found = arrivals(grid, antennas_m, ends_m, radios, curvature)
+        p_direct = found.straight(p_direct)
+        p_usable, margin_db = found.p_usable.mean(axis=0), found.margin_db[0]
     return SightForecast(
-        sight_probability(clearance_m, away_m, reach_m, errors).mean(axis=0),
-        sight_probability(clearance_m + harmless_m, away_m, reach_m, errors).mean(axis=0),
-        clearance_m[0],
+        odds[..., IN_SIGHT].mean(axis=0),
+        p_direct.mean(axis=0),
+        clearance_m[:k].copy(),
+        p_usable,
+        margin_db,
         _ground_height(points_m, ground_m + antenna_above_ground_m, root_m, errors, shift_m),
     )
 
@@ -165,24 +184,24 @@ def _drawn(centre_m: Floats, spread_m2: Floats, grid: ElevationGrid) -> tuple[Fl
 
 
 def sight_probability(clearance_m: Floats, away_m: Floats, reach_m: Floats, errors: GroundErrors) -> Floats:
-    """Probability that lines with these clearances are clear over ground that errs; any shape, NaN stays NaN.
+    """Probability that lines with these clearances are clear over ground that errs; any one shape, NaN stays NaN.
 
     away_m: how far from the rover the least clearance is; reach_m: how long each line is.
     """
-    return _normal(clearance_m / _clearance_sigma_m(away_m, reach_m, errors))
+    found: Floats = _odds(clearance_m.ravel(), away_m.ravel(), reach_m.ravel(), errors, 0.0)[:, IN_SIGHT]
+    return found.reshape(clearance_m.shape)
 
 
-def _clearance_sigma_m(away_m: Floats, reach_m: Floats, errors: GroundErrors) -> Floats:
-    """One sigma of a clearance: the ground in the way errs, and so does the rover's own, on which its antenna stands.
+def _odds(clearance_m: Floats, away_m: Floats, reach_m: Floats, errors: GroundErrors, excess_m: float) -> Floats:
+    """(n, 2) IN_SIGHT and DIRECT of n lines: the ground in the way errs, and so does the rover's own, below it.
 
     A rise of the rover's ground by 1 m lifts the line by (1 - away/reach) at the obstacle; the nearer that is, the more
     alike both errors are.
     """
-    lifted = 1.0 - away_m / np.maximum(reach_m, 1e-9)
-    alike = np.exp(-away_m / errors.correlation_m)
-    variance = np.maximum(1.0 + lifted * (lifted - 2.0 * alike), 0.0)
-    # under the rover itself nothing errs; what is left keeps the division honest
-    return errors.dem_sigma_m * np.sqrt(np.maximum(variance, 1e-4))
+    found = np.empty((len(clearance_m), 2))
+    told = (errors.dem_sigma_m, errors.correlation_m, float(excess_m))
+    line_odds(clearance_m, away_m, reach_m, told, found)
+    return found
 
 
 def _ground_height(
@@ -251,11 +270,3 @@ def warnings_over(grid: ElevationGrid, anchors: Sequence[RangingAnchor]) -> tupl
         except AnchorError as error:
             raise WatchError(str(error)) from error
     return tuple(warnings)
-
-
-def _normal(x: Floats) -> Floats:
-    """The normal distribution function; NaN stays NaN."""
-    from scipy.special import ndtr
-
-    share: Floats = ndtr(x)
-    return share

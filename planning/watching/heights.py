@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from detection import EpochResult, GroundHeight
+from planning.kernels.forecasts import free_place
 
 __all__ = ["HeightCheck", "free_height"]
 
@@ -27,7 +28,6 @@ FEWEST = 5  # ranges, so that one more than a place needs tells whether they mee
 # A line that grazes the ground does so for a while: looks after one another have the same excess, and say so many
 # times less of it than their number.
 GRAZING_LOOKS = 4.0
-RIDGE = 1e-9  # keeps a system solvable that says nothing of an axis; its variance is then told as huge
 
 
 class HeightCheck:
@@ -92,20 +92,10 @@ def free_height(
 def _free_height(
     told: Sequence[tuple[tuple[float, float, float], float]], near_m: Floats, ground: GroundHeight, sigmas_m: Floats
 ) -> tuple[float, float] | None:
-    at_m, ranges_m = np.array([one[0] for one in told]), np.array([one[1] for one in told])
-    place_m = near_m.astype(np.float64)
-    over, variance_m2 = np.array([-ground.slope_east, -ground.slope_north, 1.0]), 0.0
-    for _ in range(STEPS):
-        apart_m = place_m - at_m
-        distances_m = np.maximum(np.sqrt((apart_m * apart_m).sum(axis=1)), 1e-6)
-        rows = apart_m / (distances_m * sigmas_m)[:, None]
-        normal = rows.T @ rows + RIDGE * np.eye(3)
-        # near the anchors' plane ranges know a height worse than above it: the worst on the way counts
-        variance_m2 = max(variance_m2, float(over @ np.linalg.solve(normal, over)))
-        step_m = np.linalg.solve(normal, rows.T @ ((ranges_m - distances_m) / sigmas_m))
-        place_m = place_m + step_m
-    misfits = (ranges_m - distances_m) / sigmas_m
-    if np.abs(step_m).max() > 1.0 or float(misfits @ misfits) > 9.0 * len(told):
+    anchors_m, ranges_m = np.array([one[0] for one in told]), np.array([one[1] for one in told])
+    over, place_m = np.array([-ground.slope_east, -ground.slope_north, 1.0]), near_m.astype(np.float64)
+    variance_m2, moved_m, misfit2 = free_place(anchors_m, ranges_m, sigmas_m, over, STEPS, place_m)
+    if moved_m > 1.0 or misfit2 > 9.0 * len(told):
         return None
     off_m = float(over @ (place_m - [ground.east_m, ground.north_m, ground.altitude_m]))
     return off_m, variance_m2

@@ -77,14 +77,15 @@ def detect(
     from service.live.replay_files import DOUBTS, ESTIMATES, FILES, write_replay
     from service.live.watching import write_doubts
 
-    from .asking.anchor_files import ranging_anchors
+    from .asking.anchor_files import ranging_anchors, ranging_radios
 
     asked = settings.asked()
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
     within = area_asked(area.part(in_degrees=False))
     estimator = settings.filter(placed, asked.settings())
-    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator, doubts)
+    radios = ranging_radios(anchor, anchors, level=asked.dimension == 2)
+    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator, doubts, radios)
     if estimator is not None and output.out is None:
         raise RequestError("--estimator writes estimates.csv: give --out DIR.")
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
@@ -100,7 +101,7 @@ def detect(
     with progress_bar("Epochs") as progress:
         replayed = replay(placed, epochs, asked.settings(), progress, mapped, estimator)
     summary = replayed.summary()
-    over_map = [] if mapped is None else [*mapped.warnings, *_doubted(replayed)]
+    over_map = _unheard(radios) if mapped is None else [*mapped.warnings, *_doubted(replayed)]
     warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, read.form)]
     warnings += [] if form.epoch else _one_by_one(read.epochs)
     warnings += summary.health.warnings
@@ -136,6 +137,10 @@ def _calibrated(calibration: Calibration | None) -> list[str]:
         return [f"{offset_m:.3f} ± {sigma_m:.3f} m were taken off all ranges (--calibrate offset)."]
     each = ", ".join(f"{anchor_id} {offset_m:.3f} ± {sigma_m:.3f}" for anchor_id, (offset_m, sigma_m) in told.items())
     return [f"Taken off the ranges of each anchor, metres (--calibrate anchors): {each}."]
+
+
+def _unheard(radios: Mapping[str, object]) -> list[str]:
+    return [f"Not looked at: the radio of {', '.join(radios)}, since there is no --dem."] if radios else []
 
 
 def _doubted(replayed: Replay) -> list[str]:

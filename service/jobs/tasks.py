@@ -14,7 +14,8 @@ from service.jobs.folder import digest_of, make_durable
 from service.jobs.kept_files import load, save
 from service.jobs.marker import write_owner
 from service.jobs.records import JobRequest
-from service.live.request import DetectorLimits, EpochsIn
+from service.live.limits import DetectorLimits
+from service.live.request import EpochsIn
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import covered
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of

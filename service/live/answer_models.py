@@ -95,9 +95,18 @@ class PredictedOut(Exact):
 
     anchor_id: str = Field(description="Which anchor.")
     p_sight: float = Field(description="Probability that it is in sight, over place and ground, 0..1.")
-    p_direct: float = Field(description="Probability that its range is too long by harmful_m at most, 0..1.")
+    p_direct: float = Field(
+        description="Probability that its range is too long by harmful_m at most, 0..1: what the detector hears. Of an "
+        "anchor with a radio, that a range which arrived came straight, not round by a reflection."
+    )
     clearance_m: float | None = Field(
         description="Of the line from the foretold place, metres; negative = blocked by that; null: no ground there."
+    )
+    p_usable: float | None = Field(
+        description="Probability that enough of its radio's signal arrives, over the place, 0..1; null: no radio."
+    )
+    margin_db: float | None = Field(
+        description="What arrives at the foretold place beyond the receiver's need, dB; null: no radio."
     )
 
 

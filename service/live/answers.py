@@ -71,14 +71,11 @@ def _predicted(watched: WatchedEpoch) -> list[dict[str, object]]:
     forecast = watched.forecast
     if forecast is None:
         return []
-    rows = zip(
-        watched.anchor_ids, forecast.p_sight.tolist(), forecast.p_direct.tolist(), forecast.clearance_m.tolist(),
-        strict=True,
-    )  # fmt: skip
+    names = ("p_sight", "p_direct", "clearance_m", "p_usable", "margin_db")
+    columns = [getattr(forecast, name).tolist() for name in names]
+    rows = zip(watched.anchor_ids, *columns, strict=True)
     return [
-        {"anchor_id": anchor_id, "p_sight": p_sight, "p_direct": p_direct, "clearance_m": clearance_m}
-        for anchor_id, p_sight, p_direct, clearance_m in rows
-        if p_sight == p_sight
+        {"anchor_id": anchor_id, **dict(zip(names, row, strict=True))} for anchor_id, *row in rows if row[0] == row[0]
     ]
 
 

@@ -16,7 +16,8 @@ from planning import PlanningError
 from service.access.callers import CALLER, acting_tenant, seen_tenant
 from service.errors import BusyError, GoneError, LimitError, NotFoundError, ServiceError, TooManyError
 from service.live.keeping import Kept, SessionFolder, kept_in
-from service.live.request import DetectorIn, DetectorLimits
+from service.live.limits import DetectorLimits
+from service.live.request import DetectorIn
 from service.live.sessions import Bench, DetectorSession
 from service.live.snapshots import SnapshotError, freeze, thaw
 from service.live.watching import Memory, memory_of

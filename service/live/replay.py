@@ -24,7 +24,8 @@ from detection import (
 from navigation import Estimator, RoverEstimate
 from planning.watching import MapDetector, MapDoubt
 from service.live.keeping import Kept
-from service.live.request import ANCHORS, RANGES, DetectorIn, DetectorLimits, EpochIn
+from service.live.limits import DetectorLimits
+from service.live.request import ANCHORS, RANGES, DetectorIn, EpochIn
 from service.live.sessions import Bench, DetectorSession
 from service.live.watching import MaybeMapped, memory_of
 
@@ -105,7 +106,8 @@ class ReplaySummary:
 class Replay:
     """What came of a log. results: one per epoch, in the log's order. times_s: how long each took.
 
-    p_sight: by epoch and anchor, what a map foretold, None without one. doubts: where ranges contradict it.
+    p_sight: by epoch and anchor, what a map foretold, None without one; p_usable: the same of signals, None without
+    radios. doubts: where ranges contradict it.
     estimates: by epoch, of a filter that went along; None without one.
     """
 
@@ -118,6 +120,7 @@ class Replay:
     p_sight: tuple[Mapping[str, float], ...] | None = None
     doubts: tuple[MapDoubt, ...] = ()
     estimates: tuple[RoverEstimate | None, ...] | None = None
+    p_usable: tuple[Mapping[str, float], ...] | None = None
 
     def episodes(self) -> list[Episode]:
         """Every stretch in which an anchor was called occluded, in the order of their beginnings."""
@@ -189,11 +192,11 @@ def replay(
             progress(number / len(epochs))
     results = tuple(one.result for one in watched)
     p_sight = None if mapped is None else tuple(one.p_sight for one in watched)
+    p_usable = None if mapped is None or not mapped.radios else tuple(one.p_usable for one in watched)
     doubts = () if mapped is None else mapped.map_doubts()
     estimates = None if estimator is None else tuple(one.estimate for one in watched)
-    return Replay(
-        tuple(anchors), settings, tuple(epochs), results, tuple(times_s), detector.state, p_sight, doubts, estimates
-    )
+    told = (p_sight, doubts, estimates, p_usable)
+    return Replay(tuple(anchors), settings, tuple(epochs), results, tuple(times_s), detector.state, *told)
 
 
 def _episodes_of(anchor_id: str, results: Sequence[EpochResult]) -> Iterator[Episode]:

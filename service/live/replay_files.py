@@ -145,19 +145,18 @@ def write_replay(replayed: Replay, document: Mapping[str, object], folder: Path,
 
 def _verdict_rows(replayed: Replay) -> Iterator[list[object]]:
     """A row per range in the log: judged, or not used and why."""
-    foretold = replayed.p_sight
+    foretold = {"p_sight": replayed.p_sight, "p_usable": replayed.p_usable}
+    columns = {name: of for name, of in foretold.items() if of is not None}
     yield ["epoch", "time_s", "anchor_id", "range_m", "sight", "occluded", "probability", "confidence", "score",
-           "excess_m", "reason", *([] if foretold is None else ["p_sight"])]  # fmt: skip
+           "excess_m", "reason", *columns]  # fmt: skip
     for number, (epoch, result) in enumerate(zip(replayed.epochs, replayed.results, strict=True)):
         told = {verdict.anchor_id: verdict for verdict in result.verdicts}
         why = {rejected.anchor_id: str(rejected.reason) for rejected in result.rejected}
         for measured in epoch.ranges:
             begin = [number, epoch.time_s, measured.anchor_id, measured.range_m]
             verdict = told.get(measured.anchor_id)
-            end: list[object] = []
-            if foretold is not None:
-                p_sight = foretold[number].get(measured.anchor_id)
-                end = ["" if p_sight is None else _cell(p_sight)]
+            numbers = [of[number].get(measured.anchor_id) for of in columns.values()]
+            end = ["" if one is None else _cell(one) for one in numbers]
             if verdict is not None:
                 yield [*begin, *_told(verdict), *end]
             else:

@@ -1,29 +1,26 @@
-"""Epochs of ranges and the anchors they go to, as requests and streams write them, and what one epoch may cost."""
+"""Epochs of ranges and the anchors they go to, as requests and streams write them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
-from service.errors import LimitError
 from service.live.drives import DriveIn
 from service.live.settings import CalibrationIn, DetectorSettingsIn
 from service.parts.anchors import AnchorId
 from service.parts.doubts import DoubtParameters
 from service.parts.map_area import AreaParameters
 from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
-from service.settings import Settings
+from service.parts.radios import RadioIn
 
 __all__ = [
     "ANCHORS",
     "RANGES",
     "DetectionIn",
     "DetectorIn",
-    "DetectorLimits",
     "EpochIn",
     "EpochsIn",
     "RangeIn",
@@ -50,12 +47,6 @@ RANGES: list[Any] = [
     {"anchor_id": "D5", "range_m": 182.165, "sigma_m": 0.05},
     {"anchor_id": "D6", "range_m": 114.948, "p_sight": 0.9},
 ]
-# of bodies: the field, what it lists, and whose they are
-LISTS = (
-    ("anchors", "anchors", "A detector"),
-    ("ranges", "ranges", "An epoch"),
-    ("moved", "moved anchors", "An epoch"),
-)
 
 
 class RangingAnchorIn(StrictModel):
@@ -68,6 +59,12 @@ class RangingAnchorIn(StrictModel):
     north_m: Metres = Field(description="North, metres.")
     altitude_m: Metres | None = Field(None, description="Height, metres; may be left out in two dimensions only.")
     sigma_m: NotNegativeMetres = Field(0.0, description="One-sigma error of its place along a range, metres.")
+
+    radio: RadioIn | None = Field(
+        None,
+        description="Of a session that looks at a DEM: what it sends and what must arrive, over ground and through the "
+        "canopy of its cover. What is foretold of its ranges is then of the signal too. null = of sight alone.",
+    )
 
     def anchor(self) -> RangingAnchor:
         """The same for the detector."""
@@ -130,7 +127,9 @@ class EpochIn(StrictModel):
     sequence: Annotated[int, Field(strict=True, ge=-(2**63), lt=2**63)] | None = Field(
         None, description="The sender's number of this epoch; a repeated number is a duplicate."
     )
-    moved: list[RangingAnchorIn] = Field([], description="Anchors of the session that are elsewhere from now on.")
+    moved: list[RangingAnchorIn] = Field(
+        [], description="Anchors of the session that are elsewhere from now on; each keeps its radio."
+    )
 
     def epoch(self) -> RangeEpoch:
         """The same for the detector."""
@@ -141,6 +140,13 @@ class EpochIn(StrictModel):
             self.sequence,
             tuple([anchor.anchor() for anchor in self.moved]),
         )
+
+    @model_validator(mode="after")
+    def _radios_stay(self) -> Self:
+        heard = [anchor.id for anchor in self.moved if anchor.radio is not None]
+        if heard:
+            raise ValueError(f"An anchor that moves keeps its radio: leave out that of {heard[0]}.")
+        return self
 
 
 class EpochsIn(StrictModel):
@@ -168,6 +174,11 @@ class _Detector(StrictModel):
                 raise ValueError(f"Anchor {anchor.id}: in three dimensions altitude_m is needed.")
         return self
 
+    def _refuse_radios(self, why: str) -> None:
+        heard = [anchor.id for anchor in self.anchors if anchor.radio is not None]
+        if heard:
+            raise ValueError(f"Anchor {heard[0]}: a radio is heard over a DEM; {why}.")
+
 
 class DetectionIn(_Detector):
     """One epoch by itself: anchors, ranges, settings."""
@@ -176,6 +187,11 @@ class DetectionIn(_Detector):
 
     ranges: list[RangeIn] = Field(description="The ranges of the epoch; may be empty.")
     time_s: Seconds = Field(0.0, description="When, seconds; comes back in the answer.")
+
+    @model_validator(mode="after")
+    def _no_radios(self) -> Self:
+        self._refuse_radios("an epoch by itself looks at none, so leave it out")
+        return self
 
     def epoch(self) -> RangeEpoch:
         """The epoch for the detector."""
@@ -221,75 +237,6 @@ class DetectorIn(_Detector, AreaParameters, DoubtParameters):
             raise ValueError("A cover stands on a DEM: give dem_id too, or leave out cover.")
         if self.doubts is not None and self.dem_id is None:
             raise ValueError("Doubts are about a DEM: give dem_id too, or leave out doubts.")
+        if self.dem_id is None:
+            self._refuse_radios("give dem_id too, or leave it out")
         return self
-
-
-@dataclass(frozen=True, slots=True)
-class DetectorLimits:
-    """How many anchors, subsets and streams a detector may have; from the settings of the service."""
-
-    max_anchors: int
-    max_search: int
-    max_streams: int
-    max_epochs: int
-
-    @classmethod
-    def of(cls, settings: Settings) -> DetectorLimits:
-        """The limits that the settings name."""
-        return cls(
-            settings.max_detector_anchors,
-            settings.max_detector_search,
-            settings.max_detector_streams,
-            settings.max_detector_epochs,
-        )
-
-    def refuse_long(self, fields: Any) -> None:
-        """Raise LimitError where a list of a body is longer than it may be, before anything in it is looked at."""
-        for name, what, whose in LISTS:
-            given = fields.get(name) if isinstance(fields, dict) else None
-            if isinstance(given, list):
-                self._check_number(len(given), what, whose)
-
-    def refuse_long_epochs(self, fields: Any) -> None:
-        """The same for a body of several epochs."""
-        epochs = fields.get("epochs") if isinstance(fields, dict) else None
-        if not isinstance(epochs, list):
-            return
-        if len(epochs) > self.max_epochs:
-            raise LimitError(
-                f"A request may have {self.max_epochs} epochs, not {len(epochs)}",
-                limit_name="max_detector_epochs",
-                limit=self.max_epochs,
-                given=len(epochs),
-            )
-        for epoch in epochs:
-            self.refuse_long(epoch)
-
-    def check_detector(self, asked: _Detector) -> None:
-        """Raise LimitError where there are too many anchors or the search may take too long."""
-        self._check_number(len(asked.anchors), "anchors", "A detector")
-        if asked.settings.search_limit > self.max_search:
-            raise LimitError(
-                f"search_limit is {asked.settings.search_limit}, more than the limit of {self.max_search} subsets",
-                limit_name="max_detector_search",
-                limit=self.max_search,
-                given=asked.settings.search_limit,
-            )
-
-    def check_ranges(self, ranges: list[RangeIn]) -> None:
-        """Raise LimitError where an epoch has more ranges than a detector may have anchors."""
-        self._check_number(len(ranges), "ranges", "An epoch")
-
-    def check_epoch(self, asked: EpochIn) -> None:
-        """The same, for the anchors that have moved too."""
-        self.check_ranges(asked.ranges)
-        self._check_number(len(asked.moved), "moved anchors", "An epoch")
-
-    def _check_number(self, given: int, what: str, whose: str) -> None:
-        if given > self.max_anchors:
-            raise LimitError(
-                f"{whose} may have {self.max_anchors} {what}, not {given}",
-                limit_name="max_detector_anchors",
-                limit=self.max_anchors,
-                given=given,
-            )

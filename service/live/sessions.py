@@ -17,7 +17,8 @@ from service.errors import RequestError, TooManyError
 from service.live.answers import as_json, calibration_answer, epoch_answer, state_answer
 from service.live.drives import DriveIn, advice_answer, move_answer, path_answer
 from service.live.keeping import Kept, SessionFolder
-from service.live.request import DetectorLimits, EpochIn
+from service.live.limits import DetectorLimits
+from service.live.request import EpochIn
 from service.live.snapshots import freeze
 from service.live.watching import NO_MAP, Memory
 

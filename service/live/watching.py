@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from collections.abc import Sequence
@@ -10,7 +11,17 @@ from pathlib import Path
 
 import numpy as np
 
-from detection import Calibrated, Calibration, Detector, DetectorState, EpochResult, RangeEpoch, Suspicion
+from detection import (
+    Calibrated,
+    Calibration,
+    Detector,
+    DetectorState,
+    EpochResult,
+    RangeEpoch,
+    RangeMeasurement,
+    RangingAnchor,
+    Suspicion,
+)
 from navigation import ConstantVelocityEstimator, Estimator
 from planning.watching import (
     Advice,
@@ -22,7 +33,6 @@ from planning.watching import (
     MoveAdvice,
     PathAdvice,
     WatchedEpoch,
-    forecast_sight,
 )
 from service.errors import RequestError
 from service.files.geojson import Feature, collection_of, coordinates_of, feature
@@ -31,6 +41,7 @@ from service.live.request import DetectorIn, EpochIn
 from service.parts.doubts import doubts_by_anchor
 from service.parts.map_area import area_shape
 from terrain import ElevationGrid
+from visibility.signal import RADIOS
 
 __all__ = ["NO_MAP", "MaybeMapped", "Memory", "Occlusions", "looked_at", "memory_of", "write_doubts"]
 
@@ -38,11 +49,23 @@ NO_MAP = "The detector looks at no map: open one with dem_id."
 
 
 def looked_at(grid: ElevationGrid) -> ElevationGrid:
-    """The same grid once kernels are loaded by looking over it, so that no epoch waits for that."""
-    west_m, south_m, east_m, north_m = grid.bounds_m
-    middle_m = (0.5 * (west_m + east_m), 0.5 * (south_m + north_m))
-    forecast_sight(grid, middle_m, np.eye(2), [(*middle_m, 9000.0)])
+    """The same grid once kernels are loaded by looking over another, so that no epoch waits for that."""
+    _looked()
     return grid
+
+
+@functools.cache
+def _looked() -> None:
+    """One epoch over a plain, of six anchors with radios."""
+    plain = ElevationGrid(np.zeros((9, 9), np.float32), 100.0, 100.0)
+    places_m = [(50.0, -50.0, 60.0), (750.0, -100.0, 90.0), (700.0, -700.0, 70.0), (60.0, -760.0, 110.0),
+                (400.0, -40.0, 130.0), (420.0, -780.0, 50.0)]  # fmt: skip
+    anchors = [RangingAnchor(f"{number}", *place_m) for number, place_m in enumerate(places_m)]
+    detector = MapDetector(plain, anchors, radios={one.id: RADIOS["868MHz"] for one in anchors})
+    ranges = [
+        RangeMeasurement(one.id, math.dist(at, (380.0, -410.0, 1.5))) for one, at in zip(anchors, places_m, strict=True)
+    ]
+    detector.process(RangeEpoch(0.0, tuple(ranges)))
 
 
 class MaybeMapped:
@@ -170,6 +193,7 @@ def _detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
         area=area_shape(grid, asked.area),
         estimator=estimator,
         doubts=doubts,
+        radios={one.id: one.radio.radio() for one in asked.anchors if one.radio is not None},
     )
     mapped.warnings += passed_over
     return MaybeMapped(mapped)

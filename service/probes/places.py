@@ -11,15 +11,15 @@ import numpy.typing as npt
 
 from service.parts.anchors import AnchorIn
 from service.parts.cover import notes_on_cover
+from service.parts.doubts import DoubtParameters, doubted_anchors
 from service.parts.map_area import refuse_outside
 from service.parts.map_facts import curvature_of
-from service.parts.points import StrictModel
 from service.parts.shapes_in_grid import places_in_grid, resolve_anchor
 from service.products.lines_of_sight.calculate import BlockingPoint
 from terrain import ElevationGrid, height_at, to_lon_lat
 from visibility import HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, dop, lines_of_sight
 from visibility.dilution import Dop, DopReason, PositionError, position_error, rover_normals
-from visibility.sight import LinesOfSight, check_anchors, points_within_reach
+from visibility.sight import LinesOfSight, check_anchors, doubted, points_within_reach
 
 from .request import AnchorSeen, DilutionProbed, PlaceProbed, ProbeIn, ProbeOut
 from .signals import anchor_signals, signal_told
@@ -38,7 +38,7 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
     """Answer about every place. Raises AreaError, AnchorError, FrameError, VisibilityInputError."""
     places_m = places_in_grid(grid, asked.points)
     refuse_outside(grid, asked.area, places_m, "points[{}]")
-    anchors, warnings = _resolved(grid, AnchorsIn(anchors=asked.anchors).model_dump_json())
+    anchors, warnings = _resolved(grid, AnchorsIn(anchors=asked.anchors, doubts=asked.doubts).model_dump_json())
     curvature = curvature_of(asked) or Curvature.of(grid)
     ground_m, normals = np.atleast_1d(height_at(grid, places_m[:, 0], places_m[:, 1])), _normals(grid, places_m)
     receivers_m = np.column_stack([places_m, _altitudes(asked, ground_m)])
@@ -46,7 +46,8 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
     heard = anchor_signals(grid, anchors, receivers_m[stands], curvature, asked.unknown)
     seen = _seen(grid, anchors, receivers_m[stands], curvature, asked)
     if asked.usable:
-        enough = [one.margin_db >= 0.0 for one in heard if one is not None]
+        sure = [~doubted(anchor.doubts, receivers_m[stands]) for anchor in anchors]
+        enough = [(one.margin_db >= 0.0) & told for one, told in zip(heard, sure, strict=True) if one is not None]
         seen = (seen[0], np.stack(enough, axis=1) & seen[2] if enough else seen[1], seen[2])
     fixes = _fixes(anchors, receivers_m[stands], seen[1], normals[stands], asked)
     at = np.cumsum(stands) - 1
@@ -87,8 +88,8 @@ def number(value: float | np.floating) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-class AnchorsIn(StrictModel):
-    """The anchors of a probe alone."""
+class AnchorsIn(DoubtParameters):
+    """The anchors of a probe alone, with doubts about them."""
 
     anchors: list[AnchorIn]
 
@@ -96,8 +97,9 @@ class AnchorsIn(StrictModel):
 @lru_cache(maxsize=8)
 def _resolved(grid: ElevationGrid, text: str) -> tuple[tuple[Anchor, ...], tuple[str, ...]]:
     """(anchors in the grid's frame, warnings): a pointer over a map asks of the same ones again and again."""
-    anchors = tuple(resolve_anchor(grid, anchor) for anchor in AnchorsIn.model_validate_json(text).anchors)
-    return anchors, check_anchors(grid, anchors) if anchors else ()
+    asked = AnchorsIn.model_validate_json(text)
+    anchors, passed_over = doubted_anchors(grid, [resolve_anchor(grid, one) for one in asked.anchors], asked.doubts)
+    return anchors, (*passed_over, *(check_anchors(grid, anchors) if anchors else ()))
 
 
 def _altitudes(asked: ProbeIn, ground_m: Floats) -> Floats:
@@ -128,9 +130,11 @@ def _seen(
         unknown=asked.unknown,
         dem_sigma_m=asked.dem_sigma_m,
     )
+    verdicts = lines.verdict.reshape(n, k)
     for column, anchor in enumerate(anchors):
         reached[:, column] = points_within_reach(anchor, receivers_m, curvature)
-    return lines, (lines.verdict == VISIBLE).reshape(n, k) & reached, reached
+        verdicts[(verdicts[:, column] == VISIBLE) & doubted(anchor.doubts, receivers_m), column] = UNKNOWN
+    return lines, (verdicts == VISIBLE) & reached, reached
 
 
 def _fixes(

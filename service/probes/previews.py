@@ -13,6 +13,7 @@ from service.errors import RequestError
 from service.ground.levels import at_level
 from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import notes_on_cover
+from service.parts.doubts import doubted_anchors
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import resolve_anchor
 from service.parts.unused import notes_on_unused
@@ -47,7 +48,7 @@ def write_preview(grid: ElevationGrid, asked: PreviewIn, path: Path) -> None:
     if 2**asked.level > max(grid.shape):
         raise RequestError(f"Level {asked.level} is coarser than the whole DEM; its levels are listed at /levels.")
     ground = _at_level(grid, asked.level)
-    anchors = tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors)
+    anchors, passed_over = doubted_anchors(grid, [resolve_anchor(grid, one) for one in asked.anchors], asked.doubts)
     lines = _surfaces(ground, asked.mode, curvature_of(asked), asked.unknown).surfaces(anchors)
     shown = _shown(lines, asked)
     told = PreviewTold(
@@ -57,7 +58,7 @@ def write_preview(grid: ElevationGrid, asked: PreviewIn, path: Path) -> None:
         mode=lines.mode,
         error_statement=lines.error_statement,
         curvature=lines.curvature.sentence(),
-        warnings=[*notes, *notes_on_unused(grid, asked), *notes_on_cover(ground), *lines.warnings],
+        warnings=[*notes, *notes_on_unused(grid, asked), *notes_on_cover(ground), *passed_over, *lines.warnings],
     )
     line = told.model_dump_json().encode()
     with path.open("wb") as file:

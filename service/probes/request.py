@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import AnchorIn, CurvatureChoice, SightParameters, UsableParameters
+from service.parts.doubts import DoubtParameters
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, NotNegativeMetres, PlaceIn, Positive
@@ -39,7 +40,7 @@ ANCHORS: list[JsonValue] = [{"id": "D1", "east_m": 402300.0, "north_m": 3795200.
 POINTS: list[JsonValue] = [{"east_m": 398100.0, "north_m": 3791700.0}]
 
 
-class ProbeIn(UsableParameters):
+class ProbeIn(UsableParameters, DoubtParameters):
     """Places on a DEM, and the anchors that may be seen from there."""
 
     model_config = ConfigDict(
@@ -73,7 +74,7 @@ class ProbeIn(UsableParameters):
         return self
 
 
-class PreviewIn(SightParameters):
+class PreviewIn(SightParameters, DoubtParameters):
     """A DEM, anchors, and what of them is wanted over every post."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"dem_id": DEM_ID, "anchors": ANCHORS, "level": 2}]})

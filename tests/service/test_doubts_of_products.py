@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,9 @@ from service.errors import RequestError
 from service.live.registry import Detectors
 from service.live.request import DetectorIn, EpochIn
 from service.parts.doubts import MOST_PLACES, DoubtsIn, doubts_by_anchor
+from service.probes.places import probe
+from service.probes.previews import write_preview
+from service.probes.request import PreviewIn, ProbeIn
 from service.products import Given, Work
 from service.products.registry import PRODUCTS
 from service.settings import Settings
@@ -151,6 +155,39 @@ def test_thousands_of_doubts_all_count_and_more_than_that_are_refused_unread() -
     collection["features"] = [*told, one, {"type": "Feature", "geometry": {"type": "Point", "coordinates": ["x"]}}]
     with pytest.raises(RequestError, match=r"doubts.geojson holds more than 10,000 places\."):
         doubts_by_anchor(grid, DoubtsIn(geojson=collection), anchor)
+
+
+def test_a_probe_on_the_line_does_not_count_on_it() -> None:
+    points = [LINE[0], LINE[1], at(210.0, 600.0)]
+    asked = [ProbeIn.model_validate({"dem_id": "d", "points": points, "anchors": ANCHORS, **more})
+             for more in ({}, {"doubts": doubts()})]  # fmt: skip
+    plain, found = (probe(small_grid(), one) for one in asked)
+    for number, (before, after) in enumerate(zip(plain.points, found.points, strict=True)):
+        lost = number < 2 and before.anchors[0].verdict == "visible"
+        assert lost == (number < 2)
+        assert after.anchors[0].verdict == ("unknown" if lost else before.anchors[0].verdict)
+        assert after.visible_anchors == before.visible_anchors - lost
+        assert after.anchors[1:] == before.anchors[1:]
+    assert any("Ranges of anchor W contradicted its sight along 1 stretch" in one for one in found.warnings)
+
+
+def test_a_preview_has_it_for_unknown_along_the_line(tmp_path: Path) -> None:
+    seen = []
+    for more in ({}, {"doubts": doubts()}):
+        write_preview(
+            small_grid(), PreviewIn.model_validate({"dem_id": "d", "anchors": ANCHORS, **more}), tmp_path / "p"
+        )
+        head, _, numbers = (tmp_path / "p").read_bytes().partition(b"\n")
+        told = json.loads(head)
+        seen.append(np.frombuffer(numbers, "<f4").reshape(len(ANCHORS), told["rows"], told["cols"]))
+    assert any("Ranges of anchor W contradicted its sight" in one for one in told["warnings"])
+    grid = small_grid()
+    row, col = (
+        round((NORTH_M - LINE[0]["north_m"]) / grid.cell_north_m),
+        round((LINE[0]["east_m"] - WEST_M) / grid.cell_east_m),
+    )
+    assert np.isnan([array[0, row, col] for array in seen]).tolist() == [False, True]
+    assert np.array_equal(seen[0][1:], seen[1][1:], equal_nan=True)
 
 
 def test_areas_and_unknown_fields_are_refused() -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,8 @@ from detection import RangingAnchor
 from detection.simulation import RangingNoise, SimulatedDrive, draw_epochs, drive_along
 from terrain import height_at, read_dem
 from tests.service.running import Server
+from visibility.cover import Canopy
+from visibility.signal import RADIOS, Foliage, signals, with_foliage
 
 DRONES = [
     {"id": "D1", "east_m": 748920.0, "north_m": 4023535.5, "altitude_m": 754.8},
@@ -195,3 +197,49 @@ def test_a_map_that_is_wrong_does_not_outvote_what_is_measured(server: Server, d
         for message in drive.blind[:12]
     ]
     assert [answer["excluded"] for answer in streamed(server, begin)] == [[]] * 12
+
+
+def test_a_session_whose_drones_have_radios_hears_through_trees(server: Server, drive: Drive) -> None:
+    radio = {"preset": "868MHz", "sensitivity_dbm": -108.0}
+    trees = {"canopy": {"top_m": 12.0, "model": "density", "depth_per_m": 0.2}}
+    asked = {
+        "anchors": [{**drone, "radio": radio} for drone in DRONES], "dem_id": server.sample("jacksboro")["id"],
+        "settings": SETTINGS, "antenna_above_ground_m": ANTENNA_M, "cover": trees,
+    }  # fmt: skip
+    made = server.client.post("/detectors", json=asked)
+    assert made.status_code == 201, made.text
+    links = made.json()["links"]
+    with connect(f"{server.url.replace('http', 'ws')}{links['stream']}", proxy=None) as stream:
+        stream.send(json.dumps(drive.blind[0]))
+        told = json.loads(stream.recv(timeout=20))
+    sent = server.client.post(links["epochs"], json={"epochs": drive.blind[1:2]}).raise_for_status().json()["answers"]
+    heard = {one["anchor_id"]: one for one in told["predicted"]}
+    ground = read_dem(sample_path("jacksboro"))
+    canopy = Canopy(ground, np.full(ground.shape, 12.0, np.float32), np.zeros(ground.shape, np.float32))
+    places_m, ends_m = np.tile(drive.truth.places_m[0], (5, 1)), [list(drone.values())[1:] for drone in DRONES]
+    link = signals(
+        with_foliage(ground, Foliage(canopy, "density", 0.2)), places_m, ends_m,
+        replace(RADIOS["868MHz"], sensitivity_dbm=-108.0),
+    )  # fmt: skip
+    assert [one["margin_db"] for one in heard.values()] == pytest.approx(link.margin_db.tolist(), abs=3.0)
+    assert {one["anchor_id"] for one in sent[0]["predicted"]} == set(heard)
+    assert all(0.0 <= one["p_usable"] <= 1.0 for one in heard.values())
+    weakest = min(heard.values(), key=lambda one: one["margin_db"])
+    assert weakest["p_usable"] < 0.2
+    assert weakest["p_direct"] < 0.5 < heard["D1"]["p_sight"]
+
+
+@pytest.mark.parametrize(
+    ("path", "more", "sentence"),
+    [
+        ("/detectors", {}, "a radio is heard over a DEM; give dem_id too, or leave it out"),
+        ("/detections", {"ranges": []}, "a radio is heard over a DEM; an epoch by itself looks at none"),
+    ],
+)
+def test_radios_that_nobody_would_listen_to_are_refused(
+    server: Server, path: str, more: dict[str, Any], sentence: str
+) -> None:
+    asked = {"anchors": [{**DRONES[0], "radio": "uwb"}, *DRONES[1:]], **more}
+    refused = server.client.post(path, json=asked)
+    assert refused.status_code == 422, refused.text
+    assert sentence in refused.json()["detail"]

@@ -114,3 +114,17 @@ def test_clearance_over_real_mountains_is_that_of_every_edge(curvature):
     for i in range(n):
         expected_m = clearance_of_all_edges(heights_m, cells_m, start_m[i], end_m[i], curvature.drop_per_m2)
         assert sight.clearance_m[i] == pytest.approx(min(expected_m, *above_m[:, i]), abs=ROUNDING_M)
+
+
+def test_few_lines_on_one_thread_are_the_same_as_among_many():
+    shape, cells_m = (60, 70), (30.0, 20.0)
+    heights_m = rough_ground(8, shape, void_share=0.01)
+    grid = ElevationGrid(heights_m, *cells_m)
+    start_m, end_m = (points(seed, "outside", shape, cells_m, 600) for seed in (1, 2))
+    many = lines_of_sight(grid, start_m, end_m, curvature=SMALL_WORLD)
+    few = [
+        lines_of_sight(grid, start_m[of], end_m[of], curvature=SMALL_WORLD) for of in (slice(0, 200), slice(200, 400))
+    ]
+    for name in ("clearance_m", "blocking_distance_m", "over_unknown", "leaves_dem", "verdict"):
+        together = np.concatenate([getattr(one, name) for one in few])
+        assert np.array_equal(together, getattr(many, name)[:400], equal_nan=True)

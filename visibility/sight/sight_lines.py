@@ -19,15 +19,16 @@ from visibility.errors import VisibilityInputError
 from visibility.sight.curvature import Curvature
 from visibility.sight.kernels.crossings import GRAZING_TOLERANCE_M
 from visibility.sight.kernels.profiles import DETOUR, ZONE, over_profiles
-from visibility.sight.kernels.sight_line import LEAVES_GRID, OVER_UNKNOWN, scan_lines
+from visibility.sight.kernels.sight_line import LEAVES_GRID, OVER_UNKNOWN, scan_few, scan_lines
 from visibility.sight.minimum_altitude import HIDDEN, UNKNOWN, VISIBLE, UnknownGround
 from visibility.sight.roofs import roofs_over_lines
 from visibility.sight.sight_points import check_points, in_posts
 
-__all__ = ["ERROR_STATEMENT", "LinesOfSight", "lines_of_sight"]
+__all__ = ["ERROR_STATEMENT", "LeastClearances", "LinesOfSight", "least_clearances", "lines_of_sight"]
 
 ERROR_STATEMENT = "every edge of the triangulated surface, in float64: clearance within 1e-6 m of exact arithmetic"
 
+FEW_LINES = 256  # so many are done before a second thread would have begun
 
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
 
@@ -126,20 +127,32 @@ def lines_of_sight(
     return replace(sight, warnings=_warnings(sight), elapsed_s=time.perf_counter() - started_s)
 
 
-def _scan(
-    grid: ElevationGrid,
-    start_m: npt.NDArray[np.float64],
-    end_m: npt.NDArray[np.float64],
-    curvature: Curvature,
-    unknown: UnknownGround,
-) -> LinesOfSight:
-    """Clearance, verdict and blocking point; the rest is left out."""
+@dataclass(frozen=True, eq=False, slots=True)
+class LeastClearances:
+    """Of n lines, as in ``LinesOfSight``: clearance_m, and share (n,) of the way to where it is, altitude_m there.
+
+    over_unknown, leaves_dem: (n,) bool. hits_building, over_roof: (n,) bool; None where nothing stands on the grid.
+    """
+
+    clearance_m: npt.NDArray[np.float64]
+    share: npt.NDArray[np.float64]
+    altitude_m: npt.NDArray[np.float64]
+    over_unknown: npt.NDArray[np.bool_]
+    leaves_dem: npt.NDArray[np.bool_]
+    hits_building: npt.NDArray[np.bool_] | None
+    over_roof: npt.NDArray[np.bool_] | None
+
+
+def least_clearances(
+    grid: ElevationGrid, start_m: npt.NDArray[np.float64], end_m: npt.NDArray[np.float64], curvature: Curvature
+) -> LeastClearances:
+    """What decides n lines, the rest of ``lines_of_sight`` left out; points (n, 3), finite, are the caller's to check."""
     least, bits = np.empty((len(start_m), 3)), np.empty(len(start_m), np.uint8)
     cells_m = (grid.cell_east_m, grid.cell_north_m)
     start, end = in_posts(grid, start_m), in_posts(grid, end_m)
-    scan_lines(grid.heights_m, cells_m, curvature.drop_per_m2, start, end, least, bits)
+    scan = scan_few if len(start_m) <= FEW_LINES else scan_lines
+    scan(grid.heights_m, cells_m, curvature.drop_per_m2, start, end, least, bits)
     clearance_m, share, ground_m = least.T.copy()
-    over_unknown = (bits & OVER_UNKNOWN) > 0
     hits_building = lower = None
     if grid.standing is not None:
         roofs = roofs_over_lines(grid, start, end, curvature.drop_per_m2)
@@ -150,23 +163,37 @@ def _scan(
             roofs.share[lower],
             roofs.roof_m[lower],
         )
+    over_unknown, leaves_dem = (bits & OVER_UNKNOWN) > 0, (bits & LEAVES_GRID) > 0
+    return LeastClearances(clearance_m, share, ground_m, over_unknown, leaves_dem, hits_building, lower)
+
+
+def _scan(
+    grid: ElevationGrid,
+    start_m: npt.NDArray[np.float64],
+    end_m: npt.NDArray[np.float64],
+    curvature: Curvature,
+    unknown: UnknownGround,
+) -> LinesOfSight:
+    """Clearance, verdict and blocking point; the rest is left out."""
+    least = least_clearances(grid, start_m, end_m, curvature)
+    clearance_m, share = least.clearance_m, least.share
     blocked = clearance_m < -GRAZING_TOLERANCE_M
     verdict = np.full(len(start_m), VISIBLE)
     if unknown != "open":
-        verdict[over_unknown] = UNKNOWN if unknown == "unknown" else HIDDEN
+        verdict[least.over_unknown] = UNKNOWN if unknown == "unknown" else HIDDEN
     verdict[blocked] = HIDDEN
     step_m = end_m - start_m
     return LinesOfSight(
         clearance_m=clearance_m,
         verdict=verdict,
-        blocking_point_m=np.column_stack([start_m[:, :2] + share[:, None] * step_m[:, :2], ground_m]),
+        blocking_point_m=np.column_stack([start_m[:, :2] + share[:, None] * step_m[:, :2], least.altitude_m]),
         blocking_distance_m=share * np.hypot(step_m[:, 0], step_m[:, 1]),
         distance_m=np.sqrt((step_m**2).sum(axis=1)),
-        over_unknown=over_unknown,
-        leaves_dem=(bits & LEAVES_GRID) > 0,
+        over_unknown=least.over_unknown,
+        leaves_dem=least.leaves_dem,
         ends_below=blocked & ((share == 0.0) | (share == 1.0)),
-        hits_building=hits_building,
-        over_roof=lower,
+        hits_building=least.hits_building,
+        over_roof=least.over_roof,
         fresnel_clearance=None,
         excess_path_m=None,
         probability_clear=None,

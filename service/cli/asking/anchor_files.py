@@ -16,12 +16,20 @@ from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table, text_of
 from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
 from service.parts.geojson_reading import GeoJsonShape, shapes_of
+from service.parts.radios import RadioIn
 from service.parts.sentences import sentence_of
 
 from .foreign_files import foreign_document, is_foreign
 from .texts import ANCHOR_FORM, anchor_from_text
 
-__all__ = ["IN_THE_PLANE", "anchors_from_file", "ranging_anchors", "ranging_datum", "tracks_from_file"]
+__all__ = [
+    "IN_THE_PLANE",
+    "anchors_from_file",
+    "ranging_anchors",
+    "ranging_datum",
+    "ranging_radios",
+    "tracks_from_file",
+]
 
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine; of a radio the name
@@ -220,6 +228,11 @@ def ranging_datum(texts: Sequence[str], files: Sequence[Path], *, level: bool) -
     """What the altitudes of the same anchors count from; None where none says it. Raises RequestError."""
     named = [anchor.altitude_datum for anchor in _asked(texts, files, level) if anchor.altitude_datum is not None]
     return named[0] if named else None
+
+
+def ranging_radios(texts: Sequence[str], files: Sequence[Path], *, level: bool) -> dict[str, RadioIn]:
+    """By id, the radios of those of the same anchors that have one. Raises RequestError."""
+    return {anchor.id: anchor.radio for anchor in _asked(texts, files, level) if anchor.radio is not None}
 
 
 def _asked(texts: Sequence[str], files: Sequence[Path], level: bool) -> list[AnchorIn]:

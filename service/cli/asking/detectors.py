@@ -6,12 +6,14 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from service.errors import RequestError
 
+from .cover import BARE, CoverOptions
 from .doubts import TRUSTING, DoubtOptions
-from .options import GROUP, WHOLE, Reading, option, told
+from .options import GROUP, WHOLE, RadioName, Reading, option, told
 
 if TYPE_CHECKING:
     from detection import Calibration, DetectorSettings, RangeEpoch, RangingAnchor
@@ -20,8 +22,11 @@ if TYPE_CHECKING:
     from service.files.logs.form import LogForm
     from service.live.settings import DetectorSettingsIn
     from service.parts.areas import AnyArea
+    from service.parts.radios import RadioIn
 
 __all__ = ["DetectorOptions", "LogOptions", "MapOptions"]
+
+NO_RADIOS: Mapping[str, RadioIn] = MappingProxyType({})
 
 
 @GROUP
@@ -148,6 +153,11 @@ class MapOptions:
     antenna: Annotated[float, option("Of the rover, above the ground.", "M")] = 1.5
     dem_sigma: Annotated[float, option("One-sigma error of the DEM's heights.", "M")] = 3.0
     dem_shift: Annotated[float | None, option("One-sigma error of where it lies. (default half a cell)", "M")] = None
+    radio: Annotated[
+        RadioName | None,
+        option("The radio of anchors that name none: what is foretold is then of the signal.", "NAME"),
+    ] = None
+    cover: CoverOptions = BARE
 
     def detector(
         self,
@@ -158,11 +168,12 @@ class MapOptions:
         margin_m: float | None = None,
         estimator: Estimator | None = None,
         doubts: DoubtOptions = TRUSTING,
-    ) -> MapDetector | None | None:
+        radios: Mapping[str, RadioIn] = NO_RADIOS,
+    ) -> MapDetector | None:
         """The detector that looks at the DEM, where one was named; within: only where the rover is in this area.
 
         estimator: a fresh filter that goes along. doubts: of earlier drives; what of them is passed over is among its
-        warnings.
+        warnings. radios: by anchor, of those that name one.
         Raises RequestError, TerrainError, WatchError.
         """
         from planning.watching import GroundErrors, MapDetector
@@ -176,14 +187,25 @@ class MapOptions:
                 raise RequestError("An area is one of a DEM: give --dem too, or leave out the area and --margin.")
             if doubts.part():
                 raise RequestError("Doubts are about a DEM: give --dem too, or leave out --doubts.")
+            if self.radio is not None or not self.cover.bare:
+                raise RequestError("Radios, buildings and trees stand on a DEM: give --dem too, or leave them out.")
             return None
         if frame is not None:
             raise RequestError("With --dem give the anchors in metres of the DEM's CRS, not in degrees.")
         errors = GroundErrors(dem_sigma_m=self.dem_sigma, shift_sigma_m=self.dem_shift)
-        grid = Reading().read(self.dem, within, margin_m)
+        grid = Reading(cover=self.cover).read(self.dem, within, margin_m)
         asked = request_of_fields(doubts.part(), DoubtParameters).doubts
         taken, told = doubts_by_anchor(grid, asked, {one.id: (one.east_m, one.north_m) for one in anchors})
         shape = area_shape(grid, within)
-        found = MapDetector(grid, anchors, settings, self.antenna, errors, None, shape, estimator, taken)
+        heard = {one.id: radios.get(one.id) or self._named() for one in anchors}
+        found = MapDetector(
+            *(grid, anchors, settings, self.antenna, errors, None, shape, estimator, taken),
+            {name: radio.radio() for name, radio in heard.items() if radio is not None},
+        )
         found.warnings += told
         return found
+
+    def _named(self) -> RadioIn | None:
+        from service.parts.radios import RadioIn
+
+        return None if self.radio is None else RadioIn.model_validate(self.radio)

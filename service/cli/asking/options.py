@@ -28,6 +28,7 @@ __all__ = [
     "Output",
     "PlacesAndAnchors",
     "PositioningOptions",
+    "RadioName",
     "RangeSigma",
     "Reading",
     "ReceiverHeight",
@@ -51,6 +52,7 @@ Unknown = Literal["unknown", "open", "blocked"]
 Curvature = Literal["auto", "flat"]
 Kind = Literal["ranging", "pseudorange", "tdoa"]
 Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
+RadioName = Literal["uwb", "2.4GHz", "868MHz", "915MHz", "gnss-l1"]
 GROUP = Parameter(name="*")
 DemPath = Annotated[
     str,
@@ -224,7 +226,7 @@ class SignalOptions(SightOptions):
         Literal["visible", "usable"], option("usable: what arrives with enough power of each anchor's radio.")
     ] = "visible"
     radio: Annotated[
-        Literal["uwb", "2.4GHz", "868MHz", "915MHz", "gnss-l1"] | None,
+        RadioName | None,
         option("With --sight usable: the radio of anchors that name none.", "NAME"),
     ] = None
 

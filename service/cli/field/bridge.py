@@ -120,14 +120,15 @@ def lines(
 def _site(options: SiteOptions, settings: DetectorOptions, ground: MapOptions) -> Site:
     from service.live.bridges.running import site_of
 
-    from ..asking.anchor_files import ranging_anchors, ranging_datum
+    from ..asking.anchor_files import ranging_anchors, ranging_datum, ranging_radios
 
     asked = settings.asked()
     level = asked.dimension == 2
     if not options.round > 0.0:
         raise RequestError(f"--round must be a number of seconds > 0, not {options.round}.")
     placed, frame = ranging_anchors(options.anchor, options.anchors, level=level)
-    mapped = ground.detector(placed, frame, asked.settings())
+    radios = ranging_radios(options.anchor, options.anchors, level=level)
+    mapped = ground.detector(placed, frame, asked.settings(), radios=radios)
     if options.crs is not None and (mapped is not None or frame is not None):
         raise RequestError("--crs is of anchors in metres without a DEM; these have a place on Earth already.")
     grid = mapped.grid if mapped is not None else None if options.crs is None else _about(placed, options.crs)

@@ -7,9 +7,13 @@ import time
 
 import numpy as np
 import pytest
+import scipy.optimize
+import scipy.stats
 
 from planning import WatchError
+from planning.kernels.forecasts import free_place
 from planning.watching import GroundErrors, SightForecast, forecast_sight
+from planning.watching.forecasts import sight_probability
 from terrain import ElevationGrid, height_at
 from tests.planning.watching.grounds import ANTENNA_M, Floats, anchors, on_ground, ridge, rough
 from visibility import lines_of_sight
@@ -113,3 +117,32 @@ def test_eight_anchors_take_about_a_millisecond() -> None:
         forecast(grid, (380.0, 300.0), 5.0, GroundErrors())
         times_s.append(time.process_time() - begin_s)
     assert np.median(times_s) < 0.003  # 0.4 ms where nothing else runs
+
+
+def test_the_odds_of_lines_are_the_normal_distribution_of_their_clearance_over_what_it_errs() -> None:
+    generator = np.random.default_rng(5)
+    reach_m = generator.uniform(1.0, 5000.0, 500)
+    away_m = reach_m * generator.uniform(0.0, 1.0, 500)
+    clearance_m = generator.normal(0.0, 10.0, 500)
+    clearance_m[:3] = np.nan, np.inf, -np.inf
+    errors = GroundErrors(dem_sigma_m=2.0, correlation_m=150.0)
+    lifted = 1.0 - away_m / reach_m
+    variance = np.maximum(1.0 + lifted**2 - 2.0 * lifted * np.exp(-away_m / 150.0), 1e-4)
+    expected = scipy.stats.norm.cdf(clearance_m / (2.0 * np.sqrt(variance)))
+    told = sight_probability(clearance_m, away_m, reach_m, errors)
+    np.testing.assert_allclose(told, expected, rtol=0.0, atol=1e-12)
+
+
+def test_a_place_where_ranges_meet_is_that_of_least_squares() -> None:
+    generator = np.random.default_rng(6)
+    anchors_m, truth_m = generator.uniform(-300.0, 300.0, (7, 3)), np.array([20.0, -30.0, 5.0])
+    ranges_m = np.linalg.norm(anchors_m - truth_m, axis=1) + generator.normal(0.0, 0.1, 7)
+    sigmas_m = generator.uniform(0.05, 0.3, 7)
+    found = scipy.optimize.least_squares(
+        lambda at_m: (np.linalg.norm(anchors_m - at_m, axis=1) - ranges_m) / sigmas_m, truth_m, xtol=1e-14, gtol=1e-14
+    )
+    over, place_m = np.array([0.2, -0.1, 1.0]), truth_m + 3.0
+    variance_m2, moved_m, _ = free_place(anchors_m, ranges_m, sigmas_m, over, 20, place_m)
+    assert place_m == pytest.approx(found.x, abs=1e-6)
+    assert moved_m < 1e-9
+    assert variance_m2 >= over @ np.linalg.inv(found.jac.T @ found.jac) @ over * (1.0 - 1e-6)

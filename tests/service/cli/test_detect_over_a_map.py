@@ -136,3 +136,28 @@ def test_a_filter_in_the_plane_is_one_sentence(sightline, log):
     told = sightline("detect", log, *ANCHORS, "--dimension", "2", "--estimator", "constant_velocity")
     assert told.code == 2
     assert "three dimensions" in told.stderr
+
+
+def test_radios_and_trees_are_heard_of_and_refused_without_a_dem(sightline, log, tmp_path):
+    over = ["--radio", "868MHz", "--canopy-height", "12", "--canopy-density", "0.2"]
+    told = sightline("detect", log, *ANCHORS, "--dem", sample_path("jacksboro"), *over, "--out", tmp_path / "out")
+    assert told.code == 0, told.stderr
+    with (tmp_path / "out" / "verdicts.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    usable = {row["anchor_id"]: float(row["p_usable"]) for row in rows if row["p_usable"]}
+    assert set(usable) == set(DRONES)
+    assert all(0.0 <= p <= 1.0 for p in usable.values())
+    refused = sightline("detect", log, *ANCHORS, *over)
+    assert refused.code == 2
+    assert "give --dem too, or leave them out" in " ".join(refused.stderr.split())
+
+
+def test_the_radio_of_an_anchor_file_without_a_dem_is_told_as_unheard(sightline, log, tmp_path):
+    anchors = [
+        {"id": name, "east_m": east_m, "north_m": north_m, "altitude_m": altitude_m, "radio": "uwb"}
+        for name, (east_m, north_m, altitude_m) in DRONES.items()
+    ]
+    (tmp_path / "drones.json").write_text(json.dumps(anchors))
+    told = sightline("detect", log, "--anchors", tmp_path / "drones.json", "--json")
+    assert told.code == 0, told.stderr
+    assert "Not looked at: the radio of D1, D2, D3, D4, D5, since there is no --dem." in told.told()["warnings"]

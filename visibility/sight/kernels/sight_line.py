@@ -18,7 +18,7 @@ from visibility.sight.kernels.crossings import (
     step_between,
 )
 
-__all__ = ["LEAVES_GRID", "OVER_UNKNOWN", "scan_lines"]
+__all__ = ["LEAVES_GRID", "OVER_UNKNOWN", "scan_few", "scan_lines"]
 
 # What else happened to a line, as bits.
 OVER_UNKNOWN = 1
@@ -156,6 +156,19 @@ def _scan_line(heights_m, cells_m, drop_per_m2, start, end, stretch_m):
     return least, bits
 
 
+@scalar_kernel
+def scan_few(heights_m, cells_m, drop_per_m2, start, end, least, bits):
+    """The same as ``scan_lines`` on one thread: a few lines are done before another thread would have begun."""
+    stretch_m = np.zeros(STRETCH)
+    for i in range(start.shape[0]):
+        first, last = grid_point(start, i), grid_point(end, i)
+        found, what = _scan_line(heights_m, cells_m, drop_per_m2, first, last, stretch_m)
+        least[i, CLEARANCE] = found.clearance_m
+        least[i, SHARE] = found.t if found.clearance_m < math.inf else np.nan
+        least[i, GROUND] = found.ground_m
+        bits[i] = what
+
+
 @parallel_kernel
 def scan_lines(heights_m, cells_m, drop_per_m2, start, end, least, bits):
     """Fill least (n, 3) with CLEARANCE, SHARE (t) and GROUND, and bits (n,) for lines from start to end.
@@ -165,11 +178,5 @@ def scan_lines(heights_m, cells_m, drop_per_m2, start, end, least, bits):
     """
     n = start.shape[0]
     for block in prange((n + BLOCK - 1) // BLOCK):
-        stretch_m = np.zeros(STRETCH)
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
-            first, last = grid_point(start, i), grid_point(end, i)
-            found, what = _scan_line(heights_m, cells_m, drop_per_m2, first, last, stretch_m)
-            least[i, CLEARANCE] = found.clearance_m
-            least[i, SHARE] = found.t if found.clearance_m < math.inf else np.nan
-            least[i, GROUND] = found.ground_m
-            bits[i] = what
+        of = slice(block * BLOCK, min((block + 1) * BLOCK, n))
+        scan_few(heights_m, cells_m, drop_per_m2, start[of], end[of], least[of], bits[of])
