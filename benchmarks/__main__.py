@@ -45,11 +45,23 @@ from benchmarks.service import (
     slow_clients,
 )
 from benchmarks.terrain import ground, large_dems
-from benchmarks.visibility import accuracy, cover, dilution, exactness, sites, situations, speed, volumes, woods
+from benchmarks.visibility import (
+    accuracy,
+    cover,
+    dilution,
+    exactness,
+    hard_grounds,
+    sites,
+    situations,
+    speed,
+    volumes,
+    woods,
+)
 
 GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "exactness": (exactness.exactness, exactness.against_rays),
     "accuracy": (accuracy.accuracy, situations.fast_mode_by_situation),
+    "hard": (hard_grounds.low_anchors, hard_grounds.very_rough),
     "speed": (speed.against_peers, speed.many_anchors, speed.growth, speed.many_lines),
     "dilution": (dilution.dilution_speed, dilution.one_per_set),
     "cover": (
@@ -136,6 +148,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(accuracy.accuracy, fractal_posts=128),
         partial(situations.fast_mode_by_situation, count=1, dems=("gvi_vancouver_DEM.tif",)),
     ),
+    "hard": (partial(hard_grounds.low_anchors, count=4), hard_grounds.very_rough),
     "speed": (
         partial(speed.against_peers, sizes=(128,)),
         partial(speed.many_anchors, posts=128, count=4),

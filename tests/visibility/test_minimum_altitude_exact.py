@@ -1,5 +1,6 @@
 """Exact minimum visible altitude against every edge of the triangulation, and against rays through its mesh."""
 
+import numba
 import numpy as np
 import pytest
 
@@ -8,6 +9,7 @@ from tests.reference.minimum_altitude import minimum_altitude
 from tests.visibility.grounds import clearing_eye, eye, hills, real_dem, rough, window
 from visibility import FLAT, Curvature, anchor_above_ground, min_visible_altitude
 from visibility.cover.ray_triangle import grid_surface_mesh, mesh_blocks
+from visibility.sight.sweeps import exact_sweep
 
 ONE_MILLIMETRE = 1e-3
 SMALL_WORLD = Curvature(50_000.0)
@@ -127,3 +129,35 @@ def test_an_anchor_on_the_ground_a_hair_beside_a_post_sees_what_the_post_sees(be
     beside = anchor_above_ground(grid, "A", east_m, north_m, 0.0)
     expected, got = (min_visible_altitude(grid, [anchor], mode="exact").altitude_m for anchor in (on_post, beside))
     np.testing.assert_allclose(got, expected, rtol=0, atol=ONE_MILLIMETRE)
+
+
+@pytest.mark.parametrize("where", ["on a post", "between posts", "south of the map, on the lattice"])
+def test_blocks_of_few_bearings_and_tiles_of_columns_change_nothing(where, monkeypatch):
+    grid = hills(73)
+    monkeypatch.setattr("visibility.sight.kernels.exact.BLOCK_POSTS", 16)
+    assert_exact(grid, clearing_eye(grid, *place(grid, where)), FLAT)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_edges_beside_unknown_posts_count_to_their_ends(seed):
+    # sight lines along rows, columns and diagonals run where the horizon jumps: the edges of both sides end there
+    heights_m = rough(seed, 40, 37).heights_m.copy()
+    heights_m[np.random.default_rng(seed).random(heights_m.shape) < 0.1] = np.nan
+    heights_m[16, 14] = 20.0
+    out_m = np.empty((1, *heights_m.shape), np.float32)
+    exact_sweep(heights_m, [(16.0, 14.0, 45.0)], (0.0, 0.0), out_m)
+    expected_m, _ = minimum_altitude(heights_m, (16, 14, 45.0))
+    np.testing.assert_allclose(out_m[0], expected_m, rtol=0, atol=ONE_MILLIMETRE)
+
+
+def test_answers_are_the_same_bytes_with_any_number_of_threads():
+    grid = hills(129)
+    anchor = clearing_eye(grid, 61.3, 40.0)
+    threads, found = numba.get_num_threads(), []
+    try:
+        for count in range(1, threads + 1):
+            numba.set_num_threads(count)
+            found.append(min_visible_altitude(grid, [anchor], mode="exact").altitude_m.tobytes())
+    finally:
+        numba.set_num_threads(threads)
+    assert set(found) == {found[0]}

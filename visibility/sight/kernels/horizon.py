@@ -11,12 +11,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import uint64
 
-from compiled.options import scalar_kernel
+from compiled.options import inner_loop, scalar_kernel
 
-__all__ = ["Horizon", "Pieces", "height_over", "merge", "new_horizon", "start_over"]
-
-SAME_BEARING = 1e-15  # a few roundings of a bearing, which is at most 1
+__all__ = ["Horizon", "Pieces", "merge", "new_horizon", "start_over"]
 
 
 class Horizon(NamedTuple):
@@ -63,6 +62,17 @@ def _emit(start, p, q, n, bearing, new_p, new_q):
     return n + 1
 
 
+@inner_loop
+def _copied(horizon, first, stop, out, size):
+    """Append pieces [first, stop) of a horizon to another of some size; returns its new one."""
+    start, p, q = horizon
+    out_start, out_p, out_q = out
+    for k in range(stop - first):
+        here, there = uint64(first + k), uint64(size + k)
+        out_start[there], out_p[there], out_q[there] = start[here], p[here], q[here]
+    return size + max(stop - first, 0)
+
+
 @scalar_kernel
 def merge(horizon, n, pieces, count, out):
     """Upper envelope of a horizon and of pieces sorted by bearing that do not overlap; returns its size.
@@ -79,9 +89,14 @@ def merge(horizon, n, pieces, count, out):
     for i in range(count):
         low, high = piece_from[i], min(piece_to[i], end)
         p, q = piece_p[i], piece_q[i]
-        while k < n - 1 and start[k + 1] <= low:
+        if k < n - 1 and start[k + 1] <= low:
             size = _emit(out_start, out_p, out_q, size, max(x, start[k]), hp[k], hq[k])
             k += 1
+            # between pieces the horizon stays as it is
+            stays = k
+            while k < n - 1 and start[k + 1] <= low:
+                k += 1
+            size = _copied(horizon, stays, k, out, size)
         if x < low:
             size = _emit(out_start, out_p, out_q, size, max(x, start[k]), hp[k], hq[k])
             x = low
@@ -106,28 +121,8 @@ def merge(horizon, n, pieces, count, out):
                 k += 1
             elif edge >= end:
                 break
-    while k < n:
-        at = max(x, start[k])
-        if at < end:
-            size = _emit(out_start, out_p, out_q, size, at, hp[k], hq[k])
-        k += 1
+    if k < n and max(x, start[k]) < end:
+        size = _emit(out_start, out_p, out_q, size, max(x, start[k]), hp[k], hq[k])
+    size = _copied(horizon, k + 1, n, out, size)
     out_start[size] = end
     return size
-
-
-@scalar_kernel
-def height_over(horizon, n, k, bearing):
-    """(slope of the horizon at a bearing, how far a rounding of the bearing moves it, index of the piece there).
-
-    Searches from piece k on. A bearing that falls on the joint of two pieces takes the higher: the edges of both end
-    there.
-    """
-    start, p, q = horizon
-    while k < n - 1 and start[k + 1] <= bearing:
-        k += 1
-    slope, steep = p[k] + q[k] * bearing, q[k]
-    if k > 0 and bearing - start[k] <= SAME_BEARING and p[k - 1] + q[k - 1] * start[k] > slope:
-        slope, steep = p[k - 1] + q[k - 1] * start[k], q[k - 1]
-    if k < n - 1 and start[k + 1] - bearing <= SAME_BEARING and p[k + 1] + q[k + 1] * start[k + 1] > slope:
-        slope, steep = p[k + 1] + q[k + 1] * start[k + 1], q[k + 1]
-    return slope, abs(steep) * SAME_BEARING, k
