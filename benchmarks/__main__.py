@@ -31,7 +31,7 @@ from benchmarks.navigation import (
     streets,
     targets,
 )
-from benchmarks.planning import path_benefit, placing, placing_baselines, unreachables
+from benchmarks.planning import gates, path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
     attacks,
@@ -140,6 +140,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         planning.same_twice,
         unreachables.unreachables,
     ),
+    "gates": (gates.gates,),
 }
 # the same tables on small grounds: to see that everything runs, not to be believed
 QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
@@ -253,6 +254,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(planning.same_twice, count=1),
         partial(unreachables.unreachables, count=12, posts=40),
     ),
+    "gates": (partial(gates.gates, count=6),),
 }
 
 
