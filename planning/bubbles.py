@@ -110,7 +110,8 @@ def bubbles_along(
     the radius is; dem_sigma_m is added. filter: None = the usual one. covariance_m2: (n, 3, 3) of a history of poses:
     nothing is predicted then, and no anchors are needed. buildings: hide anchors, and are to be kept clear of.
     under_ground: whether a point below the ground or in a building is a mistake or a violated bubble.
-    mode, curvature, unknown: as in ``visibility.min_visible_altitude``. progress: takes the finished share.
+    mode, curvature, unknown: as in ``visibility.min_visible_altitude``; of an anchor with a radio its signal decides.
+    progress: takes the finished share.
     Raises BubbleError, MeasurementError, TimeOrderError, AnchorError, VisibilityInputError.
     """
     # what is wrong with the path shows before the sight lines, which take longest
@@ -120,14 +121,17 @@ def bubbles_along(
     if covariance_m2 is None:
         share = None if progress is None else lambda done: progress(SHARE_OF_SIGHT_LINES * done)
         sight = min_visible_altitude(grid, tuple(anchors), mode, curvature, unknown=unknown, progress=share)
-        sets = visible_sets(sight, points_m)
         anchors_m = np.array([_position_m(grid, anchor) for anchor in anchors])
-        # between posts a map is not exact, and the lines that plans are judged by are
-        visible = exact_lines(sight, points_m)[0] if mode == "exact" else sets.visible()
+        if mode == "exact" or any(isinstance(anchor, Anchor) and anchor.radio is not None for anchor in anchors):
+            # between posts a map is not exact, and the lines that plans are judged by are
+            got = exact_lines(sight, points_m)
+            visible, unsure = got.visible, int(np.count_nonzero(got.unknown.any(axis=1)))
+        else:
+            sets = visible_sets(sight, points_m)
+            visible, unsure = sets.visible(), int(np.count_nonzero(sets.unknown))
         if buildings is not None:
             visible = clear_of_buildings(grid, buildings, points_m, anchors_m, sight.curvature, asked=visible)
         warnings += sight.warnings
-        unsure = int(np.count_nonzero(sets.unknown))
         if unsure:
             warnings.append(
                 f"At {unsure} point{'' if unsure == 1 else 's'} it is not known of some anchor whether it is in sight; "

@@ -18,8 +18,9 @@ Limit = Literal[
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
 # Of what is usable each cell asks for some 15 signals, which cost as much as the posts that they pass: about the middle
-# between gentle ground (0.02 µs) and rough ground (0.3 µs), of which trees take twice as much.
+# between gentle ground (0.02 µs) and rough ground (0.3 µs), of which trees take twice as much; at one height for one.
 SECONDS_PER_SIGNAL_CELL_AND_SIDE = 100e-9
+SIGNALS_PER_CELL = 15
 TIMES_WITH_TREES = 2.0
 BYTES_PER_CELL = 24
 # altitude, hidden-below and visible: float32, float32, uint8
@@ -84,11 +85,14 @@ def sight_lines(cells: int, sources: int, mode: Literal["fast", "exact"]) -> Ite
     yield from (Demand("max_anchor_cells", cells * sources, memory.what, memory.remedy), memory, time)
 
 
-def signals_over(cells: int, sources: int, trees: bool) -> Demand:
-    """Of a map of what is usable, besides its sight lines: nearly all the time that it takes. trees: on the ground."""
+def signals_over(cells: int, sources: int, trees: bool, *, one_height: bool = False) -> Demand:
+    """Of a map of what is usable, besides its sight lines: nearly all the time that it takes.
+
+    trees: on the ground. one_height: receivers are at one height above ground, of which each cell asks once.
+    """
     per_cell_s = SECONDS_PER_SIGNAL_CELL_AND_SIDE * math.sqrt(cells) * (TIMES_WITH_TREES if trees else 1.0)
-    seconds = cells * sources * per_cell_s
-    what = f"What is usable over {cells:,} cells x {sources} anchor{'s' * (sources != 1)}{' with trees' * trees}"
+    seconds = cells * sources * per_cell_s / (SIGNALS_PER_CELL if one_height else 1)
+    what = f"What is usable over {cells:,} cells x {sources:,} anchor{'s' * (sources != 1)}{' with trees' * trees}"
     return Demand(
         "max_job_s", seconds, f"{what} would take about {seconds:.2g} s,", "; ask for fewer anchors or a smaller DEM"
     )

@@ -36,7 +36,7 @@ from .limits import DEFAULT_MAX_CELLS
 from .mesh import TriangleMesh, grid_mesh
 from .nearest_surface import NearestSurface, nearest_surface
 from .sampling import height_at
-from .standing import Standing, Trees
+from .standing import SkyDepths, Standing, Trees
 from .synthetic import cone, fractal, horizon_distance_m, plane, ridge, wedge
 from .tiles.library import GroundLibrary, index_ground, read_library
 from .tiles.mosaic import read_mosaic
@@ -72,6 +72,7 @@ __all__ = [
     "Provenance",
     "RasterFile",
     "SampleError",
+    "SkyDepths",
     "Standing",
     "TerrainError",
     "Tile",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +14,7 @@ import shapely
 
 from .errors import ElevationGridError
 
-__all__ = ["Standing", "Trees"]
+__all__ = ["SkyDepths", "Standing", "Trees"]
 
 Reals = npt.NDArray[np.float64]
 Heights = npt.NDArray[np.float32]
@@ -59,13 +61,43 @@ class Standing:
         return tuple(part for part in shapely.get_parts(together) if part.geom_type == "Polygon" and part.area > 0.0)
 
 
+@dataclass(frozen=True, slots=True)
+class SkyDepths:
+    """Optical depth per metre of canopy by the direction in which a way leads up.
+
+    elevation_edges_rad: (m + 1,) ascending edges of rings; ways below the first or above the last are of that ring.
+    depth_per_m: m rows of n numbers >= 0, for n equal sectors clockwise from grid north, the first beginning there.
+    Raises ElevationGridError.
+    """
+
+    elevation_edges_rad: tuple[float, ...]
+    depth_per_m: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self) -> None:
+        edges, rows = self.elevation_edges_rad, self.depth_per_m
+        if len(edges) < 2 or not all(low < high for low, high in pairwise(edges)):
+            raise ElevationGridError("Rings of a canopy's depths need two ascending edges or more.")
+        if len(rows) != len(edges) - 1 or not rows[0] or len({len(row) for row in rows}) > 1:
+            raise ElevationGridError(f"A canopy's depths need {len(edges) - 1} rows of equally many sectors.")
+        if not all(math.isfinite(depth) and depth >= 0.0 for row in rows for depth in row):
+            raise ElevationGridError("A canopy's depths must be numbers >= 0.")
+
+    def at(self, azimuth_rad: npt.ArrayLike, elevation_rad: npt.ArrayLike) -> Reals:
+        """(n,) depths of ways that lead up in these directions."""
+        table = np.array(self.depth_per_m)
+        ring = np.searchsorted(np.array(self.elevation_edges_rad[1:-1]), np.asarray(elevation_rad), side="right")
+        turned = np.asarray(azimuth_rad, np.float64) % (2.0 * np.pi) / (2.0 * np.pi)
+        found: Reals = table[ring, np.minimum((turned * table.shape[1]).astype(np.intp), table.shape[1] - 1)]
+        return found
+
+
 @dataclass(frozen=True, eq=False)
 class Trees:
     """Canopy over the posts of a grid: it hides nothing, and weakens what passes.
 
     top_m, base_m: (rows, cols) heights over the ground of crowns and of where they begin, 0 = none, NaN = unknown.
     model: what a way through costs a signal, as ``visibility.signal`` names it; depth_per_m: of the model "density",
-    optical depth per metre; season: factor on the loss. notes: what was done to get them, sentences.
+    optical depth per metre, or sky in its place; season: factor on the loss. notes: what was done to get them.
     """
 
     top_m: Heights
@@ -74,11 +106,13 @@ class Trees:
     depth_per_m: float | None = None
     season: float = 1.0
     notes: tuple[str, ...] = ()
+    sky: SkyDepths | None = None
 
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all but the notes."""
-        sha = hashlib.sha256(repr((self.model, self.depth_per_m, self.season)).encode())
+        of_sky = () if self.sky is None else (self.sky,)
+        sha = hashlib.sha256(repr((self.model, self.depth_per_m, self.season, *of_sky)).encode())
         sha.update(np.ascontiguousarray(self.top_m).tobytes())
         sha.update(np.ascontiguousarray(self.base_m).tobytes())
         return sha.hexdigest()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -14,25 +15,26 @@ from planning.questions.models import MEASURES
 from planning.questions.problems import PathProblem
 from terrain import height_at
 from visibility import (
+    UNKNOWN,
     VISIBLE,
     Anchor,
     DistantAnchor,
     MinimumVisibleAltitude,
     MovingAnchor,
     VisibilityInputError,
-    lines_of_sight,
-    min_visible_altitude,
     visible_sets,
 )
 from visibility.dilution import pack_sets, surface_normals
 from visibility.dilution.dop import solve
 from visibility.dilution.dop_questions import kind_code
 from visibility.dilution.sets_in_sight import column_tables
-from visibility.sight import ALL_ROUND, SurfaceCache, doubted
+from visibility.sight import SurfaceCache, doubted
+from visibility.sight.sight_points import points_within_reach
+from visibility.signal import min_usable_altitude, reception
 
 from .places import Cells, metres_of
 
-__all__ = ["Positioning", "SightMaps", "Sightings", "anchor_places", "exact_lines", "sight_maps"]
+__all__ = ["Positioning", "Received", "SightMaps", "Sightings", "anchor_places", "exact_lines", "sight_maps"]
 
 Floats = npt.NDArray[np.float64]
 Standing = Anchor | DistantAnchor
@@ -93,7 +95,10 @@ def sight_maps(problem: PathProblem) -> SightMaps | None:
     if problem.minimum is not None:
         return _Standing(problem, problem.minimum)
     standing = tuple(anchor for anchor in problem.anchors if isinstance(anchor, Standing))
-    return _Standing(problem, min_visible_altitude(problem.grid, standing, "exact")) if standing else None
+    if not standing:
+        return None
+    antenna_m = problem.rover.receiver_above_ground_m
+    return _Standing(problem, min_usable_altitude(problem.grid, standing, "exact", only_above_ground_m=antenna_m))
 
 
 def anchor_places(problem: PathProblem, anchor: Standing | MovingAnchor, times_s: Floats) -> Floats:
@@ -138,8 +143,9 @@ class _Standing:
     def sightings(self, places: Floats, times_s: Floats) -> Sightings:
         del times_s
         points_m = _antennas(self.problem, places)
-        visible, margin_m = exact_lines(self.minimum, points_m)
-        return Sightings(visible, margin_m, _dilution(self.problem, self.minimum, points_m, visible))
+        got = exact_lines(self.minimum, points_m)
+        dop = _dilution(self.problem, self.minimum, points_m, got.visible)
+        return Sightings(got.visible, got.margin_m, dop)
 
 
 class _Moving:
@@ -147,7 +153,9 @@ class _Moving:
 
     def __init__(self, problem: PathProblem) -> None:
         self._problem = problem
-        self._cache = SurfaceCache(problem.grid, "exact")
+        antenna_m = problem.rover.receiver_above_ground_m
+        usable = partial(min_usable_altitude, only_above_ground_m=antenna_m)
+        self._cache = SurfaceCache(problem.grid, "exact", calculate=usable)
         self._frames: dict[float, Positioning] = {}
 
     @property
@@ -196,15 +204,15 @@ class _Moving:
             if len(which) == 0:
                 continue
             minimum = _lines_only(problem, tuple(anchor for anchor in here if anchor is not None), self._cache)
-            seen, clear_m = exact_lines(minimum, points_m[at])
-            visible[np.ix_(at, which)], margin_m[np.ix_(at, which)] = seen, clear_m
-            dop[at] = _dilution(problem, minimum, points_m[at], seen)
+            got = exact_lines(minimum, points_m[at])
+            visible[np.ix_(at, which)], margin_m[np.ix_(at, which)] = got.visible, got.margin_m
+            dop[at] = _dilution(problem, minimum, points_m[at], got.visible)
         return Sightings(visible, margin_m, dop)
 
 
 def _lines_only(problem: PathProblem, anchors: tuple[Standing, ...], cache: SurfaceCache) -> MinimumVisibleAltitude:
-    """Anchors as the exact lines want them; surfaces only where limits of antennas or satellites need them."""
-    if any(isinstance(anchor, DistantAnchor) or anchor.limits != ALL_ROUND for anchor in anchors):
+    """Anchors as the exact lines want them; surfaces only where satellites need them."""
+    if any(isinstance(anchor, DistantAnchor) for anchor in anchors):
         return cache.surfaces(anchors)
     none = np.zeros((0, *problem.grid.shape), np.float32)
     return MinimumVisibleAltitude(
@@ -219,25 +227,40 @@ def _antennas(problem: PathProblem, places: Floats) -> Floats:
     return np.column_stack([east_m, north_m, ground_m + problem.rover.receiver_above_ground_m])
 
 
-def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats) -> tuple[npt.NDArray[np.bool_], Floats]:
-    """(visible, clearance) of each point (n, 3) and anchor, (n, k) each, by exact sight lines on the maps' grid."""
+@dataclass(frozen=True, eq=False, slots=True)
+class Received:
+    """What n points get of k anchors: visible, unknown (n, k) bool; margin_m (n, k) clearance of the sight line."""
+
+    visible: npt.NDArray[np.bool_]
+    unknown: npt.NDArray[np.bool_]
+    margin_m: Floats
+
+
+def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats) -> Received:
+    """What points (n, 3) get of the anchors of maps, line by line: by their signals where they have radios."""
     k = len(minimum.anchors)
-    visible, margin_m = np.zeros((len(points_m), k), np.bool_), np.full((len(points_m), k), np.nan)
-    within = visible_sets(minimum, points_m).visible() if len(minimum.altitude_m) else None
+    visible, unknown = np.zeros((len(points_m), k), np.bool_), np.zeros((len(points_m), k), np.bool_)
+    margin_m = np.full((len(points_m), k), np.nan)
+    distant = any(isinstance(anchor, DistantAnchor) for anchor in minimum.anchors)
+    of_maps = visible_sets(minimum, points_m).visible() if distant else visible
     for number, anchor in enumerate(minimum.anchors):
         if isinstance(anchor, DistantAnchor):
-            assert within is not None, "distant anchors have surfaces"
-            visible[:, number] = within[:, number]
+            visible[:, number] = of_maps[:, number]
             continue
         eye_m = np.broadcast_to([anchor.east_m, anchor.north_m, anchor.altitude_m], points_m.shape)
-        sight = lines_of_sight(minimum.grid, eye_m, points_m, curvature=minimum.curvature, unknown=minimum.unknown)
-        visible[:, number] = sight.verdict == VISIBLE
-        if anchor.limits != ALL_ROUND:
-            assert within is not None, "limited anchors have surfaces"
-            visible[:, number] &= within[:, number]
-        visible[:, number] &= ~doubted(anchor.doubts, points_m)
-        margin_m[:, number] = sight.clearance_m
-    return visible, margin_m
+        got = reception(
+            *(minimum.grid, eye_m, points_m, anchor.radio),
+            curvature=minimum.curvature,
+            unknown=minimum.unknown,
+            clearance=True,
+        )
+        assert got.clearance_m is not None, "it was asked for"
+        within = points_within_reach(anchor, points_m, minimum.curvature)
+        told = ~doubted(anchor.doubts, points_m)
+        visible[:, number] = (got.verdict == VISIBLE) & within & told
+        unknown[:, number] = ((got.verdict == UNKNOWN) | ((got.verdict == VISIBLE) & ~told)) & within
+        margin_m[:, number] = got.clearance_m
+    return Received(visible, unknown, margin_m)
 
 
 def _dilution(

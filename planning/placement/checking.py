@@ -11,13 +11,14 @@ import numpy.typing as npt
 
 from planning.errors import PlacementError
 from terrain import ElevationGrid, height_at
-from visibility import Anchor, Curvature, dop, dop_map, min_visible_altitude
+from visibility import Anchor, Curvature, dop, dop_map
 from visibility.dilution import least_anchors
+from visibility.signal import min_usable_altitude
 
-from .cluster import sight_table
+from .cluster import anchors_table, sight_table
 from .judges import Goal, Problem, shown_value
-from .placing import Placement, anchor_rows, positions_of
-from .sight import SightOptions
+from .placing import Placement, anchor_rows
+from .sight import SightOptions, positions_of
 from .targets import Targets
 
 __all__ = [
@@ -128,7 +129,7 @@ def _problem_of(
     grid: ElevationGrid, anchors: Sequence[Anchor], targets: Targets, goal: Goal, sight: SightOptions
 ) -> Problem:
     """The anchors as candidates."""
-    table = sight_table(grid, targets, positions_of(anchors), sight).table
+    table = anchors_table(grid, targets, anchors, sight)
     none = sight_table(grid, targets, np.zeros((0, 3)), sight).table
     return Problem(targets, goal, anchor_rows(anchors, goal), table, np.zeros((0, 4)), none)
 
@@ -158,7 +159,7 @@ def placement_geometry(grid: ElevationGrid, placement: Placement) -> PlacementGe
     """The geometry of all anchors of a placement, those that stood before included."""
     anchors, targets, goal = (*placement.fixed, *placement.anchors), placement.targets, placement.goal
     positions_m = positions_of(anchors)
-    bits = sight_table(grid, targets, positions_m, placement.sight).table.bits
+    bits = anchors_table(grid, targets, anchors, placement.sight).bits
     visible = np.unpackbits(bits.view(np.uint8), axis=1, bitorder="little")[:, : len(targets)].T.astype(np.bool_)
     normal = targets.normal if goal.on_surface else None
     found = dop(positions_m, targets.point_m, goal.kind, visible=visible, surface_normal=normal)
@@ -228,8 +229,12 @@ def placement_maps(
         count = np.zeros(grid.shape, np.uint8)
         dop = np.where(np.isnan(grid.heights_m), np.float32(np.nan), np.float32(np.inf))
         if anchors:
-            lines = min_visible_altitude(grid, anchors, sight.mode, curvature, unknown=unknown or sight.unknown)
             height_m = placement.targets.above_ground_m
+            lines = min_usable_altitude(
+                *(grid, anchors, sight.mode, curvature),
+                unknown=unknown or sight.unknown,
+                only_above_ground_m=height_m,
+            )
             found = dop_map(lines, height_m, goal.kind, measure=goal.measure, on_surface=goal.on_surface)
             count, dop, told = found.count.astype(np.uint8), found.dop, lines.error_statement
         maps.append((count, dop))

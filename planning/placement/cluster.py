@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,12 @@ import numpy.typing as npt
 
 from planning.errors import ClusterError, PlacementError
 from terrain import ElevationGrid
+from visibility import Anchor
 
-from .sight import Bits, Parcel, SightOptions, SightTable, enter, parcel_bits, parcels
+from .sight import Bits, Parcel, SightOptions, SightTable, enter, parcel_bits, parcels, positions_of
 from .targets import Targets
 
-__all__ = ["Cluster", "WorkedOut", "bits_from_cluster", "results_from_cluster", "sight_table"]
+__all__ = ["Cluster", "WorkedOut", "anchors_table", "bits_from_cluster", "results_from_cluster", "sight_table"]
 
 TRIES = 3
 LOOK_EVERY_S = 0.2
@@ -207,6 +208,18 @@ def sight_table(
             return WorkedOut(table, done, warnings)
     take_in(_here(makes, sorted(left), stopped))
     return WorkedOut(table, done, warnings)
+
+
+def anchors_table(
+    grid: ElevationGrid, targets: Targets, anchors: Sequence[Anchor], options: SightOptions
+) -> SightTable:
+    """The sight of anchors that stand and of targets: by the signal of each that has a radio. Raises AnchorError."""
+    table = SightTable(np.zeros((len(anchors), max((len(targets) + 63) // 64, 1)), np.uint64), len(targets))
+    for radio in dict.fromkeys(anchor.radio for anchor in anchors):
+        rows = [number for number, anchor in enumerate(anchors) if anchor.radio == radio]
+        places_m = positions_of([anchors[number] for number in rows])
+        table.bits[rows] = sight_table(grid, targets, places_m, replace(options, radio=radio)).table.bits
+    return table
 
 
 def _here(

@@ -14,15 +14,15 @@ from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.sight import Anchor, AntennaLimits, check_anchors
 
-from .cluster import Cluster, sight_table
+from .cluster import Cluster, anchors_table, sight_table
 from .judges import CountJudge, Goal, Problem, judge_of, shown_value
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import Found, SearchOptions, fewest, search
-from .sight import SightOptions, SightTable
+from .sight import SightOptions, SightTable, positions_of
 from .targets import Candidates, Targets
 from .together import Together
 
-__all__ = ["Placement", "anchor_rows", "place_anchors", "positions_of", "prepare", "require_enough", "require_sight"]
+__all__ = ["Placement", "anchor_rows", "place_anchors", "prepare", "require_enough", "require_sight"]
 
 Floats = npt.NDArray[np.float64]
 SHARE_OF_SIGHT = 0.7
@@ -190,8 +190,7 @@ def prepare(
     warnings = check_anchors(grid, fixed) if fixed else ()
     seeing = replace(sight or SightOptions(), max_range_m=rules.max_range_m)
     feasible = feasible_candidates(grid, candidates, rules, targets)
-    fixed_m = positions_of(fixed)
-    fixed_sight = sight_table(grid, targets, fixed_m, seeing).table
+    fixed_sight = anchors_table(grid, targets, fixed, seeing)
     worked = sight_table(
         grid,
         targets,
@@ -208,13 +207,8 @@ def prepare(
     position_m = feasible.candidates.position_m
     weight = np.full((len(position_m), 1), 1.0 if goal.is_share else goal.ranging_sigma_m**-2)
     problem = Problem(targets, goal, np.hstack([position_m, weight]), table, anchor_rows(fixed, goal), fixed_sight)
-    together = Together(grid, position_m, fixed_m, rules.min_separation_m, rules.link)
+    together = Together(grid, position_m, positions_of(fixed), rules.min_separation_m, rules.link)
     return Ready(problem, together, feasible, tuple(fixed), rules, seeing, (*warnings, *worked.warnings))
-
-
-def positions_of(anchors: Sequence[Anchor]) -> Floats:
-    """(n, 3) east, north, altitude, metres."""
-    return np.array([(a.east_m, a.north_m, a.altitude_m) for a in anchors], np.float64).reshape(-1, 3)
 
 
 def anchor_rows(anchors: Sequence[Anchor], goal: Goal) -> Floats:
@@ -237,8 +231,8 @@ def answer(ready: Ready, found: Found, count: int, needed: int | None, timing_s:
         )
     limits = AntennaLimits(max_range_m=ready.rules.max_range_m)
     anchors = tuple(
-        Anchor(f"P{number}", east_m, north_m, altitude_m, ranging_sigma_m=goal.ranging_sigma_m, limits=limits)
-        for number, (east_m, north_m, altitude_m) in enumerate(problem.anchor[order, :3].tolist(), 1)
+        Anchor(f"P{number}", *at_m, goal.ranging_sigma_m, limits=limits, radio=ready.sight.radio)
+        for number, at_m in enumerate(map(_place, problem.anchor[order].tolist()), 1)
     )
     return Placement(
         anchors=anchors,
@@ -263,6 +257,10 @@ def answer(ready: Ready, found: Found, count: int, needed: int | None, timing_s:
         timing_s=timing_s,
         version=VERSION,
     )
+
+
+def _place(row: list[float]) -> tuple[float, float, float]:
+    return row[0], row[1], row[2]
 
 
 def _by_gain(problem: Problem, chosen: list[int]) -> tuple[list[int], Floats]:

@@ -16,8 +16,8 @@ from visibility.sight import check_anchors
 
 from .judges import CountJudge, Goal, judge_of
 from .moves import ROUNDING, USUAL_HEIGHTS_M, Move, MoveQuestion
-from .placing import positions_of
 from .rules import candidates_within, feasible_candidates
+from .sight import positions_of
 from .stretches import SeenStretch, flight_costs, problem_along, worth_over
 from .together import may_stand_beside
 
@@ -162,9 +162,9 @@ def _places_of(
     if not keep.any():
         return None
     numbers, place_m = numbers[keep], place_m[keep]
-    bits = stretch.seen_from_posts(post[numbers], place_m)
+    bits = stretch.seen_from_posts(post[numbers], place_m, anchor.radio)
     rows = np.hstack([place_m, np.ones((len(place_m), 1))])
-    problem = problem_along(stretch.few, goal, others, stretch.seen_from(positions_of(others), stretch.few), rows, bits)
+    problem = problem_along(stretch.few, goal, others, stretch.seen_from(others, stretch.few), rows, bits)
     everyone = np.arange(len(place_m))
     share = judge_of(problem).with_each([], everyone)
     partly = CountJudge(problem, goal.needed_with_spare, partial=True).with_each([], everyone)

@@ -12,8 +12,9 @@ import shapely
 
 from planning.errors import NoCandidateError, PlacementError
 from terrain import ElevationGrid
-from visibility import VISIBLE, lines_of_sight
+from visibility import VISIBLE
 from visibility.sight.roofs import roofs_over
+from visibility.signal import Radio, reception
 
 from .targets import Candidates, Targets
 
@@ -38,12 +39,14 @@ class Link:
     """What a link needs: a line of sight no longer than max_range_m.
 
     bases_m: (b, 3) as tuples: base stations or parent drones, east, north, altitude. relays: how many other anchors a
-        link may go over; 0 = every anchor sees a base itself. Raises PlacementError.
+        link may go over; 0 = every anchor sees a base itself. radio: of both ends: its signal decides, in place of
+        sight. Raises PlacementError.
     """
 
     bases_m: tuple[tuple[float, float, float], ...]
     max_range_m: float = math.inf
     relays: int = 0
+    radio: Radio | None = None
 
     def __post_init__(self) -> None:
         if not self.bases_m or not np.isfinite(np.array(self.bases_m, np.float64)).all():
@@ -55,14 +58,14 @@ class Link:
 
 
 def linked_pairs(grid: ElevationGrid, link: Link, one_m: Floats, other_m: Floats) -> npt.NDArray[np.bool_]:
-    """(n, m) bool: whether places (n, 3) and (m, 3) have a link; sight over unknown ground is none."""
+    """(n, m) bool: whether places (n, 3) and (m, 3) have a link; over unknown ground there is none."""
     apart_m = np.sqrt(((one_m[:, None, :] - other_m[None, :, :]) ** 2).sum(axis=2))
     linked: npt.NDArray[np.bool_] = apart_m <= link.max_range_m
     first, second = np.nonzero(linked)
     for start in range(0, len(first), LINES_AT_ONCE):
         part = slice(start, start + LINES_AT_ONCE)
-        sight = lines_of_sight(grid, one_m[first[part]], other_m[second[part]])
-        linked[first[part], second[part]] = sight.verdict == VISIBLE
+        got = reception(grid, one_m[first[part]], other_m[second[part]], link.radio)
+        linked[first[part], second[part]] = got.verdict == VISIBLE
     return linked
 
 

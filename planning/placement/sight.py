@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -13,11 +13,21 @@ import numpy.typing as npt
 
 from planning.kernels.placement import keep_in_range
 from terrain import ElevationGrid
-from visibility import VISIBLE, Anchor, Curvature, lines_of_sight, min_visible_altitude, visible_sets
+from visibility import VISIBLE, Anchor, Curvature, min_visible_altitude, visible_sets
+from visibility.signal import Radio, reception
 
 from .targets import Targets
 
-__all__ = ["Parcel", "SightOptions", "SightTable", "enter", "parcel_bits", "parcels", "sampled_table"]
+__all__ = [
+    "Parcel",
+    "SightOptions",
+    "SightTable",
+    "enter",
+    "parcel_bits",
+    "parcels",
+    "positions_of",
+    "sampled_table",
+]
 
 Bits = npt.NDArray[np.uint64]
 Floats = npt.NDArray[np.float64]
@@ -35,12 +45,14 @@ class SightOptions:
     """How sight is worked out; sight over unknown ground never counts as sight.
 
     max_range_m: longest slant range that is measured. curvature: None = as the grid's CRS implies.
+    radio: of anchors that are placed: their signals decide then, in place of sight.
     """
 
     mode: Literal["fast", "exact"] = "fast"
     curvature: Curvature | None = None
     max_range_m: float = math.inf
     unknown: Literal["unknown", "open"] = "unknown"
+    radio: Radio | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +82,11 @@ class Parcel:
     targets: Targets
     which: npt.NDArray[np.intp] | None
     options: SightOptions
+
+
+def positions_of(anchors: Sequence[Anchor]) -> Floats:
+    """(n, 3) east, north, altitude, metres."""
+    return np.array([(a.east_m, a.north_m, a.altitude_m) for a in anchors], np.float64).reshape(-1, 3)
 
 
 def parcels(
@@ -139,12 +156,14 @@ def _window(grid: ElevationGrid, place_m: Floats, reach_m: float) -> tuple[int, 
 def parcel_bits(parcel: Parcel) -> Bits:
     """(n, words) sight of a parcel's anchors and targets. Raises AnchorError.
 
-    A few points are asked line by line, which is exact; many by the surfaces of minimum visible altitude.
+    A few points are asked line by line, which is exact, and all where signals decide; many by the surfaces of minimum
+    visible altitude.
     """
     grid, targets, options = parcel.grid, parcel.targets, parcel.options
     if len(targets) == 0:
         return np.zeros((len(parcel.rows), 1), np.uint64)
-    if targets.post is None and (options.mode == "exact" or len(targets) < grid.heights_m.size * LINES_PER_POST):
+    few = options.mode == "exact" or len(targets) < grid.heights_m.size * LINES_PER_POST
+    if options.radio is not None or (targets.post is None and few):
         return pack(_lines(parcel))
     anchors = [
         Anchor(f"{row}", east_m, north_m, altitude_m)
@@ -164,17 +183,19 @@ def parcel_bits(parcel: Parcel) -> Bits:
 
 
 def _lines(parcel: Parcel) -> npt.NDArray[np.bool_]:
-    """(n, m) bool: sight of each target from each anchor, along exact lines."""
+    """(n, m) bool: whether each target gets each anchor, along exact lines."""
     grid, targets, options = parcel.grid, parcel.targets, parcel.options
     seen = np.zeros((len(parcel.rows), len(targets)), np.bool_)
     for number, place_m in enumerate(parcel.position_m):
         near = np.flatnonzero(((targets.point_m - place_m) ** 2).sum(axis=1) <= options.max_range_m**2)
         if len(near):
             from_m = np.broadcast_to(place_m, (len(near), 3))
-            sight = lines_of_sight(
-                grid, from_m, targets.point_m[near], curvature=options.curvature, unknown=options.unknown
+            got = reception(
+                *(grid, from_m, targets.point_m[near], options.radio),
+                curvature=options.curvature,
+                unknown=options.unknown,
             )
-            seen[number, near] = sight.verdict == VISIBLE
+            seen[number, near] = got.verdict == VISIBLE
     return seen
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,11 @@ import numpy.typing as npt
 from planning.errors import PlacementError
 from terrain import ElevationGrid
 from visibility import Anchor, min_visible_altitude
+from visibility.signal import Radio
 
-from .cluster import sight_table
+from .cluster import anchors_table, sight_table
 from .judges import CountJudge, GeometryJudge, Goal, Problem, shown_value
-from .placing import anchor_rows, positions_of
+from .placing import anchor_rows
 from .sight import Bits, SightOptions, SightTable, pack, sampled_targets
 from .targets import Targets, path_targets
 
@@ -150,16 +151,24 @@ class SeenStretch:
         surfaces = min_visible_altitude(grid, rover, options.mode, options.curvature, unknown=options.unknown)
         return cls(grid, targets, few, surfaces.altitude_m, options)
 
-    def seen_from_posts(self, post: npt.NDArray[np.intp], position_m: Floats) -> Bits:
-        """(n, 1) which of the few points are seen from places (n, 3) straight above posts (n,)."""
+    def seen_from_posts(self, post: npt.NDArray[np.intp], position_m: Floats, radio: Radio | None = None) -> Bits:
+        """(n, 1) which of the few points are seen from places (n, 3) straight above posts (n,).
+
+        With a radio by its signal, line by line.
+        """
+        if radio is not None:
+            return sight_table(self.grid, self.few, position_m, replace(self._exact, radio=radio)).table.bits
         seen = position_m[:, 2].astype(np.float32) >= self.altitude_m.reshape(len(self.few), -1)[:, post]
         away_m2 = ((self.few.point_m[:, None, :] - position_m[None, :, :]) ** 2).sum(axis=2)
         return pack((seen & (away_m2 <= self.options.max_range_m**2)).T)
 
-    def seen_from(self, position_m: Floats, targets: Targets) -> Bits:
-        """(n, words) which targets are seen from places (n, 3), line by line."""
-        exact = SightOptions("exact", self.options.curvature, self.options.max_range_m, self.options.unknown)
-        return sight_table(self.grid, targets, position_m, exact).table.bits
+    def seen_from(self, anchors: Sequence[Anchor], targets: Targets) -> Bits:
+        """(n, words) which targets get anchors, line by line."""
+        return anchors_table(self.grid, targets, anchors, self._exact).bits
+
+    @property
+    def _exact(self) -> SightOptions:
+        return replace(self.options, mode="exact")
 
 
 def value_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> float:
@@ -169,7 +178,7 @@ def value_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> f
 
 def worth_over(stretch: SeenStretch, anchors: Sequence[Anchor], goal: Goal) -> tuple[float, float]:
     """(the same, the mean part of the anchors that the goal needs in sight), both 0..1."""
-    bits = stretch.seen_from(positions_of(anchors), stretch.targets)
+    bits = stretch.seen_from(anchors, stretch.targets)
     problem = problem_along(stretch.targets, goal, anchors, bits, np.zeros((0, 4)), None)
     everyone = list(range(len(anchors)))
     partly = CountJudge(problem, goal.needed_with_spare, partial=True).value(everyone)
@@ -182,8 +191,7 @@ def good_along(
     """(m,) which points have what a goal that is a share asks for."""
     if not anchors:
         return np.zeros(len(targets), np.bool_)
-    exact = SightOptions("exact", sight.curvature, sight.max_range_m, sight.unknown)
-    bits = sight_table(grid, targets, positions_of(anchors), exact).table.bits
+    bits = anchors_table(grid, targets, anchors, replace(sight, mode="exact")).bits
     problem = problem_along(targets, goal, anchors, bits, np.zeros((0, 4)), None)
     return np.asarray(GeometryJudge(problem).of_targets(list(range(len(anchors)))) > 0.5)
 

@@ -1,4 +1,4 @@
-"""Which anchors a walk sees, by exact sight lines from where each anchor is when the rover is there."""
+"""Which anchors a walk gets, by exact lines from where each anchor is when the rover is there: sight, or its signal."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from visibility import (
     MovingAnchor,
     VisibilityInputError,
     dop,
-    lines_of_sight,
 )
 from visibility.dilution import DopKind
+from visibility.signal import reception
 
 __all__ = ["AnyAnchor", "SightAlong", "dilution_along", "sight_along"]
 
@@ -83,7 +83,11 @@ def sight_along(
         sources_m[:, number] = ends_m[known]
         if distant[number]:
             ends_m = _beyond_the_grid(grid, ends_m, antenna_m[there], curvature)
-        lines = lines_of_sight(grid, antenna_m[there], ends_m, curvature=curvature, unknown=unknown)
+        radio = one.radio if isinstance(one, Anchor) else None
+        lines = reception(
+            *(grid, ends_m, antenna_m[there], radio), curvature=curvature, unknown=unknown, clearance=True
+        )
+        assert lines.clearance_m is not None, "it was asked for"
         reached = np.ones(len(there), np.bool_)
         if isinstance(one, Anchor):
             reached = _within_reach(one.limits, ends_m, antenna_m[there], curvature)

@@ -39,6 +39,7 @@ COMMANDS: Mapping[str, str] = {
     "sites": "service.cli.sites:sites",
     "bridge": "service.cli.field.bridge:bridge",
     "receiver": "service.cli.field.receiver:receiver",
+    "canopy": "service.cli.field.canopy:canopy",
     "targets": "service.cli.field.targets:targets",
     "place": "service.cli.place:place",
     "plan": "service.cli.plan:plan",

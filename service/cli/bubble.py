@@ -22,7 +22,7 @@ from .asking.options import (
     RangeSigma,
     Reading,
     RequestFile,
-    SightOptions,
+    SignalOptions,
     option,
     told,
 )
@@ -96,7 +96,7 @@ def bubble(
             "M2/S3",
         ),
     ] = None,
-    sight: SightOptions = SightOptions(),
+    sight: SignalOptions = SignalOptions(),
     doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
@@ -120,14 +120,13 @@ def bubble(
             raise RequestError(f"Missing option '--path': {PATH}")
         swerves = {} if agility is None else {"horizontal_m2_per_s3": agility, "up_m2_per_s3": agility}
         fields = {
-            "anchors": anchors.part(range_sigma),
             "satellites": satellites.part(range_sigma),
             "buildings": reading.cover.mesh(),
             **trajectory_from_file(path, height).fields(),
             **({} if speed is None else {"speed_m_per_s": speed}),
             **told(filter),
             **({"motion": swerves} if swerves else {}),
-            **told(sight),
+            **sight.part(anchors.part(range_sigma)),
             **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
         }

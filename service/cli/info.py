@@ -73,6 +73,7 @@ def _facts(ground: Ground, driver: str | None, heights_m: dict[str, float] | Non
         ("heights count from", ground.heights_count_from),
         ("heights", heights),
         ("unknown posts", f"{ground.unknown_posts:,} ({100.0 * ground.unknown_posts / posts:.2f} %)"),
+        *(ground.cover.sentences() if ground.cover is not None else [("stands on it", "nothing that is known")]),
         ("converted", "\n".join(ground.conversions) or "nothing"),
         ("sha256", ground.sha256),
     ]

@@ -22,10 +22,9 @@ from .asking.options import (
     Output,
     Reading,
     RequestFile,
-    SightOptions,
+    SignalOptions,
     TerrainFrame,
     option,
-    told,
 )
 from .asking.placing import CandidateOptions, LinkOptions, PlacementGoal, PlacementRules, TargetOptions
 from .output import facts_table, share_text
@@ -59,7 +58,7 @@ def place(
         str | None, option("Work out sight on the Dask cluster of this scheduler, tcp://HOST:8786.", "ADDRESS")
     ] = None,
     or_local: Annotated[bool, option("Work here, with a warning, where the cluster cannot be reached.")] = False,
-    sight: SightOptions = SightOptions(),
+    sight: SignalOptions = SignalOptions(),
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -81,12 +80,12 @@ def place(
         one = {"count": count, "reach": reach, "seed": seed, "time_limit_s": time_limit}
         fields = {
             "candidates": candidates.part(),
-            "anchors": anchors.part(goal.ranging_sigma_m),
             "targets": targets.part(),
             "goal": goal.part(),
             "rules": {**rules.part(), "link": link.part(lonlat=anchors.lonlat)},
             **{name: value for name, value in one.items() if value is not None},
-            **told(sight),
+            **sight.part(anchors.part(goal.ranging_sigma_m)),
+            **({} if sight.radio is None else {"radio": sight.radio}),
             "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, PlacementParameters)

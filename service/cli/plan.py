@@ -18,6 +18,7 @@ from .asking.options import (
     WHOLE,
     Curvature,
     DemPath,
+    HeardOptions,
     Kind,
     Measure,
     Mode,
@@ -138,7 +139,7 @@ class BudgetOptions:
 
 @GROUP
 @dataclass(frozen=True, slots=True)
-class RestOptions:
+class RestOptions(HeardOptions):
     """Fields of the request itself."""
 
     start_heading_deg: Annotated[
@@ -206,11 +207,10 @@ def plan(
         sky = satellites.part(range_sigma)
         fields = {
             **way.part(lonlat=anchors.lonlat),
-            "anchors": anchors.part(range_sigma),
+            **rest.part(anchors.part(range_sigma)),
             **({} if sky is None else {"satellites": sky}),
-            **told(rest),
             **doubts.part(),
-            "tracks": tracks,
+            "tracks": rest.heard(tracks),
             "rover": told(rover),
             "limits": told(limits),
             "budget": budget.part(),

@@ -22,7 +22,7 @@ from .asking.options import (
     Reading,
     ReceiverHeight,
     RequestFile,
-    SightOptions,
+    SignalOptions,
     option,
     told,
 )
@@ -137,7 +137,7 @@ def reposition(
     moves: MoveOptions = MoveOptions(),
     flight: DroneOptions = DroneOptions(),
     rules: MoveRules = MoveRules(),
-    sight: SightOptions = SightOptions(),
+    sight: SignalOptions = SignalOptions(),
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -157,14 +157,13 @@ def reposition(
     if asked is None:
         standing = anchors.read()
         fields = {
-            "anchors": standing,
             **occlusions.part({one.id for one in standing}),
             **ahead.part(lonlat=anchors.lonlat),
             "goal": told(goal),
             **told(moves),
             "flight": told(flight),
             "rules": rules.part(),
-            **told(sight),
+            **sight.part([one.model_dump(exclude_none=True, exclude_unset=True) for one in standing]),
             "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, RepositioningParameters)

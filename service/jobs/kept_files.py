@@ -19,6 +19,7 @@ from pydantic import BaseModel, JsonValue, ValidationError
 
 from service.parts.anchors import AskedSources
 from service.parts.doubts import DoubtParameters, doubted_anchors
+from service.parts.radios import SightChoice
 from service.products import Finished, Product
 from terrain import ElevationGrid, LargeDem, Provenance, RasterFile
 from terrain.crs.texts import parse_crs
@@ -267,12 +268,13 @@ def _anchors(
 ) -> tuple[Anchor | DistantAnchor, ...]:
     if not isinstance(parameters, AskedSources):
         return ()
+    heard = isinstance(parameters, SightChoice) and parameters.usable
     near = tuple(
         Anchor(
             *(asked.id, east_m, north_m, altitude_m, asked.ranging_sigma_m, asked.pose_sigma_m),
             limits=asked.antenna_limits(),
             pose_covariance_m2=asked.pose_covariance(),
-            radio=None if asked.radio is None else asked.radio.radio(),
+            radio=asked.radio.radio() if heard and asked.radio is not None else None,
         )
         for asked, (east_m, north_m, altitude_m) in zip(parameters.near_sources(), positions_m, strict=True)
     )

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from service.parts.map_area import AreaParameters
 from service.parts.points import InADatum, Metres, NotNegativeMetres, Number, PointIn, Positive, StrictModel
-from service.parts.radios import RadioIn, Sight
+from service.parts.radios import RadioIn, SightChoice
 from visibility import AnchorError, AntennaLimits
 from visibility.sight.anchors import Covariance
 
@@ -30,7 +30,6 @@ __all__ = [
     "SightParameters",
     "TrackIn",
     "TrackPointIn",
-    "UsableParameters",
 ]
 
 Azimuth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-360.0, le=360.0)]
@@ -228,7 +227,7 @@ class AskedSources(Protocol):
         ...
 
 
-class SightParameters(AreaParameters):
+class SightParameters(AreaParameters, SightChoice):
     """Anchors, and how sight lines to them are calculated."""
 
     anchors: list[AnchorIn] = Field([], description="The anchors, with unique ids.")
@@ -246,28 +245,14 @@ class SightParameters(AreaParameters):
         """All that has a place over the DEM, in the order of answers."""
         return tuple(self.anchors)
 
+    def without_radio(self) -> list[str]:
+        """Ids of anchors without a radio."""
+        return [anchor.id for anchor in self.near_sources() if anchor.radio is None]
+
     @model_validator(mode="after")
     def _unique_ids(self) -> Self:
         ids = [anchor.id for anchor in self.near_sources()]
         twice = sorted(id for id, times in Counter(ids).items() if times > 1)
         if twice:
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
-        return self
-
-
-class UsableParameters(SightParameters):
-    """The same, where the signal can be asked for in place of sight."""
-
-    sight: Sight = "visible"
-
-    @property
-    def usable(self) -> bool:
-        """Whether the signal decides."""
-        return self.sight == "usable"
-
-    @model_validator(mode="after")
-    def _radios_of_all(self) -> Self:
-        silent = [anchor.id for anchor in self.near_sources() if anchor.radio is None]
-        if self.usable and silent:
-            raise ValueError(f"What is usable is not known without a radio: {', '.join(silent[:5])}.")
         return self

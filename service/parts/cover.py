@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from functools import lru_cache
 from pathlib import Path
@@ -13,7 +14,15 @@ from pydantic import AfterValidator, Base64Bytes, BaseModel, Field, JsonValue, W
 from service.errors import RequestError
 from service.parts.geojson_reading import Fields, shapes_of
 from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
-from terrain import DEFAULT_MAX_CELLS, ElevationGrid, body_of, read_dem, to_grid_frame
+from terrain import (
+    DEFAULT_MAX_CELLS,
+    ElevationGrid,
+    ElevationGridError,
+    SkyDepths,
+    body_of,
+    read_dem,
+    to_grid_frame,
+)
 from visibility.cover import (
     Buildings,
     Canopy,
@@ -43,6 +52,8 @@ __all__ = [
 ]
 
 MOST_MESHES = 20
+DepthPerM = Annotated[float, Field(strict=True, ge=0.0, le=100.0)]
+ElevationDeg = Annotated[float, Field(strict=True, ge=0.0, le=90.0)]
 # file systems take 255
 MOST_NAME_BYTES = 200
 
@@ -102,6 +113,30 @@ class RasterIn(StrictModel):
     base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
 
 
+class SkyDepthsIn(StrictModel):
+    """Optical depth per metre by the direction in which a way leads up, as ``sightline canopy fit`` finds it."""
+
+    elevation_edges_deg: Annotated[list[ElevationDeg], Field(min_length=2, max_length=37)] = Field(
+        description="Ascending edges of rings, degrees; ways below or above all of them are of the ring beside them."
+    )
+    depth_per_m: Annotated[
+        list[Annotated[list[DepthPerM], Field(min_length=1, max_length=72)]], Field(min_length=1, max_length=36)
+    ] = Field(description="1/m: a row for each ring, equal sectors clockwise from grid north in it.")
+
+    def depths(self) -> SkyDepths:
+        """The same as the library takes it. Raises ElevationGridError."""
+        edges = tuple(math.radians(edge) for edge in self.elevation_edges_deg)
+        return SkyDepths(edges, tuple(tuple(row) for row in self.depth_per_m))
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        try:
+            self.depths()
+        except ElevationGridError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+
 class CanopyIn(StrictModel):
     """Trees over the ground: they hide nothing, and weaken signals."""
 
@@ -117,8 +152,11 @@ class CanopyIn(StrictModel):
         "weissberger",
         description="What a way through costs: a published model, each for its own frequencies, or density.",
     )
-    depth_per_m: Annotated[float, Field(strict=True, ge=0.0, le=100.0)] | None = Field(
+    depth_per_m: DepthPerM | None = Field(
         None, description="Optical depth per metre of way, 1/m: belongs to the model density; 4.34 dB each."
+    )
+    sky: SkyDepthsIn | None = Field(
+        None, description="The same by direction, in place of depth_per_m: belongs to the model density."
     )
     season: Annotated[float, Field(strict=True, ge=0.0, le=10.0)] = Field(
         1.0, description="Factor on the loss, no unit: 1 = in leaf, or as it was fitted."
@@ -128,8 +166,9 @@ class CanopyIn(StrictModel):
     def _one_canopy(self) -> Self:
         if sum(given is not None for given in (self.heights, self.surface, self.top_m)) != 1:
             raise ValueError("A canopy needs exactly one of heights, surface and top_m.")
-        if (self.model == "density") != (self.depth_per_m is not None):
-            raise ValueError("A canopy's depth_per_m belongs to the model density, and to no other.")
+        depths = sum(given is not None for given in (self.depth_per_m, self.sky))
+        if depths != (1 if self.model == "density" else 0):
+            raise ValueError("One of a canopy's depth_per_m and sky belongs to the model density, and to no other.")
         return self
 
 
@@ -249,7 +288,8 @@ def _foliage(grid: ElevationGrid, asked: CanopyIn, max_cells: int) -> Foliage:
         canopy = Canopy(
             grid, np.full(grid.shape, asked.top_m, np.float32), np.full(grid.shape, asked.base_m, np.float32)
         )
-    return Foliage(canopy, asked.model, asked.depth_per_m, asked.season)
+    sky = None if asked.sky is None else asked.sky.depths()
+    return Foliage(canopy, asked.model, asked.depth_per_m, asked.season, sky)
 
 
 def _raster(grid: ElevationGrid, asked: RasterIn, max_cells: int) -> ElevationGrid:

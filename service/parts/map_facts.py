@@ -11,6 +11,7 @@ from typing import Annotated, Any, Protocol, TypedDict
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.parts.anchors import CurvatureIn
+from service.parts.cover_told import CoverTold, cover_told
 from terrain import ElevationGrid, FrameError, body_of, grid_north, height_reference_of, vertical_datum_of
 from visibility import FLAT, Curvature
 
@@ -67,6 +68,9 @@ class Ground(BaseModel):
     heights_count_from: str = Field("unknown", description="What heights count from: sea level, ellipsoid, or unknown.")
     unknown_posts: int = Field(description="Posts without a known height.")
     conversions: list[str] = Field(description="What was converted when it was read, in sentences.")
+    cover: CoverTold | None = Field(
+        None, description="What is known of what stands on it; null = nothing. A DEM has none, requests bring it."
+    )
 
 
 class MapSummary(BaseModel):
@@ -155,6 +159,7 @@ def ground_of(grid: ElevationGrid) -> Ground:
         heights_count_from=height_reference_of(grid).value,
         unknown_posts=grid.unknown_posts,
         conversions=list(grid.provenance.conversions),
+        cover=cover_told(grid),
     )
 
 

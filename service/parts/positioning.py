@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AwareDatetime, Field, JsonValue, model_validator
 
-from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn, UsableParameters
+from service.parts.anchors import AntennaIn, FramesIn, SightParameters, TrackIn
 from service.parts.doubts import DoubtParameters
 from service.parts.map_facts import DEM_ID
 from service.parts.points import DegreesEast, DegreesNorth, InADatum, Metres, NotNegativeMetres, Positive, StrictModel
@@ -89,8 +89,14 @@ class RangingParameters(SightParameters, DoubtParameters):
 
     satellites: SatellitesIn | None = Field(None, description="GPS satellites, besides the anchors or in their place.")
 
+    @model_validator(mode="after")
+    def _anchors_alone_are_usable(self) -> Self:
+        if self.usable and self.satellites is not None:
+            raise ValueError("What is usable is known of anchors alone; leave out satellites, or ask for visible.")
+        return self
 
-class PositioningParameters(RangingParameters, UsableParameters):
+
+class PositioningParameters(RangingParameters):
     """Anchors, satellites, and how good positioning must be."""
 
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
@@ -103,12 +109,6 @@ class PositioningParameters(RangingParameters, UsableParameters):
     min_anchors: Annotated[int, Field(strict=True, ge=1, le=1024)] | None = Field(
         None, description="So many anchors must be in sight as well; left out = as many as a fix needs."
     )
-
-    @model_validator(mode="after")
-    def _only_what_stands_is_usable(self) -> Self:
-        if self.usable and self.satellites is not None:
-            raise ValueError("What is usable is known of anchors alone; leave out satellites, or ask for visible.")
-        return self
 
     @model_validator(mode="after")
     def _something_to_range_to(self) -> Self:
@@ -171,12 +171,6 @@ class MorphingMapParameters(CeilingParameters):
     def near_sources(self) -> tuple[AntennaIn, ...]:
         """Anchors, then tracks."""
         return (*self.anchors, *self.tracks)
-
-    @model_validator(mode="after")
-    def _only_one_time_is_usable(self) -> Self:
-        if self.usable and (self.tracks or self.frames is not None):
-            raise ValueError("What is usable is known at one time; leave out tracks and frames, or ask for visible.")
-        return self
 
     @model_validator(mode="after")
     def _frames_for_tracks(self) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -11,7 +11,7 @@ from service.parts.points import StrictModel
 from visibility import SignalError
 from visibility.signal import RADIOS, Radio
 
-__all__ = ["RadioIn", "RadioName", "Sight"]
+__all__ = ["RadioIn", "RadioName", "Sight", "SightChoice"]
 
 Decibels = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-400.0, le=400.0)]
 Hertz = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0, le=1e12)]
@@ -66,4 +66,35 @@ class RadioIn(StrictModel):
             self.radio()
         except SignalError as error:
             raise ValueError(str(error)) from error
+        return self
+
+
+class SightChoice(StrictModel):
+    """Whether sight decides what a request is about, or the signal; where that is not known, it is refused here.
+
+    sight_alone: why only sight can be asked for; None where signals are known.
+    """
+
+    sight_alone: ClassVar[str | None] = None
+
+    sight: Sight = "visible"
+
+    @property
+    def usable(self) -> bool:
+        """Whether the signal decides."""
+        return self.sight == "usable"
+
+    def without_radio(self) -> list[str]:
+        """Ids of what is ranged to, as far as nothing is known of its signal."""
+        return []
+
+    @model_validator(mode="after")
+    def _signals_are_known(self) -> Self:
+        if not self.usable:
+            return self
+        if self.sight_alone is not None:
+            raise ValueError(f"What is usable cannot be asked for here: {self.sight_alone} Ask for visible.")
+        silent = self.without_radio()
+        if silent:
+            raise ValueError(f"What is usable is not known without a radio: {', '.join(silent[:5])}.")
         return self

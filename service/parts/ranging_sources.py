@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from gnss import Place, parse_almanac, parse_rinex_navigation
-from service.parts.anchors import FramesIn, SightParameters, TrackIn, UsableParameters
+from service.parts.anchors import FramesIn, SightParameters, TrackIn
 from service.parts.doubts import doubted_anchors
 from service.parts.map_facts import curvature_of
 from service.parts.positioning import (
@@ -20,7 +20,7 @@ from service.parts.positioning import (
     RangingParameters,
     SatellitesIn,
 )
-from service.parts.shapes_in_grid import points_in_grid, resolve_anchor
+from service.parts.shapes_in_grid import anchors_in_grid, points_in_grid
 from terrain import ElevationGrid
 from visibility import (
     Anchor,
@@ -28,7 +28,6 @@ from visibility import (
     FlightLimit,
     MinimumVisibleAltitude,
     VisibilityInputError,
-    min_visible_altitude,
 )
 from visibility.air.morphing_maps import check_ceiling
 from visibility.air.morphing_times import anchors_over
@@ -78,8 +77,7 @@ class RangingSources:
 
 def ranging_sources(grid: ElevationGrid, parameters: RangingParameters) -> RangingSources:
     """What there is to range to. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
-    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
-    anchors, told = doubted_anchors(grid, placed, parameters.doubts)
+    anchors, told = doubted_anchors(grid, anchors_in_grid(grid, parameters), parameters.doubts)
     if parameters.satellites is None:
         return RangingSources(anchors, passed_over=told)
     asked = parameters.satellites
@@ -137,12 +135,18 @@ def lines_to(
     sources: tuple[Source, ...],
     parameters: SightParameters,
     progress: Callable[[float], None] | None = None,
+    *,
+    only_above_ground_m: float | None = None,
 ) -> MinimumVisibleAltitude:
-    """Minimum visible, or usable, altitudes of anchors that were checked, calculated as the request says."""
-    usable = isinstance(parameters, UsableParameters) and parameters.usable
-    calculate = min_usable_altitude if usable else min_visible_altitude
-    return calculate(
-        grid, sources, parameters.mode, curvature_of(parameters), unknown=parameters.unknown, progress=progress
+    """Minimum visible, or usable, altitudes of anchors that were checked, calculated as the request says.
+
+    only_above_ground_m: as in ``min_usable_altitude``.
+    """
+    return min_usable_altitude(
+        *(grid, sources, parameters.mode, curvature_of(parameters)),
+        unknown=parameters.unknown,
+        progress=progress,
+        only_above_ground_m=only_above_ground_m,
     )
 
 
@@ -164,9 +168,8 @@ def moving_sources(grid: ElevationGrid, parameters: MorphingMapParameters, frame
 
     Raises AnchorError, FrameError, AlmanacError, VisibilityInputError.
     """
-    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
-    standing, told = doubted_anchors(grid, placed, parameters.doubts)
-    tracks = tuple(track_of(grid, track) for track in parameters.tracks)
+    standing, told = doubted_anchors(grid, anchors_in_grid(grid, parameters), parameters.doubts)
+    tracks = tuple(track_of(grid, track, heard=parameters.usable) for track in parameters.tracks)
     if parameters.satellites is None:
         return MovingSources((*standing, *tracks), (), len(tracks), told)
     asked, times_s = parameters.satellites, frames.times_s()
@@ -192,8 +195,11 @@ def time_of(start: datetime, time_s: float) -> datetime:
         raise VisibilityInputError(f"{time_s:g} s after {start.isoformat()} lies beyond the calendar.") from error
 
 
-def track_of(grid: ElevationGrid, asked: TrackIn) -> AnchorTrack:
-    """The track in the grid's frame. Raises AnchorError, FrameError, VisibilityInputError."""
+def track_of(grid: ElevationGrid, asked: TrackIn, *, heard: bool = False) -> AnchorTrack:
+    """The track in the grid's frame; heard: with its radio, so that its signal decides.
+
+    Raises AnchorError, FrameError, VisibilityInputError.
+    """
     name = asked.id.replace("{", "{{").replace("}", "}}")
     positions_m = points_in_grid(grid, asked.points, f"Point {{}} of track {name}")
     return AnchorTrack(
@@ -204,4 +210,5 @@ def track_of(grid: ElevationGrid, asked: TrackIn) -> AnchorTrack:
         asked.pose_sigma_m,
         asked.antenna_limits(),
         asked.pose_covariance(),
+        asked.radio.radio() if heard and asked.radio is not None else None,
     )

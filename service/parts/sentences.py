@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 OF_GROUND = ("area", "cover")
-SIGHT = (*OF_GROUND, "anchors", "satellites", "unknown", "curvature", "doubts")
+SIGHT = (*OF_GROUND, "anchors", "satellites", "sight", "unknown", "curvature", "doubts")
 MAP_KINDS = ("visibility-map", "dop-map", "morphing-map")
 # fields of summaries by which their kinds are told apart
 TELLING = {"states": "morphing-map", "dop_quantiles": "dop-map", "count_histogram": "visibility-map"}

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
 from service.errors import RequestError
-from service.parts.anchors import AnchorIn
+from service.parts.anchors import AnchorIn, SightParameters
 from service.parts.map_facts import check_bodies
 from service.parts.points import PlaceIn, PointIn, PolygonIn, StandOffIn, WeightIn
 from terrain import ElevationGrid, FrameError, height_at, places_told, to_grid_frame, told_place
@@ -20,6 +21,7 @@ from visibility.air.morphing_maps import check_ceiling
 
 __all__ = [
     "air_layers",
+    "anchors_in_grid",
     "places_in_grid",
     "points_in_grid",
     "polygon_in_grid",
@@ -60,6 +62,15 @@ def resolve_anchor(grid: ElevationGrid, anchor: AnchorIn) -> Anchor:
         pose_covariance_m2=anchor.pose_covariance(),
         radio=radio,
     )
+
+
+def anchors_in_grid(grid: ElevationGrid, asked: SightParameters) -> tuple[Anchor, ...]:
+    """The anchors of a request, with their radios where it asks for what is usable: there their signals decide.
+
+    Raises as ``resolve_anchor`` does.
+    """
+    anchors = tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors)
+    return anchors if asked.usable else tuple(replace(anchor, radio=None) for anchor in anchors)
 
 
 def resolve_point(grid: ElevationGrid, point: PointIn, called: str = "Point") -> tuple[float, float, float]:

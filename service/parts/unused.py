@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from pydantic import BaseModel
 
-from service.parts.anchors import AntennaIn, UsableParameters
+from service.parts.anchors import AntennaIn
+from service.parts.radios import RadioIn, SightChoice
 from terrain import ElevationGrid
 
 __all__ = ["notes_on_unused"]
@@ -22,14 +23,16 @@ def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
     below a path) looks at the radios of its own anchors, and at the canopy.
     """
     parts = tuple(_parts(asked))
-    usable = [isinstance(part, UsableParameters) and part.usable for part in parts]
+    usable = [isinstance(part, SightChoice) and part.usable for part in parts]
     unheard = [antenna for part, heard in zip(parts, usable, strict=True) if not heard for antenna in _antennas(part)]
     silent = [antenna.id for antenna in unheard if antenna.radio is not None]
     told = []
     if silent:
         more = f" and {len(silent) - NAMED} more" if len(silent) > NAMED else ""
         told.append(f"Not looked at: the radio of {', '.join(silent[:NAMED])}{more}, since {BECAUSE}.")
-    if grid.trees is not None and not any(usable):
+    # a link to a base has a radio of its own, and is heard or not whatever decides of ranges
+    linked = any(isinstance(part, RadioIn) for part in parts)
+    if grid.trees is not None and not any(usable) and not linked:
         told.append(f"Not looked at: the canopy, since {BECAUSE}; trees hide nothing.")
     return told
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.anchors import AnchorIn, CurvatureChoice, SightParameters, UsableParameters
+from service.parts.anchors import AnchorIn, CurvatureChoice, SightParameters
 from service.parts.doubts import DoubtParameters
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
@@ -40,7 +40,7 @@ ANCHORS: list[JsonValue] = [{"id": "D1", "east_m": 402300.0, "north_m": 3795200.
 POINTS: list[JsonValue] = [{"east_m": 398100.0, "north_m": 3791700.0}]
 
 
-class ProbeIn(UsableParameters, DoubtParameters):
+class ProbeIn(SightParameters, DoubtParameters):
     """Places on a DEM, and the anchors that may be seen from there."""
 
     model_config = ConfigDict(
@@ -78,6 +78,7 @@ class PreviewIn(SightParameters, DoubtParameters):
     """A DEM, anchors, and what of them is wanted over every post."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"dem_id": DEM_ID, "anchors": ANCHORS, "level": 2}]})
+    sight_alone = "a preview is of sight, which is there at once."
 
     dem_id: DemId
     anchors: list[AnchorIn] = Field(min_length=1, description="The anchors, at least one, with unique ids.")

@@ -16,7 +16,7 @@ import rasterio
 from rasterio.transform import Affine
 
 from service.estimates import Demand, signals_over
-from service.parts.anchors import UsableParameters
+from service.parts.anchors import SightParameters
 from service.parts.map_facts import MapSummary
 from terrain import ElevationGrid
 
@@ -165,9 +165,15 @@ class Drawn(Later):
         sheet.save_png(self.function()(finished, **self.more), path)
 
 
-def signals_demand(grid: ElevationGrid, parameters: UsableParameters) -> tuple[Demand, ...]:
-    """What it takes that a request asks for what is usable; nothing where it asks for sight."""
+def signals_demand(
+    grid: ElevationGrid, parameters: SightParameters, sources: int | None = None, *, one_height: bool = False
+) -> tuple[Demand, ...]:
+    """What it takes that a request asks for what is usable; nothing where it asks for sight.
+
+    sources: how many maps; left out = one of each anchor. one_height: as in ``signals_over``.
+    """
     if not parameters.usable:
         return ()
     trees = parameters.cover is not None and parameters.cover.canopy is not None
-    return (signals_over(grid.heights_m.size, len(parameters.anchors), trees),)
+    sources = len(parameters.anchors) if sources is None else sources
+    return (signals_over(grid.heights_m.size, sources, trees, one_height=one_height),)

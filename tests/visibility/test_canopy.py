@@ -184,3 +184,14 @@ def test_published_models_are_further_from_davos_than_a_fitted_density():
     ]
     # as they were worked out apart from this code when the data were chosen
     assert found_db == pytest.approx([8.5, 9.0, 12.4], abs=0.06)
+
+
+def test_canopy_that_rises_to_a_bare_post_above_all_crowns_is_met():
+    # between trees on low ground and a bare ridge the canopy stands higher than any crown over a post
+    heights_m, top_m = np.zeros((30, 30), np.float32), np.full((30, 30), 10.0, np.float32)
+    heights_m[:, 10], top_m[:, 10] = 100.0, 0.0
+    grid = ElevationGrid(heights_m, 5.0, 5.0)
+    canopy = Canopy(grid, top_m, np.zeros_like(top_m))
+    # half way up the side of the ridge: ground at 50 m, crowns at 55 m
+    start, end = (9.5 * 5.0, -5.0, 52.0), (9.5 * 5.0, -140.0, 52.0)
+    assert canopy_paths(canopy, [start], [end], FLAT)[0] == pytest.approx(135.0)

@@ -70,7 +70,7 @@ def test_each_frame_is_the_map_of_its_moment():
         np.testing.assert_array_equal(frame.map.state, alone.state)
 
 
-def test_one_of_sixteen_anchors_that_moves_recomputes_only_itself(monkeypatch):
+def test_one_of_sixteen_anchors_that_moves_recomputes_only_itself():
     grid, anchors, ceiling_m = low_anchors(15)
     moving = AnchorTrack("T", [0.0, 90.0], [(60.0, -60.0, 700.0), (120.0, -60.0, 700.0)])
     asked = []
@@ -79,8 +79,7 @@ def test_one_of_sixteen_anchors_that_moves_recomputes_only_itself(monkeypatch):
         asked.append(len(args[1]))
         return min_visible_altitude(*args, **options)
 
-    monkeypatch.setattr("visibility.sight.minimum_altitude.min_visible_altitude", counting)
-    cache = SurfaceCache(grid)
+    cache = SurfaceCache(grid, calculate=counting)
     times_s = [0.0, 30.0, 60.0, 90.0]
     list(morphing_frames(grid, (*anchors, moving), times_s, LIMIT, ceiling_m=ceiling_m, cache=cache))
     assert asked == [16, 1, 1, 1]

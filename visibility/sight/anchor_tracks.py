@@ -11,6 +11,7 @@ import numpy.typing as npt
 from visibility.errors import AnchorError, VisibilityInputError
 from visibility.sight.anchors import Anchor, Covariance, DistantAnchor
 from visibility.sight.antenna_limits import ALL_ROUND, AntennaLimits
+from visibility.sight.radios import Radio
 
 __all__ = ["AnchorTrack", "MovingAnchor", "anchors_at"]
 
@@ -37,6 +38,7 @@ class AnchorTrack:
     pose_sigma_m: float = 0.0
     limits: AntennaLimits = field(default=ALL_ROUND)
     pose_covariance_m2: Covariance | None = None
+    radio: Radio | None = None
 
     def __post_init__(self) -> None:
         times_s, positions_m = np.array(self.times_s, np.float64), np.array(self.positions_m, np.float64)
@@ -66,7 +68,8 @@ class AnchorTrack:
 
     def _anchor(self, east_m: float, north_m: float, altitude_m: float) -> Anchor:
         sigmas_m = self.ranging_sigma_m, self.pose_sigma_m
-        return Anchor(self.id, east_m, north_m, altitude_m, *sigmas_m, self.limits, self.pose_covariance_m2)
+        at_m = east_m, north_m, altitude_m
+        return Anchor(self.id, *at_m, *sigmas_m, self.limits, self.pose_covariance_m2, radio=self.radio)
 
 
 def anchors_at(

@@ -94,7 +94,8 @@ class Anchor:
     ranging_sigma_m, pose_sigma_m: one-sigma of its ranges and of each coordinate of its own position, metres.
     pose_covariance_m2: covariance of its position in place of pose_sigma_m, rows of east, north, up, m².
     doubts: where a rover's ranges contradicted what a map has of it: maps have its sight for unknown there.
-    radio: what it sends and how much of it must arrive, for ``visibility.signal``; sight does not look at it.
+    radio: what it sends and how much of it must arrive. What asks ``visibility.signal`` whether an anchor is got
+        (plans, placements, bubbles) takes that in place of sight; ``min_visible_altitude`` does not look at it.
     Raises AnchorError.
     """
 

@@ -14,7 +14,8 @@ from visibility.errors import VisibilityInputError
 from visibility.sight.anchors import Anchor
 from visibility.sight.curvature import Curvature
 from visibility.sight.fast_errors import FastErrors, fast_errors
-from visibility.sight.minimum_altitude import EXACT_ERROR, Mode, UnknownGround, min_visible_altitude
+from visibility.sight.minimum_altitude import EXACT_ERROR, Mode, UnknownGround
+from visibility.signal.usable import min_usable_altitude
 
 __all__ = ["Raster", "Reach", "ReachOptions", "Reached", "box_of", "in_reach", "name_of", "reach_of", "work_bytes"]
 
@@ -123,12 +124,12 @@ def work_bytes(posts: int) -> int:
 
 
 def in_reach(dem: Raster, anchor: Anchor, reach: Reach, options: ReachOptions) -> Reached:
-    """Read the ground in an anchor's reach and work out its sight over it: what ``min_visible_altitude`` says of it.
+    """Read the ground in an anchor's reach and work out its sight over it: what ``min_usable_altitude`` says of it.
 
     Ground beyond the range hides nothing within it. Raises DemReadError, AnchorError, VisibilityInputError.
     """
     grid = dem.window(reach.first_row, reach.last_row, reach.first_col, reach.last_col)
-    found = min_visible_altitude(grid, [anchor], options.mode, options.curvature, unknown=options.unknown)
+    found = min_usable_altitude(grid, [anchor], options.mode, options.curvature, unknown=options.unknown)
     seen = found.visible(above_ground_m=options.above_ground_m, altitude_m=options.altitude_m)
     return Reached(
         reach=reach,

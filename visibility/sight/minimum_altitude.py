@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,7 @@ __all__ = [
     "MinimumVisibleAltitude",
     "Mode",
     "SurfaceCache",
+    "Surfaces",
     "UnknownGround",
     "min_visible_altitude",
 ]
@@ -192,11 +193,27 @@ def _are_doubted(anchors: Sequence[Anchor | DistantAnchor]) -> bool:
 Pair = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
 
+class Surfaces(Protocol):
+    """``min_visible_altitude``, or another that is called as it is."""
+
+    def __call__(
+        self,
+        grid: ElevationGrid,
+        anchors: Sequence[Anchor | DistantAnchor],
+        mode: Mode = "fast",
+        curvature: Curvature | None = None,
+        *,
+        unknown: UnknownGround = "unknown",
+    ) -> MinimumVisibleAltitude:
+        """Of each anchor the lowest altitude over every post."""
+
+
 class SurfaceCache:
     """Answers ``min_visible_altitude`` for one grid, and remembers each anchor's surface until it is not asked for.
 
     computed, reused: how many anchors' surfaces were calculated and how many remembered, since the cache was made.
     window: first and last row, first and last column of the posts that are answered; None: all of them. All hide.
+    calculate: what is asked in its place, such as ``visibility.signal.min_usable_altitude``.
     """
 
     def __init__(
@@ -207,10 +224,12 @@ class SurfaceCache:
         *,
         unknown: UnknownGround = "unknown",
         window: tuple[int, int, int, int] | None = None,
+        calculate: Surfaces = min_visible_altitude,
     ) -> None:
         self.grid = grid
         self.box = grid if window is None else grid.window(*window)
         self._window = window
+        self._calculate = calculate
         self.mode: Mode = mode
         self.curvature = Curvature.over(grid, curvature)
         self.unknown: UnknownGround = unknown
@@ -230,7 +249,7 @@ class SurfaceCache:
         missing = tuple(anchor for anchor in anchors if anchor not in self._surfaces)
         kept = {anchor: self._surfaces[anchor] for anchor in anchors if anchor in self._surfaces}
         if missing:
-            found = min_visible_altitude(self.grid, missing, self.mode, self.curvature, unknown=self.unknown)
+            found = self._calculate(self.grid, missing, self.mode, self.curvature, unknown=self.unknown)
             if self._window is not None:
                 found = found.window(*self._window)
             for number, anchor in enumerate(missing):

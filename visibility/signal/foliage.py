@@ -10,7 +10,7 @@ from typing import Literal, cast, get_args
 import numpy as np
 import numpy.typing as npt
 
-from terrain import ElevationGrid, Trees
+from terrain import ElevationGrid, SkyDepths, Trees
 from visibility.cover.canopy import Canopy
 from visibility.cover.vegetation import (
     VegetationLoss,
@@ -31,33 +31,41 @@ FoliageModel = Literal["density", "weissberger", "early_itu", "p833_slant", "p83
 class Foliage:
     """Canopy over a grid, and what a way through it costs.
 
-    model: "density" with depth_per_m, optical depth per metre of way (``fit_density``), or a published model, each for
-    its own range of frequencies. season: factor on the loss, 1 = in leaf, or as it was fitted. Raises CoverError.
+    model: "density" with depth_per_m, optical depth per metre of way, or with sky, the same by direction
+    (``fit_canopy``); or a published model, each for its own range of frequencies. season: factor on the loss,
+    1 = in leaf, or as it was fitted. Raises CoverError.
     """
 
     canopy: Canopy
     model: FoliageModel = "weissberger"
     depth_per_m: float | None = None
     season: float = 1.0
+    sky: SkyDepths | None = None
 
     def __post_init__(self) -> None:
         if self.model not in get_args(FoliageModel):
             raise CoverError(f"The model of a canopy must be one of {', '.join(get_args(FoliageModel))}.")
-        if (self.model == "density") != (self.depth_per_m is not None):
-            raise CoverError('A canopy\'s depth_per_m belongs to the model "density", and to no other.')
+        depths = sum(given is not None for given in (self.depth_per_m, self.sky))
+        if depths != (1 if self.model == "density" else 0):
+            raise CoverError('One of depth_per_m and sky belongs to the model "density", and to no other.')
         for name in ("depth_per_m", "season"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value >= 0.0):
                 raise CoverError(f"A canopy's {name} must be a number >= 0, not {value}.")
 
-    def loss(self, way_m: npt.ArrayLike, frequency_hz: float, rise_rad: npt.ArrayLike) -> VegetationLoss:
-        """(n,) loss of ways through the canopy, dB; rise_rad: (n,) their elevations, for the model of slant paths.
+    def loss(
+        self, way_m: npt.ArrayLike, frequency_hz: float, rise_rad: npt.ArrayLike, azimuth_rad: npt.ArrayLike = 0.0
+    ) -> VegetationLoss:
+        """(n,) loss of ways through the canopy, dB; rise_rad, azimuth_rad: (n,) the directions in which they lead up.
 
         A way of no length costs nothing; outside the model's range it is NaN, and told.
         """
         ways_m = np.asarray(way_m, np.float64)
         if self.model == "density" and self.depth_per_m is not None:
             return VegetationLoss(density_loss(ways_m, self.depth_per_m, self.season), ())
+        if self.sky is not None:
+            of_way = self.sky.at(azimuth_rad, rise_rad)
+            return VegetationLoss(density_loss(of_way * ways_m, 1.0, self.season), ())
         if self.model == "p833_slant":
             found = p833_slant_loss(ways_m, frequency_hz, rise_rad)
         else:
@@ -77,7 +85,8 @@ def with_foliage(grid: ElevationGrid, foliage: Foliage) -> ElevationGrid:
     canopy = foliage.canopy
     if canopy.grid.shape != grid.shape:
         raise CoverError(f"A canopy over {canopy.grid.shape} posts does not fit a grid of {grid.shape}.")
-    trees = Trees(canopy.top_m, canopy.base_m, foliage.model, foliage.depth_per_m, foliage.season, canopy.notes)
+    known = foliage.model, foliage.depth_per_m, foliage.season
+    trees = Trees(canopy.top_m, canopy.base_m, *known, canopy.notes, foliage.sky)
     told = tuple(note for note in canopy.notes if note not in grid.provenance.warnings)
     provenance = replace(grid.provenance, warnings=(*grid.provenance.warnings, *told))
     return replace(grid, trees=trees, provenance=provenance)
@@ -92,6 +101,6 @@ def foliage_of(grid: ElevationGrid) -> Foliage | None:
     if found is None:
         bare = replace(grid, trees=None)  # so that what is kept does not hold the grid that it is kept for
         canopy = Canopy(bare, trees.top_m, trees.base_m, trees.notes)
-        found = Foliage(canopy, cast("FoliageModel", trees.model), trees.depth_per_m, trees.season)
+        found = Foliage(canopy, cast("FoliageModel", trees.model), trees.depth_per_m, trees.season, trees.sky)
         _of_grid[grid] = found
     return found

@@ -91,7 +91,8 @@ def signals(
     if foliage is not None:
         canopy_m = canopy_paths(foliage.canopy, start_m, end_m, curvature)
         rise_rad = np.arctan2(np.abs(step_m[:, 2]), np.hypot(step_m[:, 0], step_m[:, 1]))
-        loss = foliage.loss(canopy_m, radio.frequency_hz, rise_rad)
+        up_m = np.where(step_m[:, 2:] < 0.0, -step_m, step_m)
+        loss = foliage.loss(canopy_m, radio.frequency_hz, rise_rad, np.arctan2(up_m[:, 0], up_m[:, 1]))
         canopy_db, warnings = loss.loss_db, loss.notes
     margin_db = radio.allowed_loss_db - free_space_db - diffraction_db - canopy_db
     return Signals(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -30,6 +29,7 @@ ALTITUDE_STEP_M = 0.1
 STEPS_UP = (1.0, 4.0, 16.0)
 POSTS_AT_ONCE = 1_000_000
 SHARE_OF_SIGHT = 0.1
+TRUNCATION = 0.2
 
 
 def min_usable_altitude(
@@ -40,13 +40,17 @@ def min_usable_altitude(
     *,
     unknown: UnknownGround = "unknown",
     progress: Callable[[float], None] | None = None,
+    only_above_ground_m: float | None = None,
 ) -> MinimumVisibleAltitude:
     """The same as ``min_visible_altitude``, but where an anchor has a radio its signal decides, not sight.
 
     Over each post that is the lowest altitude from the ground or roof up at which ``signals`` has a margin of 0 dB, by
     halving to 0.1 m between an altitude with too little and one above it with enough. Signals grow with altitude
     but for free space, so that above it an anchor is taken as usable up to its antenna's limits. +inf: at no altitude
-    that was looked at. Raises AnchorError, VisibilityInputError, SignalError.
+    that was looked at.
+    only_above_ground_m: receivers are at this height and no other, which takes a fraction of the time: of an anchor
+    with a radio the altitude is that of the ground where it is usable from there, +inf where not.
+    Raises AnchorError, VisibilityInputError, SignalError.
     """
     started_s = time.perf_counter()
     share = None if progress is None else lambda done: progress(SHARE_OF_SIGHT * done)
@@ -60,7 +64,13 @@ def min_usable_altitude(
         return found
     altitude_m, hidden_below_m = found.altitude_m.copy(), found.hidden_below_m.copy()
     for done, (number, anchor, radio) in enumerate(heard):
-        lowest_m = _lowest(grid, anchor, radio, found.altitude_m[number], found.curvature, unknown)
+        if only_above_ground_m is None:
+            lowest_m = _lowest(grid, anchor, radio, found.altitude_m[number], found.curvature, unknown)
+        else:
+            receiver_m = grid.heights_m + np.float32(only_above_ground_m)
+            margin_db, _ = margin_map(grid, anchor, radio, receiver_m, found.curvature, unknown=unknown)
+            usable_m = np.where(margin_db >= 0.0, grid.heights_m, np.float32(np.inf))
+            lowest_m = np.where(np.isnan(margin_db), np.float32(np.nan), usable_m)
         raise_to_reach(grid, anchor, found.curvature, lowest_m)
         forget_where_doubted(grid, anchor.doubts, lowest_m)
         altitude_m[number] = lowest_m
@@ -115,21 +125,54 @@ def _lowest(
     over_m = np.where(np.isfinite(sight_m), np.maximum(sight_m - low_m, 0.0), 0.0)
     over_m += crowns_m + np.sqrt(radio.wavelength_m * flat_m) / 2.0 + 1.0
     high_m, enough = low_m + over_m, np.zeros(len(posts), np.bool_)
+    low_db, high_db = margin_db[less], np.full(len(posts), np.nan)
     for step in STEPS_UP:
         open_ = np.flatnonzero(~enough)
         high_m[open_] = low_m[open_] + step * over_m[open_]
         margin_db, _ = _margins(grid, anchor, radio, posts[open_], high_m[open_], curvature, unknown)
-        enough[open_] = margin_db >= 0.0
-        low_m[open_[margin_db < 0.0]] = high_m[open_[margin_db < 0.0]]
-    posts, low_m, high_m = posts[enough], low_m[enough], high_m[enough]
-    halvings = math.ceil(math.log2(max(float(np.max(high_m - low_m, initial=0.0)) / ALTITUDE_STEP_M, 1.0)))
-    for _ in range(halvings):
-        middle_m = (low_m + high_m) / 2.0
-        margin_db, _ = _margins(grid, anchor, radio, posts, middle_m, curvature, unknown)
-        usable = margin_db >= 0.0
-        low_m, high_m = np.where(usable, low_m, middle_m), np.where(usable, middle_m, high_m)
-    lowest_m[posts] = high_m
+        enough[open_], high_db[open_] = margin_db >= 0.0, margin_db
+        too_low = open_[margin_db < 0.0]
+        low_m[too_low], low_db[too_low] = high_m[too_low], high_db[too_low]
+    posts = posts[enough]
+
+    def margins(which: npt.NDArray[np.intp], at_m: Reals) -> Reals:
+        return _margins(grid, anchor, radio, posts[which], at_m, curvature, unknown)[0]
+
+    lowest_m[posts] = first_enough((low_m[enough], high_m[enough]), (low_db[enough], high_db[enough]), margins)
     return lowest_m.reshape(grid.shape).astype(np.float32)
+
+
+def first_enough(
+    between_m: tuple[Reals, Reals],
+    margins_db: tuple[Reals, Reals],
+    margins: Callable[[npt.NDArray[np.intp], Reals], Reals],
+) -> Reals:
+    """(n,) altitudes with a margin >= 0, no more than 0.1 m above one with less.
+
+    between_m, margins_db: (n,) altitudes with too little and with enough, and their margins. margins: asked for the
+    margins (m,) of some of them at altitudes (m,). Interpolates, truncates and projects, so that it never takes more
+    than a step beyond what halving would (Oliveira and Takahashi, ACM TOMS 47, 2020: ITP).
+    """
+    (low_m, high_m), (low_db, high_db) = ((first.copy(), second.copy()) for first, second in (between_m, margins_db))
+    wide_m = np.maximum(high_m - low_m, ALTITUDE_STEP_M)
+    halvings = np.ceil(np.log2(wide_m / ALTITUDE_STEP_M))
+    for step in range(int(halvings.max(initial=0.0)) + 2):
+        left = np.flatnonzero(high_m - low_m > ALTITUDE_STEP_M)
+        if not len(left):
+            break
+        a, b, f_a, f_b = low_m[left], high_m[left], low_db[left], high_db[left]
+        middle = (a + b) / 2.0
+        straight = np.isfinite(f_a) & np.isfinite(f_b)
+        root = np.where(straight, b - (b - a) * f_b / np.where(straight, f_b - f_a, 1.0), middle)
+        toward = np.sign(middle - root)
+        truncated = root + toward * np.minimum(TRUNCATION * (b - a) ** 2 / wide_m[left], np.abs(middle - root))
+        spare = ALTITUDE_STEP_M / 2.0 * 2.0 ** (halvings[left] + 1.0 - step) - (b - a) / 2.0
+        tried_m = np.where(np.abs(truncated - middle) <= spare, truncated, middle - toward * np.maximum(spare, 0.0))
+        found_db = margins(left, tried_m)
+        enough = found_db >= 0.0
+        high_m[left[enough]], high_db[left[enough]] = tried_m[enough], found_db[enough]
+        low_m[left[~enough]], low_db[left[~enough]] = tried_m[~enough], found_db[~enough]
+    return high_m
 
 
 def _margins(

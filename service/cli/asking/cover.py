@@ -80,6 +80,12 @@ class CoverOptions:
         float | None,
         Parameter(name="--canopy-density", metavar="DEPTH", help="Optical depth per metre, for the model density."),
     ] = None
+    canopy_fit: Annotated[
+        Path | None,
+        Parameter(
+            name="--canopy-fit", metavar="FILE", help="canopy.json of sightline canopy fit: its density, and its trees."
+        ),
+    ] = None
     season: Annotated[
         float | None, Parameter(name="--canopy-season", metavar="FACTOR", help="Factor on that cost. (default 1)")
     ] = None
@@ -155,6 +161,8 @@ class CoverOptions:
             "season": self.season,
         }
         given: dict[str, object] = {name: value for name, value in told.items() if value is not None}
+        if self.canopy_fit is not None:
+            given = self._fitted(self.canopy_fit, given)
         for name, path in (("heights", self.canopy), ("surface", self.canopy_surface)):
             if path is None:
                 continue
@@ -165,6 +173,22 @@ class CoverOptions:
         if given and not given.keys() & {"heights", "surface", "top_m"}:
             raise RequestError("Trees need --canopy FILE, --canopy-surface FILE or --canopy-height M.")
         return {"canopy": given} if given else {}
+
+    def _fitted(self, path: Path, given: dict[str, object]) -> dict[str, object]:
+        """The canopy of a fit with what is given besides, which wins. Raises RequestError."""
+        if given.keys() & {"model", "depth_per_m"}:
+            raise RequestError("--canopy-fit brings its density along; leave out --canopy-model and --canopy-density.")
+        try:
+            fitted = json.loads(path.read_text(encoding="utf-8"))["canopy"]
+        except OSError as error:
+            raise RequestError(f"The fit {str(path)!r} cannot be read: {error.strerror}.") from error
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise RequestError(f"The fit {path.name} is no canopy.json of sightline canopy fit.") from error
+        if not isinstance(fitted, dict):
+            raise RequestError(f"The fit {path.name} has no canopy: fit it with --canopy-height, or with a DEM.")
+        if self.canopy is not None or self.canopy_surface is not None:
+            fitted.pop("top_m", None)
+        return {**fitted, **given}
 
     def _footprints(self) -> dict[str, object]:
         assert self.buildings is not None, "asked only of a file"

@@ -22,6 +22,7 @@ __all__ = [
     "AnchorOptions",
     "Curvature",
     "DemPath",
+    "HeardOptions",
     "Kind",
     "Measure",
     "Mode",
@@ -33,7 +34,6 @@ __all__ = [
     "Reading",
     "ReceiverHeight",
     "RequestFile",
-    "SightOptions",
     "SignalOptions",
     "TerrainFrame",
     "Unknown",
@@ -50,9 +50,9 @@ if TYPE_CHECKING:
 Mode = Literal["fast", "exact"]
 Unknown = Literal["unknown", "open", "blocked"]
 Curvature = Literal["auto", "flat"]
+RadioName = Literal["uwb", "2.4GHz", "868MHz", "915MHz", "gnss-l1"]
 Kind = Literal["ranging", "pseudorange", "tdoa"]
 Measure = Literal["gdop", "pdop", "hdop", "vdop", "tdop"]
-RadioName = Literal["uwb", "2.4GHz", "868MHz", "915MHz", "gnss-l1"]
 GROUP = Parameter(name="*")
 DemPath = Annotated[
     str,
@@ -205,8 +205,33 @@ class PlacesAndAnchors(AnchorOptions):
 
 @GROUP
 @dataclass(frozen=True, slots=True)
-class SightOptions:
-    """How sight lines are calculated: fields of every request that asks about sight."""
+class HeardOptions:
+    """What decides whether an anchor is got."""
+
+    sight: Annotated[
+        Literal["visible", "usable"] | None,
+        option("usable: what arrives with enough power of each anchor's radio. (default visible)"),
+    ] = None
+    radio: Annotated[RadioName | None, option("With --sight usable: the radio of anchors that name none.", "NAME")] = (
+        None
+    )
+
+    def part(self, anchors: Sequence[dict[str, object]]) -> dict[str, object]:
+        """These options, and the anchors, as fields, with their radios. Raises RequestError."""
+        if self.radio is not None and self.sight != "usable":
+            raise RequestError("--radio goes with --sight usable.")
+        fields = {name: value for name, value in told(self).items() if name != "radio"}
+        return {**fields, "anchors": self.heard(anchors)}
+
+    def heard(self, anchors: Sequence[dict[str, object]]) -> list[dict[str, object]]:
+        """Anchors, or tracks, with the radio of those that name none."""
+        return [one if self.radio is None else {"radio": self.radio, **one} for one in anchors]
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class SignalOptions(HeardOptions):
+    """The same, and how sight lines are calculated: fields of every request that asks about sight."""
 
     mode: Annotated[
         Mode, option("fast: a sweep that errs beside shadows and in altitudes behind them; exact: every edge.")
@@ -215,27 +240,6 @@ class SightOptions:
         "unknown"
     )
     curvature: Annotated[Curvature, option("auto: as the DEM's CRS implies; flat: none.")] = "auto"
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class SignalOptions(SightOptions):
-    """The same, where the signal can be asked for in place of sight."""
-
-    sight: Annotated[
-        Literal["visible", "usable"], option("usable: what arrives with enough power of each anchor's radio.")
-    ] = "visible"
-    radio: Annotated[
-        RadioName | None,
-        option("With --sight usable: the radio of anchors that name none.", "NAME"),
-    ] = None
-
-    def part(self, anchors: Sequence[dict[str, object]]) -> dict[str, object]:
-        """How sight is calculated, and the anchors, as fields, with their radios. Raises RequestError."""
-        if self.radio is not None and self.sight != "usable":
-            raise RequestError("--radio goes with --sight usable.")
-        fields = {name: value for name, value in told(self).items() if name != "radio"}
-        return {**fields, "anchors": [one if self.radio is None else {"radio": self.radio, **one} for one in anchors]}
 
 
 @GROUP

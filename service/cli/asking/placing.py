@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from service.errors import RequestError
 
-from .options import GROUP, WHOLE, Kind, Measure, ReceiverHeight, option, told
+from .options import GROUP, WHOLE, Kind, Measure, RadioName, ReceiverHeight, option, told
 
 __all__ = [
     "CandidateOptions",
@@ -182,18 +182,21 @@ class LinkOptions:
     base: Annotated[tuple[str, ...], option("Base that every anchor must see. Repeatable.", "EAST,NORTH,HEIGHT")] = ()
     max_range_m: Annotated[float | None, option("Longest link to a base or relay.", "M", "--link-range")] = None
     relays: Annotated[int, WHOLE, option("So many other anchors may relay the link.", "N")] = 0
+    radio: Annotated[
+        RadioName | None, option("The link's radio: its signal decides, in place of sight.", "NAME", "--link-radio")
+    ] = None
 
     def part(self, *, lonlat: bool) -> dict[str, object] | None:
         """As the request has it; None without a base. Raises RequestError."""
         from .texts import position_fields
 
         if not self.base:
-            if self.max_range_m is not None or self.relays:
-                raise RequestError("--link-range and --relays need --base EAST,NORTH,HEIGHT.")
+            if self.max_range_m is not None or self.relays or self.radio is not None:
+                raise RequestError("--link-range, --link-radio and --relays need --base EAST,NORTH,HEIGHT.")
             return None
         form = "--base {!r} is not of the form EAST,NORTH,HEIGHT with HEIGHT like 10agl or 612msl."
         bases = [position_fields(text, lonlat=lonlat, complaint=form.format(text)) for text in self.base]
-        return {"bases": bases, "max_range_m": self.max_range_m, "relays": self.relays}
+        return {"bases": bases, **{name: value for name, value in told(self).items() if name != "base"}}
 
 
 @GROUP

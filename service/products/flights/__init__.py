@@ -9,6 +9,7 @@ from service.errors import RequestError
 from service.estimates import Demand, budget, sight_lines
 from service.parts.sentences import on_morphing_map
 from service.products import Given, Needs, Product, WarmUp
+from service.products.in_common import signals_demand
 from terrain import ElevationGrid
 
 from .calculate import FinishedFlight, FlightSummary, calculate_flight, check_flight_request
@@ -38,6 +39,7 @@ def _estimate(grid: ElevationGrid, asked: FlightParameters) -> Iterator[Demand]:
     yield budget(asked.budget.seconds)
     if above is not None:
         yield from sight_lines(cells, len(above.anchors), above.mode)
+        yield from signals_demand(grid, above)
 
 
 def _sampled(grid: ElevationGrid) -> None:

@@ -40,6 +40,7 @@ class FlightParameters(SightParameters, InADatum):
     """From where to where; the anchors that give position in the air stand in ``morphing_map``."""
 
     altitude_fields = ("ceiling_altitude_m",)
+    sight_alone = "the morphing map of a flight says so, by its own sight."
 
     start: PointIn = Field(description="Where the drone is.")
     goal: PointIn = Field(description="Where it shall be.")

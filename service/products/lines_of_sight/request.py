@@ -10,6 +10,7 @@ from service.parts.anchors import CurvatureChoice
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import Metres, PointIn, Positive, StrictModel
+from service.parts.radios import SightChoice
 
 __all__ = ["FROM", "PAIRS", "TO", "LineOptions", "LinesOfSightIn", "LinesOfSightParameters", "PairIn"]
 
@@ -67,11 +68,13 @@ class LineOptions(StrictModel):
         return self.wavelength_m if self.frequency_hz is None else SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
 
 
-class LinesOfSightParameters(LineOptions, AreaParameters):
+class LinesOfSightParameters(LineOptions, AreaParameters, SightChoice):
     """Pairs of points on a DEM, as objects or, shorter, as two arrays of east, north and altitude in metres.
 
     Of an area every line has an end in it.
     """
+
+    sight_alone = "lines have no anchors with radios; a profile tells a signal."
 
     pairs: list[PairIn] | None = Field(None, description="The pairs as objects; or give both arrays.")
     from_points_m: list[Point3] | None = Field(

@@ -53,6 +53,7 @@ def _estimate(grid: ElevationGrid, parameters: MorphingMapParameters) -> Iterato
     yield from sight_lines(cells, most, mode)
     moving = moving_sources(grid, parameters, frames).moving
     yield from frames_demand(cells, len(frames.times_s()), moving, mode)
+    yield from signals_demand(grid, parameters, len(parameters.anchors) + moving * len(frames.times_s()))
 
 
 def _columns(grid: ElevationGrid) -> None:

@@ -21,6 +21,7 @@ from service.parts.ranging_sources import limit_of, moving_sources, time_of
 from visibility import Anchor, MinimumVisibleAltitude
 from visibility.air import Availability, ColumnState, MorphingFrame, availability, morphing_frames
 from visibility.sight import SurfaceCache
+from visibility.signal import min_usable_altitude
 
 __all__ = [
     "AVAILABLE_BANDS",
@@ -104,6 +105,7 @@ def find_frames(
         *(grid, parameters.mode, curvature_of(parameters)),
         unknown=parameters.unknown,
         window=None if area.shape is None else area.window,
+        calculate=min_usable_altitude,
     )
     frames = morphing_frames(
         *(grid, sources.all, times_s, limit_of(parameters)),

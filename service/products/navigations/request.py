@@ -15,6 +15,7 @@ from service.parts.anchors import AnchorId, AnchorIn, CurvatureChoice
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import DegreesNorth, Metres, Number, PointIn, Positive, StrictModel
+from service.parts.radios import SightChoice
 from service.parts.shapes_in_grid import points_in_grid, resolve_anchor
 from terrain import ElevationGrid
 from visibility import Anchor
@@ -91,12 +92,13 @@ class SpeedIn(StrictModel):
     forward_m_per_s: Number = Field(description="Along the direction of driving, m/s.")
 
 
-class NavigationParameters(AreaParameters):
+class NavigationParameters(AreaParameters, SightChoice):
     """What a vehicle measured on a drive, and what is known besides."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{name: value for name, value in REQUEST.items() if name != "dem_id"}]}
     )
+    sight_alone = "a drive that was driven weighs its ranges by the probability of sight."
 
     readings: ReadingsIn = Field(description="Of the inertial unit.")
     fixes: Annotated[list[FixIn], Field(max_length=MOST_MEASUREMENTS)] = Field([], description="Of satellites.")

@@ -13,6 +13,7 @@ from planning.paths import PathLimits, PathProblem, PlanBudget, RoverModel, plan
 from service.estimates import Demand, budget, sight_lines
 from service.parts.sentences import MAP_KINDS, with_map
 from service.products import Given, Needs, Product, WarmUp
+from service.products.in_common import signals_demand
 from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import AnchorTrack
@@ -41,9 +42,11 @@ def _estimate(grid: ElevationGrid, asked: PathParameters) -> Iterator[Demand]:
     cells, on = grid.heights_m.size, asked.morphing_map
     yield from sight_lines(cells, len(asked.anchors), asked.mode)
     yield from sight_lines(cells, check_path_request(grid, asked), asked.mode)
+    yield from signals_demand(grid, asked, len(asked.anchors) + len(asked.tracks), one_height=True)
     yield budget(asked.budget.seconds)
     if on is not None:
         yield from sight_lines(cells, len(on.anchors), on.mode)
+        yield from signals_demand(grid, on)
 
 
 def _on_the_grid(grid: ElevationGrid) -> None:

@@ -73,7 +73,7 @@ def path_sources(grid: ElevationGrid, asked: PathParameters) -> RangingSources:
 
 def path_tracks(grid: ElevationGrid, asked: PathParameters) -> tuple[AnchorTrack, ...]:
     """The anchors that move. Raises AnchorError, FrameError, VisibilityInputError."""
-    return tuple(track_of(grid, track) for track in asked.tracks)
+    return tuple(track_of(grid, track, heard=asked.usable) for track in asked.tracks)
 
 
 def path_question(
@@ -235,7 +235,8 @@ def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> _
         return _Mapped(problem, (), lines, (*air.warnings, *sources.warnings))
     sources, tracks = path_sources(grid, asked), path_tracks(grid, asked)
     here = (*sources.all, *(track.at(asked.departure_s) for track in tracks))
-    lines_here = lines_to(grid, here, asked, progress) if here else None
+    antenna_m = asked.rover.receiver_above_ground_m
+    lines_here = lines_to(grid, here, asked, progress, only_above_ground_m=antenna_m) if here else None
     # the maps of anchors that move are the planner's own: one for each time
     problem = path_question(grid, asked, sources, None if tracks else lines_here, tracks)
     warnings = () if lines_here is None else lines_here.warnings

@@ -190,6 +190,10 @@ class PathQuestion(RangingParameters):
     )
     plan_altitudes: PlanAltitudes = "sea level"
 
+    def without_radio(self) -> list[str]:
+        """Ids of anchors and tracks without a radio."""
+        return [one.id for one in (*self.anchors, *self.tracks) if one.radio is None]
+
 
 class PathParameters(PathQuestion):
     """The same, with everything that it ranges to in it."""
@@ -235,5 +239,7 @@ def _check_limits_have_anchors(asked: PathQuestion) -> None:
         raise ValueError(AREA_BESIDE)
     if asked.tracks and (asked.unknown, asked.curvature) != ("unknown", "auto"):
         raise ValueError("With anchors on tracks, unknown and curvature keep their defaults.")
+    if asked.usable and asked.morphing_map is not None:
+        raise ValueError("Above a morphing map the map says what is usable: its own sight, in morphing_map.")
     if ranged and asked.morphing_map is not None:
         raise ValueError("Give anchors and satellites, or a morphing map with its own, not both.")

@@ -21,6 +21,7 @@ from planning.placement.placing import require_enough, require_sight
 from service.estimates import SECONDS_PER_CELL_AND_ANCHOR, Demand, calculation, sight_lines
 from service.parts.sentences import told_as_asked
 from service.products import Product, WarmUp
+from service.products.in_common import signals_demand
 from service.settings import Settings
 from terrain import ElevationGrid
 from visibility import Anchor
@@ -48,6 +49,7 @@ def _estimate(grid: ElevationGrid, parameters: PlacementParameters) -> Iterator[
     what, memory_bytes = f"{candidates:,} candidates over {cells:,} cells", cells * (BYTES_PER_TARGET + candidates // 4)
     seconds = cells * candidates * SECONDS_PER_CELL_AND_ANCHOR[parameters.mode]
     yield from calculation(what, memory_bytes, seconds, "fewer candidates, or a smaller DEM")
+    yield from signals_demand(grid, parameters, candidates + len(parameters.anchors), one_height=True)
 
 
 def _check(grid: ElevationGrid, parameters: PlacementParameters, settings: Settings) -> None:

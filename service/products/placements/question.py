@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +29,9 @@ from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import curvature_of
 from service.parts.points import PolygonIn, StandOffIn
 from service.parts.shapes_in_grid import (
+    anchors_in_grid,
     places_in_grid,
     polygon_in_grid,
-    resolve_anchor,
     resolve_point,
     stand_off_in_grid,
     weights_in_grid,
@@ -73,8 +73,8 @@ def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> Place
         _targets(area, asked),
         goal_of(asked.goal),
         rules_of(grid, asked.rules),
-        tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors),
-        sight_of(asked),
+        anchors_in_grid(grid, asked),
+        replace(sight_of(asked), radio=None if asked.radio is None else asked.radio.radio()),
         SearchOptions(seed=asked.seed),
     )
 
@@ -135,7 +135,8 @@ def rules_of(grid: ElevationGrid, asked: RulesIn) -> PlacementRules:
         bases_m = tuple(
             resolve_point(grid, base, f"rules.link.bases[{number}]") for number, base in enumerate(asked.link.bases)
         )
-        link = Link(bases_m, _unlimited(asked.link.max_range_m), asked.link.relays)
+        radio = None if asked.link.radio is None else asked.link.radio.radio()
+        link = Link(bases_m, _unlimited(asked.link.max_range_m), asked.link.relays, radio)
     return PlacementRules(
         no_fly=tuple(polygon_in_grid(grid, p, f"rules.no_fly[{n}]") for n, p in enumerate(asked.no_fly)),
         stand_off=tuple(stand_off_in_grid(grid, one) for one in asked.stand_off),

@@ -21,6 +21,7 @@ from service.parts.points import (
     StrictModel,
     WeightIn,
 )
+from service.parts.radios import RadioIn
 from service.parts.sentences import WithOlderNames
 
 __all__ = [
@@ -139,6 +140,9 @@ class LinkIn(StrictModel):
     relays: Annotated[int, Field(strict=True, ge=0, le=8)] = Field(
         0, description="So many other anchors may relay a link: a number, 0 = every anchor sees a base itself."
     )
+    radio: RadioIn | None = Field(
+        None, description="Of both ends: its signal decides whether there is a link; left out = sight."
+    )
 
 
 class RulesIn(InADatum):
@@ -174,6 +178,9 @@ class PlacementParameters(SightParameters):
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = Field(
         0, description="A number; the same seed gives the same answer."
     )
+    radio: RadioIn | None = Field(
+        None, description="Of the anchors that are placed, where usable is asked for in place of visible."
+    )
     time_limit_s: Positive | None = Field(
         None, description="After so many seconds the best placement so far is the answer; left out = no limit."
     )
@@ -183,6 +190,16 @@ class PlacementParameters(SightParameters):
         description="Where sight is worked out: here, in one process; on the Dask cluster that is set up; or there, "
         "and here with a warning where it cannot be reached. The answer is the same.",
     )
+
+    def without_radio(self) -> list[str]:
+        """Ids of anchors without a radio, and those that are to be placed."""
+        return [*super().without_radio(), *(["those to be placed"] if self.radio is None else [])]
+
+    @model_validator(mode="after")
+    def _radio_of_what_is_usable(self) -> Self:
+        if self.radio is not None and not self.usable:
+            raise ValueError("The radio of the anchors to be placed goes with sight usable.")
+        return self
 
     @model_validator(mode="after")
     def _one_number(self) -> Self:

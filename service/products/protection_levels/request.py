@@ -16,6 +16,7 @@ from service.parts.map_area import AreaParameters, map_area, refuse_outside
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import NotNegativeMetres, PointIn, Positive
 from service.parts.positioning import EXAMPLE_ANCHORS
+from service.parts.radios import SightChoice
 from service.parts.sentences import told_as_asked
 from service.parts.shapes_in_grid import points_in_grid, resolve_anchor
 from terrain import ElevationGrid
@@ -34,12 +35,13 @@ REQUEST: dict[str, JsonValue] = {
 }
 
 
-class ProtectionParameters(AreaParameters):
+class ProtectionParameters(AreaParameters, SightChoice):
     """Anchors, what may be missed, how the ground is used, and a path."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{name: value for name, value in REQUEST.items() if name != "dem_id"}]}
     )
+    sight_alone = "protection levels weigh ranges by the probability of sight."
 
     anchors: Annotated[list[AnchorIn], Field(min_length=1, max_length=62)] = Field(
         description="What is ranged to, with unique ids; each with its ranging_sigma_m."

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from planning.placement import Goal, MoveQuestion, path_length_m, path_targets, reposition, straight_ahead
 from service.estimates import Demand, sight_lines
 from service.parts.sentences import told_as_asked
-from service.parts.shapes_in_grid import resolve_anchor
+from service.parts.shapes_in_grid import anchors_in_grid
 from service.products import Given, Needs, Product, WarmUp
 from service.products.placements.question import goal_of, rules_of
 from terrain import ElevationGrid
@@ -44,7 +44,7 @@ def _check_question(grid: ElevationGrid, parameters: RepositioningParameters) ->
     path_targets(grid, path_ahead(grid, parameters), parameters.receiver_above_ground_m)
     goal_of(parameters.goal)
     rules_of(grid, parameters.rules)
-    check_anchors(grid, [resolve_anchor(grid, anchor) for anchor in parameters.anchors])
+    check_anchors(grid, anchors_in_grid(grid, parameters))
 
 
 def _ahead(grid: ElevationGrid) -> None:

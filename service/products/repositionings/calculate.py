@@ -17,7 +17,7 @@ from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import MapSummary, curvature_of, preamble
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors
 from service.parts.sentences import told_as_asked
-from service.parts.shapes_in_grid import places_in_grid, resolve_anchor, told_of_areas
+from service.parts.shapes_in_grid import anchors_in_grid, places_in_grid, told_of_areas
 from service.products import UNWATCHED, Work
 from service.products.placements.question import areas_of_rules, goal_of, rules_of, sight_of
 from terrain import ElevationGrid
@@ -118,7 +118,7 @@ def calculate_repositioning(
     Raises PlacementError, FrameError, AnchorError.
     """
     started_s = time.perf_counter()
-    anchors = tuple(resolve_anchor(grid, anchor) for anchor in parameters.anchors)
+    anchors = anchors_in_grid(grid, parameters)
     warnings = check_anchors(grid, anchors)
     plan = plan_repositioning(
         grid,

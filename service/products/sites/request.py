@@ -11,6 +11,7 @@ from service.parts.areas import AreaChoice
 from service.parts.map_area import AreaParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import NotNegativeMetres, Positive
+from service.parts.radios import SightChoice
 from visibility.sites import DIRECTIONS, LEAST_DIRECTIONS, MOST_DIRECTIONS
 
 __all__ = ["REQUEST", "SiteMapIn", "SiteMapParameters"]
@@ -26,12 +27,13 @@ REQUEST: dict[str, JsonValue] = {
 }
 
 
-class SiteMapParameters(AreaParameters):
+class SiteMapParameters(AreaParameters, SightChoice):
     """Heights of sites and receivers, what shall be seen, how many sites to name."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{name: value for name, value in REQUEST.items() if name != "dem_id"}]}
     )
+    sight_alone = "a map of sites has no anchors whose radios it could know."
 
     site_above_ground_m: NotNegativeMetres = Field(
         10.0, description="Height of a site's antenna above the ground of each post, metres."

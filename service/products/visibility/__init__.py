@@ -9,7 +9,7 @@ from dem_samples import load_sample
 from service.estimates import Demand, sight_lines
 from service.parts.doubts import doubted_anchors
 from service.parts.map_area import map_area
-from service.parts.shapes_in_grid import resolve_anchor
+from service.parts.shapes_in_grid import anchors_in_grid
 from service.products import Product, WarmUp
 from service.products.in_common import signals_demand
 from service.settings import Settings
@@ -31,8 +31,7 @@ def _estimate(grid: ElevationGrid, parameters: VisibilityMapParameters) -> Itera
 
 def _check(grid: ElevationGrid, parameters: VisibilityMapParameters, settings: Settings) -> None:
     map_area(grid, parameters.area)
-    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
-    check_anchors(grid, doubted_anchors(grid, placed, parameters.doubts)[0])
+    check_anchors(grid, doubted_anchors(grid, anchors_in_grid(grid, parameters), parameters.doubts)[0])
 
 
 def _fast_maps(grid: ElevationGrid) -> None:

@@ -14,10 +14,10 @@ from service.parts.doubts import doubted_anchors
 from service.parts.map_area import MapArea, map_area
 from service.parts.map_facts import MapSummary, curvature_of, preamble, share_of
 from service.parts.sentences import told_as_asked
-from service.parts.shapes_in_grid import resolve_anchor
+from service.parts.shapes_in_grid import anchors_in_grid
 from service.products import UNWATCHED, Work
 from terrain import ElevationGrid, height_at
-from visibility import HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, MinimumVisibleAltitude, min_visible_altitude
+from visibility import HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, MinimumVisibleAltitude
 from visibility.signal import margin_map, min_usable_altitude
 
 from .request import VisibilityMapParameters
@@ -111,10 +111,8 @@ def calculate_visibility_map(
 
     Raises AnchorError, VisibilityInputError, FrameError.
     """
-    placed = [resolve_anchor(grid, anchor) for anchor in parameters.anchors]
-    anchors, passed_over = doubted_anchors(grid, placed, parameters.doubts)
-    calculate = min_usable_altitude if parameters.usable else min_visible_altitude
-    found = calculate(
+    anchors, passed_over = doubted_anchors(grid, anchors_in_grid(grid, parameters), parameters.doubts)
+    found = min_usable_altitude(
         grid,
         anchors,
         parameters.mode,

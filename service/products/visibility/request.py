@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from service.parts.anchors import AnchorIn, UsableParameters
+from service.parts.anchors import AnchorIn, SightParameters
 from service.parts.doubts import DoubtParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import InADatum, Metres, NotNegativeMetres
@@ -21,7 +21,7 @@ ANCHORS: list[JsonValue] = [
 REQUEST: dict[str, JsonValue] = {"dem_id": DEM_ID, "anchors": ANCHORS, "receiver_above_ground_m": 1.5, "mode": "fast"}
 
 
-class VisibilityMapParameters(UsableParameters, DoubtParameters, InADatum):
+class VisibilityMapParameters(SightParameters, DoubtParameters, InADatum):
     """Anchors, receiver height and how to calculate."""
 
     altitude_fields = ("receiver_altitude_m",)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from service.estimates import SECONDS_PER_CELL_AND_ANCHOR, Demand, calculation
+from service.estimates import SECONDS_PER_CELL_AND_ANCHOR, Demand, calculation, signals_over
 from service.products import Product, WarmUp
 from service.settings import Settings
 from terrain import ElevationGrid
@@ -31,6 +31,8 @@ def _estimate(grid: ElevationGrid, parameters: WindowMapParameters) -> Iterable[
     seconds = request.posts * SECONDS_PER_CELL_AND_ANCHOR[parameters.mode]
     what = f"{request.posts:,} posts in reach of {len(request.reaches)} anchors"
     yield from calculation(what, memory_bytes, seconds, "shorter ranges, or fewer anchors at once")
+    if parameters.usable:
+        yield signals_over(request.largest[1], len(request.reaches), trees=False)
 
 
 def _check(grid: ElevationGrid, parameters: WindowMapParameters, settings: Settings) -> None:

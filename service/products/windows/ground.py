@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -158,7 +158,8 @@ def _anchor(dem: Raster, middle: ElevationGrid, parameters: VisibilityMapParamet
             f"Anchor {asked.id} has no range limit, so all {posts:,} posts of {name_of(dem)} are in its reach, which "
             f"take about {work_bytes(posts) / 1e9:,.2g} GB of memory; give it max_range_m, or read the DEM whole."
         )
-    return resolve_anchor(_ground_at(dem, *dem.post_at(*place)), asked)
+    found = resolve_anchor(_ground_at(dem, *dem.post_at(*place)), asked)
+    return found if parameters.usable else replace(found, radio=None)
 
 
 def _ground_at(dem: Raster, row: float, col: float) -> ElevationGrid:

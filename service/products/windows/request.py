@@ -35,8 +35,6 @@ class WindowMapParameters(VisibilityMapParameters):
     def _on_bare_ground(self) -> Self:
         if self.cover is not None:
             raise ValueError("A map by windows knows bare ground only; leave out cover, or ask for a visibility map.")
-        if self.usable:
-            raise ValueError("A map by windows knows sight only; ask for visible, or for a visibility map.")
         return self
 
 

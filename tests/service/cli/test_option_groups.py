@@ -23,7 +23,7 @@ from service.settings import Settings
 
 # what a group has besides the fields of its part, because people type it otherwise
 GROUPS = [
-    (options.SightOptions, SightParameters, set()),
+    (options.SignalOptions, SightParameters, {"radio"}),
     (options.PositioningOptions, DopMapParameters, set()),
     (options.PositioningOptions, MorphingMapParameters, set()),
     (placing.TargetOptions, TargetsIn, set()),
@@ -39,7 +39,7 @@ GROUPS = [
     (plan.RoverOptions, RoverIn, set()),
     (plan.LimitOptions, PathLimitsIn, set()),
     (plan.BudgetOptions, BudgetIn, {"no_sampling"}),
-    (plan.RestOptions, PathQuestion, set()),
+    (plan.RestOptions, PathQuestion, {"radio"}),
     (fly.MapOptions, MorphingMapParameters, set()),
     (fly.FlightOptions, FlightParameters, set()),
     (fly.BudgetOptions, FlightBudgetIn, set()),

@@ -44,13 +44,17 @@ def fill_highest(layers, highest_m):
     rows, cols, _ = layers.shape
     for i in prange(highest_m.shape[0]):
         for j in range(highest_m.shape[1]):
-            most = -math.inf
+            most, wooded = -math.inf, False
             for row in range(max(i * SQUARE, 0), min((i + 1) * SQUARE + 1, rows)):
                 for col in range(j * SQUARE, min((j + 1) * SQUARE + 1, cols)):
                     crown_m = layers[row, col, SOIL] + layers[row, col, TOP]
-                    if layers[row, col, TOP] != 0.0:
-                        most = math.inf if math.isnan(crown_m) else max(most, crown_m)
-            highest_m[i, j] = most
+                    wooded = wooded or layers[row, col, TOP] != 0.0
+                    # a bare post counts beside trees: on a slope their canopy rises towards it
+                    if not math.isnan(crown_m):
+                        most = max(most, crown_m)
+                    elif layers[row, col, TOP] != 0.0:
+                        most = math.inf
+            highest_m[i, j] = most if wooded else -math.inf
 
 
 @scalar_kernel

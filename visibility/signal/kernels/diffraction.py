@@ -49,9 +49,12 @@ def put_obstacle(sums, t, above_m, bulge_m):
         sums[FROM_START] = above_m / t
     if above_m > sums[FROM_END] * back:
         sums[FROM_END] = above_m / back
-    zone = math.sqrt(t * back)
-    if above_m > sums[ZONE] * zone:
-        sums[ZONE] = above_m / zone
+    # only a profile that is clear of the line asks for the zone; what lies deeper than the middle's share of it is no
+    # extreme wherever it stands, which saves nearly all of the roots
+    if not above_m <= sums[ZONE] / 2.0 and not (sums[FROM_START] >= 0.0 and sums[ZONE] > -math.inf):
+        zone = math.sqrt(t * back)
+        if above_m > sums[ZONE] * zone:
+            sums[ZONE] = above_m / zone
     if flat_m > sums[HIGHEST]:
         sums[HIGHEST] = flat_m
     if flat_m > sums[FLAT_FROM_START] * t:
