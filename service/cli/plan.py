@@ -139,7 +139,7 @@ class BudgetOptions:
 
 @GROUP
 @dataclass(frozen=True, slots=True)
-class RestOptions(HeardOptions):
+class RestOptions:
     """Fields of the request itself."""
 
     start_heading_deg: Annotated[
@@ -173,6 +173,7 @@ def plan(
     satellites: SatelliteOptions = SatelliteOptions(),
     range_sigma: RangeSigma = None,
     budget: BudgetOptions = BudgetOptions(),
+    heard: HeardOptions = HeardOptions(),
     rest: RestOptions = RestOptions(),
     doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
@@ -201,16 +202,15 @@ def plan(
                 "A map brings its anchors along, with the error of their ranges; give --map or --range-sigma."
             )
         sigma = {} if range_sigma is None else {"ranging_sigma_m": range_sigma}
-        tracks = [
-            {**track.model_dump(exclude_none=True), **sigma} for file in track for track in tracks_from_file(file)
-        ]
-        sky = satellites.part(range_sigma)
+        moving = [one for file in track for one in tracks_from_file(file)]
+        tracks = [{**one.model_dump(exclude_none=True), **sigma} for one in moving]
         fields = {
             **way.part(lonlat=anchors.lonlat),
-            **rest.part(anchors.part(range_sigma)),
-            **({} if sky is None else {"satellites": sky}),
+            **heard.part(anchors.part(range_sigma)),
+            "satellites": satellites.part(range_sigma),
+            **told(rest),
             **doubts.part(),
-            "tracks": rest.heard(tracks),
+            "tracks": heard.heard(tracks),
             "rover": told(rover),
             "limits": told(limits),
             "budget": budget.part(),

@@ -17,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from service.drawing.cover import draw_cover
 from service.drawing.furniture import ANCHOR_COLOUR, INK, draw_anchors, draw_scale_and_north
 from service.parts.map_facts import crs_label, grid_north_deg
 from terrain import ElevationGrid
@@ -151,6 +152,7 @@ def ground_figure(
     axes.set_xlabel(f"east, km  ({crs_label(grid)})")
     axes.set_ylabel("north, km")
     draw_scale_and_north(axes, 1000.0 * (east - west), width_in, height_in, grid_north_deg(grid))
+    draw_cover(axes, grid, (west, east, south, north))
     draw_anchors(axes, tuple(a for a in anchors if isinstance(a, Anchor)), (west, east, south, north))
     left, top = LEFT_IN / whole_in[0], whole_in[1]
     figure.text(left, 1 - 0.2 / top, title, fontsize=14, fontweight="bold", va="top", color=INK)

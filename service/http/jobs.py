@@ -245,8 +245,9 @@ def _with_notes(job: JobRecord) -> Mapping[str, JsonValue] | None:
     summary = {**job.summary, "parameters": dict(_short(asked))} if isinstance(asked, dict) else job.summary
     if not notes:
         return summary
-    warnings = summary.get("warnings")
-    return {**summary, "warnings": [*(warnings if isinstance(warnings, list) else ()), *notes]}
+    told = summary.get("warnings")
+    own = told if isinstance(told, list) else []
+    return {**summary, "warnings": [*own, *(note for note in notes if note not in own)]}
 
 
 def whole_answer(service: Service, product: Product, job: JobRecord, status: int, headers: dict[str, str]) -> Response:

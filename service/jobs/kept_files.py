@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, JsonValue, ValidationError
 
+from service.jobs.kept_cover import CoverFields, mapped_array, save_cover, with_kept_cover
 from service.parts.anchors import AskedSources
 from service.parts.doubts import DoubtParameters, doubted_anchors
 from service.parts.radios import SightChoice
@@ -194,6 +194,7 @@ class ResultFields(TypedDict):
     anchor_positions_m: Sequence[Sequence[float]]
     distant_anchors: NotRequired[Sequence[DistantFields]]
     parameters: Mapping[str, JsonValue]
+    cover: NotRequired[CoverFields]
 
 
 def save(product: Product, finished: Any, folder: Path) -> None:
@@ -214,6 +215,7 @@ def save(product: Product, finished: Any, folder: Path) -> None:
         "anchor_positions_m": [(a.east_m, a.north_m, a.altitude_m) for a in finished.anchors if isinstance(a, Anchor)],
         "distant_anchors": [_distant_fields(a) for a in finished.anchors if isinstance(a, DistantAnchor)],
         "parameters": finished.parameters.model_dump(mode="json"),
+        "cover": save_cover(grid, folder),
     }
     (folder / ANSWER).write_text(finished.answer.model_dump_json(), encoding="utf-8")
     (folder / f"{product.name}.json").write_text(json.dumps(description, allow_nan=False), encoding="utf-8")
@@ -234,13 +236,14 @@ def load(
     if description.get("format") not in READABLE:
         raise ValueError(f"The {product.name} in {folder.name} has format {description.get('format')}, not {FORMAT}.")
     parameters: Any = product.parameters.model_validate(description["parameters"])
-    grid = grid_of(folder / "heights_m.npy", description["grid"])
+    bare = grid_of(folder / "heights_m.npy", description["grid"])
+    grid = with_kept_cover(bare, folder, description.get("cover", {}))
     finished = product.finished(
         grid=grid,
         anchors=_anchors(grid, parameters, description["anchor_positions_m"], description.get("distant_anchors", ())),
         parameters=parameters,
         answer=_answer(product, folder, summary),
-        **{name: _mapped(folder, name) for name in product.arrays if _is_kept(product, folder, name)},
+        **{name: mapped_array(folder / f"{name}.npy") for name in product.arrays if _is_kept(product, folder, name)},
     )
     return product, finished
 
@@ -291,8 +294,3 @@ def _distant_fields(anchor: DistantAnchor) -> DistantFields:
         range_m=anchor.range_m,
         ranging_sigma_m=anchor.ranging_sigma_m,
     )
-
-
-def _mapped(folder: Path, name: str) -> npt.NDArray[Any]:
-    array: npt.NDArray[Any] = np.load(folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
-    return array

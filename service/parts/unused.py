@@ -1,14 +1,15 @@
-"""What of a request changes nothing in its answer: radios and trees where sight alone decides."""
+"""What of a request changes nothing: radios and trees where sight decides; and what a canopy's model cannot tell."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pydantic import BaseModel
 
 from service.parts.anchors import AntennaIn
 from service.parts.radios import RadioIn, SightChoice
 from terrain import ElevationGrid
+from visibility.signal import foliage_of
 
 __all__ = ["notes_on_unused"]
 
@@ -17,7 +18,7 @@ BECAUSE = "this answer is of what is in sight, not of what is usable"
 
 
 def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
-    """A sentence on the radios and one on the canopy of a request that are not looked at.
+    """Sentences on radios and canopy of a request that are not looked at, and on what the canopy's model cannot tell.
 
     grid: the request's ground with what stands on it. A part of a request that asks for what is usable (a morphing map
     below a path) looks at the radios of its own anchors, and at the canopy.
@@ -34,7 +35,19 @@ def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
     linked = any(isinstance(part, RadioIn) for part in parts)
     if grid.trees is not None and not any(usable) and not linked:
         told.append(f"Not looked at: the canopy, since {BECAUSE}; trees hide nothing.")
-    return told
+    heard = [antenna for part, used in zip(parts, usable, strict=True) if used for antenna in _antennas(part)]
+    # of anchors that are placed and of links the radio is a part of its own
+    radios = [*(one.radio for one in heard), *(part for part in parts if isinstance(part, RadioIn))]
+    return [*told, *_beyond_the_model(grid, [radio.radio().frequency_hz for radio in radios if radio is not None])]
+
+
+def _beyond_the_model(grid: ElevationGrid, frequencies_hz: Sequence[float]) -> list[str]:
+    """What the canopy's model says of its own range at frequencies: nothing is extended beyond it."""
+    foliage = foliage_of(grid)
+    if foliage is None:
+        return []
+    notes = [foliage.loss([1.0], one, [1.0]).notes for one in dict.fromkeys(frequencies_hz)]
+    return list(dict.fromkeys(note for some in notes for note in some))
 
 
 def _parts(asked: BaseModel) -> Iterator[BaseModel]:

@@ -89,7 +89,7 @@ def ask(
     with progress_bar(what) as progress:
         finished = _calculated(product, grid, parameters, replace(work or Work(), progress=progress))
     answer: Any = finished.answer
-    answer = answer.model_copy(update={"warnings": [*answer.warnings, *told]})
+    answer = answer.model_copy(update={"warnings": list(dict.fromkeys((*answer.warnings, *told)))})
     document = answer.model_dump(mode="json")
     written = [] if folder is None else _write_files(finished, document, summary, layers, folder)
     if output.as_json:

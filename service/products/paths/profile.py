@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from service.drawing.cover import draw_cover_along
 from service.drawing.furniture import INK
 from service.drawing.sheet import DPI
 from service.parts.map_facts import dem_name
@@ -70,9 +71,13 @@ def _distance_km(finished: FinishedPath) -> npt.NDArray[np.float64]:
 
 def _ground(axes: Axes, finished: FinishedPath) -> None:
     x, ground_m = _distance_km(finished), finished.column("altitude_m")
-    low_m, high_m = float(ground_m.min()), float(ground_m.max())
+    grid = finished.grid
+    places_m = finished.column("east_m"), finished.column("north_m")
+    crowns_m = 0.0 if grid.trees is None else float(np.nanmax(grid.trees.top_m, initial=0.0))
+    low_m, high_m = float(ground_m.min()), float(ground_m.max()) + crowns_m
     room_m = max(0.08 * (high_m - low_m), 1.0)
     axes.fill_between(x, ground_m, low_m - room_m, color=GROUND_COLOUR, lw=0)
+    draw_cover_along(axes, x, grid, places_m, ground_m)
     axes.plot(x, ground_m, color=INK, lw=1.2)
     axes.set_ylim(low_m - room_m, high_m + room_m)
     axes.set_ylabel("altitude, m")

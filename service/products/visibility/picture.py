@@ -40,7 +40,7 @@ def draw_map(finished: VisibilityMap) -> Figure:
         finished.grid,
         count_pixels(finished, classes),
         finished.anchors,
-        f"Anchors in sight: {dem_name(finished.grid)}",
+        f"{_what(finished)}: {dem_name(finished.grid)}",
         f"{anchors}, {receiver}, mode {parameters.mode}",
     )
     _legend(axes, finished, classes)
@@ -78,7 +78,7 @@ def count_shares(finished: VisibilityMap, classes: tuple[CountClass, ...]) -> li
 
 def _legend(axes: Axes, finished: VisibilityMap, classes: tuple[CountClass, ...]) -> None:
     """Classes with their share of the known posts, in the margin on the right."""
-    share_legend(axes, count_shares(finished, classes), "Anchors in sight")
+    share_legend(axes, count_shares(finished, classes), _what(finished))
 
 
 def write_overlay(finished: VisibilityMap, path: Path) -> None:
@@ -88,4 +88,8 @@ def write_overlay(finished: VisibilityMap, path: Path) -> None:
 
 def write_legend(finished: VisibilityMap, path: Path) -> None:
     """Its classes, most anchors first."""
-    class_map.write_legend("Anchors in sight", count_shares(finished, count_classes(len(finished.anchors))), path)
+    class_map.write_legend(_what(finished), count_shares(finished, count_classes(len(finished.anchors))), path)
+
+
+def _what(finished: VisibilityMap) -> str:
+    return "Anchors usable" if finished.parameters.usable else "Anchors in sight"

@@ -156,3 +156,45 @@ def test_radios_and_trees_that_make_no_question_are_refused(sightline, files, op
 
 def test_another_file_of_buildings_is_told_all_that_are_known(sightline, files):
     sightline("los", files[0], *ends(), "--buildings", "town.kml").refused(".geojson", ".stl", ".glb")
+
+
+def test_plans_placements_and_moves_may_be_of_what_is_usable(sightline, files, tmp_path):
+    dem, _ = files
+    usable = ["--sight", "usable", "--radio", "868MHz", "--json"]
+    place = ["place", dem, *ANCHOR, "--spacing", "200", "--height", "30agl", "--count", "1", "--min-anchors", "1"]
+    start, goal = ("{east_m},{north_m}".format(**one) for one in (at(45.0, 430.0), at(470.0, 70.0)))
+    plan = ["plan", dem, *ANCHOR, "--start", start, "--goal", goal, "--no-sampling"]
+    link = ["--base", "{east_m},{north_m},2agl".format(**at(60.0, 300.0)), "--link-radio", "915MHz"]
+    placed = sightline(*place, *usable, *link).told()
+    assert placed["parameters"]["radio"]["preset"] == "868MHz"
+    assert placed["parameters"]["rules"]["link"]["radio"]["preset"] == "915MHz"
+    blind = sightline(*place, "--json").told()
+    assert placed["exact_share"] > blind["exact_share"]
+    heard = sightline(*plan, *usable).told()
+    assert heard["parameters"]["sight"] == "usable"
+    assert heard["totals"]["fewest_anchors"] == 1
+    sightline(*plan, "--radio", "uwb").refused("--radio goes with --sight usable")
+    sightline(*place, "--link-radio", "uwb").refused("--link-range, --link-radio and --relays need --base")
+    sightline(*place, "--sight", "usable").refused("not known without a radio")
+
+
+def test_cover_that_cannot_stand_is_refused_resampled_or_told(sightline, files, tmp_path):
+    dem, _ = files
+    crossing = footprints()
+    ring = crossing["features"][0]["geometry"]["coordinates"][0]
+    crossing["features"][0]["geometry"]["coordinates"][0] = [ring[0], ring[2], ring[1], ring[3], ring[0]]
+    (tmp_path / "bow.geojson").write_text(json.dumps(crossing))
+    sightline("info", dem, "--buildings", str(tmp_path / "bow.geojson")).refused("is no simple polygon")
+    grid = small_grid()
+    below = replace(grid, heights_m=np.full(grid.shape, -1.0, np.float32))
+    write_npz(below, tmp_path / "below.npz")
+    sightline("info", dem, "--canopy", str(tmp_path / "below.npz")).refused("must be heights >= 0 m")
+    coarse = replace(grid, heights_m=np.full((13, 16), 7.0, np.float32), cell_east_m=60.0, cell_north_m=40.0)
+    write_npz(coarse, tmp_path / "coarse.npz")
+    told = sightline("info", dem, "--canopy", str(tmp_path / "coarse.npz"), "--json").told()
+    assert any("was resampled to the DEM's" in one for one in told["warnings"])
+    assert told["cover"]["canopy"]["mean_top_m"] == pytest.approx(7.0)
+    uwb = ["--sight", "usable", "--radio", "uwb", "--canopy-height", "9", "--canopy-model", "p833_woodland"]
+    answer = sightline("visibility", dem, *ANCHOR, *uwb, "--json").told()
+    (note,) = (one for one in answer["warnings"] if "nothing is told" in one)
+    assert note == "ITU-R P.833 for woodland is for 105.9 to 2117.5 MHz; nothing is told at 6489.6 MHz."

@@ -11,7 +11,7 @@ from tests.service.http.test_bad_requests import assert_problem
 from tests.service.http.test_every_product import posted
 from tests.service.running import Server
 from tests.service.small_paths import ANCHORS, at
-from tests.service.test_signals_of_products import with_radios
+from tests.service.test_usable_of_products import with_radios
 
 DEAF, STRONG = {"preset": "868MHz", "sensitivity_dbm": 50.0}, {"preset": "915MHz"}
 STANDING: dict[str, dict[str, Any]] = {"placement": {"count": 2}, "repositioning": {"occluded": []}}
