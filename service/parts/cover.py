@@ -121,7 +121,7 @@ class SkyDepthsIn(StrictModel):
     )
     depth_per_m: Annotated[
         list[Annotated[list[DepthPerM], Field(min_length=1, max_length=72)]], Field(min_length=1, max_length=36)
-    ] = Field(description="1/m: a row for each ring, equal sectors clockwise from grid north in it.")
+    ] = Field(description="Per metre of way, 1/m: a row for each ring, equal sectors clockwise from grid north in it.")
 
     def depths(self) -> SkyDepths:
         """The same as the library takes it. Raises ElevationGridError."""

@@ -238,7 +238,7 @@ def test_an_anchor_that_moves_is_heard_from_where_it_is(ground: ElevationGrid) -
     (anchor,) = drones(ground, RADIO)
     times_s = np.array([0.0, 2000.0])
     here_m = np.array([anchor.east_m, anchor.north_m, anchor.altitude_m])
-    away_m = (*here_m, 150.0, -60.0, 40.0)
+    away_m = here_m + np.array([150.0, -60.0, 40.0])
     track = AnchorTrack("T", times_s, np.stack([here_m, away_m]), radio=RADIO)
     assert track.at(0.0).radio == RADIO
     start, goal = ground.position_of(8, 8), ground.position_of(16, 14)

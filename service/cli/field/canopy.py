@@ -17,8 +17,8 @@ from ..asking.options import GROUP, Output, RadioName, Reading, option
 from ..output import facts_table, leaving_nothing_new, output_folder, print_json, print_tables, print_warnings
 
 if TYPE_CHECKING:
+    from service.files.canopy_fits import CanopyFitOut
     from service.files.canopy_logs import CanopyLog
-    from service.parts.canopy_fits import CanopyFitOut
 
 __all__ = ["canopy"]
 
@@ -85,7 +85,7 @@ def fit(
 
     Without a DEM trees have the height of --canopy-height, from --canopy-base up, and ways lead up to satellites.
     """
-    from service.parts.canopy_fits import fit_of_log
+    from service.files.canopy_fits import fit_of_log
 
     read = _read(log, pairs)
     grid = None

@@ -132,4 +132,4 @@ def test_a_frequency_that_the_canopy_s_model_does_not_know_is_told_and_not_exten
 def test_a_frequency_that_no_model_knows_is_refused(server: Server, ground: dict[str, Any]) -> None:
     anchors = [{**one, "radio": {"preset": "uwb", "frequency_hz": 1e6}} for one in ASKED[MAP.name]["anchors"]]
     refused = posted(server, MAP, ground, anchors=anchors, sight="usable")
-    assert_problem(refused, 422, "invalid-request", "frequency_hz must lie between 3e+07 and 1e+11")
+    assert_problem(refused, 422, "validation", "frequency_hz must lie between 3e+07 and 1e+11")

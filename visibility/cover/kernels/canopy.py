@@ -76,6 +76,8 @@ def _piece(last, here):
     step = t_1 - t_0
     if step <= 0.0 or (top_0 == 0.0 and top_1 == 0.0):
         return 0.0
+    if (over_0 > top_0 and over_1 > top_1) or (over_0 < base_0 and over_1 < base_1):
+        return 0.0  # above all crowns of the piece, or below them
     near, far = _below(over_0 - top_0, over_1 - top_1, 0.0, 1.0)
     near, far = _below(base_0 - over_0, base_1 - over_1, near, far)
     if far > near:
@@ -141,17 +143,20 @@ def _share_of_run(posts, crossed, line, ends, run, done):
         if number > 0 and not _t_of(family, number - 1) <= last.t:
             last = _at(posts, family, number - 1, line)
     total = 0.0
+    at_row, at_col, at_diagonal = _t_of(by_row, i), _t_of(by_col, j), _t_of(diagonal, k)
     while last.t < run_to or math.isnan(last.t):
-        at_row, at_col, at_diagonal = _t_of(by_row, i), _t_of(by_col, j), _t_of(diagonal, k)
         if at_row <= at_col and at_row <= at_diagonal and at_row < math.inf:
             here = _at(posts, by_row, i, line)
             i += 1
+            at_row = _t_of(by_row, i)
         elif at_col <= at_diagonal and at_col < math.inf:
             here = _at(posts, by_col, j, line)
             j += 1
+            at_col = _t_of(by_col, j)
         elif at_diagonal < math.inf:
             here = _at(posts, diagonal, k, line)
             k += 1
+            at_diagonal = _t_of(diagonal, k)
         elif not math.isnan(end.t) and last.t < 1.0:
             here = end
         else:
