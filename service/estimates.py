@@ -17,10 +17,10 @@ Limit = Literal[
 ]
 # About four times what one core takes; meant to tell seconds from hours, not to predict.
 SECONDS_PER_CELL_AND_ANCHOR = {"fast": 20e-9, "exact": 500e-9}
-# Of what is usable each cell asks for some 15 signals, which cost as much as the posts that they pass: about the middle
-# between gentle ground (0.02 µs) and rough ground (0.3 µs), of which trees take twice as much; at one height for one.
-SECONDS_PER_SIGNAL_CELL_AND_SIDE = 100e-9
-SIGNALS_PER_CELL = 15
+# Of what is usable each cell asks for some 6 signals, which cost as much as the posts that they pass: about the middle
+# between gentle ground (0.01 µs) and rough ground (0.12 µs), of which trees take twice as much; at one height for one.
+SECONDS_PER_SIGNAL_CELL_AND_SIDE = 40e-9
+SIGNALS_PER_CELL = 6
 TIMES_WITH_TREES = 2.0
 BYTES_PER_CELL = 24
 # altitude, hidden-below and visible: float32, float32, uint8

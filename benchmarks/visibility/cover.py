@@ -46,8 +46,8 @@ canopy with gaps and crown bases over rough ground, lines between random places.
 COST_NOTE = """\
 A fractal of 5 m posts with patches of trees up to 25 m on it, crowns from a third of that; 868 MHz. Every ratio is of
 two calls that took turns in one run. A line of sight with canopy is sight and the way through canopy, each asked by
-itself. A map of what is usable seeks the lowest usable altitude over each post by halving; that of what is visible has
-it in closed form."""
+itself. A map of what is usable seeks the lowest usable altitude over each post with some six signals (ITP); that of
+what is visible has it in closed form."""
 
 CITY_NOTE = """\
 Turned rectangles in a jittered raster of streets, 3 to 60 m high, over a fractal of 5 m posts; four anchors 90 to 180 m

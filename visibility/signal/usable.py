@@ -44,10 +44,10 @@ def min_usable_altitude(
 ) -> MinimumVisibleAltitude:
     """The same as ``min_visible_altitude``, but where an anchor has a radio its signal decides, not sight.
 
-    Over each post that is the lowest altitude from the ground or roof up at which ``signals`` has a margin of 0 dB, by
-    halving to 0.1 m between an altitude with too little and one above it with enough. Signals grow with altitude
-    but for free space, so that above it an anchor is taken as usable up to its antenna's limits. +inf: at no altitude
-    that was looked at.
+    Over each post that is the lowest altitude from the ground or roof up at which ``signals`` has a margin of 0 dB, to
+    0.1 m between an altitude with too little and one above it with enough (``first_enough``). Signals grow with
+    altitude but for free space, so that above it an anchor is taken as usable up to its antenna's limits. +inf: at no
+    altitude that was looked at.
     only_above_ground_m: receivers are at this height and no other, which takes a fraction of the time: of an anchor
     with a radio the altitude is that of the ground where it is usable from there, +inf where not.
     Raises AnchorError, VisibilityInputError, SignalError.
