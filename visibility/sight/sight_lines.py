@@ -146,7 +146,7 @@ class LeastClearances:
 def least_clearances(
     grid: ElevationGrid, start_m: npt.NDArray[np.float64], end_m: npt.NDArray[np.float64], curvature: Curvature
 ) -> LeastClearances:
-    """What decides n lines, the rest of ``lines_of_sight`` left out; points (n, 3), finite, are the caller's to check."""
+    """What decides n lines, without the rest of ``lines_of_sight``; points (n, 3) are finite: the caller sees to it."""
     least, bits = np.empty((len(start_m), 3)), np.empty(len(start_m), np.uint8)
     cells_m = (grid.cell_east_m, grid.cell_north_m)
     start, end = in_posts(grid, start_m), in_posts(grid, end_m)
