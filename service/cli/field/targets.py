@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -62,7 +64,8 @@ def plane(path: PixelFile, /, *, sensor: SensorOptions = SensorOptions(), as_jso
     used = sensor.sensor()
     rows = []
     for name, pixels in _read(path).items():
-        fit = fit_plane(pixels.points_m(used))
+        with _of(name):
+            fit = fit_plane(pixels.points_m(used))
         rounding_m = quantisation_sigma_m(used, fit)
         rows.append((name, fit, rounding_m))
     if as_json:
@@ -113,8 +116,11 @@ def sphere(
     if fit_levels:
         used = used.with_levels_of(np.concatenate([pixels.depths_m for pixels in read.values()]))
     limb = Limb(blur_px, margin_px)
-    fits = {name: fit_sphere_in_image(pixels, used, limb) for name, pixels in read.items()}
-    common = {name: fit_sphere(pixels.points_m(used)) for name, pixels in read.items()}
+    fits, common = {}, {}
+    for name, pixels in read.items():
+        with _of(name):
+            fits[name] = fit_sphere_in_image(pixels, used, limb)
+            common[name] = fit_sphere(pixels.points_m(used))
     pose = None
     if placed is not None:
         places = {
@@ -170,6 +176,17 @@ def _document(fits: dict[str, SphereFit], common: dict[str, SphereFit], pose: Ta
             "misfit": pose.misfit,
         }
     return told
+
+
+@contextmanager
+def _of(name: str) -> Iterator[None]:
+    """What cannot be fitted is told with the target's name."""
+    from navigation import MeasurementError
+
+    try:
+        yield
+    except MeasurementError as error:
+        raise RequestError(f"Target {name}: {error}") from error
 
 
 def _read(path: Path) -> dict[str, TargetPixels]:

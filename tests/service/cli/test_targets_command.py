@@ -50,7 +50,7 @@ def test_a_plane_beside_what_rounding_would_leave(table, sightline):
     assert plane["target"] == "wall"
     assert plane["normal"] == pytest.approx(normal, abs=2e-3)
     assert plane["sigma_m"] == pytest.approx(plane["rounding_sigma_m"], rel=0.3)
-    sightline("targets", "sphere", path).refused("The points lie on a plane")
+    sightline("targets", "sphere", path).refused("Target wall: The points lie on a plane")
 
 
 def test_what_gives_no_target_is_told_in_a_sentence(table, tmp_path, sightline):
