@@ -94,7 +94,7 @@ def bit_search(cn0_db_hz: float = 17.0) -> matplotlib.figure.Figure:
     return figure
 
 
-def deep_errors(duration_s: float = 150.1) -> matplotlib.figure.Figure:
+def deep_errors(duration_s: float = 110.1) -> matplotlib.figure.Figure:
     """One drive through the dense wood: strengths, and errors by how long is summed and whether somebody judges."""
     drive = DeepDrive(1, duration_s, DENSE)
     driven = {

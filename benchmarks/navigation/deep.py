@@ -51,7 +51,7 @@ def drive_through(drive: DeepDrive, rules: DeepRules) -> Driven:
     return Driven(drive, track, track.position_m - drive.drive.position(track.times_s))
 
 
-def in_a_wood(seeds: Sequence[int] = (1, 2, 3), duration_s: float = 150.1) -> Table:
+def in_a_wood(seeds: Sequence[int] = (1, 2), duration_s: float = 120.1) -> Table:
     """Errors of position under the open sky and in two woods."""
     rows: list[Row] = []
     if MOTION.exists() and NAVIGATION.exists():

@@ -39,6 +39,8 @@ Correlator = Callable[[int, float, Array, Array], BitSums]
 SECOND_S, BEYOND_S = 1.0, 0.04  # the last bits of an interval end within its next 20 ms
 STEP_S = 0.02
 CODE_SHARE = 0.3  # of a second's noisy ranges that moves the clock
+SURE = 2.0  # sigmas of a frequency within a quarter of a wave: half waves are settled
+LEAST = 2  # phases, as one by itself says nothing beside a clock
 WANDER_M_PER_S = 0.05  # of the clock from second to second
 
 
@@ -69,7 +71,7 @@ class DeepTrack:
     """What is believed at the end of each of e seconds, and of which satellites.
 
     position_m: (e, 3) of the unit, east, north, up; position_covariance_m2: (e, 3, 3). detected, used, carried: (e,)
-    satellites above the threshold, whose ranges, and whose phases corrected the filter. end: the belief at the end.
+    satellites above the threshold, whose ranges, and whose carriers corrected the filter. end: the belief at the end.
     """
 
     times_s: Array
@@ -224,7 +226,7 @@ def _listen(
 def _corrections(
     epoch: _Epoch, units: Array, measured: Sequence[Heard], before: _Before, rules: DeepRules
 ) -> tuple[Measurements, Judged, Judged]:
-    """What the filter takes in: ranges in the middle of the second, and by phases the velocity at its beginning."""
+    """What the filter takes in: ranges in the middle of a second, and by the carriers the velocity at its beginning."""
     ahead, middle, rows = epoch.ahead, epoch.middle, -units
     off_m = np.array([one.range_m for one in measured])
     sigmas_m = np.hypot([one.range_sigma_m for one in measured], rules.range_floor_m)
@@ -234,7 +236,7 @@ def _corrections(
     at = np.full(len(ranges.values), ahead.times_s[middle])
     by_code = coordinates(at, ranges.values + ranges.rows @ epoch.antenna_m[middle], ranges.rows, np.ones(len(at)))
     velocity_m2 = np.diag(ahead.sigmas[middle, 3:6] ** 2)
-    changes_m, changed_m = _phase_changes(units, measured, before, velocity_m2, rules)
+    changes_m, changed_m = _changes(units, measured, before, rules.phase_floor_m)
     phases = rule(rows, changes_m, changed_m, velocity_m2 * SECOND_S**2)
     at = np.full(len(phases.values), ahead.times_s[1])
     rates = phases.rows * SECOND_S
@@ -242,35 +244,33 @@ def _corrections(
     return join(by_phase, by_code), ranges, phases
 
 
-def _phase_changes(
-    units: Array, measured: Sequence[Heard], before: _Before, velocity_m2: Array, rules: DeepRules
-) -> tuple[Array, Array]:
-    """(m,) changes since the second before beyond those foretold, half waves taken out, and their sigmas, inf = none.
+def _changes(units: Array, measured: Sequence[Heard], before: _Before, floor_m: float) -> tuple[Array, Array]:
+    """(m,) how far each went within a second beyond what was foretold, and its sigma, inf = not measured.
 
-    Frequencies foretell them to within a half wave where they are surer than the filter's velocity. A half wave that
-    all share is left, for it is the clock's.
+    By phases since the second before, where frequencies tell to which half wave these belong; elsewhere by frequencies
+    alone. The filter settles no half waves: one taken wrong would hold its velocity wrong for ever. What phases share
+    is brought to what frequencies share.
     """
-    earlier = [before.heard.get(one.prn) for one in measured]
-    off_m, sigmas_m = np.zeros(len(measured)), np.full(len(measured), np.inf)
-    for n, (one, last) in enumerate(zip(measured, earlier, strict=True)):
-        if last is not None:
-            off_m[n] = one.phase_m - last.phase_m - float(units[n] @ before.moved_m)
-            sigmas_m[n] = math.sqrt(one.phase_sigma_m**2 + last.phase_sigma_m**2 + 2.0 * rules.phase_floor_m**2)
-    there = np.isfinite(sigmas_m)
-    if not there.any():
-        return off_m, sigmas_m
-    foreseen_m = SECOND_S * np.sqrt(np.einsum("mi,ij,mj->m", units, velocity_m2, units))
-    by_rate_m = SECOND_S * np.array([one.rate_sigma_m_per_s for one in measured])
-    expected_m = np.zeros(len(measured))
-    if float(np.median(by_rate_m[there])) < float(np.median(foreseen_m[there])):
-        there &= np.isfinite(by_rate_m)
-        expected_m = SECOND_S * np.array([one.rate_m_per_s for one in measured])
+    off_m = SECOND_S * np.array([one.rate_m_per_s for one in measured])
+    sigmas_m = np.hypot(SECOND_S * np.array([one.rate_sigma_m_per_s for one in measured]), floor_m)
     half_m = 0.5 * WAVELENGTH_M
-    turns = 2.0 * np.pi * (off_m - expected_m) / half_m
-    shared_m = half_m * float(np.angle((np.exp(1j * turns[there]) * sigmas_m[there] ** -2.0).sum())) / (2.0 * np.pi)
-    rest_m = off_m - expected_m - shared_m
-    whole_m = half_m * np.round(rest_m / half_m)
-    return off_m - whole_m, np.where(there, sigmas_m, np.inf)
+    settled, phases_m, surer_m = [], [], []
+    for n, one in enumerate(measured):
+        last = before.heard.get(one.prn)
+        if last is None or math.isinf(last.phase_sigma_m) or SURE * SECOND_S * one.rate_sigma_m_per_s > 0.5 * half_m:
+            continue
+        settled.append(n)
+        phases_m.append(one.phase_m - last.phase_m - float(units[n] @ before.moved_m))
+        surer_m.append(math.hypot(one.phase_sigma_m, last.phase_sigma_m, math.sqrt(2.0) * floor_m))
+    if len(settled) < LEAST:
+        return off_m, sigmas_m
+    beyond_m, surer = np.array(phases_m) - off_m[settled], np.array(surer_m)
+    turns = np.exp(2j * np.pi * beyond_m / half_m)
+    shared_m = half_m * float(np.angle((turns * surer**-2.0).sum())) / (2.0 * np.pi)
+    beyond_m -= shared_m
+    off_m[settled] += beyond_m - half_m * np.round(beyond_m / half_m)
+    sigmas_m[settled] = surer
+    return off_m, sigmas_m
 
 
 def _clock(
