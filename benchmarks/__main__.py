@@ -18,10 +18,9 @@ from benchmarks.detection import odometry as detector_odometry
 from benchmarks.detection import outliers as detector_outliers
 from benchmarks.detection import proof as detector_proof
 from benchmarks.detection import speed as detector_speed
-from benchmarks.gnss import differential, receiver
+from benchmarks.gnss import deep, differential, receiver
 from benchmarks.navigation import (
     bubbles,
-    deep,
     inertial,
     lying_ranges,
     quality_monitor,
@@ -107,12 +106,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "lying": (lying_ranges.bubbles_that_hold,),
     "street": (streets.street,),
     "shadow": (shadow.minute_of_shadow,),
-    "receiver": (
-        receiver.recorded_sample,
-        receiver.acquisition_speed,
-        receiver.weak_signals,
-        receiver.channel_speed,
-    ),
+    "receiver": (receiver.recorded_sample, receiver.acquisition_speed, receiver.weak_signals, receiver.channel_speed),
     "targets": (targets.planes, targets.simulated_balls, targets.poses, targets.real_balls),
     "differential": (differential.baselines,),
     "memory": (memory.memory, large_dems.by_windows),
@@ -213,11 +207,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(receiver.weak_signals, draws=2000),
         partial(receiver.channel_speed, channels=2, duration_s=0.1),
     ),
-    "targets": (
-        partial(targets.planes, images=2),
-        partial(targets.simulated_balls, count=2),
-        partial(targets.poses, count=1),
-    ),
+    "targets": (partial(targets.planes, 2), partial(targets.simulated_balls, 2), partial(targets.poses, 1)),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (
         first_request.first_request,

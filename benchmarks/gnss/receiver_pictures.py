@@ -9,8 +9,8 @@ import matplotlib.figure
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.navigation.deep import DENSE, FROM_S, Driven, drive_through
-from benchmarks.navigation.deep_drive import DeepDrive
+from benchmarks.gnss.deep import DENSE, FROM_S, Driven, drive_through
+from benchmarks.gnss.deep_drive import DeepDrive
 from gnss.receiver import Samples, correlate_bits, energy_limit, search_bits
 from navigation.deep import DeepRules
 from tests.reference import gps_signals

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.navigation.deep_drive import BEGIN, MOTION, NAVIGATION, DeepDrive, Wood
+from benchmarks.gnss.deep_drive import BEGIN, MOTION, NAVIGATION, DeepDrive, Wood
 from gnss.receiver import BitSums, Samples, correlate_bits, measure_sums
 from navigation import MeasurementError
 from navigation.deep import DeepRules, combined, heard, integrate, judge

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.navigation.deep_drive import BEGIN, MOTION, NAVIGATION, DeepDrive, Wood
+from benchmarks.gnss.deep_drive import BEGIN, MOTION, NAVIGATION, DeepDrive, Wood
 from benchmarks.report import Row, Table
 from navigation.deep import DeepRules, DeepTrack, integrate
 
