@@ -28,6 +28,7 @@ __all__ = ["track"]
 FILES = ("channels.csv", "receiver.json")
 LISTENED_S = 0.1  # for the receiver's clock
 SPREAD_DB = 5.0  # by which models of trees err from satellite to satellite (docs/signal.md)
+PLACES = 10  # along the way, at which the map is asked
 CELLS = 200  # of delay and frequency, about
 
 
@@ -104,7 +105,7 @@ def track(
         raise RequestError("Options of the map go with --dem.")
     duration_s = channels.seconds or recorded_s(path, samples.rate_hz, samples.type, samples.start_s)
     asked, warnings = _aiding(samples, aiding)
-    sky = _sky(asked, channels, terrain, reading, warnings)
+    sky = _sky(asked, channels, terrain, reading, duration_s, warnings)
     prns = [one.prn for one in sky if not one.hidden]
     if not prns:
         raise RequestError("No satellite is left to look for: all are below the mask, hidden, or not in the file.")
@@ -199,9 +200,14 @@ def _aiding(samples: SampleOptions, options: AidingOptions) -> tuple[Aiding, lis
 
 
 def _sky(
-    aiding: Aiding, channels: ChannelOptions, terrain: TerrainOptions, reading: Reading, warnings: list[str]
+    aiding: Aiding,
+    channels: ChannelOptions,
+    terrain: TerrainOptions,
+    reading: Reading,
+    duration_s: float,
+    warnings: list[str],
 ) -> list[SatelliteOut]:
-    """The satellites that may be there, from the highest down, and how long each is summed."""
+    """The satellites that may be there, from the highest down, and how long each is summed: where it is weakest."""
     import numpy as np
 
     from gnss import ephemeris_positions_ecef_m, instants, look_angles
@@ -222,10 +228,15 @@ def _sky(
     high = high[np.argsort(-seen.elevation_rad[high])]
     hidden, loss_db = np.zeros(len(high), bool), np.zeros(len(high))
     if terrain.dem is not None:
-        angles = seen.azimuth_rad[high], seen.elevation_rad[high]
-        told = expected_sky(reading.read(terrain.dem), place, *angles, terrain.antenna_height)
-        hidden, loss_db = told.hidden, told.loss_db
-        warnings += told.warnings
+        grid, angles = reading.read(terrain.dem), (seen.azimuth_rad[high], seen.elevation_rad[high])
+        moments = np.linspace(0.0, duration_s, PLACES if len(np.asarray(aiding.times_s)) > 1 else 1)
+        told = [
+            expected_sky(grid, place_of_ecef(antenna_m), *angles, terrain.antenna_height)
+            for antenna_m in aiding.antennas_m(moments)
+        ]
+        hidden = np.all([one.hidden for one in told], axis=0)
+        loss_db = np.max([np.where(one.hidden & ~hidden, 0.0, one.loss_db) for one in told], axis=0)
+        warnings += sorted({note for one in told for note in one.warnings})
     satellites = []
     for row, behind, loss in zip(high, hidden, loss_db, strict=True):
         integration_s = channels.integration_s or 1.0
