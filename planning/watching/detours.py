@@ -16,7 +16,8 @@ import numpy.typing as npt
 from planning.errors import PathProblemError, PlaceError, PlanningError
 from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, RoverModel, plan_path
 from terrain import ElevationGrid
-from visibility import Anchor, AnchorError, Curvature, min_visible_altitude
+from visibility import Anchor, AnchorError, Curvature
+from visibility.signal import min_usable_altitude
 
 from .advice import DarkStretch, Drive
 
@@ -85,7 +86,7 @@ def advise_path(
             ),
             limits=PathLimits(min_anchors=drive.min_anchors),
             anchors=usable,
-            maps=min_visible_altitude(part, usable, "fast", curvature),
+            maps=min_usable_altitude(part, usable, "fast", curvature, only_above_ground_m=antenna_above_ground_m),
             budget=PlanBudget(seconds=seconds, sampling=False),
         )
         found = plan_path(problem)
