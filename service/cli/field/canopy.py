@@ -88,6 +88,7 @@ def fit(
     from service.files.canopy_fits import fit_of_log
 
     read = _read(log, pairs)
+    _refuse_unused(read, ground, by, cover)
     grid = None
     if ground.dem is not None:
         grid = Reading(cover=cover).read(ground.dem)
@@ -110,6 +111,22 @@ def fit(
         return
     print_tables(_table(read, found))
     print_warnings(found.warnings)
+
+
+def _refuse_unused(log: CanopyLog, ground: GroundOptions, by: DirectionOptions, cover: CoverOptions) -> None:
+    """Raises RequestError for options that would change nothing."""
+    if (cover.canopy_model, cover.depth_per_m, cover.season, cover.canopy_fit) != (None, None, None, None):
+        raise RequestError(
+            "What trees cost is what is fitted: leave out --canopy-model, --canopy-density, --canopy-season and "
+            "--canopy-fit."
+        )
+    heights = CoverOptions(canopy_top_m=cover.canopy_top_m, canopy_base_m=cover.canopy_base_m)
+    if ground.dem is None and cover != heights:
+        raise RequestError("Without --dem DEM only --canopy-height and --canopy-base count of what stands on it.")
+    if (ground.anchor or ground.radio is not None) and not log.has("power_dbm"):
+        raise RequestError("--anchor and --radio go with a log of power_dbm.")
+    if by.rings != DirectionOptions().rings and not by.sectors:
+        raise RequestError("--rings needs --sectors N.")
 
 
 def _read(path: Path, pairs: PairOptions) -> CanopyLog:
