@@ -14,6 +14,8 @@
 #
 # docs/decisions/0005-kernels-are-compiled-before-requests.md tells why.
 
+# Every package of the lock has a wheel for this Python on x86-64. On 64-bit ARM embreex has none, and there is no image.
+#
 # For a build that can be repeated name the base by its digest, as `docker buildx imagetools inspect python:3.12-slim` tells it:
 #   docker build --build-arg BASE=python:3.12-slim@sha256:... .
 ARG BASE=python:3.12-slim
@@ -32,9 +34,10 @@ COPY planning ./planning
 COPY service ./service
 COPY dem_samples ./dem_samples
 COPY locks ./locks
-# exactly what was locked, each file by its hash, and of ours nothing but ours
+# exactly what was locked, each file by its hash, what builds ours too, and of ours nothing but ours
 RUN /opt/sightline/bin/python -m pip install --no-cache-dir --require-hashes --requirement locks/product.txt \
-    && python -m pip wheel --no-cache-dir --no-deps --wheel-dir /wheels . \
+    && python -m pip install --no-cache-dir --require-hashes --requirement locks/build.txt \
+    && python -m pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheels . \
     && /opt/sightline/bin/python -m pip install --no-cache-dir --no-deps /wheels/sightline-*.whl
 
 FROM ${BASE} AS runtime

@@ -2,7 +2,7 @@
 # the first run creates .venv and compiles the kernels, later runs find the stamps and start at once. To serve takes the
 # packages of the product, to develop some more; the demo also leaves all kernels but those of maps, which it compiles.
 
-.PHONY: setup demo test check bench soak serve page lock sbom audit clean
+.PHONY: setup demo test check bench soak fuzz serve page lock sbom audit clean
 .DEFAULT_GOAL := setup
 # two verbs at once (make -j check demo) must not install into one environment at the same time
 .NOTPARALLEL:
@@ -63,6 +63,10 @@ bench: $(INSTALLED) $(WARM)
 soak: $(INSTALLED) $(WARM)
 	$(BIN)/python -m benchmarks.service.soak $(SOAK)
 
+# a quarter of an hour: requests with real ids that follow the links of OpenAPI; FUZZ='--cases 500 --seed 7' for others
+fuzz: $(INSTALLED) $(WARM)
+	$(BIN)/python -m tests.fuzzing.linked $(FUZZ)
+
 serve: $(WARM)
 	$(BIN)/sightline serve
 
@@ -78,6 +82,7 @@ lock:
 	$(LOCK) pyproject.toml --extra postgres --extra telemetry --output-file locks/product.txt
 	$(LOCK) pyproject.toml --extra test --extra bench --constraint locks/product.txt --output-file locks/tests.txt
 	$(LOCK) locks/rover.in --constraint locks/product.txt --output-file locks/rover.txt
+	$(LOCK) locks/build.in --output-file locks/build.txt
 
 sbom:
 	cyclonedx-py requirements locks/product.txt --pyproject pyproject.toml --output-file sbom.json

@@ -40,7 +40,8 @@ def mixed(seconds: float = 120.0) -> Table:
         until_s = time.perf_counter() + seconds
 
         async def work(number: int) -> None:
-            transport = httpx.AsyncHTTPTransport(retries=1)
+            # there is no TLS, and what it would need takes longer to make than many requests
+            transport = httpx.AsyncHTTPTransport(retries=1, verify=False)
             async with httpx.AsyncClient(base_url=place.url, transport=transport, timeout=60.0) as one:
                 asks = asked_in_turn(one, place, maps=True)
                 turn = number

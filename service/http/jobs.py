@@ -25,6 +25,8 @@ from .context import Service
 from .problems import FailedJob, problem_of
 
 __all__ = [
+    "EVENT",
+    "EVENT_STREAM",
     "RETRY_AFTER_S",
     "RangedFile",
     "after_waiting",
@@ -48,6 +50,15 @@ RETRY_AFTER_S = 1
 LONG_BYTES = 16 * 1024
 GOES_ON = "The service is stopping; the job was taken in and goes on after its next start: follow Location then."
 EVENT_STREAM = "text/event-stream"
+# one of them, as OpenAPI tells of a stream of events
+EVENT: Mapping[str, JsonValue] = {
+    "type": "object",
+    "properties": {
+        "event": {"type": "string", "enum": ["progress", "over"]},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+    "required": ["event", "data"],
+}
 EVENTS_EVERY_S, SETTLES_S, ALIVE_EVERY_S = 0.25, 0.02, 15.0
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import re
 import sqlite3
 import uuid
 from collections.abc import Mapping
+from functools import cache
 from http import HTTPStatus
 from typing import Any, TypedDict, cast
 
@@ -164,6 +166,12 @@ async def _of_framework(request: Request, error: Exception) -> Response:
     return _respond(_body(kind, sentences.get(status, str(error.detail)), request.url.path), headers)
 
 
+@cache
+def _pattern(template: str) -> re.Pattern[str]:
+    """Of a path of the document; whoever asks with wrong methods again and again should not keep others waiting."""
+    return compile_path(template)[0]
+
+
 async def _allowed(request: Request) -> str:
     """Methods of whatever has this path: each is a route of its own, and the framework tells those of the first."""
     path = get_route_path(request.scope)
@@ -171,7 +179,7 @@ async def _allowed(request: Request) -> str:
     methods = {
         method.upper()
         for template, item in document["paths"].items()
-        if compile_path(template)[0].match(path)
+        if _pattern(template).match(path)
         for method in item
     }
     return ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))

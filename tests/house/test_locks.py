@@ -26,7 +26,7 @@ def asked(requirements: list[str]) -> list[Requirement]:
     return [Requirement(text) for text in requirements]
 
 
-@pytest.mark.parametrize("name", ["product.txt", "tests.txt", "rover.txt"])
+@pytest.mark.parametrize("name", ["product.txt", "tests.txt", "rover.txt", "build.txt"])
 def test_every_package_of_a_lock_has_hashes_and_none_comes_from_a_named_place(name: str) -> None:
     text = (ROOT / "locks" / name).read_text(encoding="utf-8")
     body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("#"))
@@ -96,7 +96,13 @@ def test_detection_and_navigation_run_with_what_the_rover_lock_installs(tmp_path
 def test_the_image_installs_the_lock_and_nothing_else() -> None:
     text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     installs = re.findall(r"pip install (.*?)(?: \\)?$", text, re.MULTILINE)
-    assert len(installs) == 2
+    assert len(installs) == 3
     assert "--require-hashes --requirement locks/product.txt" in installs[0]
-    assert "--no-deps" in installs[1]
+    assert "--require-hashes --requirement locks/build.txt" in installs[1]
+    assert "--no-deps" in installs[2]
+    # the wheel is made with what was locked, not with what pip fetches for it
+    (wheel,) = re.findall(r"pip wheel (.*?)(?: \\)?$", text, re.MULTILINE)
+    assert "--no-deps --no-build-isolation" in wheel
+    (backend,) = asked(pyproject()["build-system"]["requires"])
+    assert backend.specifier.contains(locked("build.txt")[backend.name])
     assert "!locks" in (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()

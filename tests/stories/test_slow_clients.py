@@ -94,6 +94,36 @@ def test_what_stops_coming_is_answered_with_408(guarded: tuple[Server, Place], s
     assert what in json.loads(body)["detail"]
 
 
+@pytest.mark.parametrize(
+    ("path", "told"),
+    [("/visibility-maps", 10**12), ("/detections", 10**12), ("/dems?filename=a.tif", 10**15), ("/missions", 10**15)],
+)
+def test_a_body_that_would_be_too_large_is_refused_before_it_comes(
+    guarded: tuple[Server, Place], path: str, told: int
+) -> None:
+    head = f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/octet-stream\r\n"
+    with raw(guarded[0], f"{head}Content-Length: {told}\r\n\r\n".encode()) as connection:
+        connection.settimeout(STALL_S / 2)  # nothing has been sent, and nothing is waited for
+        answer = b""
+        while b"/problems/body-too-large" not in answer:
+            block = connection.recv(65536)
+            assert block, answer
+            answer += block
+    assert answer.startswith(b"HTTP/1.1 413 ")
+
+
+def test_who_sends_too_much_and_only_then_listens_hears_why(guarded: tuple[Server, Place]) -> None:
+    body = b" " * 12_000_000
+    head = "POST /visibility-maps HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+    with raw(guarded[0], f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body) as connection:
+        answer = b""
+        while b"/problems/body-too-large" not in answer:
+            block = connection.recv(65536)
+            assert block, answer
+            answer += block
+    assert answer.startswith(b"HTTP/1.1 413 ")
+
+
 def test_who_says_nothing_at_all_is_closed_without_a_word(guarded: tuple[Server, Place]) -> None:
     with raw(guarded[0], b"") as connection, suppress(ConnectionResetError):  # that is no word either
         assert heard(connection) == b""

@@ -19,6 +19,8 @@ from ..bodies import WaitDep, json_body, long_body
 from ..context import Service, ServiceDep
 from ..guard.routing import Router
 from ..jobs import (
+    EVENT,
+    EVENT_STREAM,
     after_waiting,
     answer_of,
     events_of,
@@ -177,14 +179,14 @@ def _add_following(router: APIRouter, product: Product) -> None:
         description="Server-sent events: `progress` at once and at every change of `status` or `progress` (0..1), "
         "`over` at the end, each with the path of the resource in `self`. A comment every 15 s keeps the connection.",
         responses={
-            200: {"description": "The events.", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+            200: {"description": "The events.", "content": {EVENT_STREAM: {"schema": EVENT}}},
             **problem_responses(404),
         },
     )
     async def watch(request: Request, job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.in_store(service.store.job, product.name, job_id)
         if request.method == "HEAD":
-            return Response(media_type="text/event-stream")
+            return Response(media_type=EVENT_STREAM)
         return events_of(service, job)
 
     @router.delete(

@@ -1,0 +1,182 @@
+"""Requests that go on from each other's answers, as OpenAPI's links say, on what is really there.
+
+    python -m tests.fuzzing.linked --cases 10000 --seed 1
+
+Bodies are generated from the document, or are its examples on a ground of the service, so that much of it succeeds.
+Each answer is held against the document: status, type, headers, shape; what was made is there, what was deleted is not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import re
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import hypothesis
+import schemathesis
+from schemathesis.core import NOT_SET
+from schemathesis.core.failures import Failure, FailureGroup
+from schemathesis.core.transport import Response
+from schemathesis.hooks import GLOBAL_HOOK_DISPATCHER
+
+from service.http.app import create_app
+from service.products.registry import PRODUCTS
+from service.settings import Settings
+from tests.fuzzing.grounds import CHANGES, made_ids
+from tests.service.running import running
+
+__all__ = ["Asking", "asked", "main"]
+
+ID = re.compile(r"[0-9a-f]{32}")
+STEPS, SCENARIOS = 12, 40
+# longer than anything here takes
+PATIENCE_S = 60.0
+MAPS = ["/visibility-maps", "/dop-maps", "/morphing-maps"]  # as made_ids makes them
+LAYERS = {product.path: [layer.name for layer in product.layers] for product in PRODUCTS.values()}
+
+
+@dataclass(slots=True)
+class Asking:
+    """A service that is asked, what is there, and what came of it; failures: how often, by operation and words."""
+
+    url: str
+    document: dict[str, Any]
+    known: dict[str, list[str]]
+    chance: random.Random
+    cases: int = 0
+    statuses: Counter[int] = field(default_factory=Counter)
+    operations: Counter[str] = field(default_factory=Counter)
+    failures: Counter[str] = field(default_factory=Counter)
+    examples: dict[str, str] = field(default_factory=dict)
+
+    def make_real(self, case: schemathesis.Case) -> None:
+        """Put what is there into a case, most of the time; ids that a link has put there stay."""
+        label, rarely = case.operation.label, self.chance.random() < 0.2
+        if rarely:
+            return
+        if label == "POST /dems":
+            if case.meta is None or case.meta.generation.mode.is_positive:
+                case.query, case.body = {"sample": "valley"}, NOT_SET
+            return
+        path, deletes = case.operation.path.partition("/{")[0], case.method.upper() == "DELETE"
+        of_path = {"job_id": self.known["map_id"][MAPS.index(path)]} if path in MAPS else {}
+        for name, given in dict(case.path_parameters or {}).items():
+            if name in ("layer", "name"):
+                case.path_parameters[name] = self.chance.choice(LAYERS.get(path, ["mission.json"]))
+            elif name in ("level", "row", "col"):
+                case.path_parameters[name] = 0
+            elif not ID.fullmatch(str(given)) and not deletes:
+                known = [of_path[name]] if name in of_path else self.known.get(name, [given])
+                case.path_parameters[name] = self.chance.choice(known)
+        if "dem_id" in (case.query or {}) and not ID.fullmatch(str(case.query["dem_id"])):
+            case.query["dem_id"] = self.known["dem_id"][0]
+        self._make_body_real(case)
+
+    def _make_body_real(self, case: schemathesis.Case) -> None:
+        name, model = self._model_of(case)
+        if not model or case.media_type != "application/json":
+            return
+        dem_id = case.body.get("dem_id") if isinstance(case.body, dict) else None
+        real = {"dem_id": dem_id if ID.fullmatch(str(dem_id)) else self.known["dem_id"][0]}
+        examples = model.get("examples", [])
+        if examples and self.chance.random() < 0.5:
+            case.body = {**self.chance.choice(examples), **CHANGES.get(name, {})}
+        if isinstance(case.body, dict) and "dem_id" in model.get("required", ()):
+            case.body |= real
+        case.headers = {**(case.headers or {}), "Prefer": "wait=20"}
+
+    def _model_of(self, case: schemathesis.Case) -> tuple[str, dict[str, Any]]:
+        content = case.operation.definition.raw.get("requestBody", {}).get("content", {})
+        name = content.get("application/json", {}).get("schema", {}).get("$ref", "").rsplit("/", 1)[-1]
+        return name, self.document["components"]["schemas"].get(name, {})
+
+    def count(self, response: Response, case: schemathesis.Case) -> None:
+        self.cases += 1
+        self.statuses[response.status_code] += 1
+        self.operations[case.operation.label] += 1
+
+    def note(self, failed: Failure | FailureGroup, response: Response, case: schemathesis.Case) -> None:
+        for one in failed.exceptions if isinstance(failed, FailureGroup) else (failed,):
+            words = f"{case.operation.label}: {getattr(one, 'title', type(one).__name__)}"
+            self.failures[words] += 1
+            told = f"{one}\n  {case.as_curl_command()[:600]}\n  {response.status_code} {response.content[:400]!r}"
+            self.examples.setdefault(words, told)
+
+
+def asked(asking: Asking, cases: int, seed: int, seconds: float = math.inf) -> None:
+    """Ask about so many cases, or as many as there is time for."""
+    schema = schemathesis.openapi.from_dict(asking.document)
+    # a request may fit its schema and yet make no sense: two heights for one point, a file that is no DEM
+    schema.config.checks.positive_data_acceptance.enabled = False
+    # a body beyond its limit is refused with 413, before anybody looks at what else is wrong with it
+    schema.config.checks.negative_data_rejection.expected_statuses.append("413")
+    until, until_s = asking.cases + cases, time.monotonic() + seconds
+
+    def before_call(context: object, case: schemathesis.Case, kwargs: dict[str, Any]) -> None:
+        # here, and not in the machine, so that what is sent is looked at again for what is wrong with it
+        if case.operation.schema is schema:
+            asking.make_real(case)
+
+    class Linked(schema.as_state_machine()):  # type: ignore[misc] # made at run time
+        def get_call_kwargs(self, case: schemathesis.Case) -> dict[str, Any]:
+            return {"base_url": asking.url, "timeout": PATIENCE_S}
+
+        def after_call(self, response: Response, case: schemathesis.Case) -> None:
+            asking.count(response, case)
+            super().after_call(response, case)
+
+        def validate_response(self, response: Response, case: schemathesis.Case, **kwargs: Any) -> None:
+            try:
+                super().validate_response(response, case, **kwargs)
+            except (Failure, FailureGroup) as failed:
+                asking.note(failed, response, case)
+
+    GLOBAL_HOOK_DISPATCHER.register_hook_with_name(before_call, "before_call")
+    try:
+        while asking.cases < until and time.monotonic() < until_s:
+            settings = hypothesis.settings(
+                max_examples=max(1, min(SCENARIOS, (until - asking.cases) // STEPS)),
+                stateful_step_count=STEPS,
+                phases=[hypothesis.Phase.generate],
+                deadline=None,
+                database=None,
+                suppress_health_check=list(hypothesis.HealthCheck),
+            )
+            hypothesis.seed(seed + asking.cases)(Linked)
+            Linked.run(settings=settings)
+    finally:
+        GLOBAL_HOOK_DISPATCHER.unregister(before_call)
+
+
+def main() -> int:
+    """Ask, print what came of it; 1 where anything was not as the document says."""
+    parser = argparse.ArgumentParser(prog="python -m tests.fuzzing.linked", description=__doc__)
+    parser.add_argument("--cases", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=math.inf, help="ask no longer than about that")
+    arguments = parser.parse_args()
+    document, begun_s = create_app(Settings()).openapi(), time.monotonic()
+    with tempfile.TemporaryDirectory() as place, running(Path(place) / "data", max_job_s=60) as server:
+        known = made_ids(server, Path(place), document)
+        asking = Asking(server.url, document, known, random.Random(arguments.seed))
+        asked(asking, arguments.cases, arguments.seed, arguments.seconds)
+    for words, times in asking.failures.most_common():
+        print(f"{times} × {words}\n  {asking.examples[words]}")
+    told = ", ".join(f"{times:,} × {status}" for status, times in sorted(asking.statuses.items()))
+    print(
+        f"{asking.cases:,} cases of {len(asking.operations)} operations in {time.monotonic() - begun_s:.0f} s: {told}"
+    )
+    print(f"{asking.failures.total()} failures")
+    return 1 if asking.failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
