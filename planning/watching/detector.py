@@ -215,7 +215,9 @@ class MapDetector:
         if place is not None:
             return self._forecast(place)
         anchors = self._lookout.ranging()
-        forecast, fix, asked = None, None, replace(epoch, ground=epoch.ground or self._somewhere)
+        forecast: SightForecast | None = None
+        fix: PositionFix | None = None
+        asked = replace(epoch, ground=epoch.ground or self._somewhere)
         for _ in range(LOOKS):
             before, fix = fix, detect_epoch(anchors, asked, self.settings).position
             if forecast is not None and _is_same(before, fix):
