@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .kernels import candidates as near
-from .kernels import fits, misfits
+from .kernels import fits, misfits, triples
 from .kernels import subsets as kernel
 from .kernels.linear_systems import Ranges
 from .kernels.subsets import Limits, Rules
@@ -33,6 +33,8 @@ SLACK = 4.0
 # A fit looks at every pair of ranges once, and at all ranges in so many rounds of its descents and tests.
 USUAL_ROUNDS = 20
 ENDLESS = 2**62
+FOR_TRIPLES = 4  # of the work that is left, what three ranges rule out may take this part
+UNKNOWN = np.zeros((0, 0, 0), np.int64)  # what three ranges rule out
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +57,8 @@ class ConsistentSet:
 class Search:
     """All largest consistent sets, best first, and how surely they are all.
 
-    tried: sets fitted, of ``sets`` that are as large or larger; those that the triangle inequality rules out need no
-        fit. complete: no set that could matter was left untried. least_out: no set that leaves out fewer meets.
+    tried: sets fitted, of ``sets`` that are as large or larger; those that two or three of their ranges rule out
+        need no fit. complete: no set that could matter was left untried. least_out: no set that leaves out fewer meets.
     trusted: where not complete, whether every candidate point was looked at, and nothing larger was found elsewhere.
     steps: the work, in ranges looked at.
     """
@@ -87,7 +89,9 @@ def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     few = _sets(n, bound) - 1 <= limit  # then the number of fits bounds the work
     most = ENDLESS if few else most_steps(n, limit)
     limits, levels = Limits(limit, most), (0, bound if few else 0)
-    count, tried, steps, complete, out = kernel.largest(ranges, rules, np.arange(n), levels, limits, table, sets)
+    count, tried, steps, complete, out = kernel.largest(
+        ranges, rules, np.arange(n), levels, limits, table, sets, UNKNOWN
+    )
     if count or few:
         # where all ranges are needed, their one set counts as tried though the triangle inequality rules it out
         found = _sorted(table, sets, count)
@@ -100,8 +104,14 @@ def search(ranges: Ranges, rules: Rules, limit: int) -> Search:
     if by_points:
         bound = n - by_points[0].kept.bit_count()
         order = _by_error(ranges, int(notes.sets[0]), rules.flat, _place(notes.table[0]))
-    limits = Limits(limit - tried, most - steps)
-    count, more, more_steps, complete, out = kernel.largest(ranges, rules, order, (1, bound), limits, table, sets)
+    ruled_out, looks = UNKNOWN, 2 * n * math.comb(n, 3)
+    if not rules.flat and looks <= (most - steps) // FOR_TRIPLES:
+        ruled_out = triples.ruled_out(triples.in_order(ranges, order))
+        steps += looks
+    levels, limits = (1, bound), Limits(limit - tried, most - steps)
+    count, more, more_steps, complete, out = kernel.largest(
+        ranges, rules, order, levels, limits, table, sets, ruled_out
+    )
     found, tried, steps = _sorted(table, sets, count), tried + more, steps + more_steps
     trusted = complete or (seen_all and (not found or out == bound))
     if not complete and by_points and (not found or out == bound):

@@ -176,7 +176,7 @@ class PositionFix:
 class SearchReport:
     """How the sets of ranges were searched: so many were tried, of all that are as large as the answer or larger.
 
-    complete: all that could matter were; those that the triangle inequality rules out need no fit.
+    complete: all that could matter were; those that two or three of their ranges rule out need no fit.
     """
 
     tried: int

@@ -22,7 +22,7 @@ CASES = ((8, 0), (8, 1), (8, 2), (16, 0), (16, 4), (16, 8))
 WORST = ("at random", "all too long", "of two places", "all too long, anchors level")
 WORST_ANCHORS = (16, 28, 32)
 RANGE_SIGMA_M, TARGET_S = 0.1, 1e-3
-WORST_TARGETS_S = {16: 10e-3, 28: 25e-3, 32: 25e-3}
+WORST_TARGETS_S = {16: 5e-3, 28: 25e-3, 32: 25e-3}
 
 
 def detector_speed(epochs: int = 2000) -> Table:

@@ -32,6 +32,7 @@ __all__ = [
 COST, EAST, NORTH, UP, OTHER_COST, OTHER_EAST, OTHER_NORTH, OTHER_UP, PLACES, PENALTY = range(10)
 FOUND = 10
 MOST = 64  # sets kept of one size
+PAIRS_A_STEP = 8  # pairs of kept ranges are looked up in the time that one range is looked at
 # Squared residuals that a place on the hinted side may cost more: three sigma of the one number that it gives up.
 SURE_OF_SIDE = 9.0
 
@@ -136,14 +137,29 @@ def _clashes_by_position(clash, order):
 
 
 @scalar_kernel
-def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
-    """Test all sets that leave out so many and of which no two clash; (sets written, sets tried, steps, whether all).
+def _banned_by_three(table, i, keeps):
+    """(what three kept ranges rule out of which i, below all others, is one; steps): by position."""
+    n = table.shape[0]
+    bans, pairs = np.int64(0), 0
+    for j in range(i + 1, n):
+        if (keeps >> j) & 1:
+            for k in range(j + 1, n):
+                if (keeps >> k) & 1:
+                    bans |= table[i, j, k]
+                    pairs += 1
+    return bans, pairs // PAIRS_A_STEP
+
+
+@scalar_kernel
+def exhaustive(ranges, rules, order, leave_out, limits, found, sets, table):
+    """Test all sets that leave out so many and may meet; (sets written, sets tried, steps, whether all).
 
     order: (n,) ranges by error, largest first, so that the likeliest exclusions come first (seed 000, 3D step 8).
-    limits: Limits. found: (MOST, FOUND) table and sets: (MOST,) the kept bits, written in the order found.
+    limits: Limits. found: (MOST, FOUND) table and sets: (MOST,) the kept bits, written in the order found. table: of
+    ``triples.ruled_out`` over the ranges in that order, or (0, 0, 0): unknown.
 
-    From the last position to the first each range is kept, then left out; whatever clashes with one that is kept has to
-    be left out, so that a branch ends where more would have to be than may.
+    From the last position to the first each range is kept, then left out; whatever clashes with one that is kept, or
+    with three that are, has to be left out, so that a branch ends where more would have to be than may.
     """
     n = ranges.ranges_m.shape[0]
     clash = _clashes_by_position(clashes(ranges), order)
@@ -151,6 +167,7 @@ def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
     count, tried, steps = 0, 0, n * n
     # before the position p is decided, at index p + 1: how many are still to be left out, and which of all have to be
     branch, outs, banned = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    keeps = np.zeros(n + 1, np.int64)  # by position
     outs[n] = leave_out
     out = np.int64(0)  # by range, not by position
     everyone = (np.int64(1) << n) - 1
@@ -176,14 +193,20 @@ def exhaustive(ranges, rules, order, leave_out, limits, found, sets):
         branch[p] += 1
         if branch[p] == 1:
             bans = banned[p] | clash[i]
-            if outs[p] <= i and not (banned[p] >> i) & 1 and bits(bans & below) <= outs[p]:
-                outs[i], banned[i] = outs[p], bans
+            may = outs[p] <= i and not (banned[p] >> i) & 1 and bits(bans & below) <= outs[p]
+            if may and table.shape[0] > 0:
+                more_bans, looked = _banned_by_three(table, i, keeps[p])
+                bans |= more_bans
+                steps += looked
+                may = bans & keeps[p] == 0 and bits(bans & below) <= outs[p]
+            if may:
+                outs[i], banned[i], keeps[i] = outs[p], bans, keeps[p] | (np.int64(1) << i)
                 branch[i] = 0
                 p = i
         elif branch[p] == 2:
             if outs[p] > 0 and bits(banned[p] & below) <= outs[p] - 1:
                 out |= bit
-                outs[i], banned[i] = outs[p] - 1, banned[p]
+                outs[i], banned[i], keeps[i] = outs[p] - 1, banned[p], keeps[p]
                 branch[i] = 0
                 p = i
         else:
@@ -209,7 +232,7 @@ def _pairs_apart(clash):
 
 
 @scalar_kernel
-def largest(ranges, rules, order, leave_out, limits, found, sets):
+def largest(ranges, rules, order, leave_out, limits, found, sets, table):
     """The same for the least number left out with which any set meets, from the first of leave_out to the last.
 
     (sets written, sets tried, steps, whether all were tested, how many they leave out: none that leaves out fewer
@@ -219,7 +242,7 @@ def largest(ranges, rules, order, leave_out, limits, found, sets):
     tried, steps = 0, 0
     for out in range(max(first_out, _pairs_apart(clashes(ranges))), last_out + 1):
         left = Limits(limits.sets - tried, limits.steps - steps)
-        count, more, more_steps, complete = exhaustive(ranges, rules, order, out, left, found, sets)
+        count, more, more_steps, complete = exhaustive(ranges, rules, order, out, left, found, sets, table)
         tried += more
         steps += more_steps
         if count > 0 or not complete:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from detection import Classification, DetectionInputError, Detector, RangingAnchor, detect_2d, detect_3d
+from detection.kernels import triples
 from detection.kernels.fits import ITERATIONS
 from detection.subset_search import Ranges, Rules, Search, most_steps, search
 from tests.detection.worlds import Floats, true_ranges, world
@@ -68,6 +70,41 @@ def test_no_ranges_whatever_take_more_work_than_the_limit_allows(
     assert found.tried <= limit + 1
     assert found.steps >= found.tried * count * (count // 2 + 4)  # each fit looks at all pairs, and tests
     assert found.tried <= found.sets
+
+
+@given(seed=st.integers(0, 10_000), count=st.integers(4, 20), level=st.booleans(), tolerance_m=st.floats(0.01, 5.0))
+@settings(max_examples=200, deadline=None)
+def test_three_ranges_rule_out_none_that_is_within_tolerance_at_a_place_where_they_are(
+    seed: int, count: int, level: bool, tolerance_m: float
+) -> None:
+    anchors_m, rover_m = world(seed, count, 3)
+    rng = np.random.default_rng(seed)
+    if level:
+        anchors_m[:, 2] = anchors_m[0, 2] + 0.1 * rng.normal(size=count)
+    # the worst that tolerance allows: each range off by nearly all of it
+    ranges_m = true_ranges(anchors_m, rover_m) + 0.999 * tolerance_m * rng.choice([-1.0, 1.0], count)
+    tolerances_m = np.full(count, tolerance_m)
+    ranges = Ranges(anchors_m, np.maximum(ranges_m, 0.01), tolerances_m, tolerances_m, np.zeros(count))
+    within = np.abs(ranges.ranges_m - true_ranges(anchors_m, rover_m)) <= tolerance_m
+    ruled_out = np.bitwise_or.reduce(triples.ruled_out(ranges)[np.ix_(within, within, within)], axis=None)
+    assert int(ruled_out) & _bits(within) == 0
+
+
+def _bits(chosen: npt.NDArray[np.bool_]) -> int:
+    return sum(1 << int(number) for number in np.flatnonzero(chosen))
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("kind", ["all too long", "two places"])
+def test_what_three_ranges_rule_out_changes_no_answer(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    anchors_m, ranges_m = lies(kind, seed, 10, 3)
+    pruned = searched(anchors_m, ranges_m, 800)
+    monkeypatch.setattr(triples, "ruled_out", lambda ranges: np.zeros((0, 0, 0), np.int64))
+    whole = searched(anchors_m, ranges_m, 800)
+    assert pruned.complete
+    assert pruned.tried <= whole.tried
+    if whole.complete:
+        assert {one.kept for one in pruned.found} == {one.kept for one in whole.found}
 
 
 @pytest.mark.parametrize("count", [16, 28, 32])
