@@ -97,6 +97,8 @@ def _detections(_grid: ElevationGrid) -> None:
         for second in range(3, 15):
             detector.process(detection.RangeEpoch(float(second), tuple(lies)))
         detector.suspicions()
-    odd_m = np.linspace(40.0, 300.0, len(places))  # ranges that meet nowhere: the bounded search too
-    detection.detect_3d(places, odd_m, 0.1, search_limit=2)
-    detection.detect_3d(places, odd_m, 0.1, method="seed", search_limit=2)
+    # ranges that meet nowhere, and so many that three rule others out: the bounded search too
+    many = (*places, (20.0, 70.0, 30.0), (70.0, 20.0, 25.0), (60.0, 60.0, 5.0))
+    odd_m = np.linspace(40.0, 300.0, len(many))
+    detection.detect_3d(many, odd_m, 0.1, search_limit=60)
+    detection.detect_3d(many, odd_m, 0.1, method="seed", search_limit=60)
