@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import rasterio
 import xarray
-from rasterio.transform import from_origin
+from rasterio.transform import Affine
 
 from terrain import ElevationGrid
 
@@ -61,7 +61,7 @@ def grass(grid: ElevationGrid, row: int, col: int, above_ground_m: float) -> Tim
         file, location = Path(made, "dem.tif"), Path(made, "location")
         rows, cols = grid.shape
         shape = {"height": rows, "width": cols, "count": 1, "dtype": "float32"}
-        transform = from_origin(0.0, rows * grid.cell_north_m, grid.cell_east_m, grid.cell_north_m)
+        transform = Affine(grid.cell_east_m, 0.0, 0.0, 0.0, -grid.cell_north_m, rows * grid.cell_north_m)
         with rasterio.open(file, "w", driver="GTiff", crs=PROJECTED, transform=transform, **shape) as out:
             out.write(grid.heights_m, 1)
 
