@@ -67,7 +67,8 @@ def test_ranges_that_agree_with_nothing_are_answered_within_the_search_that_is_a
     ]  # fmt: skip
     ranges = [{"anchor_id": str(n), "range_m": draw.uniform(300.0, 900.0)} for n in range(count)]
     told = server.client.post("/detections", json={"anchors": anchors, "ranges": ranges}).json()
-    assert told["search"]["complete"] is False
+    # three of them rule out so many others that all sets of 28 are searched; of 32 not
+    assert told["search"]["complete"] is (count < 32)
     assert told["search"]["tried"] <= 1500 < told["search"]["sets"]
     assert told["excluded"] == []
     assert {verdict["sight"] for verdict in told["verdicts"]} == {"unknown"}
