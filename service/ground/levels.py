@@ -82,13 +82,19 @@ def write_level(grid: ElevationGrid, level: int, path: Path) -> None:
 
 
 def at_level(grid: ElevationGrid, level: int) -> ElevationGrid:
-    """The grid whose posts are the values of a level; the same grid at level 0."""
+    """The grid whose posts are the values of a level, its trees likewise; the same grid at level 0."""
     if level == 0:
         return grid
     posts = 2**level
+    trees = grid.trees
+    if trees is not None:
+        top_m, base_m = _means(trees.top_m, posts), _means(trees.base_m, posts)
+        # where a part of them is unknown the two are means of different posts
+        trees = replace(trees, top_m=top_m, base_m=np.fmin(base_m, np.where(top_m > 0.0, top_m, base_m)))
     return replace(
         grid,
         heights_m=_means(grid.heights_m, posts),
+        trees=trees,
         cell_east_m=posts * grid.cell_east_m,
         cell_north_m=posts * grid.cell_north_m,
         origin_east_m=grid.origin_east_m + (posts - 1) / 2.0 * grid.cell_east_m,

@@ -189,6 +189,21 @@ async def put_drive(detector_id: str, request: Request, service: ServiceDep) -> 
 
 
 @router.get(
+    "/{detector_id}/drive",
+    response_model=None,
+    summary="Which path is followed",
+    responses={
+        200: {"description": "The path as it was named last; null without one.", "model": DriveIn | None},
+        **problem_responses(404, 410),
+    },
+)
+async def get_drive(detector_id: str, service: ServiceDep) -> Response:
+    """The path that the rover follows: what distances of its advice are told along."""
+    drive = service.detectors.get(detector_id).drive
+    return _json(b"null" if drive is None else as_json(drive.model_dump(mode="json")))
+
+
+@router.get(
     "/{detector_id}/advice",
     response_model=None,
     summary="What lies ahead",

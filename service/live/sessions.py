@@ -244,6 +244,11 @@ class DetectorSession:
             if self.folder is not None:
                 self.folder.rewrite(self._kept)
 
+    @property
+    def drive(self) -> DriveIn | None:
+        """The path that it is told to follow; None without one."""
+        return self._kept.asked.drive
+
     def _check_drive(self, asked: DriveIn) -> None:
         if self._dem_id is None:
             raise RequestError(NO_MAP)

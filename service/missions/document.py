@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from service.parts.anchors import UNSEEN, AnchorId, Azimuth
 from service.parts.points import Metres, NotNegative, NotNegativeMetres, Positive, StrictModel
-from service.parts.radios import RadioName
+from service.parts.radios import RadioName, Sight
 
 __all__ = [
     "FORMAT",
@@ -113,6 +113,7 @@ class MissionPositioning(StrictModel):
     measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("hdop", description="Which dilution of precision.")
     dop_limit: Positive = Field(5.0, description="Good is a dilution below this, no unit.")
     on_surface: bool = Field(False, description="Whether the rover moves along the ground only.")
+    sight: Sight = "visible"
 
 
 class MissionRoute(StrictModel):

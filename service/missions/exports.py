@@ -43,6 +43,7 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 ZIP_TIME = (2020, 1, 1, 0, 0, 0)
 ELLIPSOID = parse_vertical_datum("hae")
+TOLD = {"kind", "ranging_sigma_m", "max_range_m", "azimuth_from_deg", "azimuth_to_deg", "radio"}
 NO_GO, KEEP_IN, AREA, WAY = "#c1121f", "#17663a", "#0b5cad", "#111111"
 
 
@@ -68,6 +69,7 @@ class AnchorRow:
     azimuth_from_deg: float | None
     azimuth_to_deg: float | None
     ranging_sigma_m: float
+    radio: str | None
 
 
 def anchor_rows(mission: MissionIn, grid: ElevationGrid) -> list[AnchorRow]:
@@ -99,6 +101,7 @@ def anchor_rows(mission: MissionIn, grid: ElevationGrid) -> list[AnchorRow]:
             azimuth_from_deg=anchor.azimuth_from_deg,
             azimuth_to_deg=anchor.azimuth_to_deg,
             ranging_sigma_m=anchor.ranging_sigma_m,
+            radio=anchor.radio,
         )
         for number, anchor in enumerate(mission.anchors)
     ]
@@ -132,7 +135,7 @@ def write_rows(mission: MissionIn, grid: ElevationGrid, path: Path) -> None:
 def write_csv(mission: MissionIn, grid: ElevationGrid, path: Path) -> None:
     """A row per anchor: as --anchors and the planner read it."""
     names = ["id", "kind", "east_m", "north_m", "above_ground_m", "altitude_m", "ranging_sigma_m", "max_range_m"]
-    names += ["azimuth_from_deg", "azimuth_to_deg"]
+    names += ["azimuth_from_deg", "azimuth_to_deg", "radio"]
     rows = [{**anchor.model_dump(), anchor.height_from: anchor.height_m} for anchor in mission.anchors]
     with path.open("w", encoding="utf-8", newline="") as file:
         TableWriter(file).rows(names, [{key: value for key, value in row.items() if value is not None} for row in rows])
@@ -161,9 +164,9 @@ def _flat(grid: ElevationGrid, places: list[MissionPlace] | list[MissionAnchor])
 def write_kml_of(mission: MissionIn, grid: ElevationGrid, path: Path) -> None:
     """Anchors, route and areas in folders. Raises FrameError for a grid without CRS."""
     marks = [
-        anchor_mark(grid, row.id, (row.east_m, row.north_m, row.altitude_m), row.above_ground_m, _told(anchor))
+        anchor_mark(grid, row.id, (row.east_m, row.north_m, row.altitude_m), row.above_ground_m, _told_in_kml(anchor))
         if row.altitude_m is not None
-        else Mark(row.id, shapely.Point(row.east_m, row.north_m), told=_told(anchor))
+        else Mark(row.id, shapely.Point(row.east_m, row.north_m), told=_told_in_kml(anchor))
         for row, anchor in zip(anchor_rows(mission, grid), mission.anchors, strict=True)
     ]
     colours = {"no-go": NO_GO, "keep-in": KEEP_IN, "area": AREA, "route": WAY}
@@ -237,5 +240,10 @@ def write_plan(mission: MissionIn, grid: ElevationGrid, path: Path) -> None:
 
 
 def _told(anchor: MissionAnchor) -> dict[str, object]:
-    told = anchor.model_dump(include={"kind", "ranging_sigma_m", "max_range_m", "azimuth_from_deg", "azimuth_to_deg"})
+    told = anchor.model_dump(include=TOLD)
     return {name: value for name, value in told.items() if value is not None}
+
+
+def _told_in_kml(anchor: MissionAnchor) -> dict[str, object]:
+    """The same, and how its height was given: the geometry has but an altitude, and in centimetres."""
+    return {**_told(anchor), "height_m": anchor.height_m, "height_from": anchor.height_from}

@@ -7,6 +7,7 @@ import sys
 from codecs import BOM_UTF8
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import get_args
 
 from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import from_json
@@ -20,15 +21,19 @@ from service.parts.altitude_datums import in_dem_datum
 from service.parts.anchors import AnchorIn
 from service.parts.geojson_reading import Fields, GeoJsonShape, shapes_of
 from service.parts.points import PointIn, StrictModel
-from terrain import ElevationGrid, FrameError, to_grid_frame
+from service.parts.radios import RadioName
+from terrain import ElevationGrid, FrameError, height_at, to_grid_frame
 
 __all__ = ["ImportOut", "ImportedLine", "ImportedPoint", "import_places"]
 
 SUFFIXES = (".geojson", ".json", ".csv", *FOREIGN_SUFFIXES)
-TEXTS = frozenset({"id", "body", "altitude_datum", "kind", "what"})
+TEXTS = frozenset({"id", "body", "altitude_datum", "kind", "what", "radio"})
 COLUMNS = (*(field for field in AnchorIn.model_fields if field != "pose_covariance_m2"), "kind", "what")
 HEIGHTS = ("above_ground_m", "altitude_m", "altitude_datum")
+RADIOS: dict[str, RadioName] = {name: name for name in get_args(RadioName)}
 MOST_PLACES = 10_000
+# what rounding places and altitudes of a file may shift a height above the ground by
+CENTIMETRES_M = 0.02
 SHOWN = 5
 
 
@@ -44,6 +49,7 @@ class ImportedPoint(MissionPlace):
     azimuth_from_deg: float | None = Field(None, description="Start of its sector, degrees from grid north.")
     azimuth_to_deg: float | None = Field(None, description="End of its sector, degrees from grid north.")
     ranging_sigma_m: float | None = Field(None, description="One-sigma error of its ranges, metres, when given.")
+    radio: RadioName | None = Field(None, description="Budget of its radio by name, when the file has one of ours.")
 
 
 class ImportedLine(BaseModel):
@@ -143,6 +149,7 @@ def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> t
     brought, told = in_dem_datum(grid, _Heights(points=placed))
     found: list[ImportedPoint] = []
     outside: list[str] = []
+    radios: dict[str, str] = {}
     for id, shape, point in zip(ids, shapes, brought.points, strict=True):
         place = _metres(point.model_dump(), grid)
         if not _is_within(place, grid):
@@ -150,6 +157,12 @@ def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> t
             continue
         properties = shape.properties
         has_height = any(properties.get(field) is not None for field in HEIGHTS[:2])
+        above_m, altitude_m = (point.above_ground_m if has_height else None), point.altitude_m
+        if altitude_m is not None and properties.get("height_from") == "above_ground_m":
+            above_m, altitude_m = _above_ground(place, altitude_m, _number(properties.get("height_m")), grid)
+        radio = _word(properties.get("radio"))
+        if radio is not None and radio not in RADIOS:
+            radios[id] = radio
         found.append(
             ImportedPoint(
                 east_m=place.east_m,
@@ -157,15 +170,32 @@ def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> t
                 id=id,
                 what=_word(properties.get("what")),
                 kind=_word(properties.get("kind")),
-                above_ground_m=point.above_ground_m if has_height else None,
-                altitude_m=point.altitude_m,
+                above_ground_m=above_m,
+                altitude_m=altitude_m,
                 max_range_m=_number(properties.get("max_range_m")),
                 azimuth_from_deg=_number(properties.get("azimuth_from_deg")),
                 azimuth_to_deg=_number(properties.get("azimuth_to_deg")),
                 ranging_sigma_m=_number(properties.get("ranging_sigma_m")),
+                radio=RADIOS.get(radio or ""),
             )
         )
-    return found, [*told, *_named("Outside the ground, and left out", outside)]
+    told = (*told, *_named("Outside the ground, and left out", outside))
+    named = [f"{id} ({radio})" for id, radio in radios.items()]
+    return found, [*told, *_named(f"Radios other than {', '.join(RADIOS)} are left out", named)]
+
+
+def _above_ground(
+    place: MissionPlace, altitude_m: float, given_m: float | None, grid: ElevationGrid
+) -> tuple[float | None, float | None]:
+    """(height above the ground, None) of what a file has as an altitude; (None, altitude) over unknown ground.
+
+    given_m: the height as the file tells it besides, which stands unless its altitude was changed since.
+    """
+    above_m = altitude_m - float(height_at(grid, place.east_m, place.north_m))
+    if math.isnan(above_m):
+        return None, altitude_m
+    as_given = given_m is not None and abs(above_m - given_m) <= CENTIMETRES_M
+    return (given_m if as_given else round(above_m, 2)), None
 
 
 def _lines(

@@ -1,8 +1,8 @@
-"""What of a request changes nothing: radios and trees where sight decides; and what a canopy's model cannot tell."""
+"""What of a request changes nothing, or means nothing: radios and trees, and what a canopy's model cannot tell."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from pydantic import BaseModel
 
@@ -11,14 +11,18 @@ from service.parts.radios import RadioIn, SightChoice
 from terrain import ElevationGrid
 from visibility.signal import foliage_of
 
-__all__ = ["notes_on_unused"]
+__all__ = ["notes_on_satellite_radios", "notes_on_unused"]
 
 NAMED = 5
 BECAUSE = "this answer is of what is in sight, not of what is usable"
+SATELLITE = "gnss-l1"
+# nothing that stands or flies over ground is so high
+LOWEST_SATELLITE_M = 100_000.0
 
 
 def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
-    """Sentences on radios and canopy of a request that are not looked at, and on what the canopy's model cannot tell.
+    """Sentences on radios and canopy of a request that are not looked at, on radios of satellites near the ground, and
+    on what the canopy's model cannot tell.
 
     grid: the request's ground with what stands on it. A part of a request that asks for what is usable (a morphing map
     below a path) looks at the radios of its own anchors, and at the canopy.
@@ -29,8 +33,7 @@ def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
     silent = [antenna.id for antenna in unheard if antenna.radio is not None]
     told = []
     if silent:
-        more = f" and {len(silent) - NAMED} more" if len(silent) > NAMED else ""
-        told.append(f"Not looked at: the radio of {', '.join(silent[:NAMED])}{more}, since {BECAUSE}.")
+        told.append(f"Not looked at: the radio of {_named(silent)}, since {BECAUSE}.")
     # a link to a base has a radio of its own, and is heard or not whatever decides of ranges
     linked = any(isinstance(part, RadioIn) for part in parts)
     if grid.trees is not None and not any(usable) and not linked:
@@ -38,6 +41,7 @@ def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
     heard = [antenna for part, used in zip(parts, usable, strict=True) if used for antenna in _antennas(part)]
     # of anchors that are placed and of links the radio is a part of its own
     radios = [*(one.radio for one in heard), *(part for part in parts if isinstance(part, RadioIn))]
+    told += notes_on_satellite_radios(heard)
     return [*told, *_beyond_the_model(grid, [radio.radio().frequency_hz for radio in radios if radio is not None])]
 
 
@@ -48,6 +52,29 @@ def _beyond_the_model(grid: ElevationGrid, frequencies_hz: Sequence[float]) -> l
         return []
     notes = [foliage.loss([1.0], one, [1.0]).notes for one in dict.fromkeys(frequencies_hz)]
     return list(dict.fromkeys(note for some in notes for note in some))
+
+
+def notes_on_satellite_radios(antennas: Iterable[AntennaIn]) -> list[str]:
+    """A sentence on the anchors near the ground whose radio is that of a satellite, at a power that none may send."""
+    low = [
+        antenna.id
+        for antenna in antennas
+        if antenna.radio is not None
+        and antenna.radio.preset == SATELLITE
+        and antenna.radio.transmit_power_dbm is None
+        and (getattr(antenna, "altitude_m", None) or 0.0) < LOWEST_SATELLITE_M
+    ]
+    if not low:
+        return []
+    return [
+        f"Radio of {_named(low)}: {SATELLITE} is the budget of a satellite 20,000 km away, 390 W that nothing near the "
+        "ground sends, so its margins mean nothing there; take another radio, or give transmit_power_dbm."
+    ]
+
+
+def _named(ids: list[str]) -> str:
+    more = f" and {len(ids) - NAMED} more" if len(ids) > NAMED else ""
+    return f"{', '.join(ids[:NAMED])}{more}"
 
 
 def _parts(asked: BaseModel) -> Iterator[BaseModel]:

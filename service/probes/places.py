@@ -15,6 +15,7 @@ from service.parts.doubts import DoubtParameters, doubted_anchors
 from service.parts.map_area import refuse_outside
 from service.parts.map_facts import curvature_of
 from service.parts.shapes_in_grid import places_in_grid, resolve_anchor
+from service.parts.unused import notes_on_satellite_radios
 from service.products.lines_of_sight.calculate import BlockingPoint
 from terrain import ElevationGrid, height_at, to_lon_lat
 from visibility import HIDDEN, UNKNOWN, VISIBLE, Anchor, Curvature, dop, lines_of_sight
@@ -79,7 +80,7 @@ def probe(grid: ElevationGrid, asked: ProbeIn) -> ProbeOut:
             )
         )
     of_signals = dict.fromkeys(note for one in heard if one is not None for note in one.warnings)
-    told = [*notes_on_cover(grid), *warnings, *of_signals]
+    told = [*notes_on_cover(grid), *warnings, *of_signals, *notes_on_satellite_radios(asked.anchors)]
     return ProbeOut.model_construct(points=points, curvature=curvature.sentence(), warnings=told)
 
 

@@ -85,19 +85,29 @@ class PreviewIn(SightParameters, DoubtParameters):
     level: Annotated[int, Field(strict=True, ge=0, le=30)] = Field(
         0, description="Resolution level, as `/dems/{dem_id}/levels` lists them; 0 has the posts themselves."
     )
-    show: Literal["sight", "needed_height", "dop", "position_error"] = Field(
+    show: Literal["sight", "needed_height", "dop", "position_error", "margin_db"] = Field(
         "sight",
-        description="sight: by anchor, the lowest altitude in its sight and reach, metres; needed_height: the same "
-        "above the ground of the level; dop: one dilution, no unit; position_error: one sigma in space, metres.",
+        description="sight: by anchor, the lowest altitude in its sight (its signal's, where usable is asked for) and "
+        "reach, metres; needed_height: the same above the ground of the level; dop: one dilution, no unit; "
+        "position_error: one sigma in space, metres; margin_db: by anchor, what of its signal is beyond the "
+        "receiver's need, dB, for which usable has to be asked for.",
     )
     receiver_above_ground_m: NotNegativeMetres = Field(
-        1.5, description="Height of the receiver above the ground, metres: for dop, error, and the reach of antennas."
+        1.5,
+        description="Height of the receiver above the ground, metres: for dop, error, margin, and the reach of "
+        "antennas.",
     )
     kind: Literal["ranging", "pseudorange", "tdoa"] = Field(
         "ranging", description="What is measured: ranges; ranges with an unknown clock; differences of arrival."
     )
     measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution.")
     on_surface: bool = Field(False, description="Whether only motion along the ground is unknown.")
+
+    @model_validator(mode="after")
+    def _margins_are_of_signals(self) -> Self:
+        if self.show == "margin_db" and not self.usable:
+            raise ValueError('margin_db is of signals: ask with sight "usable", and a radio for every anchor.')
+        return self
 
 
 class PreviewTold(BaseModel):

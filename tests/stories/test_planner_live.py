@@ -119,6 +119,60 @@ def test_what_lies_ahead_on_the_planned_path_is_told_live(page: Browser, server:
         page.until(f"document.getElementById('ahead').innerText.includes({told['move']['sentence']!r})")
 
 
+def test_a_path_through_a_building_and_ranges_against_the_map_are_told_live(
+    page: Browser, server: Server, valley: ElevationGrid
+) -> None:
+    """A session that somebody else opened, with a path and buildings of its own, is watched."""
+    take(page, "valley")
+    place_anchors(page, PLACES)
+    kept = mission(page)
+    corners = [(648040.0, 5136480.0), (648080.0, 5136480.0), (648080.0, 5136520.0), (648040.0, 5136520.0)]
+    hall = {"type": "Polygon", "coordinates": [[list(corner) for corner in (*corners, corners[0])]]}
+    features = [{"type": "Feature", "properties": {"building": "yes", "height": "6"}, "geometry": hall}]
+    geojson = {"type": "FeatureCollection", "coordinates_are": "metres", "features": features}
+    anchors = [
+        {
+            **{name: one[name] for name in ("id", "east_m", "north_m")},
+            "altitude_m": float(height_at(valley, one["east_m"], one["north_m"])) + one["height_m"],
+        }
+        for one in kept["anchors"]
+    ]
+    body = {
+        "name": "Another drive",
+        "anchors": anchors,
+        "dem_id": kept["ground"]["dem_id"],
+        "antenna_above_ground_m": ANTENNA_M,
+        "cover": {"footprints": {"geojson": geojson}},
+        "drive": {"path_m": [[648000.0, 5136500.0], [648300.0, 5136500.0]], "min_anchors": 3},
+    }
+    opened = server.client.post("/detectors", json=body)
+    assert opened.status_code == 201, opened.text
+    links = opened.json()["links"]
+    assert server.client.get(links["drive"]).json()["path_m"] == body["drive"]["path_m"]  # type: ignore[index] # an object
+    page.click("#mode-live")
+    watch = "button[aria-label='Watch Another drive']"
+    page.until(f'!!document.querySelector("{watch}")')
+    page.click(watch)
+    for time_s, ranges in rounds(valley, kept["anchors"], 20):
+        measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
+        sent = server.client.post(links["epochs"], json={"epochs": [{"time_s": time_s, "ranges": measured}]})
+        assert sent.is_success
+    page.until("!!document.getElementById('obstructed')")
+    assert page.text("#obstructed").startswith("through a building in ")
+    (wrong,) = server.client.get(links["map_doubts"]).json()["features"]
+    page.until("!!document.getElementById('doubts')")
+    told = page.text("#doubts")
+    assert told.startswith(f"{wrong['properties']['anchor_id']}: the map has it {wrong['properties']['expected']}, ")
+    assert f"Look at {wrong['properties']['bearing_deg']:.0f}°" in told
+    # both are drawn as well: the stretch of the path, the line of the drive, and one towards the anchor
+    page.until(
+        "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures().length === "
+        f"{5 + 5 + 3 + 3}"
+    )
+    server.client.delete(links["self"])
+    page.until("!!document.getElementById('refusal')")
+
+
 def test_a_log_is_played_back_on_a_time_bar(
     page: Browser, server: Server, valley: ElevationGrid, tmp_path: Path
 ) -> None:
@@ -144,6 +198,9 @@ def test_a_log_is_played_back_on_a_time_bar(
     page.until("document.querySelector('.inspector .slider output').textContent.startsWith('20 of 20, 19.0 s')")
     assert told(page) == pytest.approx((648019.0, 5136500.0), abs=2.0)
     assert verdict(page, 0) == "occluded"
+    # where the map hides the drone its ranges were true for long
+    assert page.text("#doubts").startswith("D1: the map has it hidden, ")
+    assert "s say in sight" in page.text("#doubts")
     assert server.client.get("/detectors").json()["total"] == before, "the session of a log is closed behind it"
 
 

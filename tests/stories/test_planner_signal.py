@@ -2,14 +2,34 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
 import pytest
+import rasterio
 
+import dem_samples
+from terrain import to_lon_lat
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, press_button, settled, take
+from tests.stories.planner import (
+    at,
+    field,
+    let_go,
+    mission,
+    open_planner,
+    place_anchors,
+    press_button,
+    requests,
+    settled,
+    shares,
+    slide,
+    take,
+)
 
 PLACE = (648000.0, 5137000.0)
 READOUT = "(document.getElementById('readout')?.textContent ?? '')"
@@ -102,3 +122,121 @@ def test_trees_of_one_height_weaken_the_signal_and_stand_in_the_profile(page: Br
     page.complaints.clear()  # the refusal of crowns that begin above their tops
     page.click("#undo")
     page.until(f"planner.mission().trees === null && {READOUT}.includes('{bare_db:+.0f} dB')")
+
+
+LEGEND = "(document.querySelector('#legend caption')?.textContent ?? '')"
+
+
+def usable_shares(page: Browser, server: Server) -> list[float]:
+    """Per cent of the ground on which so many anchors are usable, by the service; none only where that is known."""
+    kept = mission(page)
+    body = {
+        "dem_id": kept["ground"]["dem_id"],
+        "anchors": [
+            {name: one[name] for name in ("id", "east_m", "north_m", "radio")} | {"above_ground_m": one["height_m"]}
+            for one in kept["anchors"]
+        ],
+        "sight": "usable",
+        "show": "needed_height",
+        **({} if kept["trees"] is None else {"cover": {"canopy": {"top_m": kept["trees"]["top_m"]}}}),
+    }
+    line, _, numbers = server.client.post("/previews", json=body).content.partition(b"\n")
+    told = json.loads(line)
+    needed_m = np.frombuffer(numbers, "<f4").reshape(len(told["names"]), -1)
+    count = np.count_nonzero(needed_m <= 1.5, axis=0)
+    count[(count == 0) & np.isnan(needed_m).any(axis=0)] = -1
+    return [100.0 * float(np.mean(count == number)) for number in range(len(kept["anchors"]) + 1)]
+
+
+def test_maps_are_of_usable_signals_once_every_anchor_has_a_radio(page: Browser, server: Server) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    seen = shares(page)
+    page.click("#mode-coverage")
+    page.choose(field(page, "Maps are of"), "usable")
+    page.until("(document.getElementById('silent')?.textContent ?? '').includes('D1, D2, D3 have radios')")
+    assert shares(page) == seen
+    assert "Anchors in sight" in page.value(LEGEND)
+    page.choose(field(page, "Radio of those"), "2.4GHz")
+    settled(page)
+    page.until(f"{LEGEND}.includes('Anchors usable')")
+    bare = shares(page)
+    assert bare[:-1] == pytest.approx(usable_shares(page, server), abs=0.5)
+    assert bare != seen
+    # the margin is a layer of its own, and the one that is wanted a slider that asks nothing
+    page.click("input[name=overlay][value=signal]")
+    settled(page)
+    page.until(f"{LEGEND}.includes('Margin of the best signal')")
+    margins, asked = shares(page), requests(page)
+    assert sum(margins[3:-1]) == pytest.approx(100.0 - bare[0], abs=1.0), "from 0 dB on somebody is usable"
+    slide(page, field(page, "Margin wanted"), "20")
+    page.until("document.querySelector('#legend').textContent.includes('20 dB – 30 dB')")
+    assert sum(shares(page)[3:-1]) < sum(margins[3:-1])
+    assert requests(page) == asked
+    # dilution and read-out are by what is usable too, and trees take of it
+    page.click("input[name=overlay][value=count]")
+    page.click("#mode-ground")
+    page.choose(field(page, "One height everywhere, m"), "6")
+    page.until("planner.mission().trees?.top_m === 6")
+    wooded = shares(page)
+    assert wooded[:-1] == pytest.approx(usable_shares(page, server), abs=0.5)
+    assert wooded[0] > bare[0]
+    page.until(SAVED)
+    page.open(page.value("location.href"))
+    page.until("!!window.planner && planner.mission().positioning.sight === 'usable'")
+    page.click("#mode-coverage")
+    page.until(f"{LEGEND}.includes('Anchors usable')")
+    assert shares(page) == pytest.approx(wooded, abs=0.05)
+
+
+def test_the_radio_of_a_satellite_on_an_anchor_is_told_to_mean_nothing(page: Browser) -> None:
+    take(page, "valley")
+    place_anchors(page, (PLACE,))
+    page.choose(field(page, "Radio"), "gnss-l1")
+    page.until("document.querySelector('.inspector').textContent.includes('GNSS L1 is the budget of a satellite')")
+    page.choose(field(page, "Radio"), "868MHz")
+    page.until("!document.querySelector('.inspector').textContent.includes('satellite')")
+
+
+@pytest.fixture
+def crowns(tmp_path: Path) -> Path:
+    """Trees of 20 m over the west of the valley, in degrees and coarser than its posts, as others write them."""
+    grid = dem_samples.load_sample("valley")
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    lon, lat = to_lon_lat(grid, np.array([west_m, west_m, east_m, east_m]), np.array([south_m, north_m] * 2))
+    heights_m = np.zeros((60, 80), np.float32)
+    heights_m[:, :50] = 20.0
+    path = tmp_path / "chm.tif"
+    across, down = float(np.ptp(lon)) / 80, float(np.ptp(lat)) / 60
+    transform = rasterio.Affine(across, 0.0, float(lon.min()), 0.0, -down, float(lat.max()))
+    with rasterio.open(
+        path, "w", driver="GTiff", width=80, height=60, count=1, dtype="float32", crs="EPSG:4326", transform=transform
+    ) as file:
+        file.write(heights_m, 1)
+    return path
+
+
+def test_a_raster_of_trees_let_go_on_the_page_is_the_canopy_of_the_mission(page: Browser, crowns: Path) -> None:
+    take(page, "valley")
+    place_anchors(page, (PLACE,))
+    page.choose(field(page, "Radio"), "868MHz")
+    page.click_at(*at(page, PLACE[0] - 900.0, PLACE[1] + 100.0))
+    page.until(f"{READOUT}.includes('% arrive')")
+    bare_db, _ = signal_told(page)
+    let_go(page, [crowns])
+    page.until("(document.getElementById('notice')?.textContent ?? '').includes('Trees are those of chm.tif')")
+    told = page.text("#notice")
+    assert "The canopy's raster: Warped from WGS 84" in told
+    assert "resampled to the DEM's" in told
+    trees = mission(page)["trees"]
+    assert (trees["what"], trees["name"]) == ("heights", "chm.tif")
+    assert base64.b64decode(trees["base64"]) == crowns.read_bytes()
+    assert mission(page)["ground"]["name"] == "valley.npz", "the ground is still the ground"
+    page.until(f"{READOUT}.includes('% arrive') && !{READOUT}.includes('{bare_db:+.0f} dB')")
+    assert signal_told(page)[0] < bare_db
+    press_button(page, "Profile to D1")
+    page.until(f"{NOTE}.includes('of trees')")
+    settled(page)
+    page.until(SAVED)
+    page.open(page.value("location.href"))
+    page.until("!!window.planner && planner.mission().trees?.name === 'chm.tif'")

@@ -111,6 +111,18 @@ def test_a_cache_forgets_what_is_not_asked_for_any_more():
     assert (cache.computed, cache.reused) == (6, 4)
 
 
+def test_a_cache_remembers_the_latest_of_those_that_it_is_told_to():
+    grid, anchors, _ = low_anchors(4)
+    cache = SurfaceCache(grid, remembers=2)
+    for anchor in anchors:
+        cache.surfaces((anchor,))
+    answer = cache.surfaces(anchors[1:])
+    np.testing.assert_array_equal(answer.altitude_m, min_visible_altitude(grid, anchors[1:]).altitude_m)
+    assert (cache.computed, cache.reused) == (4, 3), "one was asked for last, two are remembered"
+    cache.surfaces(anchors[:1])
+    assert cache.computed == 5, "the oldest was forgotten"
+
+
 def test_availability_tells_first_last_and_the_longest_run():
     grid, anchors, ceiling_m = low_anchors(6)
     away_m = (-4000.0, 4000.0, 3000.0)

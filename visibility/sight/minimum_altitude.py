@@ -213,7 +213,8 @@ class SurfaceCache:
 
     computed, reused: how many anchors' surfaces were calculated and how many remembered, since the cache was made.
     window: first and last row, first and last column of the posts that are answered; None: all of them. All hide.
-    calculate: what is asked in its place, such as ``visibility.signal.min_usable_altitude``.
+    calculate: what is asked in its place, such as ``visibility.signal.min_usable_altitude``. remembers: so many of the
+        surfaces that were not asked for last are kept as well, the latest.
     """
 
     def __init__(
@@ -225,7 +226,9 @@ class SurfaceCache:
         unknown: UnknownGround = "unknown",
         window: tuple[int, int, int, int] | None = None,
         calculate: Surfaces = min_visible_altitude,
+        remembers: int = 0,
     ) -> None:
+        self._remembers = remembers
         self.grid = grid
         self.box = grid if window is None else grid.window(*window)
         self._window = window
@@ -256,7 +259,9 @@ class SurfaceCache:
                 kept[anchor] = (found.altitude_m[number], found.hidden_below_m[number])
         self.computed += len(missing)
         self.reused += len(anchors) - len(missing)
-        self._surfaces = kept
+        others = [anchor for anchor in self._surfaces if anchor not in kept]
+        latest = others[max(len(others) - self._remembers, 0) :]
+        self._surfaces = {**{anchor: self._surfaces[anchor] for anchor in latest}, **kept}
         nothing = np.empty((0, *self.box.shape), np.float32)
         altitude_m = np.stack([kept[anchor][0] for anchor in anchors]) if anchors else nothing
         same = all(kept[anchor][0] is kept[anchor][1] for anchor in anchors)

@@ -35,6 +35,8 @@ FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine; of a radio the name
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
 TEXTS = {"id", "body", "altitude_datum", "radio"}
+# what the planner's tables tell besides, which changes no answer
+OF_MISSIONS = ("kind",)
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum")))
 ANCHORS, TRACKS = "anchors file", "track file"
@@ -159,12 +161,12 @@ def _fields_of(name: str, number: int, shape: GeoJsonShape) -> dict[str, object]
 
 def _csv_rows(path: Path) -> list[tuple[str, object]]:
     table = read_csv_table(path, ANCHORS, comments_within=False)
-    check_columns(table, ANCHORS, COLUMNS, needed=("id",))
+    check_columns(table, ANCHORS, (*COLUMNS, *OF_MISSIONS), needed=("id",))
     numbers = Numbers(table.delimiter)
     found: list[tuple[str, object]] = []
     for where, cells in table.lines:
         _refuse_many(path, len(found) + 1)
-        given = {name: cell for name, cell in cells.items() if cell}
+        given = {name: cell for name, cell in cells.items() if cell and name not in OF_MISSIONS}
         fields = {name: cell if name in TEXTS else numbers.number(where, name, cell) for name, cell in given.items()}
         found.append((where, fields))
     return found

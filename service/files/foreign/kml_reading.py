@@ -19,7 +19,7 @@ __all__ = ["read_kml"]
 # what KML has besides placemarks; folders and documents hold them
 PASSED_OVER = frozenset({"NetworkLink", "GroundOverlay", "PhotoOverlay", "ScreenOverlay", "Tour", "NetworkLinkControl"})
 HEIGHTS = frozenset({"above_ground_m", "altitude_m", "altitude_datum", "east_m", "north_m", "lon_deg", "lat_deg"})
-TEXTS = frozenset({"id", "what", "kind", "name"})
+TEXTS = frozenset({"id", "what", "kind", "name", "radio", "height_from"})
 SEA_FLOOR = {"clampToSeaFloor": "clampToGround", "relativeToSeaFloor": "relativeToGround"}
 Place = tuple[float, ...]
 

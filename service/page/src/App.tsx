@@ -25,9 +25,11 @@ import {
   selected, tool, undo, withAnchor,
 } from "./state";
 import { awaitsDilution, dilutionTimesMs } from "./products/dilution";
+import { awaitsMargins } from "./products/margins";
 import { probeTimesMs } from "./products/probe";
 import { overview } from "./products/library";
 import { awaitsSurfaces, surfaceTimesMs } from "./products/surfaces";
+import { heldByRaster, saysTrees, takeTrees } from "./products/trees";
 import { awaitsKeeping, openFile } from "./mission/keeping";
 import { theme } from "./theme";
 import { unit } from "./units";
@@ -38,7 +40,7 @@ const PANELS = { ground: GroundPanel, anchors: AnchorsPanel, coverage: CoverageP
 const MOVES: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** Whether everything on the page is of the mission as it stands: what a test waits for, and a script. */
-const mapAtRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsLegend();
+const mapAtRest = (): boolean => Object.keys(busy.peek()).length === 0 && !awaitsSurfaces() && !awaitsDilution() && !awaitsMargins() && !awaitsLegend();
 const atRest = (): boolean => mapAtRest() && !awaitsKeeping();
 
 function enter(next: Mode): void {
@@ -174,14 +176,21 @@ function useKeys(): void {
   }, []);
 }
 
-/** What was let go on the page: missions open, places are imported, all else is read as ground. */
-async function takeDropped(files: readonly File[]): Promise<void> {
+/** What was let go on the page: missions open, places are imported, rasters on the panel of trees, or called so, are
+ * trees, and all else is read as ground. */
+async function takeDropped(files: readonly File[], onTrees: boolean): Promise<void> {
   const isMission = ({ name }: File): boolean => /\.(json|zip)$/i.test(name);
   const isPlaces = ({ name }: File): boolean => /\.(kml|kmz|gpx|plan|geojson|csv)$/i.test(name);
-  const grounds = files.filter((file) => !isMission(file) && !isPlaces(file));
+  const isTrees = (file: File): boolean => ground.peek() !== null && (onTrees || saysTrees(file.name));
+  const rasters = files.filter((file) => !isMission(file) && !isPlaces(file));
+  const [grounds, [trees]] = [rasters.filter((file) => !isTrees(file)), rasters.filter(isTrees)];
   if (grounds.length > 0) {
     mode.value = "ground";
     await takeFiles(grounds);
+  }
+  if (trees) {
+    mode.value = "ground";
+    await attempt("ground", () => takeTrees(trees, heldByRaster.peek()));
   }
   for (const file of files.filter(isMission)) await attempt("brief", () => openFile(file));
   for (const file of files.filter(isPlaces)) {
@@ -196,7 +205,8 @@ function useDrop(): void {
     const over = (event: DragEvent): void => event.preventDefault();
     const drop = (event: DragEvent): void => {
       event.preventDefault();
-      void takeDropped([...(event.dataTransfer?.files ?? [])]);
+      const onTrees = event.target instanceof Element && event.target.closest("#trees") !== null;
+      void takeDropped([...(event.dataTransfer?.files ?? [])], onTrees);
     };
     document.addEventListener("dragover", over);
     document.addEventListener("drop", drop);

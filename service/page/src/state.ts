@@ -10,7 +10,7 @@ export const MODES = ["ground", "anchors", "coverage", "path", "air", "live", "b
 export type Mode = (typeof MODES)[number];
 export const TOOLS = ["look", "anchor", "start", "goal", "way-point", "no-go", "keep-in", "area", "flight", "no-fly", "stand-off", "library"] as const;
 export type Tool = (typeof TOOLS)[number];
-export const OVERLAYS = ["none", "count", "one", "margin", "dilution", "error", "slope", "permitted", "sites", "after", "ceiling", "air", "frame", "available"] as const;
+export const OVERLAYS = ["none", "count", "one", "margin", "signal", "dilution", "error", "slope", "permitted", "sites", "after", "ceiling", "air", "frame", "available"] as const;
 export type Overlay = (typeof OVERLAYS)[number];
 
 export const mode = signal<Mode>("ground");

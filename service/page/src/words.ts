@@ -1,9 +1,17 @@
 // Every English sentence of the page, so that another language is one more catalogue of this shape; those of the modes are in
 // texts/.
+import type { Detail } from "./mission/exported";
+import type { Overlay } from "./state";
 import { briefing } from "./texts/briefing";
 import { placing } from "./texts/placing";
 import { planning } from "./texts/planning";
 import { watching } from "./texts/watching";
+
+const DETAILS: Record<Detail, string> = { ids: "ids", kinds: "kinds", radios: "radios", ranges: "longest ranges", sectors: "sectors", sigmas: "range errors", flights: "flights" };
+const listed = (all: readonly string[]): string => (all.length < 2 ? all.join() : `${all.slice(0, -1).join(", ")} and ${all.at(-1) ?? ""}`);
+const HEARD: Partial<Record<Overlay, string>> = { count: "Anchors usable", one: "Signal of one anchor", margin: "Height to spare, best anchor" };
+const SEEN = { seen: "in sight by so much", hidden: "hidden by so much", unknown: "unknown" };
+const USABLE = { seen: "usable; the line clears the ground by so much", hidden: "not usable; the line clears the ground by so much", unknown: "unknown" };
 
 export const words = {
   title: "Sightline planner",
@@ -47,6 +55,7 @@ export const words = {
   copyOf: (name: string) => `${name.slice(0, 100)} (copy)`,
   imported: (format: string, points: number, lines: number, areas: number) =>
     `${format}: ${points} anchors, ${lines} lines and ${areas} areas.`,
+  leftBehind: (name: string, what: readonly Detail[]) => `${name} has no place for ${listed(what.map((one) => DETAILS[one]))} of anchors: they stay in the mission alone.`,
   refusedFile: (name: string, why: string) => `${name.slice(0, 60)}: ${why}`,
   filesRead: (count: number, name: string) => `${count} grounds were read; this is ${name}, the others are under “Here already”.`,
   recovered: (name: string) => `“${name}” was not sent when its tab was closed; it is saved now.`,
@@ -80,7 +89,7 @@ export const words = {
   pathFound: "A path that the validator passed",
   noPath: "No path",
   place: (what: string) => (what === "start" ? "start" : "goal"),
-  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", trees: "Putting trees there", visibility: "Lines of sight", dilution: "Dilution", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
+  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", trees: "Putting trees there", visibility: "Lines of sight", dilution: "Dilution", signals: "Signals", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
   airStale: "The mission has changed since; calculate again.",
   opened: (name: string) => `Opened ${name}.`,
   notPlanned: "not planned",
@@ -99,7 +108,7 @@ export const words = {
   latLon: "Latitude, longitude",
   datumShort: "datum",
   readout: "Under the cursor",
-  sightWords: (verdict: "seen" | "hidden" | "unknown") => ({ seen: "in sight by so much", hidden: "hidden by so much", unknown: "unknown" })[verdict],
+  sightWords: (verdict: "seen" | "hidden" | "unknown", heard: boolean) => (heard ? USABLE : SEEN)[verdict],
   verdict: (verdict: "clear" | "blocked" | "unknown") => verdict,
   heard: (marginDb: number | null, probability: number | null) =>
     marginDb === null || probability === null ? "no signal known" : `${marginDb < 0 ? "−" : "+"}${Math.abs(marginDb).toFixed(0)} dB, ${(100 * probability).toFixed(0)} % arrive`,
@@ -110,12 +119,16 @@ export const words = {
   measuredSight: { clear: "in sight", occluded: "occluded", "too short": "too short", unknown: "unknown" },
   mode: { ground: "Ground", anchors: "Anchors", coverage: "Coverage", path: "Path", air: "Air", live: "Live", brief: "Brief" },
   overlay: {
-    none: "Relief only", count: "Anchors in sight", one: "Sight of one anchor", margin: "Margin of the best anchor",
+    none: "Relief only", count: "Anchors in sight", one: "Sight of one anchor", margin: "Margin of the best anchor", signal: "Margin of the best signal",
     dilution: "Dilution of precision", error: "Position error, 1σ",
     slope: "Slope", permitted: "Where the rover may stand",
     sites: "How much each place would see", after: "In sight with all that were found", ceiling: "Where the ceilings let anchors be", air: "Where one may fly",
     frame: "Where one may fly at that time", available: "Share of the time that one may fly",
   },
+  /** What the map shows, by its name; of usable signals where these decide. */
+  shows: (name: Overlay, heard: boolean): string => (heard ? HEARD[name] : undefined) ?? words.overlay[name],
+  usable: "usable",
+  tooWeak: "too weak",
   strip: { plain: "plain", slope: "slope", sight: "anchors in sight", dilution: "dilution", error: "σ", bubble: "bubble" },
   sample: { jacksboro: "Jacksboro, Tennessee", valley: "A winding valley (made up)", crater: "A crater on the Moon (made up)" },
   paper: {
@@ -133,6 +146,7 @@ export const words = {
     darkColumns: ["From", "To", "Lasts", "Fewest in sight", "Begins at east, north"],
     noDark: "None along the path.",
     noPath: "No path was planned for the mission as it is, so nobody knows where it is dark.",
+    heard: "The map is of usable signals, by radios and trees; path and places are by what is in sight.",
     alone: (buildings: string | null) =>
       buildings === null ? "Sight is geometry over the DEM: trees, buildings and weather are not in it." : `Sight is geometry over the DEM and the buildings of ${buildings.slice(0, 60)}: trees and weather are not in it.`,
   },

@@ -69,7 +69,9 @@ async def test_the_whole_advice_names_a_drone_to_move() -> None:
     session = opened(Detectors(Settings()))
     with pytest.raises(RequestError, match="has no path"):
         await session.advise()
+    assert session.drive is None
     await session.follow(DriveIn.model_validate(DRIVE))
+    assert session.drive == DriveIn.model_validate(DRIVE)
     with pytest.raises(RequestError, match="no place yet"):
         await session.advise()
     for second in range(4):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from fastkml.kml import KML
 from pygeoif import Point
 from pyproj import Transformer
 
+from service.cli.asking.anchor_files import anchors_from_file
 from tests.service.http.test_missions import kept, mission_on
 from tests.service.running import Server
 
@@ -40,11 +42,16 @@ def mission_with_shapes(dem: dict[str, Any]) -> dict[str, Any]:
     return {**mission, "anchors": [first, second], "route": route}
 
 
+def files_of(server: Server, mission: dict[str, Any]) -> dict[str, str]:
+    """Paths of the files of a mission, by name."""
+    told = kept(server, mission)
+    return {file["name"]: file["href"] for file in server.client.get(told["links"]["self"]).json()["files"]}
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_what_a_mission_is_written_as_is_read_again(server: Server, ground: dict[str, Any], name: str) -> None:
     mission = mission_with_shapes(ground)
-    told = kept(server, mission)
-    links = {file["name"]: file["href"] for file in server.client.get(told["links"]["self"]).json()["files"]}
+    links = files_of(server, mission)
     rows = server.client.get(links["anchors.json"]).json()["anchors"]
     answer = server.client.get(links[name])
     assert answer.status_code == 200, answer.text
@@ -67,6 +74,43 @@ def test_what_a_mission_is_written_as_is_read_again(server: Server, ground: dict
         assert area["what"] == "no-go"
         corners = {(round(place["east_m"]), round(place["north_m"])) for place in area["places"]}
         assert corners == {(round(one["east_m"]), round(one["north_m"])) for one in mission["route"]["no_go"][0]}
+
+
+@pytest.mark.parametrize("name", ["anchors.csv", "mission.geojson", "mission.kml", "mission.kmz"])
+def test_anchors_come_back_with_their_radios_and_all_else_that_they_were_given(
+    server: Server, ground: dict[str, Any], tmp_path: Path, name: str
+) -> None:
+    first = {**mission_on(ground)["anchors"][0], **place_in(ground, 0.15, 0.15), "radio": "868MHz", "height_m": 80.25}
+    sector = {"max_range_m": 2500.0, "azimuth_from_deg": 20.0, "azimuth_to_deg": 140.0}
+    second = {**first, "id": "M2", **place_in(ground, 0.25, 0.35), **sector, "ranging_sigma_m": 0.25}
+    second |= {"kind": "mast", "radio": "uwb", "height_m": 2000.0, "height_from": "altitude_m"}
+    third = {**first, "id": "B3", **place_in(ground, 0.4, 0.4), "kind": "beacon", "radio": None, "height_m": 0.0}
+    mission = {**mission_on(ground, "Radios"), "anchors": [first, second, third]}
+    content = server.client.get(files_of(server, mission)[name]).content
+    again = imported(server, ground, name, content)["points"]
+    for point, anchor in zip(again, mission["anchors"], strict=True):
+        assert (point["east_m"], point["north_m"]) == pytest.approx((anchor["east_m"], anchor["north_m"]), abs=0.01)
+        assert point[anchor["height_from"]] == pytest.approx(anchor["height_m"], abs=0.01)
+        assert point[({"above_ground_m", "altitude_m"} - {anchor["height_from"]}).pop()] is None
+        for field in ("id", "kind", "radio"):
+            assert point[field] == anchor[field]
+        assert [point[field] for field in sector] == [anchor.get(field) for field in sector]
+        assert point["ranging_sigma_m"] == anchor.get("ranging_sigma_m", 0.1)
+    # as the command line takes them
+    path = tmp_path / name
+    path.write_bytes(content)
+    if name == "anchors.csv":
+        taken = anchors_from_file(path)
+        assert [one.radio and one.radio.preset for one in taken] == ["868MHz", "uwb", None]
+        assert [one.id for one in taken] == ["D1", "M2", "B3"]
+
+
+def test_a_radio_that_nobody_knows_is_told_and_left_out(server: Server, ground: dict[str, Any]) -> None:
+    at = place_in(ground, 0.2, 0.2)
+    table = f"id,east_m,north_m,above_ground_m,radio\nD1,{at['east_m']},{at['north_m']},50,walkie-talkie\n"
+    found = imported(server, ground, "one.csv", table.encode())
+    assert found["points"][0]["radio"] is None
+    assert any("left out: D1 (walkie-talkie)" in sentence for sentence in found["told"])
 
 
 def test_absolute_altitudes_of_kml_are_those_of_a_ground_above_egm96(server: Server, ground: dict[str, Any]) -> None:

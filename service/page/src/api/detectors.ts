@@ -6,6 +6,9 @@ export interface DetectorLinks {
   readonly self: string;
   readonly epochs: string;
   readonly stream: string;
+  /** Of sessions that look at a DEM. */
+  readonly map_doubts?: string;
+  readonly drive?: string;
 }
 
 export interface Detector {
@@ -31,6 +34,27 @@ export interface Advice {
   readonly bubble_m: readonly number[];
   readonly stretches: readonly { readonly from_m: number; readonly to_m: number; readonly in_s: number; readonly for_s: number; readonly fewest: number; readonly hidden: readonly string[] }[];
   readonly speed: { readonly sentence: string } | null;
+  /** Where the path leads through what no rover is on, metres along it. */
+  readonly obstructed: readonly { readonly from_m: number; readonly to_m: number; readonly what: Obstacle }[];
+}
+
+export type Obstacle = "building" | "unknown ground" | "outside the map";
+
+/** A stretch over which the ranges of an anchor contradict the map. */
+export interface DoubtFeature {
+  readonly geometry: { readonly type: "Point"; readonly coordinates: readonly number[] } | { readonly type: "LineString"; readonly coordinates: readonly (readonly number[])[] };
+  readonly properties: {
+    readonly anchor_id: string;
+    /** What the map has. */
+    readonly expected: "in sight" | "hidden";
+    readonly from_s: number;
+    readonly to_s: number;
+    readonly ranges: number;
+    readonly bearing_deg: number;
+    readonly distance_m: number;
+    readonly excess_m: number | null;
+    readonly probability: number;
+  };
 }
 
 export interface Epoch {
@@ -81,6 +105,17 @@ export function readLog(file: File, anchorIds: readonly string[]): Promise<Range
 /** What lies ahead, with the drone that would help. */
 export function adviceOf(links: DetectorLinks): Promise<Advice & { readonly move: { readonly sentence: string } | null }> {
   return askJson(`${links.self}/advice`);
+}
+
+/** Where its ranges contradict the map; none where it looks at no map. */
+export async function doubtsOf({ map_doubts }: DetectorLinks): Promise<readonly DoubtFeature[]> {
+  return map_doubts === undefined ? [] : (await askJson<{ features: readonly DoubtFeature[] }>(map_doubts)).features;
+}
+
+/** The path that it is told to follow, (east, north); null without one. */
+export async function driveOf({ drive }: DetectorLinks): Promise<readonly (readonly [number, number])[] | null> {
+  if (drive === undefined) return null;
+  return (await askJson<{ path_m: readonly (readonly [number, number])[] } | null>(drive))?.path_m ?? null;
 }
 
 export async function closeDetector(links: DetectorLinks): Promise<void> {

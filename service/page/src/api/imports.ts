@@ -1,5 +1,6 @@
 // Places out of files of other programs, on a ground.
 import { askJson } from "./http";
+import type { RadioName } from "../mission/mission";
 import type { Place } from "./types";
 
 export interface ImportedPoint extends Place {
@@ -12,6 +13,7 @@ export interface ImportedPoint extends Place {
   readonly azimuth_from_deg: number | null;
   readonly azimuth_to_deg: number | null;
   readonly ranging_sigma_m: number | null;
+  readonly radio: RadioName | null;
 }
 
 export interface ImportedLine {

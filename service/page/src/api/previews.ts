@@ -11,8 +11,10 @@ export interface Preview extends Summary {
 
 const LINE_END = 10;
 const WAIT_S = 60;
-/** So many posts are calculated anew at once while something is dragged. */
+/** So many posts are calculated anew at once while something is dragged; of signals, when it rests and while it is. */
 const DRAGGED_POSTS = 1_000_000;
+const HEARD_POSTS = 150_000;
+const DRAGGED_HEARD_POSTS = 20_000;
 
 export async function preview(body: unknown): Promise<Preview> {
   const answer = await (await ask("/previews", posted(body, WAIT_S))).arrayBuffer();
@@ -24,20 +26,28 @@ export async function preview(body: unknown): Promise<Preview> {
   return { ...told, arrays };
 }
 
-/** The level that a drag is followed at: the finest from least on that is quick enough. */
-export function draggedLevel(dem: Dem, least: number): number {
-  let level = least;
-  while ((dem.rows >> level) * (dem.cols >> level) > DRAGGED_POSTS) level += 1;
-  return level;
+/** The level that maps are asked at, the finest from least on that is quick enough, and the one that a drag is followed at. */
+export function levelsFor(dem: Dem, least: number, heard: boolean): { readonly full: number; readonly dragged: number } {
+  const within = (from: number, posts: number): number => {
+    let level = from;
+    while ((dem.rows >> level) * (dem.cols >> level) > posts) level += 1;
+    return level;
+  };
+  const full = heard ? within(least, HEARD_POSTS) : least;
+  return { full, dragged: within(full, heard ? DRAGGED_HEARD_POSTS : DRAGGED_POSTS) };
 }
 
-/** Values of a coarser level, each as often as posts of the finer one lie under it. */
-export function spread(values: Preview, levels: number, rows: number, cols: number): Float32Array {
-  const [coarse] = values.arrays;
+/** An array of a preview, each value as often as posts of the ground lie under it. */
+export function keptOf(found: Preview, number: number, levels: number, rows: number, cols: number): Float32Array {
+  const values = found.arrays[number] as Float32Array;
+  return levels === 0 ? values : spread(values, found.cols, levels, rows, cols);
+}
+
+function spread(coarse: Float32Array, coarseCols: number, levels: number, rows: number, cols: number): Float32Array {
   const all = new Float32Array(rows * cols);
   for (let row = 0, at = 0; row < rows; row += 1) {
-    const first = (row >> levels) * values.cols;
-    for (let col = 0; col < cols; col += 1, at += 1) all[at] = (coarse as Float32Array)[first + (col >> levels)] as number;
+    const first = (row >> levels) * coarseCols;
+    for (let col = 0; col < cols; col += 1, at += 1) all[at] = coarse[first + (col >> levels)] as number;
   }
   return all;
 }

@@ -9,9 +9,11 @@ import VectorLayer from "ol/layer/Vector.js";
 import VectorSource from "ol/source/Vector.js";
 import type { Epoch } from "../api/detectors";
 import type { Place } from "../api/types";
-import { darkAhead } from "../products/ahead";
+import { darkAhead, obstructedAhead } from "../products/ahead";
+import { doubts } from "../products/doubts";
 import { altitudeOf, epoch, placeOf, sighted, trail } from "../products/live";
-import { aheadStyle, ellipseStyle, measuredStyle, pinStyle, ringStyle, trailStyle } from "./styles";
+import { mission } from "../state";
+import { aheadStyle, doubtLineStyle, doubtStyle, ellipseStyle, measuredStyle, obstructedStyle, pinStyle, ringStyle, trailStyle } from "./styles";
 
 const CORNERS = 60;
 const SIGMAS = 2;
@@ -30,6 +32,14 @@ function draw(): void {
   const walked = trail.value;
   if (walked.length > 1) add(new LineString(walked.map(at)), trailStyle());
   for (const line of darkAhead.value) add(new LineString(line.map(at)), aheadStyle());
+  for (const line of obstructedAhead.value) add(new LineString(line.map(at)), obstructedStyle());
+  for (const { told, places } of doubts.value) {
+    const middle = places[places.length >> 1];
+    const anchor = mission.value.anchors.find(({ id }) => id === told.anchor_id);
+    if (!middle) continue;
+    if (anchor) add(new LineString([at(middle), at(anchor)]), doubtLineStyle());
+    add(places.length > 1 ? new LineString(places.map(at)) : new Point(at(middle)), doubtStyle(told.anchor_id));
+  }
   if (!now || !rover) return;
   const altitudeM = now.position?.altitude_m ?? null;
   for (const one of sighted.value) {

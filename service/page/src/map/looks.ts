@@ -3,6 +3,8 @@ import { computed, signal } from "@preact/signals";
 import { air, flownAboveGroundM } from "../products/air";
 import { frame, frames } from "../products/frames";
 import { dilution } from "../products/dilution";
+import { marginWantedDb, margins } from "../products/margins";
+import { isHeard } from "../mission/hearing";
 import { after } from "../products/placement";
 import { sites } from "../products/sites";
 import { surfaces } from "../products/surfaces";
@@ -26,6 +28,9 @@ export const painted = computed<Painting | null>(() => {
     surfaces: known,
     chosen: (chosen === null ? undefined : surfaces.value.get(chosen)) ?? null,
     dilution: dilution.value,
+    heard: isHeard(mission.value),
+    margins: margins.value,
+    marginWantedDb: marginWantedDb.value,
     air: air.value,
     frames: frames.value?.all ?? [],
     frame: frame.value,

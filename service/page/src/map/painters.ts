@@ -1,7 +1,8 @@
 // From what is looked at to a colour for each post, and to the legend that says what the colours mean.
-import { NO_FIX, NONE, SEEN_COLOURS, SHARE_STEPS, SLOPE_STEPS, MARGIN_STEPS, type Step, UNKNOWN, countColour, limitSteps } from "./palettes";
+import { NO_FIX, NONE, SEEN_COLOURS, SHARE_STEPS, SLOPE_STEPS, MARGIN_STEPS, type Step, UNKNOWN, countColour, limitSteps, signalSteps } from "./palettes";
 import type { Air, AirColumns } from "../products/air";
 import type { Dilution } from "../products/dilution";
+import type { Margins } from "../products/margins";
 import { NEVER_MM, type Surface, UNKNOWN_MM } from "../products/surfaces";
 import type { Ground } from "../geo/grid";
 import type { Sample } from "../geo/sample";
@@ -28,6 +29,10 @@ export interface Looked {
   readonly surfaces: readonly Surface[];
   readonly chosen: Surface | null;
   readonly dilution: Dilution | null;
+  /** Whether surfaces tell what is usable, not what is in sight. */
+  readonly heard: boolean;
+  readonly margins: Margins | null;
+  readonly marginWantedDb: number;
   readonly air: Air | null;
   /** The morphing map of each time, and the one that is looked at. */
   readonly frames: readonly AirColumns[];
@@ -54,6 +59,8 @@ export function painting(looked: Looked): Painting | null {
       return looked.chosen && onePainting(looked, looked.chosen);
     case "margin":
       return looked.surfaces.length > 0 ? marginPainting(looked) : null;
+    case "signal":
+      return looked.heard && looked.margins ? signalPainting(looked, looked.margins) : null;
     case "dilution":
       return looked.dilution && dopPainting(looked, looked.dilution);
     case "error":
@@ -77,12 +84,12 @@ export function painting(looked: Looked): Painting | null {
   }
 }
 
-function countPainting({ surfaces, receiverM }: Looked): Painting {
+function countPainting({ surfaces, receiverM, heard }: Looked): Painting {
   const entries = Array.from({ length: surfaces.length + 1 }, (_, count) => ({
     colour: countColour(count, surfaces.length),
     label: words.anchorsInSight(count),
   }));
-  return { title: words.overlay.count, entries, classify: (sample, kinds) => countSeen(sample, kinds, surfaces, receiverM) };
+  return { title: words.shows("count", heard), entries, classify: (sample, kinds) => countSeen(sample, kinds, surfaces, receiverM) };
 }
 
 /** How many are in sight of each place; UNKNOWN where nobody is and somebody may be. Without branches, so that it slides. */
@@ -102,16 +109,16 @@ function addSeen(neededMm: Int32Array, beyondMm: number, kinds: Int16Array): voi
   for (let at = 0; at < neededMm.length; at += 1) kinds[at] = (kinds[at] as number) + (((neededMm[at] as number) - beyondMm) >>> 31);
 }
 
-function onePainting({ receiverM }: Looked, surface: Surface): Painting {
+function onePainting({ receiverM, heard }: Looked, surface: Surface): Painting {
   const entries = [
-    { colour: countColour(0, 1), label: words.hidden },
-    { colour: countColour(1, 1), label: words.inSight },
+    { colour: countColour(0, 1), label: heard ? words.tooWeak : words.hidden },
+    { colour: countColour(1, 1), label: heard ? words.usable : words.inSight },
   ];
-  return { title: words.overlay.one, entries, classify: (sample, kinds) => countSeen(sample, kinds, [surface], receiverM) };
+  return { title: words.shows("one", heard), entries, classify: (sample, kinds) => countSeen(sample, kinds, [surface], receiverM) };
 }
 
-/** By how much the best placed anchor is in sight, or out of it. */
-function marginPainting({ surfaces, receiverM }: Looked): Painting {
+/** By how much the best placed anchor is in sight, or out of it; the same of its signal where that decides. */
+function marginPainting({ surfaces, receiverM, heard }: Looked): Painting {
   const classify = (sample: Sample, kinds: Int16Array): void => {
     const needed = surfaces.map((surface) => sample.of(surface.neededMm));
     for (let at = 0; at < kinds.length; at += 1) {
@@ -121,7 +128,17 @@ function marginPainting({ surfaces, receiverM }: Looked): Painting {
     }
   };
   const entries = entriesOf(MARGIN_STEPS, (value) => `${fromMetres(value).toFixed(0)} ${unit.value}`);
-  return { title: words.overlay.margin, entries, classify };
+  return { title: words.shows("margin", heard), entries, classify };
+}
+
+/** What arrives of the best anchor beyond need, about the margin that is wanted. */
+function signalPainting({ marginWantedDb }: Looked, { bestDb }: Margins): Painting {
+  const steps = signalSteps(marginWantedDb);
+  const classify = (sample: Sample, kinds: Int16Array): void => {
+    const here = sample.of(bestDb);
+    for (let at = 0; at < here.length; at += 1) kinds[at] = stepOf(steps, here[at] as number);
+  };
+  return { title: words.overlay.signal, entries: entriesOf(steps, (value) => `${value.toFixed(0)} dB`), classify };
 }
 
 function dopPainting({ dopLimit }: Looked, { dop, answer }: Dilution): Painting {

@@ -40,6 +40,12 @@ export const MARGIN_STEPS: readonly Step[] = [
   { below: Infinity, colour: 0x01665e },
 ];
 
+/** Steps of a signal's margin, dB, about the one that is wanted: brown below it, green beyond. */
+export function signalSteps(wantedDb: number): Step[] {
+  const offsets = [-20, -10, 0, 10, 20, Infinity];
+  return MARGIN_STEPS.map(({ colour }, number) => ({ below: wantedDb + (offsets[number] as number), colour }));
+}
+
 export const SLOPE_STEPS: readonly Step[] = [
   { below: 5, colour: 0xf7fbff },
   { below: 10, colour: 0xc6dbef },

@@ -153,6 +153,21 @@ export function aheadStyle(): Style[] {
   return [new Style({ stroke: new Stroke({ color: PAPER, width: 13 }) }), new Style({ stroke: new Stroke({ color: "#b2182b", width: 9, lineDash: [3, 10] }) })];
 }
 
+/** Where the path leads through what no rover is on. */
+export function obstructedStyle(): Style[] {
+  return [new Style({ stroke: new Stroke({ color: PAPER, width: 13 }) }), new Style({ stroke: new Stroke({ color: INK, width: 9, lineDash: [2, 6], lineCap: "butt" }) })];
+}
+
+/** Where the ranges of an anchor contradicted the map: along the drive, and thin towards the anchor. */
+export function doubtStyle(text: string): Style[] {
+  const image = new CircleStyle({ radius: 7, stroke: new Stroke({ color: "#aa3377", width: 3 }), fill: new Fill({ color: PAPER }) });
+  return [new Style({ stroke: new Stroke({ color: PAPER, width: 10 }), zIndex: 1 }), new Style({ stroke: new Stroke({ color: "#aa3377", width: 6 }), image, text: label(`${text}?`, -18), zIndex: 2 })];
+}
+
+export function doubtLineStyle(): Style {
+  return new Style({ stroke: new Stroke({ color: "#aa3377", width: 1.5, lineDash: [1, 5] }) });
+}
+
 export function ellipseStyle(): Style {
   return new Style({ stroke: new Stroke({ color: INK, width: 1.6 }), fill: new Fill({ color: "rgba(255,255,255,0.45)" }) });
 }

@@ -4,7 +4,7 @@ import { anchorsFrom, areaFrom, routeFrom, useOf } from "./imported";
 import { NEW_MISSION, newAnchor } from "./mission";
 
 const place = (east_m: number): { east_m: number; north_m: number } => ({ east_m, north_m: 7 });
-const none = { max_range_m: null, azimuth_from_deg: null, azimuth_to_deg: null, ranging_sigma_m: null, kind: null, what: null };
+const none = { max_range_m: null, azimuth_from_deg: null, azimuth_to_deg: null, ranging_sigma_m: null, kind: null, what: null, radio: null };
 const point = (id: string, fields: Partial<ImportedPoint>): ImportedPoint => ({ ...place(1), id, above_ground_m: null, altitude_m: null, ...none, ...fields });
 const found = (...points: ImportedPoint[]): Imported => ({ format: "KML", points, lines: [], areas: [], told: [] });
 

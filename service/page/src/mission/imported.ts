@@ -18,6 +18,7 @@ function anchorOf(point: ImportedPoint, there: readonly Anchor[]): Anchor {
     azimuth_from_deg: point.azimuth_from_deg,
     azimuth_to_deg: point.azimuth_to_deg,
     ranging_sigma_m: point.ranging_sigma_m ?? base.ranging_sigma_m,
+    radio: point.radio,
   };
 }
 

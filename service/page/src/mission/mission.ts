@@ -67,6 +67,8 @@ export interface Positioning {
   readonly measure: "gdop" | "pdop" | "hdop" | "vdop";
   readonly dop_limit: number;
   readonly on_surface: boolean;
+  /** Whether maps and read-out are of what is in sight, or of what arrives with enough power. */
+  readonly sight: "visible" | "usable";
 }
 
 export interface Route {
@@ -161,7 +163,7 @@ export const NEW_MISSION: Mission = {
   area: null,
   anchors: [],
   rover: { receiver_above_ground_m: 1.5, max_slope_deg: 25, footprint_radius_m: 0.8, speed_m_per_s: 0.5 },
-  positioning: { kind: "ranging", measure: "hdop", dop_limit: 5, on_surface: false },
+  positioning: { kind: "ranging", measure: "hdop", dop_limit: 5, on_surface: false, sight: "visible" },
   route: EMPTY_ROUTE,
   placing: { count: 2, above_ground_m: 100, objective: "coverage", min_anchors: 3, spacing_m: null, where: "area" },
   rules: { no_fly: [], stand_off: [], max_above_ground_m: null, max_altitude_m: null, max_range_m: null, min_separation_m: 0 },
@@ -254,16 +256,6 @@ function canopyBody({ what, top_m, name, base64, base_m, depth_per_m }: Trees): 
   return { ...crowns, base_m, ...(depth_per_m === null ? {} : { model: "density", depth_per_m }) };
 }
 
-const numbers = new WeakMap<Buildings, number>();
-let given = 0;
-
-/** The same text for the same buildings, and short: keys of what is calculated while something is dragged hold it. */
-export function keyOfBuildings(buildings: Buildings | null): string {
-  if (buildings === null) return "";
-  const number = numbers.get(buildings) ?? (given += 1);
-  numbers.set(buildings, number);
-  return `built ${number}`;
-}
 
 export function isLimited(anchor: Anchor): boolean {
   return anchor.max_range_m !== null || anchor.azimuth_from_deg !== null || anchor.azimuth_to_deg !== null;

@@ -13,6 +13,16 @@ export function Ahead() {
   return (
     <Group title={ui.ahead}>
       <div id="ahead" aria-live="polite">
+        {now.obstructed.length > 0 && (
+          <>
+            <p class="stale-note">{ui.obstructedAhead}</p>
+            <ul class="list" id="obstructed">
+              {now.obstructed.map((one) => (
+                <li key={one.to_m}>{ui.obstructed(one.what, distance(Math.max(0, one.from_m - now.at_m)), length(one.to_m - one.from_m, 0))}</li>
+              ))}
+            </ul>
+          </>
+        )}
         <p>{now.stretches.length === 0 ? ui.nothingAhead : ui.stretchesAhead(now.stretches.length)}</p>
         <ul class="list">
           {now.stretches.map((one) => (

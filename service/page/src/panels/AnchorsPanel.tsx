@@ -132,6 +132,7 @@ function Chosen({ anchor }: { anchor: Anchor }) {
         <NumberField where="anchors" optional label={ui.sectorTo} value={anchor.azimuth_to_deg} onValue={(value) => set({ azimuth_to_deg: value, azimuth_from_deg: value === null ? null : (anchor.azimuth_from_deg ?? 0) })} />
         <Select label={ui.radio} value={anchor.radio ?? "none"} options={ui.radios} onValue={(radio) => set({ radio: radio === "none" ? null : radio })} />
       </div>
+      {anchor.radio === "gnss-l1" && <p class="stale-note">{ui.satelliteRadio([anchor.id])}</p>}
       {anchor.radio !== null && <p class="hint">{ui.radioHint}</p>}
       <Flight anchor={anchor} set={set} />
       <div class="row">

@@ -3,6 +3,7 @@ import { dilution, isDilutionCurrent } from "../products/dilution";
 import { sheet, type AnchorRow, type Sheet } from "../products/brief";
 import { darkStretches, fixNeeds } from "../products/dark";
 import { isPathCurrent, planned } from "../products/path";
+import { isHeard } from "../mission/hearing";
 import { ground, mission } from "../state";
 import { distance, duration, figure } from "../units";
 import { words } from "../words";
@@ -91,6 +92,7 @@ function AnchorFrames({ rows }: { rows: readonly AnchorRow[] }) {
           <tr key={row.id}>
             <th scope="row">
               {row.id}, {row.kind}
+              {row.radio && `, ${words.ui.radios[row.radio]}`}
             </th>
             <td>{row.east_m.toFixed(1)}</td>
             <td>{row.north_m.toFixed(1)}</td>
@@ -161,6 +163,7 @@ function Warnings() {
           <li key={one}>{one}</li>
         ))}
         {trust && <li>{words.ui.trust(trust.mode, trust.error_statement, trust.curvature)}</li>}
+        {isHeard(mission.value) && <li>{paper.heard}</li>}
         <li>{paper.alone(mission.value.buildings?.name ?? null)}</li>
       </ul>
     </>

@@ -1,6 +1,10 @@
 // Coverage: sliders that recolour without a request, what positioning is worth.
 import { useMemo } from "preact/hooks";
 import { errorLimitM } from "../map/looks";
+import { levelsFor } from "../api/previews";
+import { isHeard, silent } from "../mission/hearing";
+import type { RadioName } from "../mission/mission";
+import { marginWantedDb } from "../products/margins";
 import { dilution, isDilutionCurrent, shareBelow } from "../products/dilution";
 import { surfaces } from "../products/surfaces";
 import { change, follow, ground, mission, overlay } from "../state";
@@ -19,6 +23,7 @@ export function CoveragePanel() {
   return (
     <>
       <Group title={words.mode.coverage}>
+        <SightChoice />
         <Slider
           label={ui.receiver}
           told={length(rover.receiver_above_ground_m)}
@@ -39,6 +44,17 @@ export function CoveragePanel() {
           onMove={(value) => follow(limit(value))}
           onRest={(value) => change(limit(value))}
         />
+        {overlay.value === "signal" && (
+          <Slider
+            label={ui.marginWanted}
+            told={`${marginWantedDb.value} dB`}
+            value={marginWantedDb.value}
+            min={0}
+            max={40}
+            step={1}
+            onMove={(value) => (marginWantedDb.value = value)}
+          />
+        )}
         {overlay.value === "error" && (
           <Slider
             label={ui.errorLimit}
@@ -71,6 +87,44 @@ export function CoveragePanel() {
       <Worth />
       <FindMore />
       <Trust />
+    </>
+  );
+}
+
+/** Whether maps are of what is in sight or of usable signals, and what is missing for these. */
+function SightChoice() {
+  const { positioning, anchors } = mission.value;
+  const without = silent(mission.value);
+  return (
+    <>
+      <Select label={ui.sight} value={positioning.sight} options={ui.sights} onValue={(sight) => change({ positioning: { ...positioning, sight } })} />
+      {positioning.sight === "usable" && anchors.length === 0 && <p class="hint">{ui.noneToHear}</p>}
+      {positioning.sight === "usable" && without.length > 0 && (
+        <>
+          <p class="stale-note" id="silent">{ui.silent(without)}</p>
+          <Select<RadioName | "none">
+            label={ui.radioOfAll}
+            value="none"
+            options={ui.radios}
+            onValue={(radio) => change({ anchors: anchors.map((one) => ({ ...one, radio: one.radio ?? (radio === "none" ? null : radio) })) })}
+          />
+        </>
+      )}
+      {isHeard(mission.value) && <Heard />}
+    </>
+  );
+}
+
+function Heard() {
+  const here = ground.value;
+  const level = here ? levelsFor(here.dem, here.heights.level, true).full : 0;
+  const satellites = mission.value.anchors.filter(({ radio }) => radio === "gnss-l1").map(({ id }) => id);
+  return (
+    <>
+      <p class="hint">
+        {ui.heardHint} {here && level > here.heights.level && ui.heardCoarse(length(here.dem.cell_east_m * 2 ** level, 0))}
+      </p>
+      {satellites.length > 0 && <p class="stale-note">{ui.satelliteRadio(satellites)}</p>}
     </>
   );
 }

@@ -4,6 +4,7 @@ import { signal } from "@preact/signals";
 import { importPlaces, type Imported } from "../api/imports";
 import { pathOf } from "../api/missions";
 import { kept, saved } from "../mission/keeping";
+import { type ExportFile, leftBehindTold } from "../mission/exported";
 import { anchorsFrom, areaFrom, type AreaUse, routeFrom, useOf } from "../mission/imported";
 import { holdsBuildings, takeBuildings } from "../products/buildings";
 import { attempt, change, ground, mission, mode, type Mode, notice, selected } from "../state";
@@ -31,6 +32,12 @@ export async function saveFile(name: keyof typeof ENDINGS): Promise<void> {
   link.href = at(`${pathOf(here.id)}/files/${name}`);
   link.download = `${mission.peek().name}.${ENDINGS[name]}`;
   link.click();
+}
+
+async function exportFile(name: ExportFile): Promise<void> {
+  await saveFile(name);
+  const left = leftBehindTold(name, mission.peek().anchors);
+  if (left !== null) notice.value = left;
 }
 
 export async function takePlaces(file: File): Promise<void> {
@@ -114,7 +121,7 @@ export function Exports({ where }: { where: Mode }) {
     <div class="row" role="group" aria-label={ui.exports}>
       <span>{ui.exports}</span>
       {Object.entries(EXPORTS).map(([name, file]) => (
-        <button key={name} type="button" class="small" disabled={mission.value.ground === null} onClick={() => void attempt(where, () => saveFile(file))}>
+        <button key={name} type="button" class="small" disabled={mission.value.ground === null} onClick={() => void attempt(where, () => exportFile(file))}>
           {name}
         </button>
       ))}

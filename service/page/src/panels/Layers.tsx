@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { contourM, type Legend, legendOf, opacity, painted } from "../map/looks";
 import type { Painting } from "../map/painters";
 import { css } from "../map/palettes";
+import { isHeard } from "../mission/hearing";
 import { frames } from "../products/frames";
 import { after } from "../products/placement";
 import { sites } from "../products/sites";
@@ -24,6 +25,7 @@ function isOffered(name: Overlay): boolean {
     after: after.value !== null,
     ceiling: max_above_ground_m !== null || max_altitude_m !== null,
     air: mode.value === "air",
+    signal: isHeard(mission.value),
     frame: frames.value !== null,
     available: frames.value !== null,
   };
@@ -59,7 +61,7 @@ export function Layers() {
       <div role="radiogroup" aria-label={ui.layers}>
         {shown.map((name) => (
           <label key={name} class="check">
-            <input type="radio" name="overlay" value={name} checked={overlay.value === name} onChange={() => (overlay.value = name)} /> {words.overlay[name]}
+            <input type="radio" name="overlay" value={name} checked={overlay.value === name} onChange={() => (overlay.value = name)} /> {words.shows(name, isHeard(mission.value))}
           </label>
         ))}
       </div>

@@ -1,8 +1,10 @@
 // Live: a detector session on the map as it judges, or a log played back on a time bar.
 import { useEffect } from "preact/hooks";
+import { at } from "../api/here";
+import { doubts, readDoubts } from "../products/doubts";
 import { epoch, epochs, leave, lookedAt, openSession, refreshSessions, replay, type Sighted, sighted, sessions, watch, watched } from "../products/live";
 import { attempt, busy, ground } from "../state";
-import { length, percent } from "../units";
+import { distance, length, percent } from "../units";
 import { words } from "../words";
 import { Ahead } from "./Ahead";
 import { Facts, Group, Slider } from "./fields";
@@ -16,6 +18,7 @@ export function LivePanel() {
       {watched.value ? <Watched name={watched.value.name} /> : <Choose />}
       {watched.value && <Now />}
       {watched.value && <Ahead />}
+      {watched.value && <Doubted />}
     </>
   );
 }
@@ -37,7 +40,7 @@ function Choose() {
             onChange={(event) => {
               const input = event.currentTarget;
               const [file] = input.files ?? [];
-              if (file) void attempt("live", () => replay(file)).then(() => (input.value = ""));
+              if (file) void attempt("live", () => replay(file, readDoubts)).then(() => (input.value = ""));
             }}
           />
         </label>
@@ -61,7 +64,7 @@ function Watched({ name }: { name: string }) {
   const detector = watched.value?.detector;
   const all = epochs.value;
   const last = Math.max(all.length - 1, 0);
-  const at = lookedAt.value ?? last;
+  const shown = lookedAt.value ?? last;
   return (
     <Group title={name}>
       {detector && (
@@ -71,8 +74,8 @@ function Watched({ name }: { name: string }) {
       )}
       <Slider
         label={ui.timeBar}
-        told={ui.atEpoch(all.length === 0 ? 0 : at + 1, all.length, all[at]?.time_s ?? null)}
-        value={at}
+        told={ui.atEpoch(all.length === 0 ? 0 : shown + 1, all.length, all[shown]?.time_s ?? null)}
+        value={shown}
         min={0}
         max={last}
         step={1}
@@ -130,6 +133,29 @@ function Now() {
           </tbody>
         </table>
       </div>
+    </Group>
+  );
+}
+
+/** Where the ranges contradict the map, in words; the lines are on the map. */
+function Doubted() {
+  const links = watched.value?.detector?.links;
+  if (doubts.value.length === 0) return null;
+  return (
+    <Group title={ui.doubts}>
+      <p class="hint">{ui.doubtsHint}</p>
+      <ul class="list" id="doubts">
+        {doubts.value.map(({ told }) => (
+          <li key={`${told.anchor_id} ${told.from_s}`}>
+            {ui.doubt(told.anchor_id, told.expected, told.ranges, told.from_s, told.to_s, told.excess_m === null ? null : length(told.excess_m), told.bearing_deg, distance(told.distance_m), told.probability > 0.999 ? `> ${percent(0.999)}` : percent(told.probability))}
+          </li>
+        ))}
+      </ul>
+      {links?.map_doubts && (
+        <a href={at(links.map_doubts)} download="map_doubts.geojson">
+          {ui.saveDoubts}
+        </a>
+      )}
     </Group>
   );
 }

@@ -3,6 +3,7 @@ import { type Readout, readoutAt, type Sight } from "../products/readout";
 import { profileTo, profileOfPath } from "../products/profile";
 import { type Probed, probed } from "../products/probe";
 import { pathLine } from "../products/path";
+import { isHeard } from "../mission/hearing";
 import { attempt, cursor, mission, mode, pinned } from "../state";
 import { degrees, figure, length } from "../units";
 import { words } from "../words";
@@ -70,7 +71,7 @@ function Told({ now }: { now: Readout }) {
       )}
       <span class="sight">
         {sight.map((one) => (
-          <span key={one.anchor.id} class={one.verdict} title={words.sightWords(one.verdict)}>
+          <span key={one.anchor.id} class={one.verdict} title={words.sightWords(one.verdict, isHeard(mission.value))}>
             {SIGNS[one.verdict]} {one.anchor.id} {marginOf(one, exact)}
             {exact && heardOf(one, exact)}
           </span>

@@ -1,21 +1,19 @@
 // Trees over the ground: one height or a raster file, where crowns begin, how dense they are.
-import { signal } from "@preact/signals";
-import { dropTrees, setHeight, setTrees, takeTrees } from "../products/trees";
+import { dropTrees, heldByRaster, setHeight, setTrees, takeTrees } from "../products/trees";
 import { attempt, mission } from "../state";
 import { words } from "../words";
 import { Group, NumberField, Select } from "./fields";
 
 const { ui } = words;
-const holds = signal<"heights" | "surface">("heights");
 
 export function TreesPanel() {
   const { trees } = mission.value;
   const run = (work: () => Promise<void>): void => void attempt("ground", work);
   return (
-    <Group title={ui.trees}>
+    <Group id="trees" title={ui.trees}>
       <p class="hint">{trees?.name ? ui.treesAre(trees.name) : ui.treesHint}</p>
       <NumberField where="ground" optional label={ui.treesHeight} min={0} value={trees?.top_m ?? null} onValue={(top_m) => run(() => setHeight(top_m))} />
-      <Select label={ui.treesHold} value={holds.value} options={ui.treesHolds} onValue={(what) => (holds.value = what)} />
+      <Select label={ui.treesHold} value={heldByRaster.value} options={ui.treesHolds} onValue={(what) => (heldByRaster.value = what)} />
       <div class="row">
         <label class="button">
           {ui.takeTrees}
@@ -26,7 +24,7 @@ export function TreesPanel() {
             onChange={(event) => {
               const input = event.currentTarget;
               const [file] = input.files ?? [];
-              if (file) void attempt("ground", () => takeTrees(file, holds.peek())).then(() => (input.value = ""));
+              if (file) void attempt("ground", () => takeTrees(file, heldByRaster.peek())).then(() => (input.value = ""));
             }}
           />
         </label>

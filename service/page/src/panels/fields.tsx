@@ -140,9 +140,9 @@ export function Arriving({ id, of, children }: { id: string; of: object; childre
   );
 }
 
-export function Group({ title, children }: { title: string; children: ComponentChildren }) {
+export function Group({ title, id, children }: { title: string; id?: string; children: ComponentChildren }) {
   return (
-    <section class="group">
+    <section class="group" {...(id === undefined ? {} : { id })}>
       <h3>{title}</h3>
       {children}
     </section>

@@ -2,7 +2,8 @@
 import { computed, effect, signal } from "@preact/signals";
 import { type Advice, adviceOf } from "../api/detectors";
 import type { Place } from "../api/types";
-import { epochs, lookedAt, watched, wayAhead } from "./live";
+import { followed } from "./doubts";
+import { epochs, lookedAt, watched } from "./live";
 
 /** The last advice up to the epoch that is looked at. */
 export const advice = computed<Advice | null>(() => {
@@ -37,7 +38,10 @@ export function watchAhead(): void {
 }
 
 /** The stretches ahead as lines on the map. */
-export const darkAhead = computed<readonly (readonly Place[])[]>(() => (advice.value?.stretches ?? []).map(({ from_m, to_m }) => between(wayAhead(), from_m, to_m)).filter((line) => line.length > 1));
+export const darkAhead = computed<readonly (readonly Place[])[]>(() => (advice.value?.stretches ?? []).map(({ from_m, to_m }) => between(followed.value, from_m, to_m)).filter((line) => line.length > 1));
+
+/** Where the path leads through what no rover is on, as lines on the map. */
+export const obstructedAhead = computed<readonly (readonly Place[])[]>(() => (advice.value?.obstructed ?? []).map(({ from_m, to_m }) => between(followed.value, from_m, to_m)).filter((line) => line.length > 1));
 
 /** The part of a line between two distances along it, metres. */
 export function between(line: readonly Place[], fromM: number, toM: number): Place[] {

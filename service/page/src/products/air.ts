@@ -4,7 +4,7 @@ import { calculate } from "../api/jobs";
 import type { MorphingAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf, floatsOf } from "../geo/rasters";
-import { anchorBody, coverBody } from "../mission/mission";
+import { sightBody } from "../mission/hearing";
 import { ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 
@@ -25,12 +25,11 @@ export const air = signal<Air | null>(null);
 export const flownAboveGroundM = signal(100);
 
 function question(): Record<string, unknown> | null {
-  const { anchors, buildings, positioning, rover, ceiling_above_ground_m } = mission.value;
+  const { positioning, rover, ceiling_above_ground_m } = mission.value;
   if (!ground.value) return null;
   return {
     dem_id: ground.value.dem.id,
-    ...coverBody(buildings),
-    anchors: anchors.map(anchorBody),
+    ...sightBody(mission.value),
     kind: positioning.kind,
     measure: positioning.measure,
     dop_limit: positioning.dop_limit,

@@ -6,6 +6,7 @@ import type { Place } from "../api/types";
 import { type Legend, legendOf } from "../map/looks";
 import { mapPicture } from "../map/snapshot";
 import { kept, saved } from "../mission/keeping";
+import type { RadioName } from "../mission/mission";
 import { mission } from "../state";
 import { words } from "../words";
 import { planned } from "./path";
@@ -22,6 +23,7 @@ export interface AnchorRow extends Place {
   readonly msl_m: number | null;
   readonly ellipsoid_m: number | null;
   readonly max_range_m: number | null;
+  readonly radio: RadioName | null;
 }
 
 export interface Sheet {

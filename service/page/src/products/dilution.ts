@@ -1,11 +1,13 @@
 // How good positioning is on the ground: dilution and position error as arrays; the limit is a slider.
 import { effect, signal } from "@preact/signals";
-import { draggedLevel, type Preview, preview, spread } from "../api/previews";
+import { keptOf, levelsFor, preview } from "../api/previews";
 import type { Summary } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { countedPosts } from "../geo/sample";
-import { anchorBody, coverBody, keyOfBuildings, type Positioning } from "../mission/mission";
-import { accept, dem, following, ground, mission, mode, overlay, refuse, setBusy } from "../state";
+import { isHeard, sightBody, sightKey } from "../mission/hearing";
+import type { Positioning } from "../mission/mission";
+import { dem, following, ground, mission, mode, overlay } from "../state";
+import { asking } from "./asking";
 
 export interface DilutionTold extends Summary {
   readonly measure: Positioning["measure"];
@@ -25,11 +27,6 @@ export interface Dilution {
 }
 
 export const dilution = signal<Dilution | null>(null);
-export const dilutionTimesMs: number[] = [];
-const SETTLE_MS = 120;
-let running = false;
-let refusedKey = "";
-let settling: ReturnType<typeof setTimeout> | undefined;
 
 interface Wanted {
   readonly key: string;
@@ -39,19 +36,19 @@ interface Wanted {
   readonly withError: boolean;
 }
 
+const isShown = (): boolean => overlay.value === "dilution" || overlay.value === "error";
+
 /** The question as it stands; null where nobody asks, or nothing can be ranged to. */
 function wanted(): Wanted | null {
-  const [here, on] = [dem.value, ground.value];
-  const { anchors, buildings, rover, positioning } = mission.value;
-  const shown = overlay.value === "dilution" || overlay.value === "error";
+  const [here, on, now] = [dem.value, ground.value, mission.value];
+  const { anchors, rover, positioning } = now;
   // a slider over another map asks nothing; the numbers beside it follow when it rests
-  const looked = shown || (mode.value === "coverage" && !following.value);
+  const looked = isShown() || (mode.value === "coverage" && !following.value);
   if (!here || !on || !looked || anchors.length === 0) return null;
-  const { level: finest } = on.heights;
-  const level = following.value ? draggedLevel(here, finest) : finest;
+  const { full, dragged } = levelsFor(here, on.heights.level, isHeard(now));
+  const level = following.value ? dragged : full;
   const body = {
     dem_id: here.id,
-    anchors: anchors.map(anchorBody),
     receiver_above_ground_m: rover.receiver_above_ground_m,
     kind: positioning.kind,
     measure: positioning.measure,
@@ -59,61 +56,25 @@ function wanted(): Wanted | null {
     level,
   };
   const withError = overlay.value === "error";
-  const key = JSON.stringify([body, keyOfBuildings(buildings), withError]);
-  return { key, on, coarser: level - finest, body: { ...body, ...coverBody(buildings) }, withError };
+  const key = JSON.stringify([body, sightKey(now), withError]);
+  return { key, on, coarser: level - on.heights.level, body: { ...body, ...sightBody(now) }, withError };
 }
 
-export function isDilutionCurrent(): boolean {
-  const now = wanted();
-  return now !== null && dilution.value?.key === now.key;
-}
-
-/** Whether dilution was asked for and is still to come. */
-export function awaitsDilution(): boolean {
-  const now = wanted();
-  return now !== null && dilution.peek()?.key !== now.key && now.key !== refusedKey;
-}
+const asked = asking({ work: "dilution", answer: dilution, wanted, isShown, read });
+export const [isDilutionCurrent, awaitsDilution, dilutionTimesMs] = [asked.isCurrent, asked.awaits, asked.timesMs];
 
 export function watchDilution(): void {
   effect(() => {
-    const now = wanted();
     if (mission.value.anchors.length === 0) dilution.value = null;
-    clearTimeout(settling);
-    const shown = overlay.peek() === "dilution" || overlay.peek() === "error";
-    if (now) settling = setTimeout(() => void askFor(), shown ? 0 : SETTLE_MS);
   });
-  effect(() => {
-    if (dilution.peek() && !dilution.peek()?.key.includes(dem.value?.id ?? " ")) dilution.value = null;
-  });
-}
-
-async function askFor(): Promise<void> {
-  const now = wanted();
-  if (running || now === null || now.key === dilution.peek()?.key || now.key === refusedKey) return;
-  running = true;
-  setBusy("dilution", null);
-  const begun = performance.now();
-  try {
-    const found = await read(now);
-    dilutionTimesMs.push(performance.now() - begun);
-    accept("coverage");
-    if (dem.peek()?.id === now.on.dem.id) dilution.value = found;
-  } catch (error) {
-    refusedKey = now.key;
-    refuse("coverage", error);
-  } finally {
-    running = false;
-    setBusy("dilution", undefined);
-    void askFor();
-  }
+  asked.watch();
 }
 
 async function read({ key, on, coarser, body, withError }: Wanted): Promise<Dilution> {
   const [told, error] = await Promise.all([preview({ ...body, show: "dop" }), withError ? preview({ ...body, show: "position_error" }) : null]);
   const { rows, cols } = on.heights;
-  const kept = (found: Preview): Float32Array => (coarser === 0 ? (found.arrays[0] as Float32Array) : spread(found, coarser, rows, cols));
-  const dop = kept(told);
-  return { key, dop, errorM: error && kept(error), answer: { ...told, measure: body["measure"] as Positioning["measure"], ...factsOf(on, dop) } };
+  const dop = keptOf(told, 0, coarser, rows, cols);
+  return { key, dop, errorM: error && keptOf(error, 0, coarser, rows, cols), answer: { ...told, measure: body["measure"] as Positioning["measure"], ...factsOf(on, dop) } };
 }
 
 /** What the service's dilution map tells in numbers, of the posts that shares are counted over. */

@@ -1,6 +1,6 @@
 // A detector session on the map: its answers as they come, or those of a log, and which of them is looked at.
 import { computed, signal } from "@preact/signals";
-import { closeDetector, type Detector, type Epoch, listDetectors, openDetector, readLog, sendEpochs, watchDetector } from "../api/detectors";
+import { closeDetector, type Detector, type DetectorLinks, type Epoch, listDetectors, openDetector, readLog, sendEpochs, watchDetector } from "../api/detectors";
 import type { Place } from "../api/types";
 import { heightAt } from "../geo/grid";
 import { type Anchor, coverBody } from "../mission/mission";
@@ -66,7 +66,7 @@ function driveBody(): Record<string, unknown> {
   if (!isPathCurrent() || pathLine.peek().length < 2) return {};
   return {
     drive: {
-      path_m: wayAhead().map(({ east_m, north_m }) => [east_m, north_m]),
+      path_m: thinned(pathLine.peek()).map(({ east_m, north_m }) => [east_m, north_m]),
       speed_m_per_s: rover.speed_m_per_s,
       max_speed_m_per_s: 2 * rover.speed_m_per_s,
       min_anchors: fixNeeds(positioning),
@@ -75,9 +75,6 @@ function driveBody(): Record<string, unknown> {
   };
 }
 
-export function wayAhead(): readonly Place[] {
-  return thinned(pathLine.value);
-}
 
 function question(name: string): Record<string, unknown> {
   const here = ground.peek();
@@ -121,8 +118,8 @@ export function leave(): void {
   [watched.value, epochs.value, lookedAt.value] = [null, [], null];
 }
 
-/** A range log judged by a session of its own, from its first epoch to its last. */
-export async function replay(file: File): Promise<void> {
+/** A range log judged by a session of its own, from its first epoch to its last; what else that knows is read before it is closed. */
+export async function replay(file: File, readBesides: (links: DetectorLinks) => Promise<void>): Promise<void> {
   const body = question(file.name);
   const { epochs: rounds, told } = await readLog(file, mission.peek().anchors.map(({ id }) => id));
   leave();
@@ -135,6 +132,7 @@ export async function replay(file: File): Promise<void> {
       setBusy("replay", answers.length / rounds.length);
     }
     watched.value = { name: file.name, detector: null };
+    await readBesides(detector.links);
     epochs.value = answers.filter(({ rejection }) => rejection === null);
     lookedAt.value = 0;
     notice.value = [words.replayed(file.name, answers.length, answers.length - epochs.value.length), ...told].join(" ");

@@ -3,6 +3,7 @@
 import { effect, signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import type { Place, ProbeAnswer } from "../api/types";
+import { isHeard } from "../mission/hearing";
 import { coverBody, heardBody } from "../mission/mission";
 import { cursor, dem, mission, pinned } from "../state";
 
@@ -22,7 +23,8 @@ export function watchProbes(): void {
   effect(() => {
     const place = pinned.value ?? cursor.value;
     const here = dem.value;
-    const { anchors, buildings, trees, rover, positioning } = mission.value;
+    const now = mission.value;
+    const { anchors, buildings, trees, rover, positioning } = now;
     probed.value = null;
     clearTimeout(resting);
     asking?.abort();
@@ -32,6 +34,7 @@ export function watchProbes(): void {
       ...coverBody(buildings, trees),
       points: [{ east_m: place.east_m, north_m: place.north_m }],
       anchors: anchors.map(heardBody),
+      sight: isHeard(now) ? "usable" : "visible",
       receiver_above_ground_m: rover.receiver_above_ground_m,
       kind: positioning.kind,
       on_surface: positioning.on_surface,

@@ -1,16 +1,17 @@
 // What each anchor sees: how high above every kept post it is in sight, asked for by itself and kept, so that only what
 // moved is calculated again and the antenna's height is a slider.
 import { effect, signal } from "@preact/signals";
-import { draggedLevel, preview, spread } from "../api/previews";
+import { keptOf, levelsFor, preview } from "../api/previews";
 import type { Dem, Summary } from "../api/types";
 import type { Ground } from "../geo/grid";
-import { type Anchor, anchorBody, coverBody, isLimited, keyOfBuildings } from "../mission/mission";
+import { isHeard, sightBody, sightKey } from "../mission/hearing";
+import { type Anchor, isLimited } from "../mission/mission";
 import { accept, dem, following, ground, mission, refuse, setBusy } from "../state";
 
 export interface Surface {
   /** Which anchor on which ground, and whether it is coarse; see keyOf. */
   readonly key: string;
-  /** Height above the ground from which on it is in sight and reach, millimetres; else NEVER_MM or UNKNOWN_MM. */
+  /** Height above the ground from which on it is in sight (or usable) and reach, millimetres; else NEVER_MM or UNKNOWN_MM. */
   readonly neededMm: Int32Array;
   readonly someUnknown: boolean;
   readonly answer: Summary;
@@ -29,7 +30,7 @@ let settling: ReturnType<typeof setTimeout> | undefined;
 
 function keyOf(on: Dem, anchor: Anchor, level: "full" | "coarse" = "full"): string {
   const receiver = isLimited(anchor) ? mission.value.rover.receiver_above_ground_m : null;
-  return JSON.stringify([on.id, keyOfBuildings(mission.value.buildings), anchorBody({ ...anchor, ranging_sigma_m: 0 }), receiver, level]);
+  return JSON.stringify([on.id, sightKey(mission.value, [{ ...anchor, ranging_sigma_m: 0 }]), receiver, level]);
 }
 
 export function isCurrent(on: Dem, anchor: Anchor): boolean {
@@ -71,19 +72,20 @@ function forget(on: Dem, anchors: readonly Anchor[]): void {
 function askNext(): void {
   const [here, posts] = [dem.peek(), ground.peek()];
   if (!here || !posts || posts.dem.id !== here.id) return;
-  const level = following.peek() ? draggedLevel(here, posts.heights.level) : posts.heights.level;
+  const { full, dragged } = levelsFor(here, posts.heights.level, isHeard(mission.peek()));
+  const level = following.peek() ? dragged : full;
   for (const anchor of mission.peek().anchors) {
     if (asked.size >= AT_ONCE) return;
     if (asked.has(anchor.id) || isCurrent(here, anchor) || refused.has(keyOf(here, anchor))) continue;
-    const coarse = level > posts.heights.level;
+    const coarse = level > full;
     if (coarse && surfaces.peek().get(anchor.id)?.key === keyOf(here, anchor, "coarse")) continue;
-    void askFor(posts, anchor, level);
+    void askFor(posts, anchor, level, coarse);
   }
 }
 
-async function askFor(on: Ground, anchor: Anchor, level: number): Promise<void> {
+async function askFor(on: Ground, anchor: Anchor, level: number, coarse: boolean): Promise<void> {
   const full = keyOf(on.dem, anchor);
-  const key = level > on.heights.level ? keyOf(on.dem, anchor, "coarse") : full;
+  const key = coarse ? keyOf(on.dem, anchor, "coarse") : full;
   const stands = (): boolean => dem.peek()?.id === on.dem.id && mission.peek().anchors.some((one) => one.id === anchor.id);
   asked.add(anchor.id);
   setBusy("visibility", null);
@@ -106,17 +108,15 @@ async function askFor(on: Ground, anchor: Anchor, level: number): Promise<void> 
 }
 
 async function read(on: Ground, anchor: Anchor, level: number, key: string): Promise<Surface> {
-  const coarser = level - on.heights.level;
   const found = await preview({
     dem_id: on.dem.id,
-    ...coverBody(mission.peek().buildings),
-    anchors: [anchorBody(anchor)],
+    ...sightBody(mission.peek(), [anchor]),
     receiver_above_ground_m: mission.peek().rover.receiver_above_ground_m,
     level,
     show: "needed_height",
   });
   const { rows, cols } = on.heights;
-  const neededM = coarser === 0 ? (found.arrays[0] as Float32Array) : spread(found, coarser, rows, cols);
+  const neededM = keptOf(found, 0, level - on.heights.level, rows, cols);
   const neededMm = new Int32Array(neededM.length);
   let someUnknown = false;
   for (let at = 0; at < neededM.length; at += 1) {

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { coverBody, NEW_MISSION, type Trees } from "../mission/mission";
 import { moved } from "../mission/moved";
-import { base64Of } from "./trees";
+import { base64Of, saysTrees } from "./trees";
 
 const high: Trees = { what: "top", top_m: 18, name: null, base64: null, base_m: 3, depth_per_m: null };
 const raster: Trees = { ...high, what: "heights", top_m: null, name: "crowns.tif", base64: "TQ==", depth_per_m: 0.03 };
@@ -21,4 +21,9 @@ test("one height holds on any ground, a raster is left behind and named", () => 
   const stay = (place: { east_m: number; north_m: number }) => place;
   expect(moved({ ...NEW_MISSION, trees: high }, stay).mission.trees).toEqual(high);
   expect(moved({ ...NEW_MISSION, trees: raster }, stay)).toEqual({ mission: NEW_MISSION, lost: ["the trees"] });
+});
+
+test("rasters that are called after trees hold trees, others are ground", () => {
+  expect(["davos_CHM.tif", "tree-heights.tif", "canopyheight.tif", "ndsm_2m.tif", "Trees.tif"].map(saysTrees)).toEqual([true, true, true, true, true]);
+  expect(["dem.tif", "streets.tif", "schmidt.tif", "jacksboro.tif"].map(saysTrees)).toEqual([false, false, false, false]);
 });

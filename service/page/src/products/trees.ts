@@ -1,4 +1,5 @@
 // Trees over the ground: one height or a raster file, tried by the service before the mission takes them.
+import { signal } from "@preact/signals";
 import { askJson, posted } from "../api/http";
 import { coverBody, type Trees } from "../mission/mission";
 import { change, ground, mission, notice, setBusy } from "../state";
@@ -8,6 +9,14 @@ import { words } from "../words";
 const MOST_BYTES = 400_000;
 const WAIT_S = 20;
 const BARE: Trees = { what: "top", top_m: null, name: null, base64: null, base_m: 0, depth_per_m: null };
+
+/** What rasters of trees are said to hold. */
+export const heldByRaster = signal<"heights" | "surface">("heights");
+
+/** Whether a file's name says that it holds trees: canopy height models go by these names. */
+export function saysTrees(name: string): boolean {
+  return /(^|[^a-z])(chm|ndsm|canopy|crowns?|trees?|vegetation|forest)([^a-z]|height|$)/i.test(name);
+}
 
 /** One height of the crowns everywhere; none: no trees. */
 export async function setHeight(top_m: number | null): Promise<void> {

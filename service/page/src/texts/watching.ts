@@ -1,5 +1,7 @@
 // The page's words for the air, for what changes with time, and for sessions that are watched.
 
+import type { Obstacle } from "../api/detectors";
+
 export const watching = {
   // air
   flown: "Height above ground",
@@ -42,6 +44,14 @@ export const watching = {
   stretchesAhead: (count: number) => (count === 1 ? "Too few anchors on one stretch:" : `Too few anchors on ${count} stretches:`),
   stretch: (from: string, inTime: string, forTime: string, fewest: number, hidden: readonly string[]) =>
     `in ${from} (${inTime}), for ${forTime}: ${fewest} usable${hidden.length === 0 ? "" : `, not ${hidden.join(", ")}`}`,
+  obstructedAhead: "The path leads where no rover is; no anchor counts there:",
+  obstructed: (what: Obstacle, from: string, long: string) =>
+    `${{ building: "through a building", "unknown ground": "over unknown ground", "outside the map": "off the map" }[what]} in ${from}, for ${long}`,
+  doubts: "Ranges against the map",
+  doubtsHint: "There the map lacks something, or has what is gone. The session asks it no more about these anchors; maps and later sessions take the file as doubts.",
+  doubt: (id: string, expected: "in sight" | "hidden", ranges: number, fromS: number, toS: number, excess: string | null, bearingDeg: number, distance: string, sure: string) =>
+    `${id}: the map has it ${expected}, ${ranges} ranges from ${fromS.toFixed(0)} to ${toS.toFixed(0)} s say ${expected === "hidden" ? "in sight" : "hidden"}${excess === null || expected === "hidden" ? "" : `, up to ${excess} too long`}. Look at ${bearingDeg.toFixed(0)}° over ${distance}; the map is wrong there with ${sure}.`,
+  saveDoubts: "map_doubts.geojson",
   bubbleAhead: (radius: string) => `Largest safety bubble ahead: ${radius}.`,
   verdicts: "Sight of each anchor",
   measured: "ranges say",
