@@ -78,7 +78,6 @@ class PreviewIn(SightParameters, DoubtParameters):
     """A DEM, anchors, and what of them is wanted over every post."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"dem_id": DEM_ID, "anchors": ANCHORS, "level": 2}]})
-    sight_alone = "a preview is of sight, which is there at once."
 
     dem_id: DemId
     anchors: list[AnchorIn] = Field(min_length=1, description="The anchors, at least one, with unique ids.")

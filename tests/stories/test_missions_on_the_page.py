@@ -248,35 +248,6 @@ def test_anchors_route_and_areas_come_from_other_programs_and_go_to_them(
     page.complaints.clear()
 
 
-def test_anchors_go_out_with_their_radios_and_come_back_as_they_were(
-    page: Browser, server: Server, tmp_path: Path
-) -> None:
-    take(page, "valley")
-    place_anchors(page)
-    page.choose(field(page, "Radio"), "868MHz")
-    page.choose(field(page, "Longest range"), "4000")
-    page.choose(field(page, "Kind"), "mast")
-    press_button(page, "D1")
-    page.choose(field(page, "Radio"), "uwb")
-    page.until("planner.mission().anchors[0].radio === 'uwb'")
-    before = mission(page)["anchors"]
-    path = kept_at(page)
-    for name in ("anchors.csv", "mission.kmz"):
-        (tmp_path / name).write_bytes(server.client.get(f"{path}/files/{name}").content)
-        for _ in before:
-            page.click("#anchor-list .small")
-        page.until("planner.mission().anchors.length === 0")
-        page.upload("#anchor-file", tmp_path / name)
-        page.until(f"planner.mission().anchors.length === {len(before)}")
-        for one, again in zip(before, mission(page)["anchors"], strict=True):
-            metres = ("east_m", "north_m", "height_m")
-            assert [again[name] for name in metres] == pytest.approx([one[name] for name in metres], abs=0.01)
-            assert {**again, **{name: one[name] for name in metres}} == one
-    # what a format has no place for is told when it is saved
-    press_button(page, ".plan")
-    page.until("(document.getElementById('notice')?.textContent ?? '').includes('no place for ids, kinds, radios')")
-
-
 def test_the_brief_is_two_to_four_pages_with_map_frames_and_decision(page: Browser, tmp_path: Path) -> None:
     take(page, "valley")
     place_anchors(page)

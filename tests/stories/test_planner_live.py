@@ -23,6 +23,10 @@ PLACES = (
     (648900.0, 5137000.0),
 )
 ANTENNA_M, TOO_LONG_M = 1.5, 25.0
+DRAWN = (
+    "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures()"
+    ".flatMap((one) => [one.getStyle()].flat())"
+)
 
 
 @pytest.fixture(scope="module")
@@ -164,11 +168,9 @@ def test_a_path_through_a_building_and_ranges_against_the_map_are_told_live(
     told = page.text("#doubts")
     assert told.startswith(f"{wrong['properties']['anchor_id']}: the map has it {wrong['properties']['expected']}, ")
     assert f"Look at {wrong['properties']['bearing_deg']:.0f}°" in told
-    # both are drawn as well: the stretch of the path, the line of the drive, and one towards the anchor
-    page.until(
-        "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures().length === "
-        f"{5 + 5 + 3 + 3}"
-    )
+    # both are drawn as well
+    page.until(f"{DRAWN}.some((style) => style.getText()?.getText() === 'D1?')")
+    page.until(f"{DRAWN}.some((style) => style.getStroke()?.getLineDash()?.join() === '2,6')")
     server.client.delete(links["self"])
     page.until("!!document.getElementById('refusal')")
 
