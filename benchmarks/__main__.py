@@ -22,14 +22,16 @@ from benchmarks.gnss import deep, differential, receiver
 from benchmarks.navigation import (
     bubbles,
     inertial,
+    long_drive,
     lying_ranges,
     quality_monitor,
     rover_outages,
     shadow,
     starloc_drive,
-    streets,
     targets,
 )
+from benchmarks.navigation.street import drive as street_drive
+from benchmarks.navigation.street import exclusion
 from benchmarks.planning import gates, path_benefit, placing, placing_baselines, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
@@ -100,11 +102,12 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         rover_outages.rover_outages,
         starloc_drive.ranges_dropped,
         inertial.inertial_speed,
+        long_drive.long_drive,
     ),
     "monitor": (quality_monitor.steps_found, quality_monitor.real_phases, quality_monitor.monitor_speed),
     "deep": (deep.in_a_wood,),
     "lying": (lying_ranges.bubbles_that_hold,),
-    "street": (streets.street,),
+    "street": (street_drive.street, exclusion.exclusion),
     "shadow": (shadow.minute_of_shadow,),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed, receiver.weak_signals, receiver.channel_speed),
     "targets": (targets.planes, targets.simulated_balls, targets.poses, targets.real_balls),
@@ -190,6 +193,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(inertial.outages, drives=1),
         partial(starloc_drive.ranges_dropped, beginnings_s=(26.0,)),
         partial(inertial.inertial_speed, seconds=20.0),
+        partial(long_drive.long_drive, steps=200_000),
     ),
     "monitor": (
         partial(quality_monitor.steps_found, epochs=4000),
@@ -200,7 +204,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "shadow": (partial(shadow.minute_of_shadow, drives=1),),
     "deep": (partial(deep.in_a_wood, seeds=(1,), duration_s=58.1),),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
-    "street": (streets.street,),
+    "street": (street_drive.street, partial(exclusion.exclusion, every=100)),
     "receiver": (
         receiver.recorded_sample,
         partial(receiver.acquisition_speed, prns=4),

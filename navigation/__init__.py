@@ -6,9 +6,10 @@ from .confidence import bubble_confidence, radius_of_confidence
 from .consistency import mean_bounds, nees
 from .errors import BubbleError, MeasurementError, NavigationError, StateError, TimeOrderError
 from .estimators import ConstantVelocityEstimator, Estimator, RoverEstimate
+from .hypotheses import ESTIMATORS, HypothesesEstimator
 from .linear import FixUpdate, LinearUpdate, linear_predict, linear_update, update_fix, update_ground
 from .motion import MotionNoise
-from .occlusions import OcclusionBelief, OcclusionModel, carry_hypotheses, update_hypotheses
+from .occlusions import OcclusionBelief, OcclusionModel, carry_hypotheses, correct_hypotheses, update_hypotheses
 from .prediction import PredictedBubble, predict_bubble
 from .quality import range_variances_m2
 from .range_logs import FilteredLog, filter_ranges
@@ -17,6 +18,7 @@ from .states import FilterState, initial_state
 from .troposphere import Troposphere, niell_mapping, troposphere_delay_m, zenith_delays
 
 __all__ = [
+    "ESTIMATORS",
     "BubbleCheck",
     "BubbleError",
     "BubbleVerdict",
@@ -25,6 +27,7 @@ __all__ = [
     "FilterState",
     "FilteredLog",
     "FixUpdate",
+    "HypothesesEstimator",
     "LinearUpdate",
     "MeasurementError",
     "MotionNoise",
@@ -42,6 +45,7 @@ __all__ = [
     "bubble_radius_m",
     "carry_hypotheses",
     "check_bubbles",
+    "correct_hypotheses",
     "filter_ranges",
     "initial_state",
     "linear_predict",

@@ -78,6 +78,25 @@ class Estimator(Protocol):
         ...
 
 
+class LostTrack:
+    """Whether positions that redundant ranges confirm have been elsewhere for some epochs in a row."""
+
+    def __init__(self) -> None:
+        self._elsewhere = 0
+
+    def found(self, state: FilterState, fix: PositionFix | None) -> bool:
+        """Whether it is so after one more epoch; it then counts from the beginning."""
+        if fix is None or not fix.checked or fix.mirror_m is not None:
+            return False
+        off_m = fix.position_m - state.position_m
+        apart2 = float(off_m @ np.linalg.solve(fix.covariance_m2 + state.position_covariance_m2, off_m))
+        self._elsewhere = self._elsewhere + 1 if apart2 > GATE**2 else 0
+        lost = self._elsewhere >= LOST_EPOCHS
+        if lost:
+            self._elsewhere = 0
+        return lost
+
+
 class ConstantVelocityEstimator:
     """The Kalman filter at constant velocity (De Vivo et al., eqs. 28-35) behind a detector, in three dimensions.
 
@@ -94,7 +113,7 @@ class ConstantVelocityEstimator:
         level, upright = settings.acceleration_m_per_s2**2, settings.vertical_acceleration_m_per_s2**2
         self._motion = MotionNoise(level, level, upright)
         self._state: FilterState | None = None
-        self._elsewhere = 0  # epochs in a row in which the detector's checked position was elsewhere
+        self._lost = LostTrack()
 
     def step(self, epoch: RangeEpoch, result: EpochResult, motion: Motion | None) -> RoverEstimate | None:
         """As ``Estimator.step`` has it."""
@@ -104,7 +123,7 @@ class ConstantVelocityEstimator:
         time_s = epoch.time_s - self._settings.ranging_offset_s
         if self._state is None or not 0.0 <= time_s - self._state.time_s <= SILENCE_S:
             self._state = self._begun(time_s, result.position)
-            return None if self._state is None else _estimate(self._state, epoch.time_s, (), False)
+            return None if self._state is None else estimate(self._state, epoch.time_s, (), False)
         state = self._state
         rounds, used, reacquired = self._rounds(epoch, result, time_s), list[str](), False
         for at_s, heard in rounds:
@@ -115,35 +134,18 @@ class ConstantVelocityEstimator:
             used += [name for name, taken in zip(heard, update.taken.tolist(), strict=True) if taken]
         state = predict(state, time_s, self._motion)
         if motion is not None and motion.reliable:
-            state = _driven(state, motion, self._settings.acceleration_m_per_s2)
+            told = driven(state, motion, self._settings.acceleration_m_per_s2)
+            state = state if told is None else _corrected(state, *told)
         if epoch.ground is not None and all(one.reason is not Rejection.BAD_GROUND for one in result.rejected):
             state = _on_ground(state, epoch.ground)
-        if self._is_lost(state, result.position):
+        if self._lost.found(state, result.position):
             state, reacquired = self._begun(time_s, result.position) or state, True
         self._state = state
-        return _estimate(state, epoch.time_s, tuple(used), reacquired)
-
-    def _is_lost(self, state: FilterState, fix: PositionFix | None) -> bool:
-        """Whether positions that redundant ranges confirm have been elsewhere for some epochs."""
-        if fix is None or not fix.checked or fix.mirror_m is not None:
-            return False
-        off_m = fix.position_m - state.position_m
-        apart2 = float(off_m @ np.linalg.solve(fix.covariance_m2 + state.position_covariance_m2, off_m))
-        self._elsewhere = self._elsewhere + 1 if apart2 > GATE**2 else 0
-        lost = self._elsewhere >= LOST_EPOCHS
-        if lost:
-            self._elsewhere = 0
-        return lost
+        return estimate(state, epoch.time_s, tuple(used), reacquired)
 
     def _begun(self, time_s: float, fix: PositionFix | None) -> FilterState | None:
-        """A first belief at a position that redundant ranges confirm, and that is the only one."""
-        if fix is None or not fix.checked or fix.mirror_m is not None:
-            return None
-        speed = self._settings.max_speed_m_per_s / 3.0
-        state = initial_state(time_s, fix.position_m, velocity_sigma_m_per_s=(speed, speed, 0.3 * speed))
-        covariance = state.covariance.copy()
-        covariance[POSITION, POSITION] = fix.covariance_m2
-        return replace(state, covariance=covariance)
+        """A first belief where the position is the only one."""
+        return None if fix is None or fix.mirror_m is not None else begun(time_s, fix, self._settings)
 
     def _rounds(
         self, epoch: RangeEpoch, result: EpochResult, time_s: float
@@ -176,10 +178,22 @@ def _update(state: FilterState, anchors_m: Array, ranges_m: Array, variances_m2:
     return update_ranges(state, anchors_m, ranges_m, weighed_m2)
 
 
-def _driven(state: FilterState, motion: Motion, acceleration_m_per_s2: float) -> FilterState:
-    """The belief after odometry said how fast the rover went, and which way where a heading was told.
+def begun(time_s: float, fix: PositionFix | None, settings: DetectorSettings) -> FilterState | None:
+    """A first belief at a position that redundant ranges confirm."""
+    if fix is None or not fix.checked:
+        return None
+    speed = settings.max_speed_m_per_s / 3.0
+    state = initial_state(time_s, fix.position_m, velocity_sigma_m_per_s=(speed, speed, 0.3 * speed))
+    covariance = state.covariance.copy()
+    covariance[POSITION, POSITION] = fix.covariance_m2
+    return replace(state, covariance=covariance)
 
-    Along the way its length errs, to either side its heading does too; what it speeds up or turns within comes on top.
+
+def driven(state: FilterState, motion: Motion, acceleration_m_per_s2: float) -> tuple[Array, Array, Array] | None:
+    """(measured (m,), rows (m, 6), noise (m, m)): how fast odometry says the rover went, which way where it is told.
+
+    None: it says nothing. Along the way its length errs, to either side its heading does too; what it speeds up or
+    turns within comes on top.
     """
     turned = acceleration_m_per_s2 * math.sqrt(motion.duration_s / 3.0)  # mean velocity against that at the end
     ahead = math.hypot(motion.sigma_m / motion.duration_s, turned)
@@ -190,14 +204,14 @@ def _driven(state: FilterState, motion: Motion, acceleration_m_per_s2: float) ->
         way, speed = _way(told), float(np.hypot(*told))
         rows = np.zeros((2, state.mean.size))
         rows[:, [1, 3]] = way, (way[1], -way[0])
-        return _corrected(state, np.array([speed, 0.0]), rows, np.diag([ahead**2, across**2]))
+        return np.array([speed, 0.0]), rows, np.diag([ahead**2, across**2])
     speed = float(np.hypot(*level))
     variances = np.diag(state.covariance)
     if speed**2 <= FAST**2 * (variances[1] + variances[3]):
-        return state  # a length says nothing of a way that is not known
+        return None  # a length says nothing of a way that is not known
     rows = np.zeros((1, state.mean.size))
     rows[0, [1, 3]] = level / speed
-    return _corrected(state, np.array([motion.length_m / motion.duration_s]), rows, np.array([[ahead**2]]))
+    return np.array([motion.length_m / motion.duration_s]), rows, np.array([[ahead**2]])
 
 
 def _way(level: Array) -> Array:
@@ -211,23 +225,35 @@ def _corrected(state: FilterState, measured: Array, rows: Array, noise: Array) -
     return replace(state, mean=found.mean, covariance=found.covariance)
 
 
-def _on_ground(state: FilterState, ground: GroundHeight) -> FilterState:
-    """The belief of a rover that stands on ground a map knows.
+def ground_row(state: FilterState, ground: GroundHeight) -> tuple[Array, Array, Array] | None:
+    """(measured (1,), rows (1, 6), noise (1, 1)) of the height of a rover that stands on ground a map knows.
 
-    The same ground errs the same way epoch after epoch, so the height over it becomes as sure as that, never surer.
+    The same ground errs the same way epoch after epoch, so the height over it becomes as sure as that, never surer:
+    None where it is already.
     """
     over = np.array([-ground.slope_east, -ground.slope_north, 1.0])
     variance_m2, told_m2 = float(over @ state.position_covariance_m2 @ over), ground.sigma_m**2
     if variance_m2 <= told_m2:
+        return None
+    row = np.zeros((1, state.mean.size))
+    row[0, 0:6:2] = over
+    level_m = ground.altitude_m + over[:2] @ np.array([ground.east_m, ground.north_m])
+    return np.array([level_m]), row, np.array([[variance_m2 * told_m2 / (variance_m2 - told_m2)]])
+
+
+def _on_ground(state: FilterState, ground: GroundHeight) -> FilterState:
+    """The belief of a rover that stands on ground a map knows, unless it lies far off."""
+    told = ground_row(state, ground)
+    if told is None:
         return state
-    east_m, north_m, _ = state.position_m.tolist()
-    level_m = ground.altitude_m + over[:2] @ np.array([ground.east_m - east_m, ground.north_m - north_m])
-    sigma_m = math.sqrt(variance_m2 * told_m2 / (variance_m2 - told_m2))
+    (plane_m,), _, ((variance_m2,),) = (part.tolist() for part in told)
     slope = (ground.slope_east, ground.slope_north)
-    return update_ground(state, float(level_m), slope, sigma_m=sigma_m, gate_sigma=GATE).state
+    level_m = plane_m + float(np.dot(slope, state.position_m[:2]))
+    return update_ground(state, level_m, slope, sigma_m=math.sqrt(variance_m2), gate_sigma=GATE).state
 
 
-def _estimate(state: FilterState, time_s: float, used: tuple[str, ...], reacquired: bool) -> RoverEstimate:
+def estimate(state: FilterState, time_s: float, used: tuple[str, ...], reacquired: bool) -> RoverEstimate:
+    """What is told of a belief."""
     covariance = state.covariance[np.ix_(ORDER, ORDER)]
     radius_m = float(bubble_radius_m(covariance[:3, :3], SIGMAS))
     position_m, velocity = state.position_m.copy(), state.velocity_m_per_s.copy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from .kernels import hypotheses as kernel
 from .motion import MotionNoise
 from .states import FilterState
 
-__all__ = ["OcclusionBelief", "OcclusionModel", "carry_hypotheses", "update_hypotheses"]
+__all__ = ["OcclusionBelief", "OcclusionModel", "carry_hypotheses", "correct_hypotheses", "update_hypotheses"]
 
 Array = npt.NDArray[np.float64]
 STATE = 6
@@ -174,3 +174,30 @@ def update_hypotheses(
         bank.regimes[:held].copy(),
         weights / weights.sum(),
     )
+
+
+def correct_hypotheses(
+    belief: OcclusionBelief, measured: npt.ArrayLike, rows: npt.ArrayLike, noise: npt.ArrayLike
+) -> OcclusionBelief:
+    """The belief after something that is linear in place and velocity, and does not lie: a speed, the ground's height.
+
+    measured: (m,); rows: (m, 6), in the order of ``FilterState``; noise: (m, m). Hypotheses that it does not fit become
+    less likely. Raises MeasurementError.
+    """
+    z = np.atleast_1d(np.array(measured, np.float64))
+    h = np.zeros((z.size, belief.means.shape[1]))
+    h[:, :STATE] = numbers("rows", rows, (z.size, STATE))
+    spread = numbers("noise", noise, (z.size, z.size))
+    if not all(np.isfinite(one).all() for one in (z, h, spread)) or np.linalg.eigvalsh(spread)[0] <= 0.0:
+        raise MeasurementError("measured and rows must be finite, and noise a covariance above zero.")
+    innovation = z - belief.means @ h.T
+    crossed = belief.covariances @ h.T
+    total = h @ crossed + spread
+    gain = np.linalg.solve(total, np.swapaxes(crossed, 1, 2)).swapaxes(1, 2)
+    kept = np.eye(belief.means.shape[1]) - gain @ h
+    covariances = kept @ belief.covariances @ kept.swapaxes(1, 2) + gain @ spread @ gain.swapaxes(1, 2)
+    misfit = np.einsum("hi,hi->h", innovation, np.linalg.solve(total, innovation[..., None])[..., 0])
+    fits = np.log(np.maximum(belief.probabilities, 1e-300)) - 0.5 * (misfit + np.linalg.slogdet(total)[1])
+    weights = np.exp(fits - fits.max())
+    means = belief.means + np.einsum("hij,hj->hi", gain, innovation)
+    return replace(belief, means=means, covariances=covariances, probabilities=weights / weights.sum())

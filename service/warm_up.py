@@ -10,6 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import detection
+from navigation import ESTIMATORS
 from service.products import Product, WarmUp
 from service.products.registry import PRODUCTS
 from service.settings import Rehearsal
@@ -42,7 +43,7 @@ def warm_up_on_all_cores(products: Mapping[str, Product]) -> None:
             if part.when == "maps":
                 done.result()
         rest = [pool.submit(_warm_up_part, part) for part in parts if part.when == "after"]
-        rest.append(pool.submit(_of_commands))
+        rest += [pool.submit(_of_commands), pool.submit(_of_programs)]
         for done in (*(done for _, done in first), *rest):
             done.result()
     warm_up("everything", products)  # what two processes wrote into the cache at once, one may have to write again
@@ -84,6 +85,7 @@ def _detections(_grid: ElevationGrid) -> None:
     for dimension in (2, 3):
         settings = detection.DetectorSettings(dimension=dimension, search_limit=20)
         detector = detection.Detector(anchors, settings)
+        filters = [begun(anchors, settings) for begun in ESTIMATORS.values()] if dimension == 3 else []
         for second in range(3):
             ranges_m = [
                 np.linalg.norm(np.subtract(place[:dimension], (30.0, 40.0, 2.0)[:dimension])) for place in places
@@ -91,7 +93,10 @@ def _detections(_grid: ElevationGrid) -> None:
             ranges_m[2] += 5.0 * second
             measured = (detection.RangeMeasurement(str(n), float(range_m)) for n, range_m in enumerate(ranges_m))
             motion = detection.OdometryIncrement(1.0, (0.0, 0.0), heading_rad=0.0)
-            detector.process(detection.RangeEpoch(float(second), tuple(measured), motion))
+            epoch = detection.RangeEpoch(float(second), tuple(measured), motion)
+            result = detector.process(epoch)
+            for one in filters:
+                one.step(epoch, result, detector.motion)
         # every range another time too long: a cause is looked for
         lies = [detection.RangeMeasurement(str(n), 40.0 + 30.0 * n) for n in range(len(places))]
         for second in range(3, 15):
@@ -102,3 +107,20 @@ def _detections(_grid: ElevationGrid) -> None:
     odd_m = np.linspace(40.0, 300.0, len(many))
     detection.detect_3d(many, odd_m, 0.1, search_limit=60)
     detection.detect_3d(many, odd_m, 0.1, method="seed", search_limit=60)
+
+
+def _of_programs() -> None:
+    """What only programs call that use the packages: the quality monitor, and pseudoranges in streets."""
+    from navigation.inertial import TangentFrame
+    from navigation.monitor import judge_epochs
+    from navigation.pseudoranges import StreetRanges, StreetStart, WheelReadings, follow_street
+
+    rows = np.concatenate([np.eye(3), np.ones((3, 3)) - np.eye(3)])
+    judge_epochs(rows[None], np.zeros((1, 6)), 1.0)
+    frame, times_s = TangentFrame(0.9), np.repeat((0.0, 1.0), 3)
+    sent_m = np.tile([(2e7, 1e7, 1e7), (2e7, -1e7, 1e7), (1e7, 0.0, 2.4e7)], (2, 1))
+    heard_m = np.linalg.norm(frame.from_centred_m(sent_m), axis=1)
+    number = np.tile(np.arange(3), 2)
+    ranges = StreetRanges(times_s, heard_m, sent_m, number, number % 2, np.full(6, 5.0))
+    wheels = WheelReadings(np.array([0.0, 1.0]), np.zeros(2), np.zeros(2))
+    follow_street(ranges, wheels, StreetStart((0.0, 0.0, 0.0), 0.0), frame)

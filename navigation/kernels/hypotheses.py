@@ -40,6 +40,7 @@ WEIGHT, INNOVATION, EXCESS, SPREAD = 0, 1, 2, 3
 HELD = 0  # how many hypotheses a bank holds stands in an array of one
 # of what lies, so much keeps its excess from range to range; the rest draws another
 STEADY = 0.5
+APART = 6.0  # sigmas between places that are not those of one belief
 FAINT = 12.0  # log of how much less likely a hypothesis may be than the best
 LOG_ROOT_TAU = 0.5 * math.log(2.0 * math.pi)
 
@@ -229,14 +230,29 @@ def take_range(bank, spare, a, measured, regimes, law, scratch):
 
 
 @scalar_kernel
+def _apart(bank, one, other):
+    """Whether two hypotheses believe in places that exclude one another, as on both sides of a plane of anchors."""
+    for i in (EAST, NORTH, UP):
+        spread = bank.covariances[one, i, i] + bank.covariances[other, i, i]
+        if (bank.means[one, i] - bank.means[other, i]) ** 2 > APART**2 * spread:
+            return True
+    return False
+
+
+@scalar_kernel
 def merge(bank):
-    """Hypotheses that say the same of now, and differ only in what they say of before, become one, in place."""
+    """Hypotheses that say the same of now, and differ only in what they say of before, become one, in place.
+
+    Those whose places exclude one another stay two.
+    """
     made, n = 0, bank.means.shape[1]
     shift = np.empty(n)
     for h in range(bank.held[HELD]):
         twin = -1
         for m in range(made):
-            if bank.regimes[m] == bank.regimes[h] and (bank.lying[m] == bank.lying[h]).all():
+            if bank.regimes[m] != bank.regimes[h] or not (bank.lying[m] == bank.lying[h]).all():
+                continue
+            if not _apart(bank, m, h):
                 twin = m
                 break
         if twin < 0:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from service.errors import RequestError
+from service.files.drives.reading import read_drive
+from service.files.drives.rows import DriveRows
 from service.files.logs.form import PLAIN, LogForm, map_of
 from service.files.logs.messages import Stream, leaves_of
 from service.files.logs.opening import kind_of, open_messages
@@ -30,7 +32,8 @@ class StreamSurvey:
 
 @dataclass(frozen=True, slots=True)
 class LogSurvey:
-    """A log as it would be taken. problem: why it would be refused, "" where it would not; then there are no epochs."""
+    """A log as it would be taken. problem: why ``detect`` would refuse it, "" where it would not; then there are no
+    epochs. drive: what ``navigate`` would take of it, None where it has no inertial readings."""
 
     log: str
     kind: str
@@ -43,6 +46,7 @@ class LogSurvey:
     mapping: LogForm
     warnings: tuple[str, ...]
     problem: str
+    drive: DriveRows | None = None
 
     def document(self) -> dict[str, object]:
         """The same as JSON."""
@@ -65,6 +69,7 @@ class LogSurvey:
             "from_s": self.from_s,
             "to_s": self.to_s,
             "ranges": self.ranges,
+            "drive": None if self.drive is None else _drive_document(self.drive),
             "mapping": json.loads(map_of(self.mapping)),
             "warnings": list(self.warnings),
             "problem": self.problem or None,
@@ -82,10 +87,11 @@ def survey_log(
     kind = kind_of(first) if len(paths) == 1 else None
     log = None if kind is None else open_messages(first)
     read, problem = EpochLog([], [], form), ""
+    drive = _drive(paths, form, anchor_ids)
     try:
         read = read_epochs(paths, epoch_s, form, anchor_ids)
     except RequestError as error:
-        if log is None:
+        if log is None and drive is None:
             raise
         problem = str(error)
     ranges = Counter(measured.anchor_id for epoch in read.epochs for measured in epoch.ranges)
@@ -93,7 +99,7 @@ def survey_log(
     return LogSurvey(
         first.name,
         kind or lines,
-        () if log is None else tuple(_stream(stream, read.form) for stream in log.streams),
+        () if log is None else tuple(_stream(stream, read.form, drive) for stream in log.streams),
         len(read.epochs),
         sum(epoch.odometry is not None for epoch in read.epochs),
         read.epochs[0].time_s if read.epochs else None,
@@ -102,10 +108,35 @@ def survey_log(
         read.form,
         tuple(read.warnings if log is None or not problem else log.told),
         problem,
+        drive,
     )
 
 
-def _stream(stream: Stream, form: LogForm) -> StreamSurvey:
-    roles = ", ".join(one.role for one in form.streams if one.stream == stream.name)
+def _drive(paths: Sequence[Path], form: LogForm, anchor_ids: Collection[str]) -> DriveRows | None:
+    """What ``navigate`` would take; None: nothing, for it would refuse the log."""
+    try:
+        return read_drive(paths, form, anchor_ids)
+    except RequestError:
+        return None
+
+
+def _drive_document(drive: DriveRows) -> dict[str, object]:
+    return {
+        "readings": len(drive.times_s),
+        "from_s": drive.times_s[0],
+        "to_s": drive.times_s[-1],
+        "fixes": len(drive.fixes),
+        "ranges": len(drive.ranges),
+        "speeds": len(drive.speeds),
+        "axes": drive.axes,
+        "told": drive.told,
+    }
+
+
+def _stream(stream: Stream, form: LogForm, drive: DriveRows | None) -> StreamSurvey:
+    taken = [one.role for one in form.streams if one.stream == stream.name]
+    if drive is not None and stream.name in drive.streams:
+        taken.append(drive.streams[stream.name])
+    roles = ", ".join(taken)
     paths = tuple(path for path, _ in leaves_of(stream.first))
     return StreamSurvey(stream.name, stream.kind, stream.count, roles, paths)

@@ -219,10 +219,11 @@ class DetectorIn(_Detector, AreaParameters, DoubtParameters):
         None, description="One-sigma error of where the DEM lies, per axis, metres; null = half a cell."
     )
     calibration: CalibrationIn | None = Field(None, description="Is applied to every range first; null = none.")
-    estimator: Literal["constant_velocity"] | None = Field(
+    estimator: Literal["constant_velocity", "hypotheses"] | None = Field(
         None,
         description="A filter that goes along, in three dimensions: answers then hold its estimate of place and "
-        "velocity from verdicts, ranges, odometry and the DEM's height together. null = none.",
+        "velocity from ranges, odometry and the DEM's height together. constant_velocity weighs ranges by the "
+        "verdicts; hypotheses carries which ranges may lie, so that its bubble holds. null = none.",
     )
     drive: DriveIn | None = Field(None, description="The path to follow, for advice; needs dem_id. null = none.")
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(

@@ -22,7 +22,7 @@ from detection import (
     RangingAnchor,
     Suspicion,
 )
-from navigation import ConstantVelocityEstimator, Estimator
+from navigation import ESTIMATORS, Estimator
 from planning.watching import (
     Advice,
     DarkStretch,
@@ -183,7 +183,7 @@ def memory_of(asked: DetectorIn, grid: ElevationGrid | None) -> Memory:
 def _detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
     """The detector that a session asks for; grid: of its dem_id. Raises as ``memory_of``."""
     anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
-    estimator = None if asked.estimator is None else ConstantVelocityEstimator(anchors, settings)
+    estimator = None if asked.estimator is None else ESTIMATORS[asked.estimator](anchors, settings)
     if grid is None:
         return MaybeMapped(Detector(anchors, settings), estimator)
     errors = GroundErrors(asked.dem_sigma_m, asked.dem_correlation_m, asked.dem_shift_sigma_m)

@@ -54,15 +54,15 @@ class DetectorOptions:
     ] = None
 
     estimator: Annotated[
-        Literal["constant_velocity"] | None,
+        Literal["constant_velocity", "hypotheses"] | None,
         option("A filter that goes along; its place, velocity and bubble go into estimates.csv."),
     ] = None
 
     def filter(self, anchors: Sequence[RangingAnchor], settings: DetectorSettings) -> Estimator | None:
         """A fresh filter, where one was asked for. Raises StateError."""
-        from navigation import ConstantVelocityEstimator
+        from navigation import ESTIMATORS
 
-        return None if self.estimator is None else ConstantVelocityEstimator(anchors, settings)
+        return None if self.estimator is None else ESTIMATORS[self.estimator](anchors, settings)
 
     def calibrated(
         self, anchors: Sequence[RangingAnchor], epochs: Sequence[RangeEpoch], settings: DetectorSettings

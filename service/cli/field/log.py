@@ -1,4 +1,4 @@
-"""``sightline log``: what is in a log, and how ``detect`` would take it."""
+"""``sightline log``: what is in a log, and how ``detect`` and ``navigate`` would take it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def log(
     mapping: Annotated[bool, option("Print the mapping alone, for a file that --map reads.")] = False,
     as_json: Annotated[bool, option("Print JSON on standard output and nothing else.", name="--json")] = False,
 ) -> None:
-    """Show what is in a log, and how detect would take it: ranges by anchor, motions, what is left, the mapping."""
+    """Show what is in a log, and how detect and navigate would take it: ranges, motions, readings, the mapping."""
     from service.files.logs.form import map_of
     from service.live.log_survey import survey_log
 
@@ -57,6 +57,10 @@ def _facts(survey: LogSurvey) -> Table:
         facts.append(("time", f"{survey.from_s:.2f} to {survey.to_s:.2f} s ({survey.to_s - survey.from_s:.1f} s)"))
     ranges = [f"{anchor_id}: {count}" for anchor_id, count in survey.ranges.items()]
     more = f" … {len(ranges)} in all" if len(ranges) > SHOWN_ANCHORS else ""
+    if (drive := survey.drive) is not None:
+        lasts_s = drive.times_s[-1] - drive.times_s[0]
+        told = f"{len(drive.times_s)} inertial readings over {lasts_s:.1f} s, {len(drive.fixes)} fixes"
+        facts.append(("for navigate", f"{told}, {len(drive.ranges)} ranges, {len(drive.speeds)} speeds"))
     facts.append(("ranges by anchor", f"{', '.join(ranges[:SHOWN_ANCHORS])}{more}" or "none"))
     return facts_table(survey.log, facts)
 

@@ -40,4 +40,7 @@ def read_drive(paths: Sequence[Path], form: LogForm, anchor_ids: Collection[str]
             f"Nothing in {names} is inertial readings: three columns of forces and three of turn rates, such as "
             "acc_x … gyro_z, or messages of an inertial unit."
         )
+    if into.no_sigmas:
+        into.told.append(f"{into.no_sigmas} sigmas of fixes are not above zero; the settings' are taken for them.")
+    into.unroll_week()
     return into

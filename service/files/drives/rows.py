@@ -13,13 +13,15 @@ __all__ = ["DriveRows"]
 Three = tuple[float, float, float]
 Field = float | str | list[float]
 MAX_SPEED_STEP_S = 5.0
+WEEK_S, LONG_FALL_S = 604_800.0, 3600.0
 
 
 @dataclass(slots=True)
 class DriveRows:
     """Gathered one after the other, from any number of files. axes, force_unit, rate_unit: as the log's kind has them.
 
-    told: what was decided and passed over, in sentences.
+    told: what was decided and passed over, in sentences. streams: of a log of messages, what each is taken for.
+    no_sigmas: how many sigmas of fixes are not above zero.
     """
 
     times_s: list[float] = field(default_factory=list)
@@ -32,6 +34,8 @@ class DriveRows:
     force_unit: str | None = None
     rate_unit: str | None = None
     told: list[str] = field(default_factory=list)
+    streams: dict[str, str] = field(default_factory=dict)
+    no_sigmas: int = 0
 
     def take(self, rows: Iterable[Row]) -> None:
         """Ranges, and motions of wheels as speeds in the middle of their time."""
@@ -51,6 +55,20 @@ class DriveRows:
                     self.speeds.append({"time_s": row.time_s - duration_s / 2.0, "forward_m_per_s": forward})
         if failed:
             self.told.append(f"{failed} ranges that failed were passed over.")
+
+    def unroll_week(self) -> None:
+        """Seconds of a GPS week that begin anew go on instead, in everything that was measured."""
+        falls = [n for n in range(1, len(self.times_s)) if self.times_s[n] - self.times_s[n - 1] < LONG_FALL_S - WEEK_S]
+        if len(falls) != 1:
+            return
+        before_s = self.times_s[0] - WEEK_S / 2.0
+        self.times_s = [one + WEEK_S if one < before_s else one for one in self.times_s]
+        for rows in (self.fixes, self.ranges, self.speeds):
+            for row in rows:
+                time_s = row["time_s"]
+                if isinstance(time_s, float) and time_s < before_s:
+                    row["time_s"] = time_s + WEEK_S
+        self.told.append(f"At reading {falls[0]} the seconds of a GPS week begin anew; from there on a week was added.")
 
     def fields(self) -> dict[str, object]:
         """As a request has them."""

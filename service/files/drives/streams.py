@@ -110,7 +110,9 @@ def read_drive_streams(path: Path, form: LogForm, into: DriveRows) -> None:
     if log.family in DOWNWARD:
         into.axes = "frd"
     into.told += [*log.told, f"{path.name}: taken for inertial readings is {unit.name}, {_beside(units, unit)}"]
+    into.streams[unit.name] = "inertial readings"
     if receiver is not None:
+        into.streams[receiver.name] = "fixes"
         into.told.append(f"{path.name}: taken for fixes is {receiver.name}, {_beside(receivers, receiver)}")
     maps = form.streams or tuple(one for one in choose_streams(log).maps if one.role == "ranges")
     rows = Rows.of(maps, form.ids)

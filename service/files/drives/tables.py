@@ -148,4 +148,6 @@ def _fix(
     for name in ("horizontal_sigma_m", "vertical_sigma_m", "velocity_sigma_m_per_s"):
         if values.get(name, 0.0) > 0.0:
             fix[name] = values[name]
+        elif name in values:
+            into.no_sigmas += 1
     into.fixes.append(fix)

@@ -92,6 +92,33 @@ def test_what_is_no_beginning_or_no_measurement_is_refused():
         ImuNoise(1.0, 0.0, 1.0, 1.0)
 
 
+def test_a_log_in_pieces_is_the_log():
+    rng, frame, noise = np.random.default_rng(5), TangentFrame(0.5), IMU_PRESETS["Leador-A15"]
+    times = np.arange(2001) * 0.02
+    forces = np.tile([0.02, -0.01, 9.81], (len(times), 1)) + rng.normal(0.0, 0.01, (len(times), 3))
+    rates = rng.normal(0.0, 1e-4, (len(times), 3))
+    fixes_s = np.arange(0.5, 39.0)
+    places = rng.normal(0.0, 1.0, (len(fixes_s), 3))
+    start = InertialStart(np.zeros(3), np.zeros(3), (1.0, 0.0, 0.0, 0.0), lever_arm_sigma_m=0.1)
+    whole = navigate(imu_log(times, forces, rates), start, position_fixes(fixes_s, places, 1.0), noise, frame)
+    for piece in (slice(0, 1001), slice(1000, None)):
+        log = imu_log(times[piece], forces[piece], rates[piece])
+        mine = (fixes_s > log.times_s[0]) & (fixes_s <= log.times_s[-1])
+        track = navigate(log, start, position_fixes(fixes_s[mine], places[mine], 1.0), noise, frame)
+        start = track.end()
+    assert len(track.covariance) == 24
+    # the one difference: coning between the last reading of a piece and the first of the next
+    np.testing.assert_allclose(track.position_m[-1], whole.position_m[-1], atol=1e-3)
+    np.testing.assert_allclose(track.sigmas[-1], whole.sigmas[-1], rtol=1e-4)
+
+
+def test_a_covariance_that_is_none_is_refused():
+    start = InertialStart(np.zeros(3), np.zeros(3), (1.0, 0.0, 0.0, 0.0), covariance=-np.eye(15))
+    log = imu_log(np.arange(10.0), np.tile([0.0, 0.0, 9.8], (10, 1)), np.zeros((10, 3)))
+    with pytest.raises(StateError, match="is not positive"):
+        navigate(log, start, join(), IMU_PRESETS["tactical"], TangentFrame(0.5))
+
+
 def test_a_million_steps_without_any_help_stay_finite():
     times = np.arange(1_000_000) * 0.05
     forces = np.tile([0.02, -0.01, 9.81], (len(times), 1))

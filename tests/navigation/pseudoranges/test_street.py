@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.navigation.street_log import PLACE, SMARTLOC, StreetLog, gated_filter, street_log
+from benchmarks.navigation.street.log import PLACE, SMARTLOC, StreetLog, gated_filter, street_log
 from navigation import MeasurementError, StateError, TimeOrderError, bubble_radius_m
 from navigation.inertial import EARTH, TangentFrame
 from navigation.pseudoranges import StreetErrors, StreetRanges, StreetStart, WheelReadings, follow_street

@@ -115,12 +115,12 @@ def test_what_cannot_be_is_one_sentence(sightline, log, words, sentence):
     assert sentence in " ".join(told.stderr.split())
 
 
-@pytest.mark.parametrize("over", [True, False])
-def test_a_filter_that_goes_along_writes_its_places_and_bubbles(sightline, log, tmp_path, over):
+@pytest.mark.parametrize(
+    ("over", "estimator"), [(True, "constant_velocity"), (False, "constant_velocity"), (True, "hypotheses")]
+)
+def test_a_filter_that_goes_along_writes_its_places_and_bubbles(sightline, log, tmp_path, over, estimator):
     words = ["--dem", sample_path("jacksboro")] if over else []
-    told = sightline(
-        "detect", log, *ANCHORS, *words, "--estimator", "constant_velocity", "--out", tmp_path / "out", "--json"
-    )
+    told = sightline("detect", log, *ANCHORS, *words, "--estimator", estimator, "--out", tmp_path / "out", "--json")
     assert told.code == 0, told.stderr
     assert str(tmp_path / "out" / "estimates.csv") in json.loads(told.stdout)["files"]
     with (tmp_path / "out" / "estimates.csv").open(newline="") as stream:

@@ -52,3 +52,33 @@ def test_a_mapping_that_is_none_is_told_in_a_sentence(tmp_path, sightline, sente
     path = RECORDED["PX4 ULog, sensor_uwb"](tmp_path / "log")
     (tmp_path / "map.json").write_text(json.dumps(BAD_MAPS[sentence]))
     sightline("detect", path, "--anchor", "1,0,0,120msl", "--map", tmp_path / "map.json").refused(sentence)
+
+
+def test_an_inertial_units_and_a_receivers_messages_are_shown_as_navigate_takes_them(tmp_path, sightline):
+    forms = {
+        "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
+        "vehicle_gps_position": "uint64_t timestamp;int32_t lat;int32_t lon;int32_t alt;",
+    }
+    still = {"gyro_rad[0]": 0.0, "gyro_rad[1]": 0.0, "gyro_rad[2]": 0.0}
+    force = {"accelerometer_m_s2[0]": 0.0, "accelerometer_m_s2[1]": 0.0, "accelerometer_m_s2[2]": -9.8}
+    readings = [{"timestamp": 10**4 * (n + 500), **still, **force} for n in range(200)]
+    fixes = [{"timestamp": 10**6 * (s + 5), "lat": 343000000, "lon": -1181000000, "alt": 500000} for s in range(2)]
+    made = {"sensor_combined": readings, "vehicle_gps_position": fixes}
+    path = ulog(tmp_path / "log", {name: (form, made[name]) for name, form in forms.items()})
+    told = json.loads(sightline("log", path, "--json").stdout)
+    assert told["problem"] is not None  # for detect
+    assert (told["drive"]["readings"], told["drive"]["fixes"], told["drive"]["axes"]) == (200, 2, "frd")
+    taken = {one["stream"]: one["taken_for"] for one in told["streams"]}
+    assert taken == {"sensor_combined": "inertial readings", "vehicle_gps_position": "fixes"}
+    shown = sightline("log", path)
+    assert shown.code == 0, shown.stderr
+    assert "200 inertial readings over 2.0 s, 2 fixes" in " ".join(shown.stdout.split())
+
+
+def test_a_table_of_inertial_readings_is_shown_though_detect_would_refuse_it(tmp_path, sightline):
+    rows = [f"{n / 100},0,0,9.8,0,0,0" for n in range(100)]
+    table = tmp_path / "imu.csv"
+    table.write_text("\n".join(["time_s,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z", *rows]))
+    told = json.loads(sightline("log", table, "--json").stdout)
+    assert told["drive"]["readings"] == 100
+    assert told["problem"]

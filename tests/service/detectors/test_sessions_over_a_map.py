@@ -87,10 +87,11 @@ def test_a_map_of_two_dimensions_is_refused() -> None:
         opened(ridge(), dem_id="ridge", settings={"dimension": 2})
 
 
+@pytest.mark.parametrize("estimator", ["constant_velocity", "hypotheses"])
 @pytest.mark.parametrize("dem_id", ["ridge", None])
-def test_position_bubble_and_verdicts_of_a_filter_come_in_one_message(dem_id: str | None) -> None:
+def test_position_bubble_and_verdicts_of_a_filter_come_in_one_message(dem_id: str | None, estimator: str) -> None:
     grid = ridge(ridge_m=45.0)
-    session = opened(None if dem_id is None else grid, dem_id=dem_id, estimator="constant_velocity")
+    session = opened(None if dem_id is None else grid, dem_id=dem_id, estimator=estimator)
     for second in range(12):
         answer = json.loads(session.answer(epoch(second, {"A1": 4.0})))
     told = EpochOut.model_validate(answer).estimate
@@ -106,9 +107,10 @@ def test_position_bubble_and_verdicts_of_a_filter_come_in_one_message(dem_id: st
     assert (answer["predicted"] is None) == (dem_id is None)
 
 
-def test_a_filter_outlives_the_service_with_its_session() -> None:
+@pytest.mark.parametrize("estimator", ["constant_velocity", "hypotheses"])
+def test_a_filter_outlives_the_service_with_its_session(estimator: str) -> None:
     grid = ridge(ridge_m=45.0)
-    session = opened(grid, dem_id="ridge", estimator="constant_velocity")
+    session = opened(grid, dem_id="ridge", estimator=estimator)
     for second in range(6):
         session.answer(epoch(second, {}))
     again = thaw(freeze(session.memory), grid)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.navigation.street_log import PLACE, SMARTLOC, gated_filter, street_log
+from benchmarks.navigation.street.log import PLACE, SMARTLOC, gated_filter, street_log
 from benchmarks.report import Row, Table
 from benchmarks.timing import best_of_s
 from navigation import bubble_confidence, bubble_radius_m, radius_of_confidence

@@ -13,10 +13,10 @@ from pyproj import Transformer
 from navigation.inertial import TangentFrame
 from navigation.pseudoranges import StreetRanges, StreetStart, WheelReadings
 
-__all__ = ["PLACE", "SMARTLOC", "StreetLog", "gated_filter", "street_log"]
+__all__ = ["PLACE", "SMARTLOC", "StreetLog", "gated_filter", "street_log", "turned_while_sent"]
 
 Array = npt.NDArray[np.float64]
-SMARTLOC = Path(__file__).resolve().parents[3] / "shared" / "data" / "monitor" / "smartloc"
+SMARTLOC = Path(__file__).resolve().parents[4] / "shared" / "data" / "monitor" / "smartloc"
 PLACE = "Berlin_Potsdamer_Platz_first_140_s"
 LIGHT_M_PER_S = 299_792_458.0
 
@@ -52,21 +52,22 @@ def street_log(folder: Path = SMARTLOC, name: str = PLACE) -> StreetLog:
     return StreetLog(ranges, wheels, frame, place_m, math.atan2(gone_m[0], gone_m[1]))
 
 
+def turned_while_sent(log: StreetLog) -> Array:
+    """(m, 3) satellites in the body-fixed frame of the instant when the signal comes in."""
+    sent_m = np.array(log.ranges.satellites_ecef_m)
+    turned = log.frame.body.rate_rad_per_s * log.ranges.measured_m / LIGHT_M_PER_S
+    cosine, sine = np.cos(turned), np.sin(turned)
+    east, north = cosine * sent_m[:, 0] + sine * sent_m[:, 1], cosine * sent_m[:, 1] - sine * sent_m[:, 0]
+    return np.stack([east, north, sent_m[:, 2]], axis=1)
+
+
 def gated_filter(log: StreetLog, start: StreetStart, *, gate_sigma: float, earth_turns: bool) -> tuple[Array, Array]:
     """(places (k, 3), covariances (k, 3, 3)) of place, heading, clock, drift and GLONASS' clock, wheels carrying them.
 
     Noise as the log states it: 5 cm/s and 2 mrad/s of each reading, pseudoranges with their own sigma, all white.
     """
     ranges, wheels = log.ranges, log.wheels
-    sent_m = np.array(ranges.satellites_ecef_m)
-    if earth_turns:
-        turned = log.frame.body.rate_rad_per_s * ranges.measured_m / LIGHT_M_PER_S
-        cosine, sine = np.cos(turned), np.sin(turned)
-        sent_m[:, 0], sent_m[:, 1] = (
-            cosine * sent_m[:, 0] + sine * sent_m[:, 1],
-            cosine * sent_m[:, 1] - sine * sent_m[:, 0],
-        )
-    seen_m = log.frame.from_centred_m(sent_m)
+    seen_m = log.frame.from_centred_m(turned_while_sent(log) if earth_turns else ranges.satellites_ecef_m)
     other = ranges.system != ranges.system.min()
     epochs_s = np.unique(ranges.times_s)
     mean = np.array([*start.position_m, 0.5 * math.pi - start.heading_rad, 0.0, 0.0, 0.0])

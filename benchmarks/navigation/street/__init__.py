@@ -1,0 +1,1 @@
+"""smartLoc: a car among the buildings of Berlin."""
