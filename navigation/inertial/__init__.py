@@ -2,7 +2,7 @@
 
 from .alignment import align_moving, align_still, angles_of, matrices_of, quaternion_of_angles
 from .bodies import EARTH, MARS, MOON, Body, TangentFrame
-from .filtering import InertialStart, InertialTrack, navigate
+from .filtering import InertialStart, InertialTrack, ReceiverClock, navigate
 from .imu import IMU_PRESETS, ImuNoise, deg_per_h, deg_per_sqrt_h, milli_g
 from .measurements import (
     Measurements,
@@ -10,6 +10,7 @@ from .measurements import (
     ground_heights,
     join,
     position_fixes,
+    pseudoranges,
     ranges_to_anchors,
     rates_along,
     standstill,
@@ -31,6 +32,7 @@ __all__ = [
     "InertialStart",
     "InertialTrack",
     "Measurements",
+    "ReceiverClock",
     "SmoothedTrack",
     "StandstillRule",
     "TangentFrame",
@@ -48,6 +50,7 @@ __all__ = [
     "milli_g",
     "navigate",
     "position_fixes",
+    "pseudoranges",
     "quaternion_of_angles",
     "ranges_to_anchors",
     "rates_along",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,31 @@ from .measurements import Measurements
 from .samples import ImuLog
 from .smoothing import SmoothedTrack, smooth
 
-__all__ = ["InertialStart", "InertialTrack", "navigate"]
+__all__ = ["InertialStart", "InertialTrack", "ReceiverClock", "navigate"]
 
 Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ReceiverClock:
+    """A receiver's clock at the beginning, in metres of range, and how it wanders in a second. Raises StateError."""
+
+    offset_m: float = 0.0
+    drift_m_per_s: float = 0.0
+    offset_sigma_m: float = 1e5
+    drift_sigma_m_per_s: float = 100.0
+    walk_m_per_sqrt_s: float = 0.1
+    drift_walk_m_per_s_sqrt_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if (
+                not math.isfinite(value)
+                or ("sigma" in one.name and value <= 0.0)
+                or ("walk" in one.name and value < 0.0)
+            ):
+                raise StateError(f"{one.name} of the clock must be finite, sigmas above zero, walks zero or more.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +52,9 @@ class InertialStart:
 
     Sigmas: (3,) or one for all; attitude_sigma_rad: of turns about east, north, up. lever_arm_m: (3,) from the unit to
     the antenna, forward, left, up; lever_arm_sigma_m: 0 = known for certain, not estimated. Biases are what the unit
-    reads too much. covariance: (n, n) of all of that in place of the sigmas, as a track ends with. Raises StateError.
+    reads too much, scale factors what of it. clock: of a receiver whose pseudoranges come in, two more states.
+    covariance: (n, n) of the error state in place of all sigmas, as a track ends with. Raises
+    StateError.
     """
 
     position_m: npt.ArrayLike
@@ -45,10 +69,11 @@ class InertialStart:
     lever_arm_sigma_m: float = 0.0
     force_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
     rate_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
+    clock: ReceiverClock | None = None
     covariance: npt.ArrayLike | None = None
 
     def belief(self, noise: ImuNoise) -> tuple[kernel.Belief, kernel.Layout]:
-        """The kernels' belief, of 15 error states, 18 with the lever arm, 21 with scale factors, 24 with both."""
+        """The kernels' belief: 15 error states, 3 more with the lever arm, 6 with scale factors, 2 with a clock."""
         quaternion = numbers("quaternion", self.quaternion, (4,), StateError)
         length = float(np.linalg.norm(quaternion))
         if not length > 0.0 or not math.isfinite(length):
@@ -63,9 +88,14 @@ class InertialStart:
         ]
         if scales:
             sigmas += [np.full(3, noise.force_scale), np.full(3, noise.rate_scale)]
-        layout = kernel.Layout(15 if scales else -1, 3 * len(sigmas) if self.lever_arm_sigma_m > 0.0 else -1)
-        if layout.lever >= 0:
+        lever = 3 * len(sigmas) if self.lever_arm_sigma_m > 0.0 else -1
+        if lever >= 0:
             sigmas.append(np.full(3, float(self.lever_arm_sigma_m)))
+        layout = kernel.Layout(15 if scales else -1, lever, 3 * len(sigmas) if self.clock else -1)
+        offset = np.zeros(2)
+        if self.clock is not None:
+            sigmas.append(np.array([self.clock.offset_sigma_m, self.clock.drift_sigma_m_per_s]))
+            offset[:] = self.clock.offset_m, self.clock.drift_m_per_s
         covariance = np.diag(np.concatenate(sigmas) ** 2)
         if self.covariance is not None:
             covariance = numbers("covariance", self.covariance, covariance.shape, StateError)
@@ -79,8 +109,9 @@ class InertialStart:
         ]
         if not all(np.isfinite(value).all() for value in [*values, sensors]):
             raise StateError("The belief at the beginning must hold finite numbers.")
-        position, velocity, lever = values
-        return kernel.Belief(position, velocity, quaternion / length, sensors, lever, covariance, np.zeros(1)), layout
+        position, velocity, arm = values
+        attitude = quaternion / length
+        return kernel.Belief(position, velocity, attitude, sensors, arm, offset, covariance, np.zeros(1)), layout
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +121,8 @@ class InertialTrack:
     position_m, velocity_m_per_s: (k, 3) of the unit, east, north, up. quaternion: (k, 4). force_bias, rate_bias,
     force_scale, rate_scale: (k, 3). sigmas: (k, n) of the error state. position_covariance_m2: (k, 3, 3).
     innovation, innovation_variance: (m,), NaN where left out; verdict: (m,) Verdict of ``navigation``, uint8.
-    smoothed: what the whole log says of the readings with measurements, where that was asked for.
+    clock_m: (k, 2) offset and drift of the receiver's clock, 0 where there is none. smoothed: what the whole log says
+    of the readings with measurements, where that was asked for.
     """
 
     times_s: Array
@@ -108,6 +140,8 @@ class InertialTrack:
     verdict: npt.NDArray[np.uint8]
     lever_arm_m: Array
     covariance: Array
+    clock_m: Array
+    clock: ReceiverClock | None = None
     smoothed: SmoothedTrack | None = None
 
     @property
@@ -117,6 +151,10 @@ class InertialTrack:
 
     def end(self) -> InertialStart:
         """What is believed after the last reading, for a log that goes on from there."""
+        clock = self.clock
+        if clock is not None:
+            offset_m, drift_m_per_s = self.clock_m[-1].tolist()
+            clock = replace(clock, offset_m=offset_m, drift_m_per_s=drift_m_per_s)
         return InertialStart(
             self.position_m[-1],
             self.velocity_m_per_s[-1],
@@ -124,9 +162,10 @@ class InertialTrack:
             force_bias_m_per_s2=self.force_bias_m_per_s2[-1],
             rate_bias_rad_per_s=self.rate_bias_rad_per_s[-1],
             lever_arm_m=self.lever_arm_m,
-            lever_arm_sigma_m=1.0 if len(self.covariance) in (18, 24) else 0.0,
+            lever_arm_sigma_m=1.0 if len(self.covariance) - (2 if clock else 0) in (18, 24) else 0.0,
             force_scale=self.force_scale[-1],
             rate_scale=self.rate_scale[-1],
+            clock=clock,
             covariance=self.covariance,
         )
 
@@ -151,6 +190,8 @@ def navigate(
     """
     belief, layout = start.belief(noise)
     times = measurements.times_s
+    if start.clock is None and (measurements.kinds == kernel.PSEUDORANGE).any():
+        raise StateError("Pseudoranges need the receiver's clock: InertialStart(…, clock=ReceiverClock()).")
     if len(times) and not (log.times_s[0] <= times[0] and times[-1] <= log.times_s[-1]):
         raise TimeOrderError(
             f"Measurements from {times[0]} to {times[-1]} s lie outside of the readings, "
@@ -171,6 +212,8 @@ def navigate(
             0.0 if noise.rate_wander_rad_per_s < noise.rate_bias_rad_per_s else decay,
             float(gap_acceleration_m_per_s2),
             float(gap_rate_rad_per_s),
+            0.0 if start.clock is None else start.clock.walk_m_per_sqrt_s,
+            0.0 if start.clock is None else start.clock.drift_walk_m_per_s_sqrt_s,
         ),
         frame.planet(),
     )
@@ -181,6 +224,7 @@ def navigate(
         np.zeros((count, 4, 3)),
         np.zeros((count, size)),
         np.zeros((count, 3, 3)),
+        np.zeros((count, 2)),
     )
     places = len(np.unique(np.searchsorted(log.times_s, times, side="left"))) if smoother else 0
     stages = logs.Stages(
@@ -218,6 +262,8 @@ def navigate(
         verdicts,
         belief.lever_m,
         belief.covariance,
+        track.clocks,
+        start.clock,
         smooth(log.times_s, track, stages) if smoother and places else None,
     )
 

@@ -18,6 +18,7 @@ __all__ = [
     "ground_heights",
     "join",
     "position_fixes",
+    "pseudoranges",
     "ranges_to_anchors",
     "rates_along",
     "standstill",
@@ -190,6 +191,27 @@ def ranges_to_anchors(
     if not np.isfinite(offsets).all():
         raise MeasurementError("offsets_m must be finite.")
     return replace(found, offsets_m=offsets)
+
+
+def pseudoranges(
+    times_s: npt.ArrayLike,
+    satellites_m: npt.ArrayLike,
+    measured_m: npt.ArrayLike,
+    sigmas_m: npt.ArrayLike,
+    *,
+    sight: npt.ArrayLike = 1.0,
+    least_sight: float = 0.1,
+    gate_sigma: float = math.inf,
+) -> Measurements:
+    """Ranges to satellites (n, 3) with the receiver's clock in them, corrected for theirs and the atmosphere.
+
+    satellites_m: in the frame of the instant when the signal comes in. Else as ``ranges_to_anchors``, which has no
+    clock. Raises MeasurementError.
+    """
+    found = ranges_to_anchors(
+        times_s, satellites_m, measured_m, sigmas_m, sight=sight, least_sight=least_sight, gate_sigma=gate_sigma
+    )
+    return replace(found, kinds=np.full(len(found), kernel.PSEUDORANGE, np.int64))
 
 
 def ground_heights(

@@ -1,7 +1,8 @@
 """The error state of inertial navigation, corrected by scalars of any kind and fed back at once.
 
 The errors are truth less estimate: position, velocity, psi, biases of accelerometers and gyros, then their scale
-factors and the lever arm where these are estimated: 15, 18, 21 or 24 numbers. Errors of a sensor are what its readings
+factors and the lever arm where these are estimated: 15, 18, 21 or 24 numbers, and two more, a receiver's clock and its
+drift, where pseudoranges come in. Errors of a sensor are what its readings
 have too much, so that a force is reading - bias - scale·reading.
 """
 
@@ -25,6 +26,7 @@ __all__ = [
     "GYRO",
     "LEFT_OUT",
     "POSITION",
+    "PSEUDORANGE",
     "PSI",
     "RANGE",
     "RATE",
@@ -41,20 +43,23 @@ __all__ = [
 
 EAST, NORTH, UP = 0, 1, 2
 POSITION, VELOCITY, PSI, ACCELEROMETER, GYRO = 0, 3, 6, 9, 12
-# kinds of measurements: a coordinate along a direction, its rate, a range to a place, a speed along the vehicle
-COORDINATE, RATE, RANGE, ALONG = 0, 1, 2, 3
+# kinds of measurements: a coordinate along a direction, its rate, a range to a place, a speed along the vehicle, a
+# range with the receiver's clock in it
+COORDINATE, RATE, RANGE, ALONG, PSEUDORANGE = 0, 1, 2, 3, 4
 LEFT_OUT, USED, GATED, BACK_IN = 0, 1, 2, 3
 
 
 class Layout(NamedTuple):
-    """Where the scale factors (accelerometers, then gyros) and the lever arm begin in the error state; -1 = nowhere."""
+    """Where scale factors (accelerometers, then gyros), lever arm and clock begin in the error state; -1 = nowhere."""
 
     scales: int
     lever: int
+    clock: int
 
 
 class Noise(NamedTuple):
-    """Densities: of the readings' white noise, of the biases' walk; their decay 1/s; of unknown motion in gaps."""
+    """Densities: of the readings' white noise, of the biases' walk; their decay 1/s; of unknown motion in gaps; of the
+    clock's walk and its drift's."""
 
     force: float
     turn: float
@@ -64,16 +69,20 @@ class Noise(NamedTuple):
     turn_decay: float
     gap_force: float
     gap_turn: float
+    clock: float
+    drift: float
 
 
 class Belief(NamedTuple):
-    """The navigation solution, all in place: sensor errors (4, 3) are biases, then scale factors, as above."""
+    """The navigation solution, all in place: sensor errors (4, 3) are biases, then scale factors, as above; clock_m
+    (2,) is offset and drift."""
 
     position_m: np.ndarray
     velocity: np.ndarray
     quaternion: np.ndarray
     sensors: np.ndarray
     lever_m: np.ndarray
+    clock_m: np.ndarray
     covariance: np.ndarray
     doubt: np.ndarray
 
@@ -108,7 +117,7 @@ def linear(force, belief, readings, layout, planet, out):
 
 
 @scalar_kernel
-def _pass(rows, step_s, noise, table):
+def _pass(rows, step_s, noise, layout, table):
     """table (n, m) becomes Φ·table, Φ = I + F·step with the biases' decay."""
     n, m = table.shape
     held = table[:9].copy()
@@ -123,15 +132,18 @@ def _pass(rows, step_s, noise, table):
         for c in range(m):
             table[ACCELEROMETER + i, c] *= math.exp(-noise.force_decay * step_s)
             table[GYRO + i, c] *= math.exp(-noise.turn_decay * step_s)
+    if layout.clock >= 0:
+        for c in range(m):
+            table[layout.clock, c] += step_s * table[layout.clock + 1, c]
 
 
 @scalar_kernel
-def grow(covariance, transition, rows, step_s, noise, gap):
+def grow(covariance, transition, rows, step_s, noise, layout, gap):
     """Covariance after step_s, in place: Φ·P·Φᵀ + Q; transition (n, n) becomes Φ·transition, (0, 0) = not asked for."""
     n = covariance.shape[0]
-    _pass(rows, step_s, noise, covariance)
+    _pass(rows, step_s, noise, layout, covariance)
     turned_over = covariance.T.copy()
-    _pass(rows, step_s, noise, turned_over)
+    _pass(rows, step_s, noise, layout, turned_over)
     for i in range(n):
         for j in range(i + 1):
             middle = 0.5 * (turned_over[i, j] + turned_over[j, i])
@@ -142,16 +154,19 @@ def grow(covariance, transition, rows, step_s, noise, gap):
         covariance[PSI + i, PSI + i] += step_s * (noise.turn**2 + (noise.gap_turn**2 if gap else 0.0))
         covariance[ACCELEROMETER + i, ACCELEROMETER + i] += step_s * noise.force_walk**2
         covariance[GYRO + i, GYRO + i] += step_s * noise.turn_walk**2
+    if layout.clock >= 0:
+        covariance[layout.clock, layout.clock] += step_s * noise.clock**2
+        covariance[layout.clock + 1, layout.clock + 1] += step_s * noise.drift**2
     if transition.shape[0] > 0:
-        _pass(rows, step_s, noise, transition)
+        _pass(rows, step_s, noise, layout, transition)
 
 
 @scalar_kernel
 def expected(kind, vectors, belief, turn_rate, layout, row):
     """What a measurement should be; fill row (n,), its derivative by the error state.
 
-    vectors: (vector (3,): direction in the frame for COORDINATE and RATE, place for RANGE, direction on the vehicle for
-    ALONG; offset (3,) on the vehicle from the antenna to where it is measured). turn_rate: (3,) corrected.
+    vectors: (vector (3,): direction in the frame for COORDINATE and RATE, place for ranges, direction on the vehicle
+    for ALONG; offset (3,) on the vehicle from the antenna to where it is measured). turn_rate: (3,) corrected.
     """
     vector, offset = vectors
     row[:] = 0.0
@@ -173,13 +188,17 @@ def expected(kind, vectors, belief, turn_rate, layout, row):
     rotate(matrix, part, swing)
     total, base = 0.0, POSITION
     direction[:] = vector
-    if kind == RANGE:
+    if kind in (RANGE, PSEUDORANGE):
         for i in range(3):
             direction[i] = belief.position_m[i] + arm[i] - vector[i]
             total += direction[i] * direction[i]
         total = math.sqrt(total)
         for i in range(3):
             direction[i] = direction[i] / total if total > 0.0 else 0.0
+        if kind == PSEUDORANGE:
+            total += belief.clock_m[0]
+            if layout.clock >= 0:
+                row[layout.clock] = 1.0
     elif kind == COORDINATE:
         for i in range(3):
             total += direction[i] * (belief.position_m[i] + arm[i])
@@ -218,6 +237,8 @@ def _feed_back(belief, layout, gain, innovation, correction):
             belief.sensors[kind, i] += gain[place + i] * innovation
         if layout.lever >= 0:
             belief.lever_m[i] += gain[layout.lever + i] * innovation
+    for i in range(2 if layout.clock >= 0 else 0):
+        belief.clock_m[i] += gain[layout.clock + i] * innovation
     quaternion_of(rotation, turn)
     turned(turn, before, belief.quaternion)
     for i in range(correction.shape[0]):
@@ -259,7 +280,7 @@ def correct(measurement, belief, turn_rate, layout, gate, correction, found):
             variance += innovation * innovation / (gate * gate)
     elif doubt[0] >= 0.0:
         # that one axis of a fix is right says little of a belief that is wrong along another
-        doubt[0] = max(doubt[0] - (2.0 if kind == RANGE else 0.25), 0.0)
+        doubt[0] = max(doubt[0] - (2.0 if kind in (RANGE, PSEUDORANGE) else 0.25), 0.0)
     if doubt[0] < 0.0:
         doubt[0] += 1.0
         verdict = BACK_IN

@@ -39,7 +39,7 @@ class Events(NamedTuple):
 
 class Track(NamedTuple):
     """What is kept after each reading: positions, velocities (k, 3), quaternions (k, 4), sensors (k, 4, 3), sigmas
-    (k, n), and the position's covariance (k, 3, 3)."""
+    (k, n), the position's covariance (k, 3, 3), and the clock (k, 2)."""
 
     positions: np.ndarray
     velocities: np.ndarray
@@ -47,6 +47,7 @@ class Track(NamedTuple):
     sensors: np.ndarray
     sigmas: np.ndarray
     covariances: np.ndarray
+    clocks: np.ndarray
 
 
 class Stages(NamedTuple):
@@ -76,7 +77,8 @@ def _advance(belief, reading, before, step_s, settings, gap, transition):
     matrix_of(belief.quaternion, matrix)
     rotate(matrix, used[FORCE], force)
     linear(force, belief, reading, layout, planet, rows)
-    grow(belief.covariance, transition, rows, step_s, noise, gap)
+    grow(belief.covariance, transition, rows, step_s, noise, layout, gap)
+    belief.clock_m[0] += step_s * belief.clock_m[1]
     step((belief.position_m, belief.velocity, belief.quaternion), used[FORCE], used[TURN], before, step_s, planet)
     for i in range(3):
         belief.sensors[FORCE, i] *= math.exp(-noise.force_decay * step_s)
@@ -133,6 +135,7 @@ def filter_log(readings, events, belief, settings, track, stages, found, verdict
         track.velocities[k] = belief.velocity
         track.quaternions[k] = belief.quaternion
         track.sensors[k] = belief.sensors
+        track.clocks[k] = belief.clock_m
         for i in range(n):
             track.sigmas[k, i] = math.sqrt(max(belief.covariance[i, i], 0.0))
         for i in range(3):
