@@ -134,7 +134,7 @@ def _drive_document(drive: DriveRows) -> dict[str, object]:
 
 
 def _stream(stream: Stream, form: LogForm, drive: DriveRows | None) -> StreamSurvey:
-    taken = [one.role for one in form.streams if one.stream == stream.name]
+    taken: list[str] = [one.role for one in form.streams if one.stream == stream.name]
     if drive is not None and stream.name in drive.streams:
         taken.append(drive.streams[stream.name])
     roles = ", ".join(taken)
