@@ -6,7 +6,9 @@ import json
 import numpy as np
 import pytest
 
+from gnss.differential import read_orbits
 from tests.gnss.differential import world
+from tests.gnss.differential.test_precise_orbits import sp3_text
 
 STEP_S, SECONDS, G = 0.02, 20.0, 9.81
 
@@ -100,3 +102,12 @@ def test_observations_that_are_cut_short_are_one_sentence(files, tmp_path, sight
     (tmp_path / "cut.obs").write_text("\n".join(whole[:-2]))
     words = ("baseline", tmp_path / "cut.obs", "--base", files / "base.obs", "--orbits", files / "made.nav")
     sightline(*words).refused("cut.obs")
+
+
+def test_precise_orbits_of_another_day_are_one_sentence(files, tmp_path, sightline):
+    orbits = read_orbits(files / "made.nav")
+    middle_s = (orbits.first_s + orbits.last_s) / 2.0
+    text = sp3_text(orbits, ["G07"], middle_s)
+    (tmp_path / "other.sp3").write_text(text.replace("2016 ", "2017 ").replace("2015 ", "2017 "))
+    words = ("baseline", files / "rover.obs", "--base", files / "base.obs", "--orbits", files / "made.nav")
+    sightline(*words, "--orbits", tmp_path / "other.sp3").refused("of different days")
