@@ -22,9 +22,11 @@ __all__ = [
     "ALONG",
     "BACK_IN",
     "COORDINATE",
+    "DRIFT",
     "GATED",
     "GYRO",
     "LEFT_OUT",
+    "OFFSET",
     "POSITION",
     "PSEUDORANGE",
     "PSI",
@@ -47,6 +49,8 @@ POSITION, VELOCITY, PSI, ACCELEROMETER, GYRO = 0, 3, 6, 9, 12
 # range with the receiver's clock in it
 COORDINATE, RATE, RANGE, ALONG, PSEUDORANGE = 0, 1, 2, 3, 4
 LEFT_OUT, USED, GATED, BACK_IN = 0, 1, 2, 3
+# of a clock
+OFFSET, DRIFT = 0, 1
 
 
 class Layout(NamedTuple):
@@ -196,7 +200,7 @@ def expected(kind, vectors, belief, turn_rate, layout, row):
         for i in range(3):
             direction[i] = direction[i] / total if total > 0.0 else 0.0
         if kind == PSEUDORANGE:
-            total += belief.clock_m[0]
+            total += belief.clock_m[OFFSET]
             if layout.clock >= 0:
                 row[layout.clock] = 1.0
     elif kind == COORDINATE:

@@ -7,7 +7,7 @@ import numpy as np
 
 from compiled.options import scalar_kernel
 
-from .error_state import correct, grow, linear
+from .error_state import DRIFT, OFFSET, correct, grow, linear
 from .strapdown import FORCE, TURN, matrix_of, rotate, step
 
 __all__ = ["Events", "Readings", "Stages", "Track", "filter_log"]
@@ -78,7 +78,7 @@ def _advance(belief, reading, before, step_s, settings, gap, transition):
     rotate(matrix, used[FORCE], force)
     linear(force, belief, reading, layout, planet, rows)
     grow(belief.covariance, transition, rows, step_s, noise, layout, gap)
-    belief.clock_m[0] += step_s * belief.clock_m[1]
+    belief.clock_m[OFFSET] += step_s * belief.clock_m[DRIFT]
     step((belief.position_m, belief.velocity, belief.quaternion), used[FORCE], used[TURN], before, step_s, planet)
     for i in range(3):
         belief.sensors[FORCE, i] *= math.exp(-noise.force_decay * step_s)

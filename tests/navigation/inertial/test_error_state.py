@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from navigation import StateError, Verdict, mean_bounds, nees
+from navigation import Verdict, mean_bounds, nees
 from navigation.inertial import (
     ImuNoise,
     InertialStart,
@@ -17,7 +17,6 @@ from navigation.inertial import (
     matrices_of,
     navigate,
     position_fixes,
-    pseudoranges,
     ranges_to_anchors,
     standstill,
     vehicle_speeds,
@@ -269,35 +268,3 @@ def test_a_gate_keeps_a_jump_out_and_comes_back_where_it_was_wrong(drive):
     back = navigate(log, lost, position_fixes(at, made.position(at), 0.5, gate_sigma=5.0), NOISE, FRAME)
     assert (back.verdict == Verdict.REACQUIRED).any()
     assert np.linalg.norm(back.position_m[-1] - made.position(log.times_s[-1])) < 2.0
-
-
-@pytest.mark.parametrize("smoother", [False, True])
-def test_pseudoranges_correct_place_and_clock_together(drive, smoother):
-    made, forces, rates = drive
-    rng = np.random.default_rng(6)
-    log = imu_log(made.times_s, forces + 0.03, rates + 0.0005)
-    up, azimuth = np.sin(np.radians(rng.uniform(15.0, 80.0, 8))), np.arange(8) * np.pi / 4.0
-    flat = np.sqrt(1.0 - up**2)
-    satellites = 2.2e7 * np.stack([flat * np.sin(azimuth), flat * np.cos(azimuth), up], axis=1)
-    at_s = np.repeat(np.arange(1.0, made.times_s[-1]), 8)
-    places = np.tile(satellites, (len(at_s) // 8, 1))
-    truth = 40_000.0 + 55.0 * at_s
-    measured = np.linalg.norm(made.position(at_s) - places, axis=1) + truth + rng.normal(0.0, 1.0, len(at_s))
-    start = begin(made, clock=ReceiverClock(), position_sigma_m=30.0)
-    told = pseudoranges(at_s, places, measured, 1.0, gate_sigma=8.0)
-    track = navigate(log, start, told, NOISE, FRAME, smoother=smoother)
-    late = track.times_s > 60.0
-    errors = (track.position_m - made.position(track.times_s))[late]
-    assert np.sqrt((errors**2).sum(axis=1).mean()) < 2.0
-    assert abs(track.clock_m[-1, 0] - (40_000.0 + 55.0 * track.times_s[-1])) < 4.0 * track.sigmas[-1, -2]
-    assert abs(track.clock_m[-1, 1] - 55.0) < 4.0 * track.sigmas[-1, -1]
-    assert 0.5 < np.mean(track.innovation[800:] ** 2 / track.innovation_variance[800:]) < 1.5
-
-
-def test_pseudoranges_without_a_clock_and_clocks_that_are_none_are_refused(drive):
-    made, forces, rates = drive
-    told = pseudoranges([1.0], [[0.0, 0.0, 2e7]], [2e7], 1.0)
-    with pytest.raises(StateError, match="receiver's clock"):
-        navigate(imu_log(made.times_s, forces, rates), begin(made), told, NOISE, FRAME)
-    with pytest.raises(StateError, match="offset_sigma_m"):
-        ReceiverClock(offset_sigma_m=0.0)
