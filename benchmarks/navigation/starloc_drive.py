@@ -35,6 +35,7 @@ SETTINGS = DriveSettings(
     range_sigma_m=RANGE_SIGMA_M,
     lever_arm_sigma_m=0.1,
     gate_sigma=4.0,
+    hidden_excess_m=0.0,  # the detector's verdicts are weights here
     smoother=False,
 )
 # the room is somewhere in Quebec; nothing here feels the Earth turn

@@ -126,13 +126,19 @@ def drive_measurements(
         ranges = log.ranges
         if not ((ranges.anchor >= 0) & (ranges.anchor < len(anchors))).all():
             raise MeasurementError(f"Ranges go to anchors 0 to {len(anchors) - 1}; one names another.")
-        sight = np.ones(len(ranges.times_s)) if foreseen.sight is None else foreseen.sight
+        told = np.ones(len(ranges.times_s)) if foreseen.sight is None else foreseen.sight
+        sight = np.where(np.isnan(told), 1.0, told)
+        sigmas = np.where(np.isnan(ranges.sigmas_m), settings.range_sigma_m, ranges.sigmas_m)
+        if settings.hidden_excess_m > 0.0:
+            # one that may be hidden is off by an exponential of that mean as often as it is
+            sigmas = np.hypot(sigmas, np.sqrt(2.0 * (1.0 - sight)) * settings.hidden_excess_m)
+            sight = np.where(sight >= settings.least_sight, 1.0, 0.0)
         lists["range"] = ranges_to_anchors(
             ranges.times_s,
             anchors[ranges.anchor],
             np.where(ranges.measured_m > 0.0, ranges.measured_m, np.nan),
-            np.where(np.isnan(ranges.sigmas_m), settings.range_sigma_m, ranges.sigmas_m),
-            sight=np.where(np.isnan(sight), 1.0, sight),
+            sigmas,
+            sight=sight,
             least_sight=settings.least_sight,
             offsets_m=ranges.offsets_m,
             gate_sigma=gate,

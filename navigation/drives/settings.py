@@ -29,8 +29,10 @@ class DriveSettings:
     neither sideways nor off the ground (NHC), 0 = off. mounting_rad: how far the direction of driving lies left of the
     unit's x axis, and above it. pivot_m: from the unit to amid the wheels, where it does not slide. *_sigma: of what
     the log gives no sigma for. gate_sigma: what lies further off is not believed. least_sight: ranges of less
-    probability of sight are left out. antenna_above_ground_m: the ground's height is used where there is a map; None =
-    it is not. epsilon: how many sigmas the bubble is. smoother: back through the log as well. Raises MeasurementError.
+    probability of sight are left out. hidden_excess_m: how much too long a range over a detour is in the mean; the less
+    likely one is in sight, the less sure it is by that (0 = its variance is divided by the probability).
+    antenna_above_ground_m: the ground's height is used where there is a map; None = it is not. epsilon: how many sigmas
+    the bubble is. smoother: back through the log as well. Raises MeasurementError.
     """
 
     imu: ImuNoise = IMU_PRESETS["tactical"]
@@ -58,6 +60,7 @@ class DriveSettings:
     range_sigma_m: float = 0.1
     gate_sigma: float = 5.0
     least_sight: float = 0.5
+    hidden_excess_m: float = 5.0
     antenna_above_ground_m: float | None = None
     ground_sigma_m: float = 1.0
     gap_acceleration_m_per_s2: float = 2.0
@@ -75,5 +78,7 @@ class DriveSettings:
                     raise MeasurementError(
                         f"{one.name} must be {'zero or more' if zero else 'above zero'}, not {worst}."
                     )
+        if not 0.0 <= self.hidden_excess_m < math.inf:
+            raise MeasurementError(f"hidden_excess_m must be zero or more, not {self.hidden_excess_m}.")
         if not 0.0 < self.least_sight <= 1.0:
             raise MeasurementError(f"least_sight must be above 0 and at most 1, not {self.least_sight}.")

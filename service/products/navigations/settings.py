@@ -146,6 +146,11 @@ class NavigationSettingsIn(StrictModel):
     least_sight: Share = Field(
         DEFAULTS.least_sight, description="Ranges of less probability of sight are left out, 0..1."
     )
+    hidden_excess_m: NotNegativeMetres = Field(
+        DEFAULTS.hidden_excess_m,
+        description="How much too long a range over a detour is in the mean, metres: the less likely one is in sight, "
+        "the less sure it is by that. 0 = its variance is divided by the probability.",
+    )
     antenna_above_ground_m: NotNegativeMetres | None = Field(
         None,
         description="Of the antenna of a vehicle on the ground, metres: then the map tells its height; left out = it "

@@ -18,6 +18,7 @@ from navigation.drives import (
     Speeds,
     navigate_drive,
 )
+from navigation.drives.logs import drive_measurements, imu_of
 from navigation.inertial import IMU_PRESETS, TangentFrame, vehicle_speeds
 from tests.reference.inertial import Drive, along
 
@@ -80,6 +81,21 @@ def test_radios_on_arms_of_their_own_are_ranged_each_from_where_it_is(drive):
     ]
     assert errors[0] < 0.3
     assert errors[1] > 2.0 * errors[0]
+
+
+def test_a_range_that_may_be_hidden_is_less_sure_by_the_excess_that_it_may_have(drive):
+    _, readings, ranges, _ = drive
+    log = DriveLog(readings, ranges=replace(ranges, sigmas_m=np.full(len(ranges.times_s), 0.3)), anchors_m=ANCHORS_M)
+    sight = np.where(np.arange(len(ranges.times_s)) % 2, 0.6, 0.4)
+    imu = imu_of(log, SETTINGS, 9.8)
+    for excess_m, variance_m2 in ((5.0, 0.09 + 0.4 * 2.0 * 25.0), (0.0, 0.09 / 0.6)):
+        settings = replace(SETTINGS, hidden_excess_m=excess_m)
+        told, _ = drive_measurements(log, imu, settings, Foreseen(sight=sight))
+        mine = told.source == SOURCES.index("range")
+        np.testing.assert_allclose(told.variances[mine][1::2], variance_m2)
+        assert np.isinf(told.variances[mine][::2]).all()
+    with pytest.raises(MeasurementError, match="hidden_excess_m"):
+        replace(SETTINGS, hidden_excess_m=-1.0)
 
 
 def test_a_straight_and_even_drive_has_the_course_of_its_fixes_though_its_readings_are_still():
