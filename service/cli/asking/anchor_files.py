@@ -35,8 +35,7 @@ FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine; of a radio the name
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
 TEXTS = {"id", "body", "altitude_datum", "radio"}
-# what the planner's tables tell besides, which changes no answer
-OF_MISSIONS = ("kind",)
+OF_MISSIONS = ("kind",)  # what the planner's tables tell besides, which changes no answer
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
 TRACK_COLUMNS = ("id", *(field for field in TrackPointIn.model_fields if field not in ("body", "altitude_datum")))
 ANCHORS, TRACKS = "anchors file", "track file"
