@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 import terrain
-from benchmarks.detection.map_loop import SEED, WITH, WITHOUT, WRONG, Ground, drive_of, grounds, wrong_map
+from benchmarks.detection.map_loop import SEED, WITH, WITHOUT, WRONG, Ground, drive_of, grounds, on_all_cores, wrong_map
 from benchmarks.report import Row, Table
 from detection import Detector, EpochResult, RangeEpoch
 from detection.simulation import RangingNoise, SimulatedDrive, draw_epochs
@@ -22,6 +23,9 @@ NOTE = """\
 Drives, maps and noise like those above. Position: of the session's filter at constant velocity, error in space over the
 epochs with a bad range. In the bubble: share of them that are no further off than the radius that is told (three
 sigmas)."""
+
+
+_Task = tuple[Ground, SimulatedDrive, Sequence[RangeEpoch], terrain.ElevationGrid | None]
 
 
 @dataclass(slots=True)
@@ -41,13 +45,17 @@ def _note(found: _Found, truth_m: npt.NDArray[np.float64], estimate: RoverEstima
     found.held.append(estimate is not None and off_m <= estimate.bubble_m)
 
 
-def _session(
-    ground: Ground,
-    driven: SimulatedDrive,
-    epochs: tuple[RangeEpoch, ...],
-    grid: terrain.ElevationGrid | None,
-    found: _Found,
-) -> None:
+def _together(parts: Sequence[_Found]) -> _Found:
+    return _Found(
+        [one for part in parts for one in part.filter_m],
+        [one for part in parts for one in part.detector_m],
+        [one for part in parts for one in part.held],
+    )
+
+
+def _session(task: _Task) -> _Found:
+    ground, driven, epochs, grid = task
+    found = _Found([], [], [])
     estimator = ConstantVelocityEstimator(driven.anchors, ground.settings)
     blind = Detector(driven.anchors, ground.settings)
     mapped = None
@@ -63,6 +71,7 @@ def _session(
             estimate = estimator.step(epoch, result, blind.motion)
         if np.nanmax(driven.excess_m[n]) > ground.harmful_m:
             _note(found, driven.places_m[n], estimate, result)
+    return found
 
 
 def _is_met(p95_m: float, most_m: float) -> bool:
@@ -75,13 +84,15 @@ def map_estimates(drives: int = 70) -> Table:
     rows = []
     for ground in grounds():
         generator = np.random.default_rng(SEED)
-        found = {name: _Found([], [], []) for name in (WITHOUT, WITH, WRONG)}
+        tasks: dict[str, list[_Task]] = {WITHOUT: [], WITH: [], WRONG: []}
         for _ in range(drives):
             driven = drive_of(ground, generator)
             epochs = draw_epochs(driven, RangingNoise(), generator)
             maps = {WITHOUT: None, WITH: ground.grid, WRONG: wrong_map(ground.grid, generator)}
             for name, grid in maps.items():
-                _session(ground, driven, epochs, grid, found[name])
+                tasks[name].append((ground, driven, epochs, grid))
+        done = iter(on_all_cores(_session, [task for of_name in tasks.values() for task in of_name]))
+        found = {name: _together([next(done) for _ in of_name]) for name, of_name in tasks.items()}
         if not found[WITHOUT].filter_m:
             rows.append(Row((ground.name, "no drive had a bad range", "0", "", "", "", "")))
             continue

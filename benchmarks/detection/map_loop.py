@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +24,15 @@ from detection import Detector, DetectorSettings, EpochResult, RangeEpoch, Rangi
 from detection.simulation import RangingNoise, SimulatedDrive, draw_epochs, drive_along
 from planning.watching import GroundErrors, MapDetector
 
-__all__ = ["Ground", "loop_speed", "map_loop"]
+__all__ = ["Ground", "loop_speed", "map_loop", "on_all_cores"]
 
 Floats = npt.NDArray[np.float64]
+Task = TypeVar("Task")
+Done = TypeVar("Done")
 
 SEED = 7_015  # drives, anchors and settings were shaped on seed 15; on this one nothing was
 WITHOUT, WITH, WRONG = "without", "right map", "wrong map"
+PIECE, FEW_TASKS = 20, 6  # drives of a task; fewer tasks are done where they are
 WRONG_M, WRONG_CELLS = 5.0, 10.0  # sigma of the wrong map's heights, over how many cells it is alike
 NOTE = f"""\
 Straight drives at random among eight anchors around them, an epoch a second, ranging noise 0.1 m, wheel odometry. Who
@@ -174,12 +181,25 @@ def sessions(ground: Ground, count: int, seed: int = SEED) -> dict[str, Told]:
     drives = [drive_of(ground, generator) for _ in range(count)]
     epochs = [draw_epochs(drive, RangingNoise(), generator) for drive in drives]
     maps = {WITHOUT: None, WITH: ground.grid, WRONG: wrong_map(ground.grid, generator)}
-    return {
-        name: _told(
-            drives, [session(ground, d, e, grid) for d, e in zip(drives, epochs, strict=True)], ground.harmful_m
-        )
-        for name, grid in maps.items()
-    }
+    pieces = [slice(start, start + PIECE) for start in range(0, count, PIECE)]
+    tasks = [(ground, grid, drives[of], epochs[of]) for grid in maps.values() for of in pieces]
+    done = iter(on_all_cores(_answers, tasks))
+    return {name: _told(drives, [one for _ in pieces for one in next(done)], ground.harmful_m) for name in maps}
+
+
+def on_all_cores(work: Callable[[Task], Done], tasks: Sequence[Task]) -> list[Done]:
+    """What becomes of each task, in order; of a few here, of many in processes of their own, one a core."""
+    if len(tasks) < FEW_TASKS:
+        return [work(task) for task in tasks]
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        return list(pool.map(work, tasks))
+
+
+def _answers(
+    task: tuple[Ground, terrain.ElevationGrid | None, Sequence[SimulatedDrive], Sequence[Sequence[RangeEpoch]]],
+) -> list[tuple[list[EpochResult], list[float]]]:
+    ground, grid, drives, epochs = task
+    return [session(ground, drive, each, grid) for drive, each in zip(drives, epochs, strict=True)]
 
 
 def missed_at(told: Told, false_alarms: float) -> float:

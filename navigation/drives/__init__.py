@@ -2,6 +2,7 @@
 
 from .driving import DriveTrack, navigate_drive
 from .logs import SOURCES, DriveLog, Fixes, Foreseen, Ranges, Readings, Speeds
+from .riding import InertialEstimator
 from .settings import DriveSettings
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "DriveTrack",
     "Fixes",
     "Foreseen",
+    "InertialEstimator",
     "Ranges",
     "Readings",
     "Speeds",

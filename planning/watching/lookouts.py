@@ -71,7 +71,7 @@ class Lookout:
         return [RangingAnchor(anchor_id, *at_m) for anchor_id, at_m in self.places_m.items()]
 
     def standing(self) -> list[Anchor]:
-        """The same for maps and plans."""
+        """The same for plans, with their radios."""
         return [Anchor(anchor_id, *at_m, radio=self.radios.get(anchor_id)) for anchor_id, at_m in self.places_m.items()]
 
     def forecast(self, place: PositionFix, errors: GroundErrors, excess_m: float) -> SightForecast | None:

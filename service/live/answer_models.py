@@ -17,6 +17,7 @@ from detection import (
     Witness,
 )
 from service.live.drives import AdviceOut
+from service.live.imu import FeltOut
 
 __all__ = ["CalibrationOut", "DetectionOut", "DetectorOut", "DetectorStateful", "EpochOut", "EpochsOut"]
 
@@ -148,6 +149,7 @@ class EpochOut(Exact):
     estimate: EstimateOut | None = Field(
         None, description="Of the session's estimator; null: it has none, or it has not begun."
     )
+    imu: FeltOut | None = Field(None, description="What became of its inertial readings; null: none came.")
     predicted: list[PredictedOut] | None = Field(
         None, description="What the map foretold, of the anchors that it knows of; null: the session looks at no map."
     )

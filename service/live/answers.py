@@ -40,10 +40,12 @@ def epoch_answer(
     advice: Advice | None = None,
     *,
     over_map: bool = False,
+    imu: dict[str, object] | None = None,
 ) -> dict[str, object]:
     """The answer to one epoch, in the words of ``EpochOut``.
 
-    watched, advice: with what else there is to it; over_map: also with what a map foretold.
+    watched, advice: with what else there is to it; over_map: also with what a map foretold; imu: what became of
+    inertial readings, in the words of ``FeltOut``.
     """
     return {
         "time_s": result.time_s,
@@ -62,6 +64,7 @@ def epoch_answer(
         "summary": result.summary,
         "advice": None if advice is None else advice_answer(advice),
         "predicted": _predicted(watched) if over_map and watched is not None else None,
+        "imu": imu,
         "estimate": None if watched is None or watched.estimate is None else _estimate(watched.estimate),
     }
 

@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from detection import OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from service.live.drives import DriveIn
+from service.live.imu import ImuIn, InertialUnitIn
 from service.live.settings import CalibrationIn, DetectorSettingsIn
 from service.parts.anchors import AnchorId
 from service.parts.doubts import DoubtParameters
@@ -127,6 +128,9 @@ class EpochIn(StrictModel):
     sequence: Annotated[int, Field(strict=True, ge=-(2**63), lt=2**63)] | None = Field(
         None, description="The sender's number of this epoch; a repeated number is a duplicate."
     )
+    imu: ImuIn | None = Field(
+        None, description="Readings of an inertial unit up to this epoch, for the estimator inertial; null = none."
+    )
     moved: list[RangingAnchorIn] = Field(
         [], description="Anchors of the session that are elsewhere from now on; each keeps its radio."
     )
@@ -219,12 +223,14 @@ class DetectorIn(_Detector, AreaParameters, DoubtParameters):
         None, description="One-sigma error of where the DEM lies, per axis, metres; null = half a cell."
     )
     calibration: CalibrationIn | None = Field(None, description="Is applied to every range first; null = none.")
-    estimator: Literal["constant_velocity", "hypotheses"] | None = Field(
+    estimator: Literal["constant_velocity", "hypotheses", "inertial"] | None = Field(
         None,
         description="A filter that goes along, in three dimensions: answers then hold its estimate of place and "
         "velocity from ranges, odometry and the DEM's height together. constant_velocity weighs ranges by the "
-        "verdicts; hypotheses carries which ranges may lie, so that its bubble holds. null = none.",
+        "verdicts; hypotheses carries which ranges may lie, so that its bubble holds; inertial takes the imu of its "
+        "epochs. null = none.",
     )
+    imu: InertialUnitIn | None = Field(None, description="The unit of the estimator inertial; null = its defaults.")
     drive: DriveIn | None = Field(None, description="The path to follow, for advice; needs dem_id. null = none.")
     idle_timeout_s: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = Field(
         None, description="Seconds without a request after which it expires; left out = the most that is allowed."
@@ -238,6 +244,8 @@ class DetectorIn(_Detector, AreaParameters, DoubtParameters):
             raise ValueError("A cover stands on a DEM: give dem_id too, or leave out cover.")
         if self.doubts is not None and self.dem_id is None:
             raise ValueError("Doubts are about a DEM: give dem_id too, or leave out doubts.")
+        if self.imu is not None and self.estimator != "inertial":
+            raise ValueError("imu is of the estimator inertial: ask for that too, or leave out imu.")
         if self.dem_id is None:
             self._refuse_radios("give dem_id too, or leave it out")
         return self

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TypeVar
 
 from detection import Calibrated
@@ -165,7 +165,9 @@ class DetectorSession:
     def _told(self, asked: EpochIn, watched: WatchedEpoch, advice: Advice | None = None) -> bytes:
         self.touch()
         over_map = self._dem_id is not None
-        answer = as_json(epoch_answer(watched.result, asked.sequence, watched, advice, over_map=over_map))
+        felt, inertial = self.memory.felt, self.memory.inertial
+        imu = None if felt is None else {**asdict(felt), "riding": inertial is not None and inertial.riding}
+        answer = as_json(epoch_answer(watched.result, asked.sequence, watched, advice, over_map=over_map, imu=imu))
         for watcher in self._watchers:
             watcher.tell(answer)
         return answer

@@ -93,7 +93,7 @@ def thaw(data: bytes, grid: ElevationGrid | None, area: shapely.Geometry | None 
 def _release() -> bytes:
     """Digest of all code whose objects are frozen: what another release makes of them is anyone's guess."""
     whole = hashlib.sha256(np.__version__.encode())
-    here = [Path(__file__), Path(__file__).with_name("watching.py")]
+    here = [Path(__file__), *(Path(__file__).with_name(name) for name in ("watching.py", "imu.py"))]
     for package in (detection, navigation, planning.watching):
         here += sorted(Path(str(package.__file__)).parent.rglob("*.py"))
     for path in here:

@@ -23,6 +23,9 @@ from detection import (
     Suspicion,
 )
 from navigation import ESTIMATORS, Estimator
+from navigation.drives import InertialEstimator
+from navigation.inertial import TangentFrame
+from planning.driving.frames import map_frame
 from planning.watching import (
     Advice,
     DarkStretch,
@@ -37,6 +40,7 @@ from planning.watching import (
 from service.errors import RequestError
 from service.files.geojson import Feature, collection_of, coordinates_of, feature
 from service.files.layer import replacing
+from service.live.imu import Felt, InertialUnitIn, felt
 from service.live.request import DetectorIn, EpochIn
 from service.parts.doubts import doubts_by_anchor
 from service.parts.map_area import area_shape
@@ -150,17 +154,21 @@ class Occlusions:
 class Memory:
     """What a session remembers: its detector, since when which anchors have been occluded, the last epoch that came.
 
-    calibration: is applied to every range first. Changed in place.
+    calibration: is applied to every range first. inertial: its filter, where that takes inertial readings; felt: what
+    became of the last epoch's. Changed in place.
     """
 
     detector: MaybeMapped
     occlusions: Occlusions = field(default_factory=Occlusions)
     acknowledged: dict[str, float | int | None] | None = None
     calibration: Calibration | None = None
+    inertial: InertialEstimator | None = None
+    felt: Felt | None = None
 
     def process(self, asked: EpochIn) -> WatchedEpoch:
         """The answer to one epoch."""
         epoch = asked.epoch()
+        self.felt = felt(asked.imu, self.inertial)
         watched = self.detector.process(epoch if self.calibration is None else self.calibration.applied(epoch))
         if watched.result.rejection is None:
             self.occlusions.take_in(watched.result)
@@ -173,17 +181,34 @@ def memory_of(asked: DetectorIn, grid: ElevationGrid | None) -> Memory:
 
     Raises DetectionInputError, WatchError, StateError, AreaError.
     """
-    given = asked.calibration
-    if given is None:
-        return Memory(_detector_of(asked, grid))
-    offsets_m = {one.id: given.anchor_offsets_m.get(one.id, given.offset_m) for one in asked.anchors}
-    return Memory(_detector_of(asked, grid), calibration=Calibration(given.scale, 0.0, offsets_m))
+    given, estimator = asked.calibration, _estimator_of(asked, grid)
+    inertial = estimator if isinstance(estimator, InertialEstimator) else None
+    calibration = None
+    if given is not None:
+        offsets_m = {one.id: given.anchor_offsets_m.get(one.id, given.offset_m) for one in asked.anchors}
+        calibration = Calibration(given.scale, 0.0, offsets_m)
+    return Memory(_detector_of(asked, grid, estimator), calibration=calibration, inertial=inertial)
 
 
-def _detector_of(asked: DetectorIn, grid: ElevationGrid | None) -> MaybeMapped:
+def _estimator_of(asked: DetectorIn, grid: ElevationGrid | None) -> Estimator | None:
+    """A fresh filter, where one is asked for. Raises StateError, MeasurementError, FrameError."""
+    if asked.estimator is None:
+        return None
+    anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
+    if asked.estimator != "inertial":
+        return ESTIMATORS[asked.estimator](anchors, settings)
+    unit = asked.imu or InertialUnitIn.model_validate({})
+    latitude_deg = 45.0 if unit.lat_deg is None else unit.lat_deg
+    frame = TangentFrame(math.radians(latitude_deg))
+    if grid is not None and anchors:
+        middle_m = np.mean([(one.east_m, one.north_m, one.altitude_m) for one in anchors], axis=0)
+        frame = map_frame(grid, middle_m, latitude_deg if grid.crs is None else None).tangent
+    return InertialEstimator(anchors, settings, unit.settings(), frame)
+
+
+def _detector_of(asked: DetectorIn, grid: ElevationGrid | None, estimator: Estimator | None) -> MaybeMapped:
     """The detector that a session asks for; grid: of its dem_id. Raises as ``memory_of``."""
     anchors, settings = [anchor.anchor() for anchor in asked.anchors], asked.settings.settings()
-    estimator = None if asked.estimator is None else ESTIMATORS[asked.estimator](anchors, settings)
     if grid is None:
         return MaybeMapped(Detector(anchors, settings), estimator)
     errors = GroundErrors(asked.dem_sigma_m, asked.dem_correlation_m, asked.dem_shift_sigma_m)
