@@ -26,7 +26,7 @@ from benchmarks.navigation import (
 )
 from benchmarks.navigation.street import drive as street_drive
 from benchmarks.navigation.street import exclusion
-from benchmarks.planning import gates, path_benefit, placing, placing_baselines, unreachables
+from benchmarks.planning import gates, path_benefit, placing, placing_baselines, plain_annealing, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
     attacks,
@@ -84,6 +84,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         placing_baselines.against_baselines,
         placing_baselines.moves_against_all,
     ),
+    "proofs": (plain_annealing.against_annealing, placing_baselines.proofs),
     "navigation": (
         bubbles.experiment,
         partial(bubbles.experiment, "drones"),
@@ -175,6 +176,10 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(placing.after_a_loss, instances=1),
         partial(placing_baselines.against_baselines, problems=3, posts=48, sets=20),
         partial(placing_baselines.moves_against_all, cases=8, posts=24),
+    ),
+    "proofs": (
+        partial(plain_annealing.against_annealing, problems=2, posts=40, fewest=30, most=40, annealing_s=0.5),
+        partial(placing_baselines.proofs, problems=4, posts=40, effort_s=0.5),
     ),
     "navigation": (
         partial(bubbles.experiment, count=5, every=20),

@@ -24,6 +24,7 @@ __all__ = [
     "VALUE",
     "VERTICAL",
     "additions",
+    "count_masks",
     "fill_states",
     "keep_in_range",
     "weight_under_mask",
@@ -137,6 +138,31 @@ def _move(state, point, anchor, sign):
 
 
 @scalar_kernel
+def _joined(state, point, anchor, clock):
+    """The state with an anchor that is in sight, as a tuple: most candidates come to nothing, and memory costs most."""
+    east, north, up = anchor[EAST] - point[EAST], anchor[NORTH] - point[NORTH], anchor[UP] - point[UP]
+    distance2 = east * east + north * north + up * up
+    weight, scale, total, one = 0.0, 0.0, 0.0, 0.0
+    if distance2 != 0.0:
+        weight, total, one = anchor[WEIGHT] / distance2, anchor[WEIGHT], 1.0
+        scale = total / math.sqrt(distance2) if clock else 0.0
+    return (
+        state[EE] + weight * east * east,
+        state[EN] + weight * east * north,
+        state[EU] + weight * east * up,
+        state[NN] + weight * north * north,
+        state[NU] + weight * north * up,
+        state[UU] + weight * up * up,
+        state[SUM_E] + scale * east,
+        state[SUM_N] + scale * north,
+        state[SUM_U] + scale * up,
+        state[SUM] + total,
+        state[COUNT] + one,
+        0.0,
+    )
+
+
+@scalar_kernel
 def _sees(bits, anchor, target):
     return (bits[anchor, target >> 6] >> np.uint64(target & 63)) & np.uint64(1) != 0
 
@@ -176,19 +202,21 @@ def additions(targets, states, present, present_bits, candidates, bits, aim, out
     # with fewer in sight one more changes nothing; information has no such threshold
     least_count = 0.0 if aim.objective == INFORMATION else aim.needed + aim.spare - 1.0
     for c in prange(candidates.shape[0]):
-        total, least, before = 0.0, math.inf, 0.0
+        total, least = 0.0, math.inf
         state = np.empty(STATE_COLUMNS)
         for i in range(states.shape[0]):
             value = states[i, VALUE]
             # what is good stays good: one more anchor takes no information away
             good = aim.objective == DOP and value == 1.0
             if not good and states[i, COUNT] >= least_count and _sees(bits, c, i):
-                state[:] = states[i]
-                if aim.spare != 0:
+                if aim.spare == 0 or aim.objective == INFORMATION:
+                    more = _joined(states[i], targets.point_m[i], candidates[c], aim.clock)
+                    value = _worth(more, targets.normal[i], aim)
+                else:
+                    state[:] = states[i]
                     before = _worth(state, targets.normal[i], aim)
-                _move(state, targets.point_m[i], candidates[c], 1.0)
-                value = _worth_after_loss(state, i, targets, present, present_bits, aim)
-                if aim.spare != 0:
+                    _move(state, targets.point_m[i], candidates[c], 1.0)
+                    value = _worth_after_loss(state, i, targets, present, present_bits, aim)
                     value = min(value, before)  # the newcomer itself may be the one that is lost
             total += targets.weight[i] * value
             least = min(least, value)
@@ -202,6 +230,34 @@ def _ones(word):
     word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
     word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
     return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
+
+
+# bits of a number of anchors in sight
+COUNT_BITS = 10
+
+
+@scalar_kernel
+def count_masks(rows, full, reached, short):
+    """Fill bits of targets that at least ``full`` of rows (k, words) see, and of those that see one too few."""
+    # rows are added up 64 targets at a time, a word for each binary digit of the sums
+    digits = np.zeros(COUNT_BITS, np.uint64)
+    for w in range(rows.shape[1]):
+        digits[:] = 0
+        for a in range(rows.shape[0]):
+            carry = rows[a, w]
+            for digit in range(COUNT_BITS):
+                digits[digit], carry = digits[digit] ^ carry, digits[digit] & carry
+                if carry == 0:
+                    break
+        more, equal, equal_short = np.uint64(0), ~np.uint64(0), ~np.uint64(0)
+        for digit in range(COUNT_BITS - 1, -1, -1):
+            if (full >> digit) & 1 != 0:
+                equal &= digits[digit]
+            else:
+                more |= equal & digits[digit]
+                equal &= ~digits[digit]
+            equal_short &= digits[digit] if ((full - 1) >> digit) & 1 != 0 else ~digits[digit]
+        reached[w], short[w] = more | equal, equal_short
 
 
 @parallel_kernel

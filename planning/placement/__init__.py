@@ -12,7 +12,7 @@ from .checking import (
     value_of_anchors,
 )
 from .cluster import Cluster
-from .judges import Goal
+from .goals import Goal
 from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .moves import Move, MoveQuestion
 from .placing import Placement, place_anchors

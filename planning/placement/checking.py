@@ -16,7 +16,8 @@ from visibility.dilution import least_anchors
 from visibility.signal import min_usable_altitude
 
 from .cluster import anchors_table, sight_table
-from .judges import Goal, Problem, shown_value
+from .goals import Goal
+from .judges import Problem, shown_value
 from .placing import Placement, anchor_rows
 from .sight import SightOptions, positions_of
 from .targets import Targets

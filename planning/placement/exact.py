@@ -1,4 +1,4 @@
-"""Small instances solved exactly: coverage by HiGHS, any goal by going through all sets."""
+"""Small instances solved exactly, by going through all sets."""
 
 from __future__ import annotations
 
@@ -8,103 +8,19 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
-from .judges import Judge, Problem
+from .judges import Judge
 from .together import Together
 
-__all__ = ["ExactAnswer", "every_set", "exact_coverage", "sets_of_targets"]
-
-MOST_SIGNATURES = 4_000
-MOST_CANDIDATES = 60
-Floats = npt.NDArray[np.float64]
+__all__ = ["ExactAnswer", "every_set", "number_of_sets"]
 
 
 @dataclass(frozen=True, slots=True)
 class ExactAnswer:
-    """A set, the value that no set exceeds, and whether the set is proved to be best."""
+    """The best of all sets, and its value."""
 
     chosen: list[int]
-    bound: float
-    proved: bool
-
-
-def sets_of_targets(problem: Problem) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int64], Floats]:
-    """Targets that see the same anchors as one: (which candidates (g, n), fixed anchors in sight (g,), weight (g,))."""
-    seen = problem.sight.visible()
-    fixed = problem.fixed_sight.visible().sum(axis=0).astype(np.int64)
-    packed = np.packbits(seen, axis=0)
-    keys = np.ascontiguousarray(np.vstack([packed, fixed.astype(np.uint8)[None, :]]).T)
-    _, first, group = np.unique(
-        keys.view([("", np.uint8)] * keys.shape[1]).ravel(), return_index=True, return_inverse=True
-    )
-    weight: Floats = np.bincount(group.ravel(), problem.targets.weight, minlength=len(first)).astype(np.float64)
-    return seen[:, first].T, fixed[first], weight
-
-
-def exact_coverage(problem: Problem, count: int, together: Together, time_limit_s: float) -> ExactAnswer | None:
-    """The set with the largest share of targets that have enough in sight, by HiGHS; None where it is not small.
-
-    Maximise the weight of y_g over x_c in {0, 1}, Σ x = count, needed · y_g ≤ fixed_g + Σ of the x_c that g sees; two
-    candidates too near each other exclude one another.
-    """
-    candidates = len(problem.anchor)
-    if candidates > MOST_CANDIDATES:
-        return None
-    needed = problem.goal.needed_with_spare
-    sees, fixed, weight = sets_of_targets(problem)
-    covered = fixed >= needed
-    useful = ~covered & (fixed + sees.sum(axis=1) >= needed)
-    already = float(weight[covered].sum())
-    if np.count_nonzero(useful) > MOST_SIGNATURES:
-        return None
-    sees, fixed, weight = sees[useful], fixed[useful], weight[useful]
-    total = problem.targets.total
-    found = _solve(sees, needed - fixed, weight / total, count, together, time_limit_s)
-    if found is None:
-        return None
-    chosen, share = found
-    return ExactAnswer(chosen, already / total + share, True)
-
-
-def _solve(
-    sees: npt.NDArray[np.bool_],
-    missing: npt.NDArray[np.int64],
-    weight: Floats,
-    count: int,
-    together: Together,
-    time_limit_s: float,
-) -> tuple[list[int], float] | None:
-    from scipy.optimize import Bounds, LinearConstraint, milp
-    from scipy.sparse import coo_array, csr_array, hstack, vstack
-
-    groups, candidates = sees.shape
-    # x first, then y
-    enough = hstack([csr_array(sees.astype(np.float64)), csr_array(np.diag(-missing.astype(np.float64)))])
-    number = coo_array(np.concatenate([np.ones(candidates), np.zeros(groups)])[None, :])
-    rows = [enough, number]
-    low, high = [np.zeros(groups), np.array([count])], [np.full(groups, np.inf), np.array([count])]
-    pairs = together.conflicts() if together.separated else np.zeros((0, 2), np.intp)
-    if len(pairs):
-        at = np.repeat(np.arange(len(pairs)), 2)
-        rows.append(coo_array((np.ones(at.size), (at, pairs.ravel())), shape=(len(pairs), candidates + groups)))
-        low.append(np.full(len(pairs), -np.inf))
-        high.append(np.ones(len(pairs)))
-    answer = milp(
-        np.concatenate([np.zeros(candidates), -weight]),
-        integrality=np.ones(candidates + groups),
-        bounds=Bounds(0.0, np.concatenate([_upper(together), np.ones(groups)])),
-        constraints=LinearConstraint(vstack(rows), np.concatenate(low), np.concatenate(high)),
-        options={"time_limit": time_limit_s, "mip_rel_gap": 0.0},
-    )
-    if answer.status != 0:
-        return None
-    return [int(n) for n in np.flatnonzero(answer.x[:candidates] > 0.5)], float(-answer.fun)
-
-
-def _upper(together: Together) -> Floats:
-    """1 for each candidate that a set may hold at all."""
-    return together.may_join([]).astype(np.float64)
+    value: float
 
 
 def every_set(
@@ -128,7 +44,7 @@ def every_set(
             if together.free or together.allows(whole):
                 best = (float(values[at]), whole)
                 break
-    return None if best is None else ExactAnswer(best[1], best[0], True)
+    return None if best is None else ExactAnswer(best[1], best[0])
 
 
 def _may_be_allowed(members: list[int], together: Together) -> bool:

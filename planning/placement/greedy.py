@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from .judges import CountJudge, GeometryJudge, Goal, Judge, Problem
+from .goals import Goal
+from .judges import CountJudge, GeometryJudge, Judge, Problem
 from .together import Together
 
 __all__ = ["bound_of", "exchange", "fill_up", "greedy", "upper_bound"]

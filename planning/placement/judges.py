@@ -1,108 +1,26 @@
-"""Goals, and what targets are worth to them."""
+"""What sets of anchors are worth to a goal."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol, get_args
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from planning.errors import PlacementError
 from planning.kernels import placement as kernel
-from visibility.dilution import DopKind, least_anchors
 
+from .goals import Goal
 from .sight import SightTable, pack, sampled_table, sampled_targets
 from .targets import Targets
 
-__all__ = ["CountJudge", "GeometryJudge", "Goal", "Judge", "Objective", "Problem", "judge_of", "sampled", "shown_value"]
+__all__ = ["CountJudge", "GeometryJudge", "Judge", "Problem", "judge_of", "sampled", "shown_value"]
 
-Objective = Literal["coverage", "dop", "mean_error", "worst_error"]
-Measure = Literal["gdop", "pdop", "hdop", "vdop"]
 Floats = npt.NDArray[np.float64]
-USUAL_COVERAGE = 4  # anchors in sight, where coverage is asked for without a number
 # of the mean beside the worst: among sets with the same worst error the better mean wins
 BESIDE_WORST = 1e-3
 CODES = {"coverage": kernel.COVERAGE, "dop": kernel.DOP, "mean_error": kernel.ERROR, "worst_error": kernel.ERROR}
 PARTS = {"gdop": kernel.POSITION, "pdop": kernel.POSITION, "hdop": kernel.HORIZONTAL, "vdop": kernel.VERTICAL}
-
-
-@dataclass(frozen=True, slots=True)
-class Goal:
-    """What is wanted at the targets.
-
-    objective: "coverage", the share of targets with at least ``min_anchors`` in sight (None = 4); "dop", the share that
-        has a dilution of precision (``measure``) below ``dop_limit`` as well (None = as many as a fix needs);
-        "mean_error" and "worst_error", the position error in metres over the targets, where every error counts at most
-        ``worst_counted_m``.
-    spare: how many anchors may be lost, any of them, 0 or 1: a target counts for what it has after the worst loss.
-    ranging_sigma_m: of the anchors to be placed, for errors in metres.
-    Raises PlacementError.
-    """
-
-    objective: Objective = "coverage"
-    min_anchors: int | None = None
-    dop_limit: float = 5.0
-    measure: Measure = "pdop"
-    kind: DopKind = "ranging"
-    on_surface: bool = False
-    spare: int = 0
-    ranging_sigma_m: float = 0.1
-    worst_counted_m: float = 10.0
-
-    def __post_init__(self) -> None:
-        for name, value, options in (
-            ("objective", self.objective, get_args(Objective)),
-            ("measure", self.measure, get_args(Measure)),
-            ("kind", self.kind, get_args(DopKind)),
-        ):
-            if value not in options:
-                raise PlacementError(f"{name} must be one of {', '.join(options)}, not {value!r}.")
-        if (self.min_anchors is not None and self.min_anchors < 1) or self.spare not in (0, 1):
-            raise PlacementError(f"min_anchors must be >= 1 and spare 0 or 1, not {self.min_anchors} and {self.spare}.")
-        for name in ("dop_limit", "ranging_sigma_m", "worst_counted_m"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise PlacementError(f"{name} must be a number > 0, not {getattr(self, name)}.")
-        if self.on_surface and self.measure not in ("pdop", "gdop"):
-            raise PlacementError(f"A rover bound to the ground has one dilution, pdop; {self.measure} is not defined.")
-        if self.measure == "gdop" and self.kind == "pseudorange":
-            raise PlacementError("The gdop of pseudoranges cannot be placed for; ask for pdop, hdop or vdop.")
-
-    @property
-    def needed(self) -> int:
-        """How many anchors must be in sight of a target before it can count, losses apart."""
-        if self.objective == "coverage":
-            return USUAL_COVERAGE if self.min_anchors is None else self.min_anchors
-        least = least_anchors(self.kind, on_surface=self.on_surface)
-        return max(self.min_anchors or 0, least) if self.objective == "dop" else least
-
-    @property
-    def needed_with_spare(self) -> int:
-        """The same with the anchors that may be lost."""
-        return self.needed + self.spare
-
-    @property
-    def is_share(self) -> bool:
-        """Whether the objective is a share 0..1 of the targets; else it is metres."""
-        return self.objective in ("coverage", "dop")
-
-    @property
-    def submodular(self) -> bool:
-        """Whether greedy is within 1 − 1/e of the best: sharing out sight of one anchor, and of nothing else."""
-        return self.objective == "coverage" and self.min_anchors == 1 and self.spare == 0
-
-    def sentence(self) -> str:
-        """In words."""
-        lost = ", whichever one anchor is lost" if self.spare else ""
-        of_ranges = f" of {self.kind} with a sigma of {self.ranging_sigma_m:g} m"
-        measure = f"{self.measure.upper()}{' along the surface' if self.on_surface else ''} of {self.kind}"
-        return {
-            "coverage": f"share with at least {self.needed} in sight{lost}",
-            "dop": f"share with at least {self.needed} in sight and {measure} < {self.dop_limit:g}{lost}",
-            "mean_error": f"mean position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
-            "worst_error": f"worst position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
-        }[self.objective]
 
 
 class TargetRows(NamedTuple):
@@ -175,19 +93,35 @@ class CountJudge:
         self._total = targets.total
         self._sight = problem.sight
         self._possible = np.ones(len(targets), np.bool_) if possible is None else possible
+        self._fixed_bits = problem.fixed_sight.bits
         self._base = problem.fixed_sight.visible().sum(axis=0).astype(np.int64)
         self._all_weight = targets.weight
 
     def value(self, chosen: list[int]) -> float:
         """Of a set."""
-        return self._worth(self._counts(chosen))
+        return self._worth(self._counts(chosen)) if self._partial else self._weight_of(self._masks(chosen)[0])
 
     def with_each(self, chosen: list[int], which: npt.NDArray[np.intp]) -> Floats:
         """Of the set with each of some candidates added."""
-        counts = self._counts(chosen)
-        growing = counts < self._full if self._partial else counts == self._full - 1
-        gain = self._under(growing & self._possible, which)
-        return self._worth(counts) + gain / (self._full if self._partial else 1) / self._total
+        if self._partial:
+            counts = self._counts(chosen)
+            growing = pack(((counts < self._full) & self._possible)[None, :])[0]
+            return self._worth(counts) + self._under(growing, which) / self._full / self._total
+        reached, short = self._masks(chosen)
+        return self._weight_of(reached) + self._under(short, which) / self._total
+
+    def _masks(self, chosen: list[int]) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:
+        """Bits of the targets that see enough, and of those that see one too few."""
+        reached = np.empty(self._bits.shape[1], np.uint64)
+        short = np.empty_like(reached)
+        kernel.count_masks(np.concatenate([self._fixed_bits, self._bits[chosen]]), self._full, reached, short)
+        return reached, short
+
+    def _weight_of(self, reached: npt.NDArray[np.uint64]) -> float:
+        """Share of the weight that these bits have."""
+        out = np.empty(1)
+        kernel.weight_under_mask(reached[None, :], np.zeros(1, np.intp), reached, self._weight, out)
+        return float(out[0]) * self._unit / self._total
 
     def _counts(self, chosen: list[int]) -> npt.NDArray[np.int64]:
         counts: npt.NDArray[np.int64] = self._base.copy()
@@ -196,13 +130,12 @@ class CountJudge:
         return counts
 
     def _worth(self, counts: npt.NDArray[np.int64]) -> float:
-        reached = np.minimum(counts, self._full) / self._full if self._partial else counts >= self._full
+        reached = np.minimum(counts, self._full) / self._full
         return float((reached * self._all_weight)[self._possible].sum() / self._total)
 
-    def _under(self, mask: npt.NDArray[np.bool_], which: npt.NDArray[np.intp]) -> Floats:
-
+    def _under(self, mask: npt.NDArray[np.uint64], which: npt.NDArray[np.intp]) -> Floats:
         out = np.zeros(len(which))
-        kernel.weight_under_mask(self._bits, which, pack(mask[None, :])[0], self._weight, out)
+        kernel.weight_under_mask(self._bits, which, mask, self._weight, out)
         return out * self._unit
 
 

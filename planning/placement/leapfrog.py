@@ -15,7 +15,7 @@ from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
-from .judges import Goal
+from .goals import Goal
 from .moves import ROUNDING, Move, MoveQuestion
 from .repositioning import reposition_for
 from .stretches import SeenStretch, path_between, path_length_m, value_over

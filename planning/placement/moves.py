@@ -10,7 +10,7 @@ from typing import Literal
 from planning.errors import PlacementError
 from visibility import Anchor
 
-from .judges import Goal
+from .goals import Goal
 from .rules import PlacementRules
 from .sight import SightOptions
 from .stretches import Flight

@@ -15,9 +15,11 @@ from terrain.version import VERSION
 from visibility.sight import Anchor, AntennaLimits, check_anchors
 
 from .cluster import Cluster, anchors_table, sight_table
-from .judges import CountJudge, Goal, Problem, judge_of, shown_value
+from .fewest import fewest
+from .goals import Goal
+from .judges import CountJudge, Problem, judge_of, shown_value
 from .rules import Feasible, PlacementRules, feasible_candidates
-from .searching import Found, SearchOptions, fewest, search
+from .searching import Found, SearchOptions, search
 from .sight import SightOptions, SightTable, positions_of
 from .targets import Candidates, Targets
 from .together import Together
@@ -116,7 +118,8 @@ def place_anchors(
             require_enough(count, ready.feasible)
         found, needed = search(ready.problem, count, ready.together, options, told, stop), None
     else:
-        found, needed = fewest(ready.problem, _given(reach), ready.together, options, told, stop)
+        assert reach is not None, "it has been checked"
+        found, needed = fewest(ready.problem, reach, ready.together, options, told, stop)
     timing_s = {"sight_s": sight_s, "search_s": time.perf_counter() - begin_s - sight_s}
     return answer(ready, found, count or len(found.chosen), needed, timing_s)
 
@@ -154,11 +157,6 @@ def require_sight(count: int | None, fixed: int, goal: Goal) -> None:
         what = f"Without a min_anchors coverage counts places with {goal.needed} anchors in sight"
         raise PlacementError(f"{what}{lost}, and {there}.")
     raise PlacementError(f"A fix needs {goal.needed} anchor{'' if one else 's'} in sight{lost}, and {there}.")
-
-
-def _given(reach: float | None) -> float:
-    assert reach is not None, "it has been checked"
-    return reach
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,8 @@ from terrain import ElevationGrid
 from visibility import Anchor
 from visibility.sight import check_anchors
 
-from .judges import CountJudge, Goal, judge_of
+from .goals import Goal
+from .judges import CountJudge, judge_of
 from .moves import ROUNDING, USUAL_HEIGHTS_M, Move, MoveQuestion
 from .rules import candidates_within, feasible_candidates
 from .sight import positions_of

@@ -2,44 +2,52 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
-from planning.errors import PlacementError
-
-from .exact import ExactAnswer, every_set, exact_coverage, number_of_sets
+from .annealing import annealed, between
+from .exact import ExactAnswer, every_set, number_of_sets
 from .greedy import bound_of, exchange, fill_up, greedy
 from .judges import CountJudge, GeometryJudge, Judge, Problem, judge_of, sampled
+from .proving import fits, prove, relaxation_of
 from .together import Together
 
-__all__ = ["MOST_ANCHORS", "Found", "SearchOptions", "fewest", "search"]
+__all__ = ["ROUNDING", "Found", "SearchOptions", "search"]
 
 MOST_SETS = 6_000
 MOST_EVALUATIONS = 60_000_000  # sets × targets that are worth going through
 SHORTLIST = 48
-MOST_ANCHORS = 64
+ELITE, FINALISTS = 4, 2
+WALKS_THAT_AGREE = 3
+SHARE_OF_WALKS = 0.7
+NS = {"coverage": 0.004, "dop": 7.0, "mean_error": 16.0, "worst_error": 16.0}  # of a candidate and a target, two cores
+STEPS_PER_CANDIDATE, LEAST_STEPS = 30, 60
 ROUNDING = 1e-12
+NOTHING = 1e-9  # a gap that is none
 
 
 @dataclass(frozen=True, slots=True)
 class SearchOptions:
     """How hard to search.
 
-    seed: of the random restarts; the same seed gives the same answer. restarts: how often the best set is shaken.
-    sample: so many targets at most judge exchanges; the answer is judged by all. exact: whether small instances are
-    solved exactly. time_limit_s: of HiGHS.
+    seed: of the walks; the same seed gives the same answer. walks: how many set out, and walk_s: how long each takes,
+    seconds of two cores, about. coarse: so many targets at most judge walks, and sample: those sets that promise most;
+    the answer is judged by all. exact: whether small instances are gone through, and a proof is sought for proof_s
+    seconds of two cores, about. Such seconds are counted by what there is to work out, not by a clock.
     """
 
     seed: int = 0
-    restarts: int = 4
-    sample: int = 12_000
+    walks: int = 8
+    walk_s: float = 0.5
+    coarse: int = 1_500
+    sample: int = 6_000
     exact: bool = True
-    time_limit_s: float = 20.0
+    proof_s: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,21 +81,24 @@ def search(
     if not (stop is not None and stop()):
         first = fill_up(judge, first, count, together)
     first_value = judge.value(first)
-    exact = _exact(problem, judge, count, together, options, stop) if options.exact else None
-    if exact is not None and exact.proved:
-        chosen, bound = exact.chosen, exact.bound
-        return Found(chosen, judge.value(chosen), bound, "exact", True, False, first)
+    exact = _exact(problem, judge, count, together, stop) if options.exact else None
+    if exact is not None:
+        value = judge.value(exact.chosen)
+        return Found(exact.chosen, value, max(exact.value, value), "exact", True, False, first)
     best, value = first, first_value
-    sample = _sampled(problem, options.sample)
-    for candidate in _local_optima(problem, sample, count, together, options, progress, stop):
+    for candidate in _good_sets(problem, count, together, options, progress, stop):
         found = judge.value(candidate)
         if len(candidate) >= len(best) and found > value:
             best, value = candidate, found
-    if sample is not problem and not _stopped(stop):
-        best = exchange(judge, best, together, shortlist=_shortlist(sample, best, together), stop=stop)
-        value = judge.value(best)
-    bound = max(bound_of(problem, count), value)
-    return Found(best, value, bound, "local search", bound <= value + 1e-9, _stopped(stop), first)
+    bound, proved = bound_of(problem, count), False
+    if options.exact and len(best) == count and fits(problem) and not together.relayed and not _stopped(stop):
+        proof = prove(relaxation_of(problem, count), judge, best, together, options.proof_s, stop)
+        best, value, bound, proved = proof.chosen, proof.value, min(bound, proof.bound), proof.proved
+    bound = max(bound, value)
+    proved = proved or bound <= value + NOTHING
+    if progress is not None:
+        progress(1.0)
+    return Found(best, value, bound, "exact" if proved else "local search", proved, _stopped(stop), first)
 
 
 def _stopped(stop: Callable[[], bool] | None) -> bool:
@@ -95,19 +106,12 @@ def _stopped(stop: Callable[[], bool] | None) -> bool:
 
 
 def _exact(
-    problem: Problem,
-    judge: Judge,
-    count: int,
-    together: Together,
-    options: SearchOptions,
-    stop: Callable[[], bool] | None,
+    problem: Problem, judge: Judge, count: int, together: Together, stop: Callable[[], bool] | None
 ) -> ExactAnswer | None:
     candidates = len(problem.anchor)
     sets = number_of_sets(candidates, count)
     if sets <= MOST_SETS and sets * len(problem.targets) <= MOST_EVALUATIONS:
         return every_set(judge, candidates, count, together, stop)
-    if problem.goal.objective == "coverage" and not together.relayed:
-        return exact_coverage(problem, count, together, options.time_limit_s)
     return None
 
 
@@ -119,34 +123,84 @@ def _guides(problem: Problem) -> list[Judge]:
     return [counting, GeometryJudge(problem, information=True)]
 
 
-def _local_optima(
+def _good_sets(
     problem: Problem,
-    sample: Problem,
     count: int,
     together: Together,
     options: SearchOptions,
     progress: Callable[[float], None] | None,
     stop: Callable[[], bool] | None,
 ) -> Iterator[list[int]]:
-    """Sets that no exchange betters: from greedy, from places far apart, from high ones, and from the best shaken."""
-    judge, candidates = judge_of(sample), len(problem.anchor)
+    """Sets that no exchange betters by ever more targets, the best of them by all."""
+    coarse = _sampled(problem, options.coarse)
+    told = None if progress is None else lambda share: progress(SHARE_OF_WALKS * share)
+    elite = _elite(coarse, count, together, options, told, stop)
+    yield from elite
+    sample = _sampled(problem, options.sample)
+    judge = judge_of(sample)
+    if sample is not coarse:
+        # an exchange by more targets costs as much more: only what promises most is worth it
+        elite = [exchange(judge, chosen, together, stop=stop) for chosen in elite[:FINALISTS]]
+        yield from elite
+    if sample is not problem and not _stopped(stop):
+        best = max(elite, key=lambda chosen: (len(chosen), judge.value(chosen)))
+        yield exchange(judge_of(problem), best, together, shortlist=_shortlist(sample, best, together), stop=stop)
+
+
+def _elite(
+    problem: Problem,
+    count: int,
+    together: Together,
+    options: SearchOptions,
+    progress: Callable[[float], None] | None,
+    stop: Callable[[], bool] | None,
+) -> list[list[int]]:
+    """Different sets that no exchange betters, best first: from greedy, from places far apart, from high ones, from
+    walks that begin at those, and from what lies between the best.
+    """
+    judge, candidates = judge_of(problem), len(problem.anchor)
     random = np.random.default_rng(options.seed)
+    found: dict[tuple[int, ...], float] = {}
+
+    def keep(start: list[int]) -> list[int]:
+        chosen = exchange(judge, fill_up(judge, start, count, together), together, stop=stop)
+        found[tuple(sorted(chosen))] = judge.value(chosen)
+        return chosen
+
+    def best_first() -> list[list[int]]:
+        return [list(chosen) for chosen in sorted(found, key=lambda one: (-len(one), -found[one], one))]
+
     starts: list[Callable[[], list[int]]] = [
-        partial(greedy, guide, candidates, count, together, stop) for guide in _guides(sample)
+        partial(greedy, guide, candidates, count, together, stop) for guide in _guides(problem)
     ]
     starts += [lambda: _far_apart(problem, count, together), lambda: _highest(problem, count, together)]
-    rounds = len(starts) + options.restarts
-    best: list[int] = []
-    for number in range(rounds):
-        if _stopped(stop):
-            return
-        start = starts[number]() if number < len(starts) else _shaken(best, random)
-        found = exchange(judge, fill_up(judge, start, count, together), together, stop=stop)
-        if not best or (len(found) >= len(best) and judge.value(found) > judge.value(best)):
-            best = found
-        yield found
+    for start in starts:
+        if not found or not _stopped(stop):
+            keep(start())
+    steps, agree = _steps(problem, options), 0
+    for number in range(options.walks if count > 1 else 0):
+        if _stopped(stop) or agree == WALKS_THAT_AGREE:
+            break
+        ranked = best_first()
+        chosen = keep(annealed(judge, ranked[number % len(ranked)], together, random, steps, stop))
+        agree = agree + 1 if set(chosen) == set(ranked[0]) else 0
         if progress is not None:
-            progress((number + 1) / rounds)
+            progress((number + 1) / options.walks)
+    for one, other in combinations(best_first()[:ELITE], 2):
+        middle = None if _stopped(stop) or len(one) != len(other) else between(judge, one, other, together)
+        if middle is not None:
+            keep(middle)
+    return best_first()
+
+
+def _steps(problem: Problem, options: SearchOptions) -> int:
+    """Of one walk: as many as take about walk_s on two cores, but no more than few candidates need.
+
+    Worked out, not timed: the same seed gives the same answer on any machine.
+    """
+    pairs = len(problem.anchor) * len(problem.targets)
+    each_s = 6e-5 + pairs * NS[problem.goal.objective] * 1e-9
+    return max(min(int(options.walk_s / each_s), STEPS_PER_CANDIDATE * len(problem.anchor)), LEAST_STEPS)
 
 
 def _far_apart(problem: Problem, count: int, together: Together) -> list[int]:
@@ -177,12 +231,6 @@ def _highest(problem: Problem, count: int, together: Together) -> list[int]:
     return chosen
 
 
-def _shaken(chosen: list[int], random: np.random.Generator) -> list[int]:
-    """The set without two of its members, or one of two."""
-    leave_out = random.choice(len(chosen), size=min(2, len(chosen) - 1), replace=False).tolist()
-    return [member for at, member in enumerate(chosen) if at not in leave_out]
-
-
 def _sampled(problem: Problem, most: int) -> Problem:
     """The problem with evenly spread targets, or itself where it has few."""
     targets = len(problem.targets)
@@ -203,73 +251,3 @@ def _shortlist(sample: Problem, chosen: list[int], together: Together) -> npt.ND
         order = np.argsort(-judge.with_each(rest, which), kind="stable")[: max(SHORTLIST // len(chosen), 4)]
         promising.append(which[order])
     return np.unique(np.concatenate([*promising, np.array(chosen, np.intp)]))
-
-
-def fewest(
-    problem: Problem,
-    share: float,
-    together: Together,
-    options: SearchOptions,
-    progress: Callable[[float], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-) -> tuple[Found, int]:
-    """(the smallest set found that reaches a share 0..1, a number of anchors below which none can).
-
-    Greedy tells how many certainly do; from there the search tries one fewer until it fails. Raises PlacementError
-    where not even all candidates, or as many as the rules between them allow, reach it.
-    """
-    judge, candidates = judge_of(problem), len(problem.anchor)
-    most = judge.value(list(range(candidates)))
-    if most < share - ROUNDING:
-        raise PlacementError(
-            f"A share of {share:.1%} cannot be reached: all {candidates:,} candidates together reach {most:.1%}."
-        )
-    few, enough = greedy_prefix(problem, share, together, stop)
-    if not enough and not (stop is not None and stop()):
-        raise PlacementError(
-            f"A share of {share:.1%} was not reached with {len(few)} anchors, the most that were tried or that the "
-            f"rules between anchors allow; they reach {judge.value(few):.1%}."
-        )
-    needed = _needed(problem, share, len(few))
-    value = judge.value(few)
-    best = Found(few, value, value, "greedy", False, stop is not None and stop(), few)
-    for count in range(len(few) - (1 if enough else 0), needed - 1, -1):
-        if stop is not None and stop():
-            break
-        found = search(problem, count, together, options, progress, stop)
-        if found.value < share - ROUNDING:
-            break
-        best = found
-    return best, needed
-
-
-def greedy_prefix(
-    problem: Problem, share: float, together: Together, stop: Callable[[], bool] | None
-) -> tuple[list[int], bool]:
-    """(what greedy places until a share is reached, whether it is)."""
-    judge, candidates = judge_of(problem), len(problem.anchor)
-    guide = CountJudge(problem, problem.goal.needed_with_spare, partial=True)
-    chosen = greedy(guide, candidates, min(MOST_ANCHORS, candidates), together, stop)
-    for size in range(1, len(chosen) + 1):
-        if judge.value(chosen[:size]) >= share - ROUNDING:
-            return chosen[:size], True
-    while len(chosen) < min(MOST_ANCHORS, candidates):
-        grown = fill_up(judge, chosen, len(chosen) + 1, together)
-        if len(grown) == len(chosen):
-            break
-        chosen = grown
-        if judge.value(chosen) >= share - ROUNDING:
-            return chosen, True
-    return chosen, False
-
-
-def _needed(problem: Problem, share: float, at_most: int) -> int:
-    """The smallest number of anchors whose bound is not below the share."""
-    low, high = 1, at_most
-    while low < high:
-        middle = math.floor((low + high) / 2)
-        if bound_of(problem, middle) >= share - ROUNDING:
-            high = middle
-        else:
-            low = middle + 1
-    return low

@@ -19,7 +19,8 @@ from visibility import Anchor, min_visible_altitude
 from visibility.signal import Radio
 
 from .cluster import anchors_table, sight_table
-from .judges import CountJudge, GeometryJudge, Goal, Problem, shown_value
+from .goals import Goal
+from .judges import CountJudge, GeometryJudge, Problem, shown_value
 from .placing import anchor_rows
 from .sight import Bits, SightOptions, SightTable, pack, sampled_targets
 from .targets import Targets, path_targets

@@ -1,0 +1,166 @@
+"""A goal as rows that gather what they need from the anchors chosen, which no set of anchors betters.
+
+A target counts once enough anchors see it: a need of so many parts, one from each that does. A dilution below a limit
+is a need as well. Let M be the sum of weight · u uᵀ over the directions u of the anchors in sight. The function
+1 / tr M⁻¹ is concave in M and grows in proportion with it, so it lies below each of its tangents: for any M₀,
+1 / tr M⁻¹ ≤ Σ weight · uᵀ G u with G = M₀⁻² / (tr M₀⁻¹)². A variance below limit² thus needs Σ limit² · weight · uᵀ G u
+≥ 1, to which an anchor alone brings at most 1. An error in metres, counted up to the worst, is a staircase of such
+limits: below each it is better by no more than what lies between that limit and the next.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.placement.goals import Goal
+from planning.placement.judges import GeometryJudge, Problem
+
+__all__ = ["Relaxation", "fits", "relaxation_of"]
+
+Floats = npt.NDArray[np.float64]
+Parts = npt.NDArray[np.float32]
+
+MOST_PARTS = 40_000_000
+# limits of the staircase, as parts of the worst error that counts
+STEPS = (1.0, 0.1)
+RIDGE = 1e-6
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Relaxation:
+    """Rows, what they need, and what each candidate brings.
+
+    part: (n, needs, rows) float32. need: (needs, rows) what fixed anchors leave to be brought; a row is good once
+        every need is met. weight: (rows,) what a good row adds to the value. base: the value where no row is good.
+    unit: what any two different values differ by at least, 0 = unknown. whole: whether the rows are the goal itself, so
+        that a set has the value of the relaxation.
+    """
+
+    part: Parts
+    need: Parts
+    weight: Floats
+    base: float
+    unit: float
+    whole: bool
+
+
+def fits(problem: Problem) -> bool:
+    """Whether the rows of a problem are few enough to be worked with."""
+    goal = problem.goal
+    each = {"coverage": 1, "dop": 2, "mean_error": 2 * len(STEPS)}.get(goal.objective)
+    return each is not None and len(problem.anchor) * len(problem.targets) * each <= MOST_PARTS
+
+
+def relaxation_of(problem: Problem, count: int) -> Relaxation:
+    """The rows of a problem for sets of so many candidates; those that no such set makes good are left out."""
+    goal, targets = problem.goal, problem.targets
+    weight = targets.weight / targets.total
+    sees = problem.sight.visible()
+    counted = (goal.needed_with_spare - problem.fixed_sight.visible().sum(axis=0)).astype(np.float32)
+    if goal.objective == "coverage":
+        unit = float(weight[0]) if np.ptp(weight) == 0.0 else 0.0
+        return _without_hopeless(_grouped(sees, counted, weight, unit), count)
+    share = _shares(problem, sees)
+    anchors_m, needs, gains = sees.astype(np.float32), [], []
+    for limit, gain in _limits(goal):
+        fixed, chosen = share
+        parts = np.stack([anchors_m, np.minimum(limit**2 * chosen, 1.0).astype(np.float32)], axis=1)
+        needs.append((parts, np.stack([counted, (1.0 - limit**2 * fixed).astype(np.float32)])))
+        gains.append(weight * gain)
+    base = 0.0 if goal.is_share else -goal.worst_counted_m
+    rows = Relaxation(
+        np.concatenate([parts for parts, _ in needs], axis=2),
+        np.concatenate([need for _, need in needs], axis=1),
+        np.concatenate(gains),
+        base,
+        0.0,
+        False,
+    )
+    if goal.is_share:
+        best = GeometryJudge(replace(problem, goal=replace(goal, spare=0)))
+        rows = _taken(rows, best.of_targets(list(range(len(problem.anchor)))) > 0.5)
+    return _without_hopeless(rows, count)
+
+
+def _grouped(sees: npt.NDArray[np.bool_], need: Parts, weight: Floats, unit: float) -> Relaxation:
+    """Targets that the same candidates see, and that need as many, as one row: no set tells them apart."""
+    keys = np.ascontiguousarray(np.vstack([np.packbits(sees, axis=0), need.astype(np.int8).view(np.uint8)[None, :]]).T)
+    whole = keys.view([("", np.uint8)] * keys.shape[1]).ravel()
+    _, first, group = np.unique(whole, return_index=True, return_inverse=True)
+    joined = np.bincount(group.ravel(), weight, minlength=len(first))
+    part = sees[:, None, first].astype(np.float32)
+    return Relaxation(part, need[None, first], joined, 0.0, unit, True)
+
+
+def _without_hopeless(rows: Relaxation, count: int) -> Relaxation:
+    """Without the rows that the ``count`` candidates which bring most to each do not make good."""
+    top = np.sort(rows.part, axis=0)[::-1][:count].sum(axis=0)
+    return _taken(rows, (top >= rows.need - ROUNDING).all(axis=0))
+
+
+def _taken(rows: Relaxation, which: npt.NDArray[np.bool_]) -> Relaxation:
+    return replace(
+        rows,
+        part=np.ascontiguousarray(rows.part[:, :, which]),
+        need=np.ascontiguousarray(rows.need[:, which]),
+        weight=rows.weight[which],
+    )
+
+
+def _limits(goal: Goal) -> list[tuple[float, float]]:
+    """(limit of the square root of the variance, what being below it is worth at most)."""
+    if goal.is_share:
+        return [(goal.dop_limit, 1.0)]
+    limits = [goal.worst_counted_m * step for step in STEPS]
+    return [(upper, upper - lower) for upper, lower in zip(limits, [*limits[1:], 0.0], strict=True)]
+
+
+def _shares(problem: Problem, sees: npt.NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """What anchors bring to 1 / variance of each target at most: (fixed ones together (m,), each candidate (n, m))."""
+    targets, goal = problem.targets, problem.goal
+    axes = _axes(goal, targets.normal)
+    fixed_sees = problem.fixed_sight.visible()
+    information = np.zeros((len(targets), axes.shape[1], axes.shape[1]))
+    for anchors, seen in ((problem.fixed, fixed_sees), (problem.anchor, sees)):
+        for anchor, one in zip(anchors, seen, strict=True):
+            along = _along(axes, targets.point_m, anchor, one)
+            information += along[:, :, None] * along[:, None, :]
+    trace = np.trace(information, axis1=1, axis2=2)
+    ridge = RIDGE * np.maximum(trace, 1e-30)[:, None, None] * np.eye(axes.shape[1])
+    inverse = np.linalg.inv(information + ridge)
+    tangent = inverse @ inverse / np.trace(inverse, axis1=1, axis2=2)[:, None, None] ** 2
+
+    def brought(anchor: Floats, seen: npt.NDArray[np.bool_]) -> Floats:
+        along = _along(axes, targets.point_m, anchor, seen)
+        return np.asarray(np.einsum("mi,mij,mj->m", along, tangent, along))
+
+    fixed = np.zeros(len(targets))
+    for anchor, one in zip(problem.fixed, fixed_sees, strict=True):
+        fixed += brought(anchor, one)
+    chosen = np.array([brought(anchor, one) for anchor, one in zip(problem.anchor, sees, strict=True)])
+    return fixed, chosen
+
+
+def _axes(goal: Goal, normal: Floats) -> Floats:
+    """(m, d, 3) orthonormal axes of what counts of a position: all, along the surface, across or up."""
+    if goal.on_surface:
+        # an axis that is never along the normal, made orthogonal to it
+        other = np.where(np.abs(normal[:, [2]]) > 0.5, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
+        first = np.cross(normal, other)
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        return np.stack([first, np.cross(normal, first)], axis=1)
+    kept = {"hdop": [0, 1], "vdop": [2]}.get(goal.measure, [0, 1, 2])
+    return np.broadcast_to(np.eye(3)[kept], (len(normal), len(kept), 3))
+
+
+def _along(axes: Floats, point_m: Floats, anchor: Floats, seen: npt.NDArray[np.bool_]) -> Floats:
+    """(m, d) directions to an anchor along the axes, by the root of its weight; 0 where it is not seen."""
+    away_m = anchor[:3] - point_m
+    length_m = np.linalg.norm(away_m, axis=1)
+    scale = np.where(seen & (length_m > 0.0), math.sqrt(anchor[3]) / np.maximum(length_m, 1e-12), 0.0)
+    return np.asarray(np.einsum("mdi,mi->md", axes, away_m * scale[:, None]))
