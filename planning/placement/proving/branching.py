@@ -152,7 +152,7 @@ def _best_pair(rows: Relaxation, tree: _Tree, judge: Judge, together: Together, 
     need = rows.need[0] - rows.part[list(node.members), 0].sum(axis=0)
     open_rows = np.flatnonzero((need > 0.5) & (need < 2.5))
     one = (need[open_rows] < 1.5).astype(np.float32)
-    part = rows.part[np.ix_(node.allowed, [0], open_rows)][:, 0]
+    part = rows.part[:, 0][np.ix_(node.allowed, open_rows)]
     weight = rows.weight[open_rows].astype(np.float32)
     alone = part @ (weight * one)
     both = (part * (weight * (1.0 - 2.0 * one))) @ part.T

@@ -24,7 +24,7 @@ __all__ = ["Relaxation", "fits", "relaxation_of"]
 Floats = npt.NDArray[np.float64]
 Parts = npt.NDArray[np.float32]
 
-MOST_PARTS = 40_000_000
+MOST_PARTS = 12_000_000
 # limits of the staircase, as parts of the worst error that counts
 STEPS = (1.0, 0.1)
 RIDGE = 1e-6
@@ -92,7 +92,7 @@ def _grouped(sees: npt.NDArray[np.bool_], need: Parts, weight: Floats, unit: flo
     keys = np.ascontiguousarray(np.vstack([np.packbits(sees, axis=0), need.astype(np.int8).view(np.uint8)[None, :]]).T)
     whole = keys.view([("", np.uint8)] * keys.shape[1]).ravel()
     _, first, group = np.unique(whole, return_index=True, return_inverse=True)
-    joined = np.bincount(group.ravel(), weight, minlength=len(first))
+    joined: Floats = np.bincount(group.ravel(), weight, minlength=len(first)).astype(np.float64)
     part = sees[:, None, first].astype(np.float32)
     return Relaxation(part, need[None, first], joined, 0.0, unit, True)
 

@@ -96,11 +96,11 @@ def bounds_of(rows: Relaxation, most: Sequence[Parts], nodes: Sequence[Node], fl
 
 def _within(price: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """The nearest prices >= 0 whose sum over the needs of a row is <= 1."""
-    price = np.maximum(price, 0.0)
+    price = np.maximum(price, np.float32(0.0))
     if price.shape[1] == 1:
-        return np.minimum(price, 1.0)
+        return np.asarray(np.minimum(price, np.float32(1.0)))
     excess = np.maximum(price.sum(axis=1) - 1.0, 0.0)
     first, second = price[:, 0] - excess / 2.0, price[:, 1] - excess / 2.0
     # where one would fall below 0, all that is too much comes off the other
     taken = np.stack([first + np.minimum(second, 0.0), second + np.minimum(first, 0.0)], axis=1)
-    return np.clip(taken, 0.0, 1.0)
+    return np.asarray(np.clip(taken, 0.0, 1.0))

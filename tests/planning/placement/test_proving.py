@@ -36,7 +36,8 @@ CANDIDATES, COUNT = 11, 4
 
 def ready_for(goal: Goal, seed: int, *, rules: PlacementRules | None = None, fixed: bool = False) -> Ready:
     grid, candidates, targets = small_question(seed, CANDIDATES)
-    standing = [Anchor("F", *(float(x) for x in candidates.position_m[3] + (70.0, -40.0, 30.0)))] if fixed else []
+    east_m, north_m, altitude_m = candidates.position_m[3].tolist()
+    standing = [Anchor("F", east_m + 70.0, north_m - 40.0, altitude_m + 30.0)] if fixed else []
     return prepare(grid, candidates, targets, goal, rules or PlacementRules(), standing, None, None, None, None)
 
 
