@@ -80,8 +80,8 @@ def test_the_bound_of_coverage_is_the_share_that_brute_force_finds() -> None:
 
 
 def test_weights_and_rules_between_anchors_are_kept() -> None:
-    rules = PlacementRules(min_separation_m=900.0)
-    ready = ready_for(Goal("coverage", min_anchors=2), 8, rules=rules)
+    rules = PlacementRules(min_separation_m=600.0)
+    ready = ready_for(Goal("coverage", min_anchors=2), 3, rules=rules)
     weight = np.random.default_rng(4).uniform(0.5, 2.0, len(ready.problem.targets))
     problem = replace(ready.problem, targets=replace(ready.problem.targets, weight=weight))
     values = {some: value for some, value in every_value(problem, 3).items() if ready.together.allows(list(some))}
