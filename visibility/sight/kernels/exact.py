@@ -176,7 +176,7 @@ def _carry(lines, out, block, room):
             west = index if direction > 0 else index - tile_lines + 1
             farther = along + tile_lines
             top = max(math.floor(across_0 + min(lowest * along, lowest * farther)) - 1, 0)
-        owned = owned_posts(block, along, width)
+        owned_from, owned_to = owned_posts(block, along, width)
         if last >= first:
             # one more on either side, to look at
             first, count = first - 1, last - first + 3
@@ -205,12 +205,12 @@ def _carry(lines, out, block, room):
                         horizon, spare = spare, horizon
             if changed:
                 spread(horizon, n, view, (first, count), (across_0, along))
-            if owned[1] > owned[0]:
+            if owned_to > owned_from:
                 eye = (level, from_0, drop_along, drop_across, along)
                 if block.axis == 0:
-                    answer(far, view, (owned[0], owned[1], first, owned[0]), eye, out[index])
+                    answer(far, view, (owned_from, owned_to, first, owned_from), eye, out[index])
                 else:
-                    answer(far, view, (owned[0], owned[1], first, owned[0] - top), eye, answered[index - west])
+                    answer(far, view, (owned_from, owned_to, first, owned_from - top), eye, answered[index - west])
             if some & ON_LINE != 0:
                 found = _marked_edges(pieces, strip, marks, (first, count, 1, 0), ON_LINE, block, limits)
                 if found > 0:
@@ -218,7 +218,7 @@ def _carry(lines, out, block, room):
                     n = merge(horizon, n, pieces, found, spare)
                     horizon, spare = spare, horizon
         if block.axis == 1:
-            start[index - west], stop[index - west] = owned[0], max(owned[1], owned[0])
+            start[index - west], stop[index - west] = owned_from, max(owned_to, owned_from)
             in_tile -= 1
             if in_tile == 0:
                 _turn_out(answered, (top, west, tile_lines), start, stop, whole, out)

@@ -103,7 +103,7 @@ def spread(horizon, n, view, run, eye):
     """
     p, q = horizon.p, horizon.q
     to_p, to_q, dips, stops, lows = view.p, view.q, view.dips, view.stops, view.lows
-    count = run[1]
+    _, count = run
     dips[: count + 1] = math.inf
     ties = 0
     v = 0
