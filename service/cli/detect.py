@@ -16,7 +16,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from .asking.detectors import DetectorOptions, LogOptions, MapOptions
+from .asking.detectors import DetectorOptions, LogOptions, MapOptions, ReplayOptions
 from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin, area_asked
 from .asking.options import Output, option
@@ -58,6 +58,7 @@ def detect(
     ] = (),
     anchors: Annotated[tuple[Path, ...], option("Anchors in a .json or .csv file. Repeatable.", "FILE")] = (),
     settings: DetectorOptions = DetectorOptions(),
+    more: ReplayOptions = ReplayOptions(),
     form: LogOptions = LogOptions(),
     ground: MapOptions = MapOptions(),
     doubts: DoubtOptions = TRUSTING,
@@ -76,15 +77,17 @@ def detect(
     from service.live.replay import replay
     from service.live.replay_files import DOUBTS, ESTIMATES, FILES, write_replay
     from service.live.watching import write_doubts
+    from service.parts.unused import notes_on_ranging_anchors
 
-    from .asking.anchor_files import ranging_anchors, ranging_radios
+    from .asking.anchor_files import ranging_anchors, ranging_asked
 
     asked = settings.asked()
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
     within = area_asked(area.part(in_degrees=False))
-    estimator = settings.filter(placed, asked.settings())
-    radios = ranging_radios(anchor, anchors, level=asked.dimension == 2)
+    estimator = more.filter(placed, asked.settings())
+    named = ranging_asked(anchor, anchors, level=asked.dimension == 2)
+    radios = {one.id: one.radio for one in named if one.radio is not None}
     mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator, doubts, radios)
     if estimator is not None and output.out is None:
         raise RequestError("--estimator writes estimates.csv: give --out DIR.")
@@ -94,14 +97,15 @@ def detect(
     read = read_epochs([log, *logs], form.epoch, form.form(), known)
     if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
-    calibration = settings.calibrated(placed, read.epochs, asked.settings())
+    calibration = more.calibrated(placed, read.epochs, asked.settings())
     epochs = read.epochs if calibration is None else [calibration.applied(epoch) for epoch in read.epochs]
     files = (*FILES, *([] if mapped is None else [DOUBTS]), *([] if estimator is None else [ESTIMATES]))
     folder = None if output.out is None else output_folder(output.out, files)
     with progress_bar("Epochs") as progress:
         replayed = replay(placed, epochs, asked.settings(), progress, mapped, estimator)
     summary = replayed.summary()
-    over_map = _unheard(radios) if mapped is None else [*mapped.warnings, *_doubted(replayed)]
+    of_anchors = notes_on_ranging_anchors(named, asked.settings().range_sigma_m, over_map=mapped is not None)
+    over_map = of_anchors if mapped is None else [*of_anchors, *mapped.warnings, *_doubted(replayed)]
     warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, read.form)]
     warnings += [] if form.epoch else _one_by_one(read.epochs)
     warnings += summary.health.warnings
@@ -137,10 +141,6 @@ def _calibrated(calibration: Calibration | None) -> list[str]:
         return [f"{offset_m:.3f} ± {sigma_m:.3f} m were taken off all ranges (--calibrate offset)."]
     each = ", ".join(f"{anchor_id} {offset_m:.3f} ± {sigma_m:.3f}" for anchor_id, (offset_m, sigma_m) in told.items())
     return [f"Taken off the ranges of each anchor, metres (--calibrate anchors): {each}."]
-
-
-def _unheard(radios: Mapping[str, object]) -> list[str]:
-    return [f"Not looked at: the radio of {', '.join(radios)}, since there is no --dem."] if radios else []
 
 
 def _doubted(replayed: Replay) -> list[str]:

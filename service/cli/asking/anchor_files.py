@@ -16,7 +16,6 @@ from service.errors import RequestError
 from service.files.csv_table import Numbers, check_columns, read_csv_table, text_of
 from service.parts.anchors import AnchorIn, TrackIn, TrackPointIn
 from service.parts.geojson_reading import GeoJsonShape, shapes_of
-from service.parts.radios import RadioIn
 from service.parts.sentences import sentence_of
 
 from .foreign_files import foreign_document, is_foreign
@@ -26,8 +25,7 @@ __all__ = [
     "IN_THE_PLANE",
     "anchors_from_file",
     "ranging_anchors",
-    "ranging_datum",
-    "ranging_radios",
+    "ranging_asked",
     "tracks_from_file",
 ]
 
@@ -202,7 +200,7 @@ def ranging_anchors(
 
     level: heights do not matter. Raises RequestError.
     """
-    asked = _asked(texts, files, level)
+    asked = ranging_asked(texts, files, level=level)
     if not asked:
         raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,612msl or --anchors FILE.")
     twice = sorted(anchor_id for anchor_id, count in Counter(anchor.id for anchor in asked).items() if count > 1)
@@ -225,18 +223,8 @@ def ranging_anchors(
     return _in_local_frame(asked, level)
 
 
-def ranging_datum(texts: Sequence[str], files: Sequence[Path], *, level: bool) -> str | None:
-    """What the altitudes of the same anchors count from; None where none says it. Raises RequestError."""
-    named = [anchor.altitude_datum for anchor in _asked(texts, files, level) if anchor.altitude_datum is not None]
-    return named[0] if named else None
-
-
-def ranging_radios(texts: Sequence[str], files: Sequence[Path], *, level: bool) -> dict[str, RadioIn]:
-    """By id, the radios of those of the same anchors that have one. Raises RequestError."""
-    return {anchor.id: anchor.radio for anchor in _asked(texts, files, level) if anchor.radio is not None}
-
-
-def _asked(texts: Sequence[str], files: Sequence[Path], level: bool) -> list[AnchorIn]:
+def ranging_asked(texts: Sequence[str], files: Sequence[Path], *, level: bool) -> list[AnchorIn]:
+    """The same anchors as they were asked for, with what a detector does not take of them. Raises RequestError."""
     asked = [_from_text(text, level) for text in texts]
     return asked + [anchor for path in files for anchor in anchors_from_file(path, level=level)]
 

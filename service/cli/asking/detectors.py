@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from service.parts.areas import AnyArea
     from service.parts.radios import RadioIn
 
-__all__ = ["DetectorOptions", "LogOptions", "MapOptions"]
+__all__ = ["DetectorOptions", "LogOptions", "MapOptions", "ReplayOptions"]
 
 NO_RADIOS: Mapping[str, RadioIn] = MappingProxyType({})
 
@@ -47,6 +47,35 @@ class DetectorOptions:
     more: Annotated[
         tuple[str, ...], option("Any other setting of the detector. Repeatable.", "NAME=VALUE", "--set")
     ] = ()
+
+    def asked(self) -> DetectorSettingsIn:
+        """The settings in the words of a request. Raises RequestError."""
+        from pydantic import ValidationError
+
+        from service.live.settings import DetectorSettingsIn
+        from service.parts.sentences import sentence_of
+
+        fields = told(self)
+        fields.pop("more", None)
+        for text in self.more:
+            name, equals, value = text.partition("=")
+            if not equals or name.strip() not in DetectorSettingsIn.model_fields:
+                known = ", ".join(DetectorSettingsIn.model_fields)
+                raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
+            try:
+                fields[name.strip()] = json.loads(value)
+            except (ValueError, RecursionError):
+                fields[name.strip()] = value.strip()  # a word, which needs no quotes here
+        try:
+            return DetectorSettingsIn.model_validate(fields)
+        except ValidationError as error:
+            raise RequestError(f"The settings: {sentence_of(error)}") from error
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class ReplayOptions:
+    """What a log that lies there as a whole can be asked for besides."""
 
     calibrate: Annotated[
         Literal["offset", "scale", "anchors"] | None,
@@ -79,30 +108,6 @@ class DetectorOptions:
                 "needs, from many places."
             )
         return found
-
-    def asked(self) -> DetectorSettingsIn:
-        """The settings in the words of a request. Raises RequestError."""
-        from pydantic import ValidationError
-
-        from service.live.settings import DetectorSettingsIn
-        from service.parts.sentences import sentence_of
-
-        fields = told(self)
-        for own in ("more", "calibrate", "estimator"):
-            fields.pop(own, None)
-        for text in self.more:
-            name, equals, value = text.partition("=")
-            if not equals or name.strip() not in DetectorSettingsIn.model_fields:
-                known = ", ".join(DetectorSettingsIn.model_fields)
-                raise RequestError(f"--set {text!r} is not of the form NAME=VALUE with a NAME out of {known}.")
-            try:
-                fields[name.strip()] = json.loads(value)
-            except (ValueError, RecursionError):
-                fields[name.strip()] = value.strip()  # a word, which needs no quotes here
-        try:
-            return DetectorSettingsIn.model_validate(fields)
-        except ValidationError as error:
-            raise RequestError(f"The settings: {sentence_of(error)}") from error
 
 
 @GROUP

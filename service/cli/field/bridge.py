@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Literal
 
@@ -119,21 +119,25 @@ def lines(
 
 def _site(options: SiteOptions, settings: DetectorOptions, ground: MapOptions) -> Site:
     from service.live.bridges.running import site_of
+    from service.parts.unused import notes_on_ranging_anchors
 
-    from ..asking.anchor_files import ranging_anchors, ranging_datum, ranging_radios
+    from ..asking.anchor_files import ranging_anchors, ranging_asked
 
     asked = settings.asked()
     level = asked.dimension == 2
     if not options.round > 0.0:
         raise RequestError(f"--round must be a number of seconds > 0, not {options.round}.")
     placed, frame = ranging_anchors(options.anchor, options.anchors, level=level)
-    radios = ranging_radios(options.anchor, options.anchors, level=level)
+    named = ranging_asked(options.anchor, options.anchors, level=level)
+    radios = {one.id: one.radio for one in named if one.radio is not None}
     mapped = ground.detector(placed, frame, asked.settings(), radios=radios)
     if options.crs is not None and (mapped is not None or frame is not None):
         raise RequestError("--crs is of anchors in metres without a DEM; these have a place on Earth already.")
     grid = mapped.grid if mapped is not None else None if options.crs is None else _about(placed, options.crs)
-    datum = ranging_datum(options.anchor, options.anchors, level=level)
-    return site_of(placed, asked.settings(), frame, mapped, grid, datum)
+    datum = next((one.altitude_datum for one in named if one.altitude_datum is not None), None)
+    unused = notes_on_ranging_anchors(named, asked.settings().range_sigma_m, over_map=mapped is not None)
+    site = site_of(placed, asked.settings(), frame, mapped, grid, datum)
+    return replace(site, told=(*site.told, *unused))
 
 
 def _about(anchors: list[RangingAnchor], crs: str) -> ElevationGrid:

@@ -161,3 +161,24 @@ def test_the_radio_of_an_anchor_file_without_a_dem_is_told_as_unheard(sightline,
     told = sightline("detect", log, "--anchors", tmp_path / "drones.json", "--json")
     assert told.code == 0, told.stderr
     assert "Not looked at: the radio of D1, D2, D3, D4, D5, since there is no --dem." in told.told()["warnings"]
+
+
+@pytest.mark.parametrize("over", [True, False])
+def test_what_a_detector_does_not_take_of_anchors_made_for_maps_is_told(sightline, log, tmp_path, over):
+    anchors = [
+        {"id": name, "east_m": east_m, "north_m": north_m, "altitude_m": altitude_m, "ranging_sigma_m": 0.1}
+        for name, (east_m, north_m, altitude_m) in DRONES.items()
+    ]
+    anchors[0] |= {"max_range_m": 900.0, "min_elevation_deg": -60.0}
+    anchors[2] |= {"max_range_m": 700.0, "ranging_sigma_m": 0.5}
+    anchors[3]["pose_covariance_m2"] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 4.0]]
+    (tmp_path / "drones.json").write_text(json.dumps(anchors))
+    words = ["--dem", sample_path("jacksboro")] if over else []
+    told = sightline("detect", log, "--anchors", tmp_path / "drones.json", *words, "--json")
+    assert told.code == 0, told.stderr
+    assert [one for one in told.told()["warnings"] if one.startswith("Not looked at")] == [
+        "Not looked at: the antenna limits (max_range_m, min_elevation_deg) of D1, D3, since every range that comes is "
+        "judged.",
+        "Not looked at: ranging_sigma_m of D3, since ranges without a sigma of their own have 0.1 m, the settings'.",
+        "Not looked at: pose_covariance_m2 of D4, since a detector takes pose_sigma_m alone.",
+    ]

@@ -47,7 +47,7 @@ GROUPS = [
     (reposition.MoveOptions, RepositioningParameters, set()),
     (reposition.DroneOptions, DroneFlightIn, set()),
     (los.LineOptions, LineOptions, set()),
-    (detect.DetectorOptions, DetectorSettingsIn, {"more", "calibrate", "estimator"}),
+    (detect.DetectorOptions, DetectorSettingsIn, {"more"}),
     (serve.ServiceOptions, Settings, {"scheduler"}),
 ]
 
