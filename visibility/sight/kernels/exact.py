@@ -24,6 +24,7 @@ __all__ = ["BLOCK_POSTS", "sweep"]
 BLOCK_POSTS = 256
 MARGIN = 1e-9  # bearings: neighbouring blocks overlap by this much
 RADIAL = 1e-12  # of the distance: an edge that runs towards the eye shows as a point, which its posts already cover
+POINT = 1e-14  # bearings: as wide as a post is that has no edge beside it
 WORD = 2  # marks that are looked at together
 
 
@@ -67,7 +68,14 @@ def _edge_on_line(pieces, count, strip, post, block, limits):
         return count
     across = post - block.across_0
     height = _lowered(strip.far, post, along, block)
-    rise = _lowered(strip.far, post + 1, along, block) - height
+    next_height = _lowered(strip.far, post + 1, along, block)
+    if math.isnan(height) != math.isnan(next_height):
+        # unknown beyond: the known end is in the way of lines that run straight over it
+        if math.isnan(height):
+            bearing = (across + 1.0) / along
+            return _add(pieces, count, bearing - POINT, bearing, next_height / along, 0.0, limits)
+        return _add(pieces, count, across / along, across / along + POINT, height / along, 0.0, limits)
+    rise = next_height - height
     p = (height - rise * across) / along
     return _add(pieces, count, across / along, (across + 1.0) / along, p, rise, limits)
 
@@ -262,7 +270,8 @@ def _new_room(block):
 def sweep(heights, turned, out, blocks, bins):
     """Fill out (n_anchors, rows, cols) with the altitude that clears every edge on the way to each anchor.
 
-    heights: (rows, cols) float32, at least 2 x 2; turned: its contiguous transpose; NaN posts have no edges.
+    heights: (rows, cols) float32, at least 2 x 2; turned: its contiguous transpose; NaN posts have no edges, and
+    a post beside one still hides what is straight behind it.
     blocks, bins: as for the fast sweep (kernels.sweep), with blocks of bearings in place of blocks of rays.
     """
     for worker in prange(bins.shape[0]):
