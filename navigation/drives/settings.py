@@ -8,6 +8,7 @@ from typing import Literal
 
 from ..errors import MeasurementError
 from ..inertial import IMU_PRESETS, ImuNoise, StandstillRule
+from ..inertial.samples import turned
 
 __all__ = ["DriveSettings"]
 
@@ -78,6 +79,7 @@ class DriveSettings:
                     raise MeasurementError(
                         f"{one.name} must be {'zero or more' if zero else 'above zero'}, not {worst}."
                     )
+        turned((0.0, 0.0, 0.0), self.axes)
         if not 0.0 <= self.hidden_excess_m < math.inf:
             raise MeasurementError(f"hidden_excess_m must be zero or more, not {self.hidden_excess_m}.")
         if not 0.0 < self.least_sight <= 1.0:

@@ -122,7 +122,9 @@ def _units(force: Array, rate: Array, gravity_m_per_s2: float) -> list[str]:
         raise MeasurementError(f"Forces of {pull:.0f} m/s² in the median are no driving; are they in g times m/s²?")
     spin = float(np.quantile(np.linalg.norm(rate, axis=1), 0.95))
     if spin > 15.0:
-        raise MeasurementError(f"Turn rates of {spin:.0f} rad/s are in degrees, it seems; say rate_unit='deg/s'.")
+        raise MeasurementError(
+            f"Turn rates of {spin:.0f} rad/s are in degrees, it seems; say so in rate_unit, a session in angle_unit."
+        )
     upward = np.median(force, axis=0)
     largest = int(np.argmax(np.abs(upward)))
     if abs(upward[largest]) > 0.8 * gravity_m_per_s2 and (largest != 2 or upward[2] < 0.0):

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from navigation import MeasurementError
 from navigation.drives import DriveSettings, InertialEstimator
 from navigation.inertial import IMU_PRESETS
 from service.parts.points import DegreesNorth, Metres, NotNegative, Number, Positive, StrictModel
@@ -21,6 +22,7 @@ Three = tuple[Number, Number, Number]
 MOST_READINGS = 4000
 UNUSED = "Not used: the session has no estimator inertial."
 FIRST = "The first increment of a session has no time before it, and is not used."
+MOST_AHEAD_S = 3600.0  # of an epoch: a reading of another clock would make all that follow it late
 
 
 class InertialUnitIn(StrictModel):
@@ -48,6 +50,14 @@ class InertialUnitIn(StrictModel):
         0.0, description="Of going neither sideways nor off the ground, metres per second; 0 = off."
     )
     lat_deg: DegreesNorth | None = Field(None, description="Latitude where no DEM tells it, degrees; null = 45.")
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        try:
+            self.settings()
+        except MeasurementError as error:
+            raise ValueError(str(error)) from error
+        return self
 
     def settings(self) -> DriveSettings:
         """The same for the filter. Raises MeasurementError."""
@@ -132,12 +142,21 @@ class Felt:
     warnings: tuple[str, ...]
 
 
-def felt(asked: ImuIn | None, inertial: InertialEstimator | None) -> Felt | None:
-    """Give an epoch's readings to the filter, if it has one; None where none came."""
+def felt(
+    asked: ImuIn | None, inertial: InertialEstimator | None, epoch_s: float, latest_s: float | None
+) -> tuple[Felt | None, float | None]:
+    """Give the readings of an epoch at some time to the filter, if it has one; (None where none came, latest_s).
+
+    latest_s: of the reading before, which the filter need not have kept.
+    """
     if asked is None:
-        return None
+        return None, latest_s
     if inertial is None:
-        return Felt(len(asked.times_s), 0, (UNUSED,))
-    *readings, told = asked.readings(inertial.latest_s)
-    used, more = inertial.feel(*readings) if len(readings[0]) else (0, ())
-    return Felt(len(asked.times_s), used, (*told, *more))
+        return Felt(len(asked.times_s), 0, (UNUSED,)), None
+    times_s, forces, rates, told = asked.readings(latest_s if inertial.latest_s is None else inertial.latest_s)
+    near = times_s <= epoch_s + MOST_AHEAD_S
+    if not near.all():
+        told = (*told, f"{np.count_nonzero(~near)} readings are over an hour later than their epoch and are not used.")
+    used, more = inertial.feel(times_s[near], forces[near], rates[near]) if near.any() else (0, ())
+    latest_s = max((time_s for time_s in asked.times_s if time_s <= epoch_s + MOST_AHEAD_S), default=latest_s)
+    return Felt(len(asked.times_s), used, (*told, *more)), latest_s

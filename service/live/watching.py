@@ -155,7 +155,7 @@ class Memory:
     """What a session remembers: its detector, since when which anchors have been occluded, the last epoch that came.
 
     calibration: is applied to every range first. inertial: its filter, where that takes inertial readings; felt: what
-    became of the last epoch's. Changed in place.
+    became of the last epoch's, which end at felt_s. Changed in place.
     """
 
     detector: MaybeMapped
@@ -164,11 +164,12 @@ class Memory:
     calibration: Calibration | None = None
     inertial: InertialEstimator | None = None
     felt: Felt | None = None
+    felt_s: float | None = None
 
     def process(self, asked: EpochIn) -> WatchedEpoch:
         """The answer to one epoch."""
         epoch = asked.epoch()
-        self.felt = felt(asked.imu, self.inertial)
+        self.felt, self.felt_s = felt(asked.imu, self.inertial, asked.time_s, self.felt_s)
         watched = self.detector.process(epoch if self.calibration is None else self.calibration.applied(epoch))
         if watched.result.rejection is None:
             self.occlusions.take_in(watched.result)

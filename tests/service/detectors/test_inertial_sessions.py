@@ -103,6 +103,33 @@ def test_readings_of_no_form_are_refused(imu: dict[str, Any], sentence: str) -> 
         EpochIn.model_validate({"time_s": 1.0, "ranges": [], "imu": imu})
 
 
+def test_one_increment_an_epoch_is_used_from_the_second_on() -> None:
+    session, used = opened(), []
+    for time_s in (1.0, 1.1, 1.2):
+        one = {"times_s": [time_s], "delta_velocities": [[0.0, 0.0, 0.981]], "delta_angles": [[0.0, 0.0, 0.0]]}
+        used.append(json.loads(session.answer(EpochIn.model_validate({"time_s": time_s, "ranges": [], "imu": one}))))
+    assert [answer["imu"]["used"] for answer in used] == [0, 1, 1]
+    assert used[1]["imu"]["warnings"] == used[2]["imu"]["warnings"] == []
+
+
+@pytest.mark.parametrize("form", ["rates", "increments"])
+def test_a_reading_of_another_clock_does_not_make_all_later_ones_late(form: str) -> None:
+    session = opened()
+    told = json.loads(session.answer(epoch(1, form)))["imu"]
+    strange = epoch(2, form)
+    assert strange.imu is not None
+    strange.imu.times_s[-1] = 1.8e9
+    told = json.loads(session.answer(strange))["imu"]
+    assert told["used"] == HZ - 1
+    assert told["warnings"] == ["1 readings are over an hour later than their epoch and are not used."]
+    assert json.loads(session.answer(epoch(3, form)))["imu"]["used"] == HZ
+
+
+def test_axes_of_no_unit_are_refused_when_a_session_begins() -> None:
+    with pytest.raises(ValidationError, match="right-handed: flu, frd, rfu …, not 'fru'"):
+        opened(imu={"axes": "fru"})
+
+
 def test_a_unit_without_its_estimator_is_refused() -> None:
     with pytest.raises(ValidationError, match="imu is of the estimator inertial"):
         opened(estimator=None, imu={"unit": "lower"})
