@@ -49,8 +49,8 @@ def find_clock(
     agreed = max(groups, key=len, default=[])
     if len(agreed) < LEAST:
         raise SamplesError(
-            f"{len(late)} of the {len(prns)} satellites that should be there were found, and {len(agreed)} agree on "
-            f"the receiver's clock, where {LEAST} are needed; are start, place, rate and type right?"
+            f"{len(late)} of the {len(prns)} satellites that should be there were found, and no {LEAST} of them agree "
+            "on the receiver's clock; are start, place, rate and type right?"
         )
     first_s = agreed[0][1]
     offset_s = first_s + float(np.median([math.remainder(other - first_s, PERIOD_S) for _, other, _ in agreed]))

@@ -96,13 +96,13 @@ class InertialEstimator(ConstantVelocityEstimator):
         told = []
         finite = np.isfinite(times) & np.isfinite(force).all(axis=1) & np.isfinite(rate).all(axis=1)
         if not finite.all():
-            told.append(f"{np.count_nonzero(~finite)} inertial readings are not finite and are not used.")
+            told.append(f"Inertial readings that are not finite, not used: {np.count_nonzero(~finite)}.")
         kept = self._kept
         before_s = -math.inf if kept is None else float(kept.times_s[-1])
         latest_s = np.maximum.accumulate(np.concatenate([[before_s], np.where(finite, times, -np.inf)]))
         late = finite & ~(times > latest_s[:-1])
         if late.any():
-            told.append(f"{np.count_nonzero(late)} inertial readings are not later than the one before; not used.")
+            told.append(f"Inertial readings no later than the one before, not used: {np.count_nonzero(late)}.")
         fresh = finite & ~late
         if not fresh.any():
             return 0, tuple(told)

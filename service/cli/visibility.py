@@ -138,7 +138,8 @@ def anchors_table(answer: VisibilityMapSummary) -> Table:
         caption_justify="left",
     )
     table.add_column("anchor", style="bold")
-    for column in ("east m", "north m", "altitude m", "above\nground m", "visible", "hidden", "unknown"):
+    decided = ("usable", "not\nusable") if _of_signals(answer) else ("visible", "hidden")
+    for column in ("east m", "north m", "altitude m", "above\nground m", *decided, "unknown"):
         table.add_column(column, justify="right", no_wrap=True)
     for anchor in answer.anchors:
         above_m = anchor.above_ground_m
@@ -155,7 +156,7 @@ def anchors_table(answer: VisibilityMapSummary) -> Table:
 
 def count_table(answer: VisibilityMapSummary) -> Table:
     """The known posts by the anchors they see, as in the picture's legend; with many anchors, no row without a post."""
-    table = Table(title="Anchors in sight", title_justify="left")
+    table = Table(title="Anchors usable" if _of_signals(answer) else "Anchors in sight", title_justify="left")
     for column in ("anchors", "posts", "share of\nknown posts"):
         table.add_column(column, justify="right")
     histogram, undecided = answer.count_histogram, answer.undecided_posts
@@ -166,3 +167,7 @@ def count_table(answer: VisibilityMapSummary) -> Table:
     for label, posts in [*kept, ("unknown", undecided)] if undecided else kept:
         table.add_row(label, f"{posts:,}", share_text(posts / known_posts if known_posts else None))
     return table
+
+
+def _of_signals(answer: VisibilityMapSummary) -> bool:
+    return answer.parameters.get("sight") == "usable"

@@ -283,3 +283,5 @@ def test_what_is_read_by_windows_is_usable_where_the_oracle_says(ground: Elevati
     margin = margins(ground, anchor, points_m)
     sure = np.abs(margin) > 0.1  # altitudes are found to 0.1 m
     np.testing.assert_array_equal((found.seen[rows, cols] == VISIBLE)[sure], (within & (margin >= 0.0))[sure])
+    assert found.errors is None
+    assert found.error_statement.startswith("signals over every edge")

@@ -14,7 +14,7 @@ from visibility.errors import VisibilityInputError
 from visibility.sight.anchors import Anchor
 from visibility.sight.curvature import Curvature
 from visibility.sight.fast_errors import FastErrors, fast_errors
-from visibility.sight.minimum_altitude import EXACT_ERROR, Mode, UnknownGround
+from visibility.sight.minimum_altitude import Mode, UnknownGround
 from visibility.signal.usable import min_usable_altitude
 
 __all__ = ["Raster", "Reach", "ReachOptions", "Reached", "box_of", "in_reach", "name_of", "reach_of", "work_bytes"]
@@ -65,7 +65,8 @@ class Reached:
     """What one anchor sees of the ground in its reach.
 
     altitude_m: (rows, cols) float32 as in MinimumVisibleAltitude. seen: (rows, cols) uint8, 1 visible, 0 hidden, 255
-    unknown, at the receiver's height. errors: of fast mode, None in exact mode.
+    unknown, at the receiver's height. errors: of fast mode, None in exact mode and where a signal decided.
+    error_statement: what it may be off by.
     """
 
     reach: Reach
@@ -73,13 +74,9 @@ class Reached:
     seen: npt.NDArray[np.uint8]
     curvature: str
     errors: FastErrors | None
+    error_statement: str
     warnings: tuple[str, ...]
     version: str
-
-    @property
-    def error_statement(self) -> str:
-        """What it may be off by."""
-        return EXACT_ERROR if self.errors is None else self.errors.sentence()
 
 
 def name_of(dem: Raster) -> str:
@@ -131,12 +128,15 @@ def in_reach(dem: Raster, anchor: Anchor, reach: Reach, options: ReachOptions) -
     grid = dem.window(reach.first_row, reach.last_row, reach.first_col, reach.last_col)
     found = min_usable_altitude(grid, [anchor], options.mode, options.curvature, unknown=options.unknown)
     seen = found.visible(above_ground_m=options.above_ground_m, altitude_m=options.altitude_m)
+    exact = options.mode == "exact" or found.of_signals
+    errors = None if exact else fast_errors(grid.heights_m, found.altitude_m)
     return Reached(
         reach=reach,
         altitude_m=found.altitude_m[0],
         seen=seen[0],
         curvature=found.curvature.sentence(),
-        errors=None if options.mode == "exact" else fast_errors(grid.heights_m, found.altitude_m),
+        errors=errors,
+        error_statement=found.error_statement if errors is None else errors.sentence(),
         warnings=(*grid.provenance.warnings, *found.warnings),
         version=found.version,
     )

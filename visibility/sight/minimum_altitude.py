@@ -41,6 +41,10 @@ HIDDEN, VISIBLE, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(255)
 
 ENGINES = {"fast": fast_sweep, "exact": exact_sweep}
 EXACT_ERROR = "every edge of the triangulated surface, in float64: altitudes within 1 mm of the exact maximum"
+SIGNAL_ERROR = (
+    "signals over every edge of the triangulated surface: lowest altitudes to 0.1 m; what the models "
+    "leave out is the radios' spread"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +55,7 @@ class MinimumVisibleAltitude:
         within its antenna limits; NaN = unknown (the line crosses unknown ground), +inf = at no altitude.
     hidden_below_m: same shape; below it the anchor is hidden for certain, also where altitude_m is NaN. The same array
         as altitude_m where nothing is unknown.
+    of_signals: the signals of all anchors decided, not sight (``min_usable_altitude``).
     """
 
     grid: ElevationGrid
@@ -63,10 +68,13 @@ class MinimumVisibleAltitude:
     warnings: tuple[str, ...]
     elapsed_s: float
     version: str
+    of_signals: bool = False
 
     @cached_property
     def error_statement(self) -> str:
         """What this answer may be off by: in fast mode on this ground, with these anchors."""
+        if self.of_signals:
+            return SIGNAL_ERROR
         return EXACT_ERROR if self.mode == "exact" else fast_errors(self.grid.heights_m, self.altitude_m).sentence()
 
     def visible(self, *, above_ground_m: float | None = None, altitude_m: float | None = None) -> npt.NDArray[np.uint8]:
@@ -190,7 +198,8 @@ def _are_doubted(anchors: Sequence[Anchor | DistantAnchor]) -> bool:
     return any(isinstance(anchor, Anchor) and anchor.doubts for anchor in anchors)
 
 
-Pair = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
+# altitude_m, hidden_below_m and of_signals of one anchor
+Kept = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], bool]
 
 
 class Surfaces(Protocol):
@@ -238,7 +247,7 @@ class SurfaceCache:
         self.unknown: UnknownGround = unknown
         self.computed = 0
         self.reused = 0
-        self._surfaces: dict[Anchor | DistantAnchor, Pair] = {}
+        self._surfaces: dict[Anchor | DistantAnchor, Kept] = {}
 
     def surfaces(self, anchors: tuple[Anchor | DistantAnchor, ...]) -> MinimumVisibleAltitude:
         """As ``min_visible_altitude`` of these anchors; forgets those of the last answer that are not among them.
@@ -256,7 +265,7 @@ class SurfaceCache:
             if self._window is not None:
                 found = found.window(*self._window)
             for number, anchor in enumerate(missing):
-                kept[anchor] = (found.altitude_m[number], found.hidden_below_m[number])
+                kept[anchor] = (found.altitude_m[number], found.hidden_below_m[number], found.of_signals)
         self.computed += len(missing)
         self.reused += len(anchors) - len(missing)
         others = [anchor for anchor in self._surfaces if anchor not in kept]
@@ -278,4 +287,5 @@ class SurfaceCache:
             warnings=warnings,
             elapsed_s=time.perf_counter() - started_s,
             version=VERSION,
+            of_signals=bool(anchors) and all(kept[anchor][2] for anchor in anchors),
         )

@@ -78,7 +78,13 @@ def min_usable_altitude(
         if progress is not None:
             progress(SHARE_OF_SIGHT + (1.0 - SHARE_OF_SIGHT) * (done + 1) / len(heard))
     elapsed_s = time.perf_counter() - started_s
-    return replace(found, altitude_m=altitude_m, hidden_below_m=hidden_below_m, elapsed_s=elapsed_s)
+    return replace(
+        found,
+        altitude_m=altitude_m,
+        hidden_below_m=hidden_below_m,
+        elapsed_s=elapsed_s,
+        of_signals=len(heard) == len(anchors),
+    )
 
 
 def margin_map(

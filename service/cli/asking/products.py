@@ -21,6 +21,7 @@ from service.parts.sentences import MAP_KINDS, kind_of_summary, notes_on_older_n
 from service.parts.unused import notes_on_unused
 from service.products import Finished, Given, Product, Work
 from terrain import ElevationGrid
+from visibility.sight.minimum_altitude import SIGNAL_ERROR
 from visibility.sight.sight_lines import ERROR_STATEMENT
 
 from ..output import (
@@ -184,7 +185,7 @@ def _how_far_to_trust(statement: str | None, mode: JsonValue) -> list[str]:
     """What the answer may be off by; exact sight lines are not, and a search that is fast may answer exactly."""
     if mode in (None, "exact") or not statement or statement == ERROR_STATEMENT:
         return []
-    if mode == "fast":
+    if mode == "fast" and statement != SIGNAL_ERROR:
         return [f"Mode fast: {statement}. Where an altitude or a single post decides, take --mode exact."]
     return [f"{statement[0].upper()}{statement[1:]}."]
 

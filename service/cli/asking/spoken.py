@@ -14,7 +14,7 @@ FIELD = re.compile(
 )
 # in a file, as in a request, a field is called by its name
 OF_A_FILE = re.compile(
-    r"The (?:request|map|mapping|log|anchors file|track file|path file|file) |\S+, (?:line|anchor|feature) \d"
+    r"The (?:request|map|mapping|log|trajectory|(?:anchors |track |path )?file) |\S+, (?:line|anchor|feature) \d"
 )
 PHRASES = (
     ("its altitude_m instead of above_ground_m", "its altitude (612msl) instead of its height above ground (80agl)"),

@@ -111,6 +111,7 @@ class FinishedDopMap:
             warnings=tuple(self.answer.warnings),
             elapsed_s=self.answer.timing["calculation_s"],
             version=self.answer.version,
+            of_signals=self.parameters.usable,
         )
 
 

@@ -155,4 +155,5 @@ def test_samples_that_are_cut_clipped_or_noise_are_told(folder, tmp_path, sightl
     (tmp_path / "noise.bin").write_bytes(np.round(30.0 * noise).clip(-128, 127).astype(np.int8).tobytes())
     sightline(*words(tmp_path, samples="noise.bin")).refused("0 of the", "are start, place, rate and type right?")
     (tmp_path / "bad.csv").write_text("time_s,x_m,y_m\n0,1,2\n")
-    sightline(*words(tmp_path, "--trajectory", tmp_path / "bad.csv", samples="noise.bin")).refused("has no column")
+    placeless = sightline(*words(tmp_path, "--trajectory", tmp_path / "bad.csv", samples="noise.bin"))
+    placeless.refused("has no column", "or lon_deg, lat_deg, height_m.")

@@ -118,3 +118,14 @@ def test_nodata_of_the_option_wins(sightline, dem_file):
 def test_warnings_stand_below_the_table(sightline, dem_file):
     ended = sightline("visibility", dem_file, "--anchor", f"far,{WEST_M - 2000},{NORTH_M},300msl")
     assert "Warning: Anchor far is 2000 m outside the DEM" in ended.stdout
+
+
+def test_a_map_of_what_is_usable_says_so_and_not_what_rays_err_by(sightline, dem_file, tmp_path):
+    heard = ("--sight", "usable", "--radio", "868MHz")
+    ended = sightline("visibility", dem_file, "--anchor", D1, "--receiver-height", 2, *heard, "--out", tmp_path)
+    assert ended.code == 0, ended.stderr
+    said = " ".join(ended.stdout.split())
+    assert "Anchors usable" in said
+    assert "Signals over every edge of the triangulated surface" in said
+    assert "in sight" not in said
+    assert "--mode exact" not in said

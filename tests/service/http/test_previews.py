@@ -108,6 +108,7 @@ def test_what_is_usable_and_its_dilution_and_error_are_those_of_the_library(
     told, needed_m = preview(server, dem_id, **asked, show="needed_height")
     assert told["names"] == ["D0", "D1", "D2", "D3"]
     np.testing.assert_allclose(needed_m, lines.altitude_m - coarse.heights_m, atol=1e-3)
+    assert told["error_statement"].startswith("signals over every edge"), "no ray of fast mode decided"
     _, dop = preview(server, dem_id, **asked, show="dop", measure="hdop", receiver_above_ground_m=3.0)
     np.testing.assert_array_equal(dop[0], dop_map(lines, 3.0, measure="hdop").dop)
     _, error_m = preview(server, dem_id, **asked, show="position_error", receiver_above_ground_m=3.0)
