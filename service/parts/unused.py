@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from service.parts.anchors import AntennaIn
 from service.parts.radios import RadioIn, SightChoice
 from terrain import ElevationGrid
+from visibility.sight import ALL_ROUND
 from visibility.signal import foliage_of
 
 __all__ = ["notes_on_ranging_anchors", "notes_on_satellite_radios", "notes_on_unused"]
@@ -18,14 +19,6 @@ BECAUSE = "this answer is of what is in sight, not of what is usable"
 SATELLITE = "gnss-l1"
 # nothing that stands or flies over ground is so high
 LOWEST_SATELLITE_M = 100_000.0
-LIMITS = (
-    "min_range_m",
-    "max_range_m",
-    "azimuth_from_deg",
-    "azimuth_to_deg",
-    "min_elevation_deg",
-    "max_elevation_deg",
-)
 
 
 def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
@@ -85,22 +78,22 @@ def notes_on_ranging_anchors(anchors: Sequence[AntennaIn], range_sigma_m: float,
 
     range_sigma_m: of its settings. over_map: whether it looks at a DEM, over which radios count.
     """
-    limits = [name for name in LIMITS if any(getattr(one, name) is not None for one in anchors)]
-    limited = [one.id for one in anchors if any(getattr(one, name) is not None for name in limits)]
+    limited = [one.id for one in anchors if one.antenna_limits() != ALL_ROUND]
     radios = [] if over_map else [one.id for one in anchors if one.radio is not None]
     # files of our own name the default of every anchor; only another number was somebody's choice
     chosen = (range_sigma_m, AntennaIn.model_fields["ranging_sigma_m"].default)
     sigmas = [one.id for one in anchors if one.ranging_sigma_m not in chosen]
     covariances = [one.id for one in anchors if one.pose_covariance_m2 is not None]
+    # quoted: a command line says its option in place of a field's bare name
     found = (
-        (f"the antenna limits ({', '.join(limits)})", limited, "every range that comes is judged"),
+        ("the antenna limits", limited, "every range that comes is judged"),
         ("the radio", radios, "there is no --dem"),
         (
-            "ranging_sigma_m",
+            "'ranging_sigma_m'",
             sigmas,
             f"ranges without a sigma of their own have {range_sigma_m:g} m, the settings'",
         ),
-        ("pose_covariance_m2", covariances, "a detector takes pose_sigma_m alone"),
+        ("'pose_covariance_m2'", covariances, "a detector takes 'pose_sigma_m' alone"),
     )
     return [f"Not looked at: {what} of {_named(ids)}, since {why}." for what, ids, why in found if ids]
 

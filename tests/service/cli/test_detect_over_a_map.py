@@ -177,8 +177,10 @@ def test_what_a_detector_does_not_take_of_anchors_made_for_maps_is_told(sightlin
     told = sightline("detect", log, "--anchors", tmp_path / "drones.json", *words, "--json")
     assert told.code == 0, told.stderr
     assert [one for one in told.told()["warnings"] if one.startswith("Not looked at")] == [
-        "Not looked at: the antenna limits (max_range_m, min_elevation_deg) of D1, D3, since every range that comes is "
-        "judged.",
-        "Not looked at: ranging_sigma_m of D3, since ranges without a sigma of their own have 0.1 m, the settings'.",
-        "Not looked at: pose_covariance_m2 of D4, since a detector takes pose_sigma_m alone.",
+        "Not looked at: the antenna limits of D1, D3, since every range that comes is judged.",
+        "Not looked at: 'ranging_sigma_m' of D3, since ranges without a sigma of their own have 0.1 m, the settings'.",
+        "Not looked at: 'pose_covariance_m2' of D4, since a detector takes 'pose_sigma_m' alone.",
     ]
+    # a column of the file, which is no option of the command
+    shown = " ".join(sightline("detect", log, "--anchors", tmp_path / "drones.json", *words).stdout.split())
+    assert "Not looked at: 'ranging_sigma_m' of D3" in shown
