@@ -146,6 +146,10 @@ def fit_canopy(
         edges = _edges(rings_rad)
         cell = _cells(heard.azimuth_rad[used], heard.elevation_rad[used], edges, sectors)
         sky = _sky((loss_db, way_m, group), cell, edges, sectors, first)
+        few = int((sky.count < LEAST_IN_CELL).sum())
+        if few:
+            cells = f"{few} of {sky.count.size} cells of the map by direction"
+            notes.append(f"{cells} have fewer than {LEAST_IN_CELL} losses, and the density of all.")
     return CanopyFit(
         depth_per_m=fit.depth_per_m,
         sigma_per_m=_sigma(loss_db, way_m, fit.depth_per_m, group),

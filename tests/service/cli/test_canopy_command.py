@@ -77,6 +77,11 @@ def test_by_direction_each_sector_has_its_own_density(sightline: Any, tmp_path: 
     assert told["canopy"]["sky"]["elevation_edges_deg"] == [10.0, 90.0]
     assert told["sky_counts"] == [[30, 30, 30, 30]]
     assert told["sky_rms_db"] < 1e-6 < told["rms_db"]
+    assert told["warnings"] == []
+    finer = sightline("canopy", "fit", log, *asked[:-4], "--sectors", "8", "--rings", "10,90", "--json").told()
+    assert finer["warnings"] == [
+        "4 of 8 cells of the map by direction have fewer than 20 losses, and the density of all."
+    ]
 
 
 def test_powers_at_places_tell_the_density_of_trees_on_a_dem(sightline: Any, tmp_path: Path) -> None:
