@@ -61,7 +61,9 @@ def bounds_of(rows: Relaxation, most: Sequence[Parts], nodes: Sequence[Node], fl
     live = (need > ROUNDING) & possible[:, None, :]
     per_need = np.where(live, 1.0 / np.where(live, need, 1.0), 0.0).astype(np.float32)
     weight = (rows.weight * possible).astype(np.float32)
-    price = np.where(live, np.array([node.price for node in nodes], np.float32), np.float32(0.0))
+    # prices that were kept in 16 bits may add up to a little more than 1, by which no bound would hold
+    kept = _within(np.array([node.price for node in nodes], np.float32))
+    price = np.where(live, kept, np.float32(0.0))
     left = np.array([node.left for node in nodes])
     most_left = int(left.max())
     picked = (np.arange(most_left)[None, :] < left[:, None]).astype(np.float32)

@@ -11,7 +11,8 @@ import pytest
 from planning.placement import Goal, PlacementRules, place_anchors
 from planning.placement.judges import Problem, judge_of, sampled
 from planning.placement.placing import Ready, prepare
-from planning.placement.proving import prove, relaxation_of
+from planning.placement.proving import Relaxation, prove, relaxation_of
+from planning.placement.proving.subgradients import Node, bounds_of
 from tests.planning.placement.grounds import exact_sight, small_question
 from tests.reference import placement as oracle
 from visibility import Anchor
@@ -108,3 +109,16 @@ def test_a_placement_among_eighty_candidates_is_proved() -> None:
     assert found.proved
     assert found.gap == 0.0
     assert found.method == "exact"
+
+
+def test_prices_that_rounding_made_more_than_one_lower_no_bound() -> None:
+    # of a thousand rows in alike need of two parts the one candidate left makes the first good
+    part = np.zeros((2, 2, 1000), np.float32)
+    part[0, :, 0] = part[1] = 1.0
+    weight, need = np.full(1000, 1e-3), np.ones((2, 1000), np.float32)
+    rows = Relaxation(part, need, weight, 0.0, 0.0, False)
+    price = np.full((2, 1000), [[0.996], [0.00415]], np.float16)
+    assert price.astype(np.float64).sum(axis=0).min() > 1.0
+    node = Node((), np.array([0]), 1, price)
+    found = bounds_of(rows, [np.zeros_like(need), np.ones_like(need)], [node], 0.0, 1)
+    assert found.bound[0] >= 1e-3
