@@ -20,6 +20,7 @@ __all__ = ["BitSums", "ChannelMeasurement", "correlate_bits", "correlate_periods
 
 Array = npt.NDArray[np.float64]
 TAPS = np.arange(-4, 5)  # quarters of a chip, later than the replica
+MOST_REACH_HZ = 0.5 / BIT_S  # a carrier so far off turns every second bit round
 APART = 1  # taps from the greatest to early and late: a quarter of a chip
 PERIOD_S = CHIPS / CHIP_RATE_HZ
 
@@ -175,8 +176,11 @@ def measure_sums(found: BitSums, *, reach_hz: float = 2.0, false_alarm: float = 
     over delay. Raises GnssInputError.
     """
     sums, count = found.sums, len(found)
-    if count == 0 or not (reach_hz >= 0.0):
-        raise GnssInputError("A measurement needs the sums of one bit at least, and a reach of 0 Hz or more.")
+    if count == 0 or not 0.0 <= reach_hz <= MOST_REACH_HZ:
+        raise GnssInputError(
+            f"A measurement needs the sums of one bit at least, and a reach of 0 to {MOST_REACH_HZ:g} Hz, beyond which "
+            "bits tell no frequency."
+        )
     middle_s = 0.5 * float(found.edges_s[0] + found.edges_s[-1])
     at_s = 0.5 * (found.edges_s[1:] + found.edges_s[:-1]) - middle_s
     step_hz = 0.25 / (count * BIT_S)

@@ -36,11 +36,18 @@ AHEAD_S = 0.03  # the last bit of an interval ends in the next
 
 @dataclass(frozen=True, slots=True)
 class ReceiverClock:
-    """By how much the receiver's clock is ahead of GPS: offset_s at at_s, and drift, seconds per second."""
+    """By how much the receiver's clock is ahead of GPS: offset_s at at_s, and drift, seconds per second.
+
+    Raises GnssInputError.
+    """
 
     offset_s: float = 0.0
     drift: float = 0.0
     at_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (self.offset_s, self.drift, self.at_s))):
+            raise GnssInputError("A receiver's clock needs finite numbers of seconds.")
 
     def ahead_s(self, times_s: npt.ArrayLike) -> Array:
         """(k,) at times after the first sample."""
@@ -126,7 +133,8 @@ def track(
     from the median of those detected in the second before. middle_s counts from the first sample. The last second may
     be a shorter one. Raises SamplesError, GnssInputError, AlmanacError.
     """
-    bits = {prn: round((integrations_s or {}).get(prn, INTERVAL_S) / BIT_S) for prn in prns}
+    asked_s = {prn: (integrations_s or {}).get(prn, INTERVAL_S) for prn in prns}
+    bits = {prn: round(each_s / BIT_S) if math.isfinite(each_s) else 0 for prn, each_s in asked_s.items()}
     whole = round(INTERVAL_S / BIT_S)
     wrong = [prn for prn, count in bits.items() if not 1 <= count <= whole]
     if wrong or not prns:

@@ -23,13 +23,13 @@ COLUMNS = {
     "anchor_id": "what sent",
     "satellite": "the same",
     "east_m": "place of the receiver, metres in the DEM's CRS",
-    "north_m": "the same",
+    "north_m": "place of the receiver, metres in the DEM's CRS",
     "lon_deg": "the same in degrees",
     "lat_deg": "the same",
     "above_ground_m": "height of the receiver",
     "altitude_m": "the same",
     "azimuth_deg": "direction of what sent, clockwise from grid north",
-    "elevation_deg": "the same",
+    "elevation_deg": "direction of what sent, above the horizontal",
     "loss_db": "what the trees took",
     "cn0_dbhz": "C/N0 below the trees",
     "cn0_open_dbhz": "C/N0 of the same in the open",
@@ -99,7 +99,7 @@ def read_paired_stations(path: Path, below: str, above: str, system: str = "G") 
     except OSError as error:
         raise RequestError(f"The log {path.name} is no NetCDF file that can be read.") from error
     except IndexError as error:
-        raise RequestError(f"The log {path.name} has no {error.args[0]!s}, as gnssvod would write it.") from error
+        raise RequestError(f"The log {path.name} is not as gnssvod would write it: {error.args[0]!s}.") from error
     for station in (below, above):
         if station not in stations:
             raise RequestError(f"The log {path.name} has no station {station!r}, but {', '.join(map(str, stations))}.")

@@ -57,7 +57,7 @@ class _Told(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    anchor_id: str
+    anchor_id: Annotated[str, Field(min_length=1)]
     expected: Literal["in sight", "hidden"]
     probability: Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
     bearing_deg: Number

@@ -129,6 +129,8 @@ def fit_canopy(
     Order of the losses: that of the log. rings_rad, sectors: ask for a map by direction as well, of rings between these
     elevations and so many sectors; a cell with fewer than 20 losses has the density of all. Raises CoverError.
     """
+    if bool(rings_rad) != bool(sectors) or sectors < 0:
+        raise CoverError("A map by direction needs both rings and sectors.")
     loss_db, way_m = heard.loss_db, heard.way_m
     used = np.isfinite(loss_db) & (way_m > CLEAR_M)
     names = np.arange(len(loss_db)) if groups is None else np.unique(np.asarray(groups), return_inverse=True)[1]
@@ -140,10 +142,10 @@ def fit_canopy(
         notes.append(f"{left} of {len(used)} losses are not known, or of ways clear of trees, and were left out.")
     first = np.arange(len(loss_db)) < len(loss_db) // 2
     sky = None
-    if bool(rings_rad) != bool(sectors):
-        raise CoverError("A map by direction needs both rings and sectors.")
     if sectors:
         edges = _edges(rings_rad)
+        if not np.isfinite(heard.azimuth_rad[used]).all():
+            raise CoverError("A map by direction needs the azimuth of every loss.")
         cell = _cells(heard.azimuth_rad[used], heard.elevation_rad[used], edges, sectors)
         sky = _sky((loss_db, way_m, group), cell, edges, sectors, first)
         few = int((sky.count < LEAST_IN_CELL).sum())

@@ -53,6 +53,6 @@ class SampleOptions:
 def satellite_numbers(text: str) -> Sequence[int]:
     """Of --prn. Raises RequestError."""
     try:
-        return [int(word) for word in text.split(",")]
+        return list(dict.fromkeys(int(word) for word in text.split(",")))
     except ValueError as fault:
         raise RequestError(f"--prn takes numbers of satellites such as 1,7,12, not {text!r}.") from fault

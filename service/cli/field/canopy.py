@@ -125,6 +125,8 @@ def _refuse_unused(log: CanopyLog, ground: GroundOptions, by: DirectionOptions, 
         raise RequestError("Without --dem DEM only --canopy-height and --canopy-base count of what stands on it.")
     if (ground.anchor or ground.radio is not None) and not log.has("power_dbm"):
         raise RequestError("--anchor and --radio go with a log of power_dbm.")
+    if not math.isfinite(ground.receiver_above_ground_m):
+        raise RequestError("--receiver-height must be a finite number of metres.")
     if by.rings != DirectionOptions().rings and not by.sectors:
         raise RequestError("--rings needs --sectors N.")
 

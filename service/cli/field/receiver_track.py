@@ -103,7 +103,9 @@ def track(
 
     if terrain.dem is None and (reading != Reading() or terrain != TerrainOptions()):
         raise RequestError("Options of the map go with --dem.")
-    duration_s = channels.seconds or recorded_s(path, samples.rate_hz, samples.type, samples.start_s)
+    duration_s = channels.seconds
+    if duration_s is None:
+        duration_s = recorded_s(path, samples.rate_hz, samples.type, samples.start_s)
     asked, warnings = _aiding(samples, aiding)
     sky = _sky(asked, channels, terrain, reading, duration_s, warnings)
     prns = [one.prn for one in sky if not one.hidden]
@@ -239,7 +241,7 @@ def _sky(
         warnings += sorted({note for one in told for note in one.warnings})
     satellites = []
     for row, behind, loss in zip(high, hidden, loss_db, strict=True):
-        integration_s = channels.integration_s or 1.0
+        integration_s = 1.0 if channels.integration_s is None else channels.integration_s
         if channels.integration_s is None and terrain.dem is not None and math.isfinite(loss):
             integration_s = bits_needed(terrain.open_sky_db_hz - loss - SPREAD_DB, cells=CELLS) * BIT_S
         satellites.append(

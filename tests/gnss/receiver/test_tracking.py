@@ -104,7 +104,7 @@ def test_a_start_between_bits_and_samples_from_the_middle_make_no_difference(rec
 
 def test_a_recording_in_which_nothing_is_known_has_no_clock(recording):
     noise = gps_signals.noise(np.random.default_rng(2), 210_000)
-    with pytest.raises(SamplesError, match=r"0 of the 5 satellites .* found, and 0 agree"):
+    with pytest.raises(SamplesError, match=r"0 of the 5 satellites .* found, and no 2 of them agree"):
         find_clock(Samples(noise, recordings.RATE_HZ), aiding(), PRNS)
     # an hour off, satellites have moved by kilometres, and do not agree on a clock
     wrong = Aiding(world.ORBITS, world.START.plus(3600.0), TRACK_S, recordings.antenna_m(TRACK_S))

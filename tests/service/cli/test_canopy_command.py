@@ -143,6 +143,8 @@ def test_davos_is_explained_by_a_density_on_the_half_it_was_not_fitted_to(sightl
         ("loss_db,elevation_deg", "4,40", ["--canopy-height", "1"], "are not above a receiver at 1.5 m"),
         ("power_dbm,anchor_id,east_m,north_m", "-80,D1,0,0", [], "the ground and the anchors with their radio"),
         ("loss_db,elevation_deg", "4,40", ["--sectors", "4", "--rings", "ten"], "--rings takes ascending degrees"),
+        ("loss_db,elevation_deg", "4,40", ["--sectors", "-1"], "needs both rings and sectors"),
+        ("loss_db,elevation_deg", "4,40", ["--receiver-height", "nan"], "must be a finite number of metres"),
         ("loss_db,elevation_deg", "4,40", ["--below", "A"], "go with a .nc of gnssvod"),
         ("loss_db,elevation_deg", "4,40", ["--rings", "10,50"], "--rings needs --sectors N"),
         ("loss_db,elevation_deg", "4,40", ["--radio", "uwb"], "go with a log of power_dbm"),
@@ -155,3 +157,11 @@ def test_what_cannot_be_fitted_is_refused_in_a_sentence(
 ) -> None:
     log = rows(tmp_path / "log.csv", names, [row.split(",")])
     sightline("canopy", "fit", log, *more).refused(sentence)
+
+
+def test_a_map_by_direction_needs_directions_and_a_file_of_pairs_its_names(sightline: Any, tmp_path: Path) -> None:
+    log = rows(tmp_path / "log.csv", "satellite,elevation_deg,loss_db", [("G1", 30, 5), ("G2", 40, 4)])
+    sightline("canopy", "fit", log, "--canopy-height", "20", "--sectors", "4").refused("the azimuth of every loss")
+    (tmp_path / "log.nc").write_bytes(b"CDF\x01garbage")
+    pairs = ["--below", "a", "--above", "b"]
+    sightline("canopy", "fit", str(tmp_path / "log.nc"), *pairs).refused("is not as gnssvod would write it: Station")
