@@ -61,6 +61,7 @@ def anchors_from_file(path: Path, *, level: bool | None = None) -> list[AnchorIn
         )
     if not described:
         raise RequestError(f"The anchors file {path.name} holds no anchors.")
+    _refuse_many(path, len(described))
     return [_anchor(where, fields, level) for where, fields in described]
 
 

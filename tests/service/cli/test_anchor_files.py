@@ -125,3 +125,19 @@ def test_a_file_of_another_program_gives_anchors_and_says_what_it_left_out(tmp_p
     assert path_fields(path) == [{"lon_deg": -118.05, "lat_deg": 34.29}, {"lon_deg": -118.06, "lat_deg": 34.3}]
     with pytest.raises(RequestError, match="holds no Polygon, only 1 × LineString and 1 × Point"):
         polygon_fields(path)
+
+
+@pytest.mark.parametrize("suffix", [".kml", ".geojson", ".json"])
+def test_a_file_of_more_than_ten_thousand_anchors_is_refused_in_every_form(tmp_path, suffix):
+    point = {"type": "Point", "coordinates": [8.0, 47.0]}
+    mark = "<Placemark><Point><coordinates>8,47</coordinates></Point></Placemark>"
+    text = {
+        ".kml": f"<kml><Document>{mark * 10_001}</Document></kml>",
+        ".geojson": json.dumps(
+            {"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": point}] * 10_001}
+        ),
+        ".json": json.dumps([{}] * 10_001),
+    }[suffix]
+    (tmp_path / f"many{suffix}").write_text(text)
+    with pytest.raises(RequestError, match="holds more than 10,000 anchors"):
+        anchors_from_file(tmp_path / f"many{suffix}")
