@@ -264,11 +264,11 @@ def _tables(answer: PathSummary) -> tuple[Table, ...]:
         ("time", time_words(totals.time_s)),
     ]
     if answer.ranged_to:
-        no_fix = "no fix somewhere"
+        no_fix, got = "no fix somewhere", "usable" if answer.parameters.get("sight") == "usable" else "in sight"
         facts += [
-            (f"with fewer than {answer.needed_in_sight} in sight", time_words(totals.out_of_sight_s)),
+            (f"with fewer than {answer.needed_in_sight} {got}", time_words(totals.out_of_sight_s)),
             ("  longest at a stretch", time_words(totals.longest_out_of_sight_s)),
-            ("fewest in sight", str(totals.fewest_anchors)),
+            (f"fewest {got}", str(totals.fewest_anchors)),
             (f"worst {_measure(answer)}", no_fix if totals.worst_dop is None else f"{totals.worst_dop:.2f}"),
             ("position error, mean", f"{totals.mean_position_sigma_m:.2f} m, one sigma, predicted"),
             ("  one sigma of a range", answer.sigmas),

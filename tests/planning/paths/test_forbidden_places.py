@@ -19,6 +19,7 @@ from planning.paths.fields import bit_of, cost_field
 from planning.paths.sight_maps import Positioning, Sightings, sight_maps
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, dop
+from visibility.signal import RADIOS
 
 GRID_ALONE = PlanBudget(sampling=False)
 START, GOAL = (22.0, -98.0), (281.0, -97.0)
@@ -85,6 +86,14 @@ def test_a_place_that_exact_sight_lines_forbid_says_why_and_names_the_nearest_th
     assert (refused.value.place, refused.value.reasons) == (place, (reason,))
     # squares are 5 m wide: the nearest place beyond the veil is at its edge, or a little inside the next square
     assert 12.0 <= np.hypot(nearest[0] - east_m, nearest[1] - north_m) < 17.5
+
+
+def test_anchors_whose_signals_decide_are_called_usable() -> None:
+    heard = tuple(replace(anchor, radio=RADIOS["868MHz"]) for anchor in ANCHORS)
+    problem = replace(level_problem(min_anchors=2), anchors=heard)
+    maps = Veiled(problem, lambda _e, _n: 1)
+    with pytest.raises(PlaceError, match=r"only 1 of the 2 anchors asked for is usable there"):
+        ends_of(problem, cost_field(problem, maps), maps)
 
 
 def test_a_veil_over_everything_leaves_no_place_to_name() -> None:
