@@ -31,8 +31,12 @@ class InertialUnitIn(StrictModel):
     unit: Literal["ADIS16405", "Leador-A15", "H764G", "tactical", "lower"] = Field(
         "tactical", description="Its errors: a preset from a datasheet."
     )
-    axes: Annotated[str, Field(pattern="^[fblrud]{3}$")] = Field(
-        "flu", description="Where x, y and z of the unit point: forward, back, left, right, up, down."
+    # the filter's own sentence says more than a pattern
+    axes: str = Field(
+        "flu",
+        max_length=3,
+        description="Where x, y and z of the unit point: forward, back, left, right, up, down.",
+        json_schema_extra={"pattern": "^[fblrud]{3}$"},
     )
     heading_deg: Number | None = Field(
         None,

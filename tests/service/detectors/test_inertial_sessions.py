@@ -125,9 +125,10 @@ def test_a_reading_of_another_clock_does_not_make_all_later_ones_late(form: str)
     assert json.loads(session.answer(epoch(3, form)))["imu"]["used"] == HZ
 
 
-def test_axes_of_no_unit_are_refused_when_a_session_begins() -> None:
-    with pytest.raises(ValidationError, match="right-handed: flu, frd, rfu …, not 'fru'"):
-        opened(imu={"axes": "fru"})
+@pytest.mark.parametrize("axes", ["fru", "xyz", "f"])
+def test_axes_of_no_unit_are_refused_when_a_session_begins(axes: str) -> None:
+    with pytest.raises(ValidationError, match=f"right-handed: flu, frd, rfu …, not '{axes}'"):
+        opened(imu={"axes": axes})
 
 
 def test_a_unit_without_its_estimator_is_refused() -> None:
