@@ -224,8 +224,8 @@ def answer(ready: Ready, found: Found, count: int, needed: int | None, timing_s:
     warnings = list(ready.warnings)
     if len(order) < count:
         warnings.append(
-            f"Only {len(order)} of {count} anchors could be placed: the rules between anchors (separation, link) "
-            "leave no place for more."
+            f"Only {len(order)} of {count} anchors are placed: no set of more was found that keeps the rules between "
+            "anchors (separation, link)."
         )
     limits = AntennaLimits(max_range_m=ready.rules.max_range_m)
     anchors = tuple(

@@ -74,7 +74,7 @@ def search(
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Found:
-    """The best set of ``count`` candidates that was found; fewer where the rules between them allow no more."""
+    """The best set of ``count`` candidates that was found; fewer where none was that keeps the rules between them."""
     judge = judge_of(problem)
     # also when the search is to stop at once: something has to come of it
     first = greedy(_guides(problem)[0], len(problem.anchor), count, together)
