@@ -17,9 +17,10 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError, WebSocketRequestValidationError
 from starlette._utils import get_route_path
 from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect
+from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import Response
 from starlette.routing import compile_path
+from uvicorn.protocols.utils import ClientDisconnected
 
 from service import errors as ours
 from service.error_roots import domain_errors
@@ -92,6 +93,7 @@ def answer_with_problems(app: FastAPI) -> None:
     app.add_exception_handler(WebSocketRequestValidationError, _not_valid_stream)
     app.add_exception_handler(HTTPException, _of_framework)
     app.add_exception_handler(ClientDisconnect, _nobody_there)
+    app.add_exception_handler(ClientDisconnected, _left)
     app.add_exception_handler(sqlite3.DatabaseError, _of_store)
     # apart from other faults, because a full disk is answered while the body still comes in
     app.add_exception_handler(OSError, _fault)
@@ -197,6 +199,11 @@ async def _of_store(request: Request, error: Exception) -> Response:
         return await _fault(request, error)
     logger.error("the job store cannot be used: %s", error)
     return await _domain_error(request, told)
+
+
+async def _left(_: HTTPConnection, error: Exception) -> Response:
+    """A stream's client that has gone before it was answered: the server's own business, and no fault."""
+    raise error
 
 
 async def _fault(request: Request, error: Exception) -> Response:

@@ -21,6 +21,7 @@ __all__ = ["GuardedConfig", "HttpConnection", "WebSocketConnection"]
 BODY_BYTES_PER_S = 1000
 # What is parsed at once: a read may bring thousands of tiny frames.
 PIECE_BYTES = 4096
+HEAD_END = b"\r\n\r\n"
 # So many pings are answered at once, and so many more each second; browsers send none, libraries one in 20 s.
 PINGS, PINGS_PER_S = 50.0, 5.0
 HEARD_OUT_S = 1.0
@@ -189,7 +190,7 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
         self._pauses = 0
         self._pings, self._pinged_s = PINGS, 0.0
         self._unparsed = bytearray()
-        self._flooded = False
+        self._flooded, self._has_asked = False, False
         self.address = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -212,9 +213,26 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
     def _parse(self) -> None:
         """Up to the next message that the app has not taken; nothing while answers are not taken."""
         while self._unparsed and not self.read_paused and self.writable.is_set() and not self._over:
-            piece = bytes(self._unparsed[:PIECE_BYTES])
-            del self._unparsed[:PIECE_BYTES]
+            if self._has_asked and not self.handshake_complete:
+                # uvicorn takes no frame before its own answer to the handshake: those wait for it
+                self.transport.pause_reading()
+                return
+            end = PIECE_BYTES
+            if not self._has_asked:
+                head = self._unparsed.find(HEAD_END)
+                self._has_asked = head >= 0
+                end = head + len(HEAD_END) if self._has_asked else len(self._unparsed)
+            piece = bytes(self._unparsed[:end])
+            del self._unparsed[:end]
             super().data_received(piece)
+
+    async def send(self, message: Any) -> None:
+        """To the client; after the answer to the handshake, what came before it is parsed."""
+        was_open = self.handshake_complete
+        await super().send(message)
+        if self.handshake_complete and not was_open:
+            self._parse()
+            self._read_on()
 
     @property
     def _over(self) -> bool:
