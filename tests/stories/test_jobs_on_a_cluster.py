@@ -161,7 +161,7 @@ def test_a_map_by_windows_is_the_same_whoever_reads_the_windows(server: Server, 
 
 def test_a_tile_that_changes_under_a_running_map_ends_it_with_a_sentence(server: Server, tile: Path) -> None:
     made = server.client.post("/dems", json={"tile": tile.name, "resolution_m": 20.0})
-    many = [{**anchor, "id": f"{anchor['id']}{n}", "max_range_m": 3000.0} for n in range(40) for anchor in anchors()]
+    many = [{**anchor, "id": f"{anchor['id']}{n}", "max_range_m": 9000.0} for n in range(16) for anchor in anchors()]
     asked = {"dem_id": made.json()["id"], "anchors": many, "mode": "exact"}
     job = server.client.post("/window-maps", json=asked).headers["Location"]
     server.until(job, lambda told: told["progress"] > 0.02)
