@@ -21,7 +21,6 @@ __all__ = ["GuardedConfig", "HttpConnection", "WebSocketConnection"]
 BODY_BYTES_PER_S = 1000
 # What is parsed at once: a read may bring thousands of tiny frames.
 PIECE_BYTES = 4096
-HEAD_END = b"\r\n\r\n"
 # So many pings are answered at once, and so many more each second; browsers send none, libraries one in 20 s.
 PINGS, PINGS_PER_S = 50.0, 5.0
 HEARD_OUT_S = 1.0
@@ -206,24 +205,18 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Bytes came."""
-        if not self._flooded:
+        if not self._has_asked:  # the head, whole, from the protocol that has read it
+            self._has_asked = True
+            super().data_received(data)
+        elif not self._flooded:
             self._unparsed += data
             self._parse()
 
     def _parse(self) -> None:
         """Up to the next message that the app has not taken; nothing while answers are not taken."""
-        while self._unparsed and not self.read_paused and self.writable.is_set() and not self._over:
-            if self._has_asked and not self.handshake_complete:
-                # uvicorn takes no frame before its own answer to the handshake: those wait for it
-                self.transport.pause_reading()
-                return
-            end = PIECE_BYTES
-            if not self._has_asked:
-                head = self._unparsed.find(HEAD_END)
-                self._has_asked = head >= 0
-                end = head + len(HEAD_END) if self._has_asked else len(self._unparsed)
-            piece = bytes(self._unparsed[:end])
-            del self._unparsed[:end]
+        while self._unparsed and not self.read_paused and self.writable.is_set() and self._is_open:
+            piece = bytes(self._unparsed[:PIECE_BYTES])
+            del self._unparsed[:PIECE_BYTES]
             super().data_received(piece)
 
     async def send(self, message: Any) -> None:
@@ -235,8 +228,9 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
             self._read_on()
 
     @property
-    def _over(self) -> bool:
-        return self._flooded or self.transport.is_closing()
+    def _is_open(self) -> bool:
+        """Before its own answer to the handshake uvicorn takes no frame."""
+        return self.handshake_complete and not self._flooded and not self.transport.is_closing()
 
     async def receive(self) -> Any:
         """The next message; what came behind it is parsed."""
