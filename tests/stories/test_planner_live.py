@@ -90,7 +90,8 @@ def test_a_rover_is_watched_while_its_session_judges(page: Browser, server: Serv
     assert [verdict(page, number) for number in range(5)] == ["occluded", *["in sight"] * 4]
     assert "%" in page.value("document.querySelector('#verdicts tbody tr').cells[2].textContent")
     drawn = "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures().length"
-    assert page.value(drawn) == 5 + 5 + 3  # rings, lines; trail, ellipse, rover
+    # rings, lines; trail, ellipse, rover; what occluded ranges say against the map: where, and a line to the anchor
+    page.until(f"{drawn} === {5 + 5 + 3 + 2}")
 
 
 def test_what_lies_ahead_on_the_planned_path_is_told_live(page: Browser, server: Server, valley: ElevationGrid) -> None:
