@@ -202,7 +202,8 @@ def _session(site: Site) -> dict[str, Any]:
         for number, (east_m, north_m, altitude_m) in enumerate(_places(site))
     ]
     settings = {"range_sigma_m": SIGMA_M, "max_speed_m_per_s": 3.0}
-    return {"anchors": anchors, "settings": settings, "dem_id": site.dem_id}
+    over_a_map = {} if site.dem_id is None else {"dem_id": site.dem_id}
+    return {"anchors": anchors, "settings": settings, **over_a_map}
 
 
 def _ranges(generator: np.random.Generator, site: Site, rover_m: tuple[float, float]) -> list[dict[str, Any]]:
