@@ -17,6 +17,8 @@ from typing import IO, Any
 
 from service.errors import RequestError
 
+from .written import written_number
+
 __all__ = [
     "CsvTable",
     "Numbers",
@@ -112,7 +114,7 @@ class Numbers:
                 "which group thousands."
             )
         try:
-            return float(text)
+            return written_number(text)
         except ValueError as error:
             raise RequestError(f"{where}: {column} is {cell[:40]!r}, not a number.") from error
 
@@ -209,7 +211,7 @@ def _header(line: str, delimiter: str) -> list[str]:
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell.replace(",", "."))
+        written_number(cell.replace(",", "."))
     except ValueError:
         return False
     return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from codecs import BOM_UTF8
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import get_args
 
@@ -30,6 +30,7 @@ SUFFIXES = (".geojson", ".json", ".csv", *FOREIGN_SUFFIXES)
 TEXTS = frozenset({"id", "body", "altitude_datum", "kind", "what", "radio"})
 COLUMNS = (*(field for field in AnchorIn.model_fields if field != "pose_covariance_m2"), "kind", "what")
 HEIGHTS = ("above_ground_m", "altitude_m", "altitude_datum")
+NUMBERS = ("max_range_m", "azimuth_from_deg", "azimuth_to_deg", "ranging_sigma_m")
 RADIOS: dict[str, RadioName] = {name: name for name in get_args(RadioName)}
 MOST_PLACES = 10_000
 # what rounding places and altitudes of a file may shift a height above the ground by
@@ -151,15 +152,16 @@ def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> t
     outside: list[str] = []
     radios: dict[str, str] = {}
     for id, shape, point in zip(ids, shapes, brought.points, strict=True):
+        properties, where = shape.properties, f"{name}, {id}"
+        numbers = {field: _number(properties, field, where) for field in NUMBERS}
         place = _metres(point.model_dump(), grid)
         if not _is_within(place, grid):
             outside.append(id)
             continue
-        properties = shape.properties
         has_height = any(properties.get(field) is not None for field in HEIGHTS[:2])
         above_m, altitude_m = (point.above_ground_m if has_height else None), point.altitude_m
         if altitude_m is not None and properties.get("height_from") == "above_ground_m":
-            above_m, altitude_m = _above_ground(place, altitude_m, _number(properties.get("height_m")), grid)
+            above_m, altitude_m = _above_ground(place, altitude_m, _number(properties, "height_m", where), grid)
         radio = _word(properties.get("radio"))
         if radio is not None and radio not in RADIOS:
             radios[id] = radio
@@ -172,10 +174,10 @@ def _points(name: str, shapes: Sequence[GeoJsonShape], grid: ElevationGrid) -> t
                 kind=_word(properties.get("kind")),
                 above_ground_m=above_m,
                 altitude_m=altitude_m,
-                max_range_m=_number(properties.get("max_range_m")),
-                azimuth_from_deg=_number(properties.get("azimuth_from_deg")),
-                azimuth_to_deg=_number(properties.get("azimuth_to_deg")),
-                ranging_sigma_m=_number(properties.get("ranging_sigma_m")),
+                max_range_m=numbers["max_range_m"],
+                azimuth_from_deg=numbers["azimuth_from_deg"],
+                azimuth_to_deg=numbers["azimuth_to_deg"],
+                ranging_sigma_m=numbers["ranging_sigma_m"],
                 radio=RADIOS.get(radio or ""),
             )
         )
@@ -250,7 +252,12 @@ def _word(value: object) -> str | None:
     return value[:64] if isinstance(value, str) else None
 
 
-def _number(value: object) -> float | None:
+def _number(properties: Mapping[str, object], field: str, where: str) -> float | None:
+    """What a place says of itself, None where it says nothing. Raises RequestError."""
+    value = properties.get(field)
     # a comparison, for a whole number may be too large for isfinite
-    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
-    return float(str(value)) if is_number else None
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max:
+        return float(value)
+    if value is None:
+        return None
+    raise RequestError(f"{where}: {field} is {str(value)[:40]!r}, not a finite number.")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from ..output import progress_bar
 from .options import GROUP, Reading, option, told
@@ -201,7 +202,7 @@ def _polygon(file: Path) -> Fields:
 
 def _numbers(option: str, text: str, words: Sequence[str], count: int, form: str) -> list[float]:
     try:
-        numbers = [float(word) for word in words]
+        numbers = [written_number(word) for word in words]
     except ValueError as error:
         raise RequestError(f"{option} {text!r} is not of the form {form}.") from error
     if len(numbers) != count or not all(map(math.isfinite, numbers)):

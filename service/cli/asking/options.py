@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter, Token
 
 from service.errors import RequestError
+from service.files.written import whole_number
 
 from .cover import BARE, CoverOptions
 
@@ -65,7 +66,7 @@ DemPath = Annotated[
 
 def _whole_number(kind: Any, tokens: Sequence[Token]) -> int:
     """The converter's own would round 2.5."""
-    return int(tokens[0].value)
+    return whole_number(tokens[0].value)
 
 
 WHOLE = Parameter(converter=_whole_number)

@@ -12,6 +12,7 @@ from pydantic import JsonValue, ValidationError
 from planning.questions.models import NavigationModel
 from service.errors import RequestError
 from service.files.csv_table import CsvTable, Numbers, check_columns, read_csv_table
+from service.files.written import written_number
 from service.parts.geojson_reading import Fields, line_of, polygons_of, shapes_of
 from service.parts.points import PointIn
 from service.parts.sentences import sentence_of
@@ -78,7 +79,7 @@ def stand_off_fields(text: str) -> list[Fields]:
     """FILE,METRES as stand-off distances to everything in the file. Raises RequestError."""
     name, comma, metres = text.rpartition(",")
     try:
-        distance_m = float(metres)
+        distance_m = written_number(metres)
     except ValueError as error:
         raise RequestError(f"--stand-off {text!r} is not of the form FILE,METRES.") from error
     if not comma:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from service.errors import RequestError
+from service.files.written import whole_number
 
 from .options import GROUP, option
 
@@ -53,6 +54,6 @@ class SampleOptions:
 def satellite_numbers(text: str) -> Sequence[int]:
     """Of --prn. Raises RequestError."""
     try:
-        return list(dict.fromkeys(int(word) for word in text.split(",")))
+        return list(dict.fromkeys(whole_number(word) for word in text.split(",")))
     except ValueError as fault:
         raise RequestError(f"--prn takes numbers of satellites such as 1,7,12, not {text!r}.") from fault

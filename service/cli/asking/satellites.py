@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from .options import GROUP, option, told
 
@@ -111,7 +112,7 @@ def _orbit_text(what: str, path: Path) -> str:
 
 def _lon_lat(text: str) -> dict[str, float]:
     try:
-        lon_deg, lat_deg = (float(part) for part in text.split(","))
+        lon_deg, lat_deg = (written_number(part) for part in text.split(","))
     except ValueError as error:
         raise RequestError(f"--sky-at {text!r} is not of the form LON,LAT in degrees.") from error
     return {"lon_deg": lon_deg, "lat_deg": lat_deg}

@@ -9,6 +9,7 @@ import re
 from typing import TYPE_CHECKING
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 if TYPE_CHECKING:
     from service.parts.anchors import AnchorIn
@@ -126,7 +127,7 @@ def frames_fields(frames: str | None, available_at: str | None) -> dict[str, flo
 def numbers_of(text: str) -> list[float] | None:
     """Numbers with commas between them; None for any other text."""
     try:
-        return [float(part) for part in text.split(",")]
+        return [written_number(part) for part in text.split(",")]
     except ValueError:
         return None
 
@@ -140,7 +141,7 @@ def height_fields(text: str, prefix: str = "") -> dict[str, float | str] | None:
     if height is None:
         return None
     try:
-        metres, word = float(height["metres"]), height["above"].lower()
+        metres, word = written_number(height["metres"]), height["above"].lower()
     except ValueError:
         return None
     if word == "agl":

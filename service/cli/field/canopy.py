@@ -11,6 +11,7 @@ from cyclopts import App, Parameter
 from rich.table import Table
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from ..asking.cover import BARE, CoverOptions
 from ..asking.options import GROUP, Output, RadioName, Reading, option
@@ -153,7 +154,7 @@ def _anchors(ground: GroundOptions) -> list[dict[str, object]]:
 
 def _rings(text: str) -> tuple[float, ...]:
     try:
-        return tuple(float(word) for word in text.split(","))
+        return tuple(written_number(word) for word in text.split(","))
     except ValueError as fault:
         raise RequestError(f"--rings takes ascending degrees such as 10,30,50,90, not {text!r}.") from fault
 

@@ -13,6 +13,7 @@ from cyclopts import App, Parameter
 from rich.table import Table
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from ..asking.options import GROUP, option
 from ..output import facts_table, print_json, print_tables
@@ -48,7 +49,7 @@ class SensorOptions:
         from navigation.targets import DepthSensor
 
         try:
-            col, row = (float(word) for word in self.centre_px.split(","))
+            col, row = (written_number(word) for word in self.centre_px.split(","))
         except ValueError as fault:
             raise RequestError(
                 f"--centre takes a column and a row such as 319.5,239.5, not {self.centre_px!r}."
@@ -208,7 +209,7 @@ def _columns(path: Path, names: tuple[str, ...]) -> dict[str, list[list[float]]]
             if missing:
                 raise RequestError(f"{path.name} has no column {', '.join(missing)}; it needs {', '.join(names)}.")
             for row in reader:
-                found.setdefault(row.get("target") or "1", []).append([float(row[name]) for name in names])
+                found.setdefault(row.get("target") or "1", []).append([written_number(row[name]) for name in names])
     except OSError as error:
         raise RequestError(f"{path} cannot be read: {error.strerror or error}.") from error
     except (ValueError, TypeError, csv.Error) as error:

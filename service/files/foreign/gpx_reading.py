@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import gpxpy
 import gpxpy.gpx
+from lxml import etree
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from .features import Allowance, Feature, Foreign, parsed_xml, place_of
 
@@ -21,6 +25,7 @@ def read_gpx(data: bytes, allowance: Allowance) -> Foreign:
     root = parsed_xml(data, called, ("gpx",))
     for names in (PLACES, LINES):
         allowance.refuse(sum(1 for _ in root.iter(*names)))
+    _refuse_other_numbers(root, called)
     try:
         gpx = gpxpy.parse(data.decode("utf-8-sig"))
     except (gpxpy.gpx.GPXException, UnicodeDecodeError, ValueError) as error:
@@ -47,3 +52,15 @@ def read_gpx(data: bytes, allowance: Allowance) -> Foreign:
     if empty:
         told.append(f"{len(empty)} routes or tracks without points were left out.")
     return Foreign("GPX", tuple(one for one in features if one not in empty), tuple(told))
+
+
+def _refuse_other_numbers(root: etree._Element, called: str) -> None:
+    """What gpxpy would take for numbers of places, as Python does. Raises RequestError."""
+    for place in root.iter(*PLACES):
+        for text in (place.get("lat"), place.get("lon"), place.findtext("{*}ele")):
+            try:
+                number = written_number(text or "0")
+            except ValueError:
+                number = math.nan
+            if not math.isfinite(number):
+                raise RequestError(f"{called} has a place whose numbers are none: {str(text)[:60]!r}.")

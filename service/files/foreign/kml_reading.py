@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from lxml import etree
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from .features import Allowance, Feature, Foreign, counted, parsed_xml, place_of
 
@@ -125,23 +126,23 @@ def _told_of(mark: etree._Element) -> dict[str, object]:
         name = one.get("name")
         if name is None or name in HEIGHTS:
             continue
-        if _name(one) == "Data":
-            found[name] = _number_or_text(name, _text(one, "value") or "")
-        elif _name(one) == "SimpleData":
-            found[name] = _number_or_text(name, (one.text or "").strip())
+        kind = _name(one)
+        text = _text(one, "value") if kind == "Data" else one.text if kind == "SimpleData" else None
+        if text and text.strip():
+            found[name] = _number_or_text(name, text.strip())
     return found
 
 
 def _number_or_text(name: str, text: str) -> object:
     try:
-        return text if name in TEXTS else float(text)
+        return text if name in TEXTS else written_number(text)
     except ValueError:
         return text
 
 
 def _numbers(text: str, called: str) -> Place:
     try:
-        numbers = tuple(float(one) for one in text.split())
+        numbers = tuple(written_number(one) for one in text.split())
     except ValueError as error:
         raise RequestError(f"{called} has coordinates that are no numbers: {text[:60]!r}.") from error
     if len(numbers) < 2:

@@ -104,6 +104,7 @@ class _Reading:
 
     def _height(self, name: str, frame: object, up: object) -> dict[str, object]:
         if not _is_number(up):
+            self.skipped.append("height that is no number")
             return {}
         up_m = float(str(up))
         frame = frame if isinstance(frame, int) else None

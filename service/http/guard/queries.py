@@ -15,6 +15,7 @@ from service.parts.sentences import MOST_FIELDS
 __all__ = ["refuse_unknown"]
 
 NAMED = 3
+NUMBERS = (int, float, int | None, float | None)
 
 
 async def refuse_unknown(connection: HTTPConnection) -> None:
@@ -30,15 +31,19 @@ async def refuse_unknown(connection: HTTPConnection) -> None:
         takes = f"which takes {', '.join(sorted(known))}" if known else "which takes none"
         errors = [{"field": name, "detail": "is not a parameter of the query"} for name in unknown[:MOST_FIELDS]]
         raise NotValidError(f"{named} in the query is not known here, {takes}.", errors)
-    twice = [name for name, times in asked.items() if times > 1 and not known[name]]
+    for name, value in connection.query_params.multi_items():
+        if "_" in value and known[name] in NUMBERS:  # Python and pydantic read 1_0 as 10
+            errors = [{"field": name, "detail": "is not a number"}]
+            raise NotValidError(f"The query has {name} {value[:40]!r}, which is not a number.", errors)
+    twice = [name for name, times in asked.items() if times > 1 and not _is_list(known[name])]
     if twice:
         errors = [{"field": name, "detail": "is there more than once"} for name in twice]
         raise NotValidError(f"The query has {twice[0]!r} {asked[twice[0]]:,} times; give it once.", errors)
 
 
-def _declared(dependant: Dependant) -> dict[str, bool]:
-    """Whether each parameter that the route, or what it depends on, declares may come more than once."""
-    known = {field.alias: _is_list(field.field_info.annotation) for field in dependant.query_params}
+def _declared(dependant: Dependant) -> dict[str, object]:
+    """The type of each parameter that the route, or what it depends on, declares."""
+    known: dict[str, object] = {field.alias: field.field_info.annotation for field in dependant.query_params}
     for part in dependant.dependencies:
         known |= _declared(part)
     return known

@@ -13,7 +13,7 @@ from visibility.sight import ReachOptions, in_reach, reach_of
 from visibility.sight.in_reach import work_bytes
 
 from .answer import WindowMapSummary
-from .calculate import calculate_window_map, check_room
+from .calculate import calculate_window_map, check_room, scheduler_of
 from .files import LAYERS
 from .ground import prepared, raster_of
 from .request import REQUEST, WindowMapIn, WindowMapParameters
@@ -36,7 +36,9 @@ def _estimate(grid: ElevationGrid, parameters: WindowMapParameters) -> Iterable[
 
 
 def _check(grid: ElevationGrid, parameters: WindowMapParameters, settings: Settings) -> None:
-    check_room(prepared(raster_of(grid), parameters), settings.data_folder)
+    dem = raster_of(grid)
+    scheduler_of(parameters, dem, settings.dask_scheduler)
+    check_room(prepared(dem, parameters), settings.data_folder)
 
 
 def _one_anchor(grid: ElevationGrid) -> None:

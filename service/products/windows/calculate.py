@@ -31,7 +31,7 @@ from .ground import Prepared, prepared, raster_of
 from .parcels import Parcel, ParcelFacts, remove_parcel, stored, work_out
 from .request import WindowMapParameters
 
-__all__ = ["MEMORY_LIMIT_BYTES", "calculate_window_map", "check_room", "make_large_map"]
+__all__ = ["MEMORY_LIMIT_BYTES", "calculate_window_map", "check_room", "make_large_map", "scheduler_of"]
 
 MEMORY_LIMIT_BYTES = 2 << 30
 # an anchor's altitudes and classes on disk until all block rows that they touch are written, and those rows
@@ -52,12 +52,7 @@ def calculate_window_map(grid: ElevationGrid, parameters: WindowMapParameters, w
     Raises as ``make_large_map``; RequestError for workers of a cluster that is not set up, or of a DEM that is held.
     """
     dem = raster_of(grid)
-    if parameters.run_on == "here":
-        work = replace(work, scheduler=None)
-    elif work.scheduler is None:
-        raise RequestError(NO_SCHEDULER)
-    elif not isinstance(dem, LargeDem):
-        raise RequestError("run_on 'cluster' is for a DEM that is read by windows, and this one is held whole.")
+    work = replace(work, scheduler=scheduler_of(parameters, dem, work.scheduler))
     folder = Path(mkdtemp(prefix="map-", dir=work.folder))
     try:
         answer = make_large_map(dem, parameters, folder, work)
@@ -65,6 +60,17 @@ def calculate_window_map(grid: ElevationGrid, parameters: WindowMapParameters, w
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return WindowMap(grid, parameters, answer, folder)
+
+
+def scheduler_of(parameters: WindowMapParameters, dem: Raster, scheduler: str | None) -> str | None:
+    """That of the cluster that a request asks for, None for this process. Raises RequestError where it cannot be."""
+    if parameters.run_on == "here":
+        return None
+    if scheduler is None:
+        raise RequestError(NO_SCHEDULER)
+    if not isinstance(dem, LargeDem):
+        raise RequestError("run_on 'cluster' is for a DEM that is read by windows, and this one is held whole.")
+    return scheduler
 
 
 def make_large_map(

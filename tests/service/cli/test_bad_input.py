@@ -26,6 +26,8 @@ BAD_LINES = [
     (["--anchor", "D1,1,2,agl"], "is not of the form"),
     (["--anchor", "D1,a,2,80agl"], "is not of the form"),
     (["--anchor", "D1,1,2,80agl,5"], "is not of the form"),
+    (["--anchor", "D1,1_0,2,80agl"], "is not of the form"),
+    (["--anchor", "D1,1,2,8_0agl"], "is not of the form"),
     (["--anchor", "D1,nan,2,80agl"], "EAST: Input should be a finite number"),
     (["--anchor", "D1,inf,2,80agl"], "EAST: Input should be a finite number"),
     (["--anchor", ",1,2,80agl"], "id: String should have at least 1 character"),
@@ -59,6 +61,11 @@ BAD_LINES = [
 ]
 
 
+MAST = (
+    "<kml><Placemark><ExtendedData><Data name='max_range_m'><value>%s</value></Data></ExtendedData>"
+    "<Point><altitudeMode>relativeToGround</altitudeMode><coordinates>-118.1,34.3,30</coordinates></Point>"
+    "</Placemark></kml>"
+)
 POINT = '{"type": "FeatureCollection", "features": [{"geometry": {"type": "Point", "coordinates": %s}}]}'
 
 
@@ -242,7 +249,10 @@ def test_an_interrupted_command_says_so(sightline, dem_file, monkeypatch):
         ("a.csv", "id,east_m\nD1,1,2\n", "line 2: more cells than columns"),
         ("a.csv", "id,east_m,north_m,altitude_m\n", "holds no anchors"),
         ("a.csv", "id,east_m,north_m,altitude_m\nD1,1,nan,3\n", "line 2: north_m: Input should be a finite number"),
+        ("a.csv", "id,east_m,north_m,altitude_m\nD1,1_0,2,3\n", "a.csv, line 2: east_m is '1_0', not a number"),
         ("a.csv", 'id,east_m\n"D1,1\n', "is not CSV"),
+        ("a.kml", MAST % "nan", "a.kml, point 1: max_range_m: Input should be a finite number"),
+        ("a.kml", MAST % "1_0", "a.kml, point 1: max_range_m: Input should be a valid number"),
     ],
 )  # fmt: skip
 def test_a_bad_anchors_file_is_refused_with_its_place(sightline, dem_file, tmp_path, name, text, sentence):

@@ -20,6 +20,7 @@ from service.errors import RequestError
 from service.files.foreign.features import Foreign
 from service.files.foreign.reading import read_foreign
 
+POINT = "<Placemark><Point><coordinates>%s</coordinates></Point></Placemark>"
 KML_HEAD = '<?xml version="1.0"?><kml xmlns="http://www.opengis.net/kml/2.2"><Document>'
 
 
@@ -150,6 +151,8 @@ def test_frames_of_a_plan_say_what_a_height_counts_from() -> None:
     unknown = read_foreign("a.plan", plan(home, home_m=None))
     assert heights(points(unknown)["W1"][1]) == {}
     assert "whose own the plan does not tell" in unknown.told[0]
+    (sentence,) = read_foreign("a.plan", plan(item(16, 0, 46.1, 11.1, None))).told
+    assert "1 × height that is no number" in sentence
 
 
 def test_fences_patterns_rally_points_and_other_commands_of_a_plan() -> None:
@@ -201,12 +204,11 @@ def zipped(name: str, content: bytes) -> bytes:
         ("a.kml", b"no xml", "no XML that can be read"),
         ("a.kml", b"<gpx/>", "XML of another kind"),
         ("a.kml", f"{KML_HEAD}<Placemark><Point/></Placemark></Document></kml>".encode(), "without coordinates"),
-        (
-            "a.kml",
-            f"{KML_HEAD}<Placemark><Point><coordinates>east,2</coordinates></Point></Placemark></Document></kml>".encode(),
-            "no numbers",
-        ),
+        ("a.kml", f"{KML_HEAD}{POINT % 'east,2'}</Document></kml>".encode(), "no numbers"),
+        ("a.kml", f"{KML_HEAD}{POINT % '1_0,2'}</Document></kml>".encode(), "no numbers"),
         ("a.gpx", b"<gpx><wpt/></gpx>", "no GPX that can be read"),
+        ("a.gpx", b"<gpx><wpt lat='4_6' lon='11'/></gpx>", "a place whose numbers are none: '4_6'"),
+        ("a.gpx", b"<gpx><wpt lat='46' lon='11'><ele>nan</ele></wpt></gpx>", "a place whose numbers are none: 'nan'"),
         ("a.plan", b"{}", "not a plan"),
         ("a.plan", b"[", "not JSON"),
         ("a.plan", b'{"fileType": "Plan\\ud800"}', "not JSON"),

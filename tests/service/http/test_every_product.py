@@ -191,6 +191,17 @@ def test_a_field_that_is_not_known_is_named_and_no_job_exists(
     assert server.client.get(product.path).json()["total"] == before
 
 
+@pytest.mark.parametrize("name", [one.name for one in PRODUCTS.values() if "run_on" in one.parameters.model_fields])
+def test_a_cluster_that_is_not_set_up_is_refused_before_there_is_a_job(
+    server: Server, ground: dict[str, Any], name: str
+) -> None:
+    product = PRODUCTS[name]
+    before = server.client.get(product.path).json()["total"]
+    answer = posted(server, product, ground, wait=False, run_on="cluster")
+    assert_problem(answer, 422, "request", "SIGHTLINE_DASK_SCHEDULER")
+    assert server.client.get(product.path).json()["total"] == before
+
+
 BODIES = [b"", b"{", b"not json", b"\xff\xfe\x00", b"[" * 100_000, b'{"a":' * 50_000, b"null", b"[]", b'"words"', b"3"]
 NO_NUMBERS = [f'{{"dem_id": "D", "{field}": {number}}}'.encode() for field in ("anchors", "pairs", "points_m")
               for number in ("NaN", "Infinity", "-Infinity", "1e999")]  # fmt: skip

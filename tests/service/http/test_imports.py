@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fastkml import Placemark
+from fastkml import Data, ExtendedData, Placemark
 from fastkml.enums import AltitudeMode
 from fastkml.geometry import create_kml_geometry
 from fastkml.kml import KML
@@ -132,6 +132,12 @@ def test_what_lies_outside_is_told_and_left_out(server: Server, ground: dict[str
     assert "Outside the ground, and left out: out." in found["told"]
 
 
+def mast(max_range_m: str) -> bytes:
+    told = ExtendedData(elements=[Data(name="max_range_m", value=max_range_m)])
+    at = create_kml_geometry(Point(10.9, 46.4))
+    return bytes(KML(features=[Placemark(name="D1", kml_geometry=at, extended_data=told)]).to_string().encode())
+
+
 @pytest.mark.parametrize(
     ("name", "content", "status", "words"),
     [
@@ -142,6 +148,12 @@ def test_what_lies_outside_is_told_and_left_out(server: Server, ground: dict[str
         ("a.csv", b"id,colour\nD1,red\n", 422, "colour"),
         ("a.geojson", b"{}", 422, "no GeoJSON"),
         ("a.gpx", b"<gpx></gpx>", 422, "holds no places"),
+        ("a.kml", mast("nan"), 422, "a.kml, D1: max_range_m is 'nan', not a finite number"),
+        ("a.kml", mast("1_0"), 422, "a.kml, D1: max_range_m is '1_0', not a finite number"),
+        ("a.csv", b"id,east_m,north_m,max_range_m\nD1,1,1,nan\n", 422, "D1: max_range_m is 'nan', not a finite"),
+        ("a.csv", b"id,east_m,north_m,max_range_m\nD1,1,1,1_0\n", 422, "line 2: max_range_m is '1_0', not a number"),
+        ("a.json", b'[{"id": "D1", "east_m": 1, "north_m": 1, "max_range_m": 1e999}]', 422, "not a finite number"),
+        ("a.json", b'[{"id": "D1", "east_m": 1, "north_m": 1, "azimuth_from_deg": "10"}]', 422, "not a finite number"),
     ],
 )
 def test_what_cannot_be_read_is_refused(

@@ -152,13 +152,6 @@ def test_the_older_name_of_min_anchors_is_taken_and_told(server: Server, jacksbo
     assert schema["visible"]["deprecated"]
 
 
-def test_a_cluster_that_is_not_set_up_is_refused_when_it_is_asked_for(
-    server: Server, jacksboro: dict[str, Any]
-) -> None:
-    answer = asked(server, dem_id=jacksboro["id"], count=3, run_on="cluster")
-    assert_problem(answer, 422, "request", "SIGHTLINE_DASK_SCHEDULER")
-
-
 def test_a_time_limit_answers_with_the_best_so_far(server: Server, jacksboro: dict[str, Any]) -> None:
     answer = asked(
         server,
