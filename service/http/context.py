@@ -103,8 +103,8 @@ class Service:
             least_bytes = min(least_bytes, resident_bytes())
             try:
                 self.quarantined = await asyncio.to_thread(self.folder.count_quarantined)
-                await asyncio.to_thread(self.folder.check_usable)
                 await asyncio.to_thread(self.supervisor.space.look)
+                await asyncio.to_thread(self.folder.check_usable)
                 await self.supervisor.in_store(self.store.check_writable)
                 self.store_writable = True
             except (sqlite3.DatabaseError, *TROUBLE) as error:

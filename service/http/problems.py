@@ -229,6 +229,8 @@ def _why_unusable(request: Request) -> ours.DataFolderError | None:
             service.folder.check_usable()
         except ours.DataFolderError as error:
             return error
+        except OSError:  # full since then
+            return None
     return None
 
 

@@ -38,9 +38,7 @@ __all__ = ["DataFolder", "digest_of", "is_full", "make_durable", "move_into_plac
 VERSION = importlib.metadata.version("sightline")
 # what the system says when a disk, a quota or a file-size limit is full
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-# numpy's own words for the same, without the system's number
-NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")
-BLOCK_BYTES = 1024 * 1024
+NUMPY_FULL = re.compile(r"\d+ requested and \d+ written")  # numpy's own words for the same
 SUBFOLDERS = ("incoming", "work", "inputs", "dems", "results", "detectors")
 # what uploads, tasks, probes and removals call what they make for a while
 PASSING = re.compile(r"(probe-|removed-)?[0-9a-f]{32}")
@@ -95,7 +93,7 @@ class DataFolder:
         return folder
 
     def check_usable(self) -> None:
-        """Raises DataFolderError when the folder has been removed, replaced or made unwritable since it was opened."""
+        """Raises DataFolderError when the folder was removed, replaced or made unwritable since, OSError when full."""
         probe = self.incoming / f"probe-{uuid.uuid4().hex}"
         try:
             found = (self.root / "lock").stat()
@@ -104,6 +102,8 @@ class DataFolder:
             probe.touch()
             probe.unlink()
         except OSError as error:
+            if is_full(error):
+                raise
             raise DataFolderError(
                 f"The data folder {self.root} cannot be used any more ({error.strerror}); put it back or make it "
                 "writable, then restart the service."
@@ -180,10 +180,11 @@ class DataFolder:
         """
         quarantine = quarantine or Quarantine(self.root)
         for part, names in known.parts():
-            for path in (self.root / part).iterdir():
+            unknown = set(os.listdir(self.root / part)) - names  # noqa: PTH208 - a path for each of many takes long
+            for path in (self.root / part / name for name in sorted(unknown)):
                 if part == "inputs" and path.name in known.jobs_over:
                     self.remove(path)
-                elif path.name not in names:
+                else:
                     quarantine.take(part, path)
         _tell(quarantine)
 
@@ -295,6 +296,5 @@ def digest_of(folder: Path) -> str:
     for path in sorted(path for path in folder.iterdir() if path.is_file()):
         whole.update(f"{path.name}\0{path.stat().st_size}\0".encode())
         with path.open("rb") as file:
-            while block := file.read(BLOCK_BYTES):
-                whole.update(block)
+            hashlib.file_digest(file, lambda: whole)
     return whole.hexdigest()[:32]

@@ -99,6 +99,10 @@ def rehearse(what: Rehearsal, products: Mapping[str, Product], *, first: bool) -
     Raises OSError when nothing can be written.
     """
     warm_up(what, products, own_processes=first)
+    if what == "everything":
+        for one in products.values():
+            one.asked.model_rebuild()
+            one.answer.model_rebuild()
     utm = pyproj.CRS.from_epsg(32611)
     grid = ElevationGrid(np.zeros((16, 16), np.float32), 30.0, 30.0, 400_000.0, 3_800_000.0, utm)
     anchor = {"id": "A", "lon_deg": -118.085, "lat_deg": 34.335, "altitude_m": 50.0}
@@ -169,6 +173,8 @@ def _of_folder(folder: DataFolder, order: Order) -> Failure:
     except DataFolderError as error:
         logger.error("%s", error)
         return Failure.of(error)
+    except OSError as error:
+        return _of_storage(error)
     return _of_fault(order)
 
 
