@@ -32,6 +32,7 @@ from benchmarks.service import (
     attacks,
     detector_streams,
     first_request,
+    many_jobs,
     mixed_load,
     over_http,
     planner_page,
@@ -115,6 +116,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "page": (planner_page.planner,),
     "attacks": (attacks.health_under_attack,),
     "strangers": (slow_clients.slow_clients, mixed_load.mixed),
+    "store": (many_jobs.many_jobs,),
     "seeing": (seen_and_unseen.cost_of_being_seen,),
     "detectors": (detector_streams.streams,),
     "detection": (
@@ -225,6 +227,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(slow_clients.slow_clients, seconds=2.0, attacks=("unread answers",)),
         partial(mixed_load.mixed, seconds=5.0),
     ),
+    "store": (partial(many_jobs.many_jobs, jobs=500),),
     "seeing": (partial(seen_and_unseen.cost_of_being_seen, posts=64, maps=10, epochs=30),),
     "detectors": (partial(detector_streams.streams, seconds=2.0),),
     "detection": (

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import random
-import signal
 import tempfile
 import time
 from collections.abc import Iterator
@@ -148,8 +147,7 @@ def kill(place: Path, kills: int, seed: int) -> Lost:
                         time.sleep(choose.random() * 0.1)
                     if choose.random() < 0.4:
                         break
-                    for worker in server.workers:
-                        worker.send_signal(signal.SIGKILL)
+                    server.kill_workers()
                     kept_now = server.until_over(job)
                     if kept_now["status"] == "succeeded":
                         kept[job] = _layer(server, kept_now)

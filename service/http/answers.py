@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from types import GenericAlias
@@ -25,11 +25,15 @@ __all__ = [
     "OrOlder",
     "Problem",
     "ProblemType",
+    "answer_models",
     "list_model",
+    "list_name",
     "moment",
     "or_older",
     "out_model",
+    "out_name",
     "state_model",
+    "state_name",
 ]
 
 Summary = TypeVar("Summary", bound=BaseModel)
@@ -181,13 +185,33 @@ def running_example(path: str, request: dict[str, JsonValue]) -> dict[str, JsonV
     }
 
 
+def answer_models(products: Iterable[Product]) -> list[type[BaseModel]]:
+    """Models of all answers of products; to make them takes a second, which no start waits for."""
+    return [model(product) for product in products for model in (out_model, state_model, list_model)]
+
+
+def out_name(product: Product) -> str:
+    """What ``out_model`` is called."""
+    return f"{product.model}Out"
+
+
+def state_name(product: Product) -> str:
+    """What ``state_model`` is called."""
+    return out_name(product) if product.inline is None else f"{product.model}State"
+
+
+def list_name(product: Product) -> str:
+    """What ``list_model`` is called."""
+    return f"{product.model}List"
+
+
 @cache
 def state_model(product: Product) -> type[MapOut]:
     """How a calculation stands, and its result; what is long is left out."""
     result = or_older(product.answer), Field(description="What came out; null until it succeeded.")
     files = list[str], Field(description="The same as layers, under their older paths.")
     model = _made(
-        f"{product.model}{'Out' if product.inline is None else 'State'}",
+        state_name(product),
         f"How the calculation of {product.title} stands, and its result when there is one.",
         MapOut,
         {"result": result} if product.inline is None else {"result": result, "files": files},
@@ -207,7 +231,7 @@ def out_model(product: Product) -> type[MapOut]:
         return state_model(product)
     inline = product.inline
     return _made(
-        f"{product.model}Out",
+        out_name(product),
         f"How {product.title} stand, with every one of the {inline.name}.",
         state_model(product),
         {inline.name: (_list_of(inline.model) | None, Field(description=inline.description))},
@@ -218,7 +242,7 @@ def out_model(product: Product) -> type[MapOut]:
 def list_model(product: Product) -> type[Page]:
     """One page of them, newest first, without what was asked and what came out."""
     return _made(
-        f"{product.model}List",
+        list_name(product),
         f"One page of {product.plural.replace('_', ' ')}, newest first; each tells in links where the whole is.",
         Page,
         {product.plural: (_list_of(JobOut), ...)},

@@ -186,7 +186,7 @@ def create_app(
     app.state.metrics = Metrics(app.version)
     traced = chosen.otlp_endpoint is not None
     app.add_middleware(Seen, metrics=app.state.metrics, access_log=chosen.access_log, traced=traced)
-    app.state.document = describe(app, [product.asked for product in products.values()])
+    app.state.document = describe(app, products.values())
     return app
 
 

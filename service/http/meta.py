@@ -11,6 +11,7 @@ from typing import Any
 import orjson
 from fastapi import FastAPI, Request, Response
 from pydantic import BaseModel, JsonValue
+from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from service.access.callers import ROOT
 from service.access.gate import is_open
@@ -22,7 +23,7 @@ from service.missions.document import MissionIn
 from service.probes.request import PreviewIn, ProbeIn, ProfilesIn
 from service.products import Product
 
-from .answers import Problem, ProblemType
+from .answers import Problem, ProblemType, answer_models
 from .guard.routing import Router
 from .problem_kinds import FRAMEWORK_KINDS, METHOD, PROBLEMS
 from .problems import MEDIA_TYPE
@@ -34,6 +35,7 @@ __all__ = [
     "PART",
     "Document",
     "Responses",
+    "answer_like",
     "body_of",
     "describe",
     "problem_responses",
@@ -132,8 +134,12 @@ FILE_BODY = {
 
 def body_of(model: type[BaseModel]) -> dict[str, JsonValue]:
     """How OpenAPI documents a body that is read here."""
-    content: JsonValue = {"application/json": {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}}}
-    return {"requestBody": {"required": True, "content": content}}
+    return {"requestBody": {"required": True, **answer_like(model.__name__)}}
+
+
+def answer_like(model: str) -> dict[str, JsonValue]:
+    """How OpenAPI documents JSON of a model, by its name: it is made when the document is, not before."""
+    return {"content": {"application/json": {"schema": {"$ref": TEMPLATE.format(model=model)}}}}
 
 
 def tags_of(products: Iterable[Product]) -> list[dict[str, str]]:
@@ -171,19 +177,24 @@ class Document:
             self._made = task.result()
 
 
-def describe(app: FastAPI, bodies: Iterable[type[BaseModel]]) -> Document:
-    """Add to the app's OpenAPI the bodies that routes read unparsed, and the shape of problems.
+def describe(app: FastAPI, products: Iterable[Product]) -> Document:
+    """Add to the app's OpenAPI the bodies and answers of products, and the shape of problems.
 
     The latter in place of the framework's own validation errors.
     """
-    models: tuple[type[BaseModel], ...] = (Problem, *bodies, *OTHER_BODIES)
+    bodies: tuple[type[BaseModel], ...] = (Problem, *(product.asked for product in products), *OTHER_BODIES)
     generated = app.openapi
 
     def described() -> Json:
         if app.openapi_schema is None:
             schema = generated()
             schemas = schema.setdefault("components", {}).setdefault("schemas", {})
-            for model in models:
+            told: list[tuple[type[BaseModel], JsonSchemaMode]] = [
+                (model, "serialization") for model in answer_models(products)
+            ]
+            _, own = models_json_schema(told, ref_template=TEMPLATE)
+            schemas.update(own.pop("$defs"))
+            for model in bodies:
                 own = model.model_json_schema(ref_template=TEMPLATE)
                 schemas.update(own.pop("$defs", {}))
                 schemas[model.__name__] = own

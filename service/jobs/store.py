@@ -235,21 +235,12 @@ class Store:
 
         What the store knows of such a job stays, so that its files can come back. there: digests.
         """
+        whole, away = set[str](), set[str]()
         with self._transaction() as connection:
-            rows = connection.execute("SELECT id, digest, status FROM jobs WHERE digest IS NOT NULL").fetchall()
-            lost = [row["id"] for row in rows if row["status"] == JobStatus.SUCCEEDED and row["digest"] not in there]
-            back = [row["id"] for row in rows if row["status"] != JobStatus.SUCCEEDED and row["digest"] in there]
-            for status, failure, jobs in (
-                (JobStatus.INTERRUPTED, failure_text(missing), lost),
-                (JobStatus.SUCCEEDED, None, back),
-            ):
-                for first in range(0, len(jobs), AT_ONCE):
-                    some = jobs[first : first + AT_ONCE]
-                    these = f"id IN ({', '.join('?' * len(some))})"
-                    connection.execute(
-                        f"UPDATE jobs SET status = ?, failure = ? WHERE {these}", (status, failure, *some)
-                    )
-        return lost
+            for digest, status in connection.execute("SELECT digest, status FROM jobs WHERE digest IS NOT NULL"):
+                (whole if status == JobStatus.SUCCEEDED else away).add(digest)
+            _put_right(connection, away & there, JobStatus.SUCCEEDED, None)
+            return _put_right(connection, whole - there, JobStatus.INTERRUPTED, failure_text(missing))
 
     def succeeded(self, after: str, limit: int) -> list[tuple[str, str]]:
         """(job id, digest) of jobs whose result is at hand, by id, those that follow on a job's."""
@@ -292,3 +283,14 @@ class Store:
     def _reading(self) -> AbstractContextManager[Connection]:
         """A transaction that only reads; another program that writes does not hold it up."""
         return self._database.transaction(READ)
+
+
+def _put_right(connection: Connection, digests: Set[str], status: JobStatus, failure: str | None) -> list[str]:
+    """Ids of the jobs of these results which had another status."""
+    changed, all_of_them = list[str](), sorted(digests)
+    for first in range(0, len(all_of_them), AT_ONCE):
+        some = all_of_them[first : first + AT_ONCE]
+        these = f"digest IN ({', '.join('?' * len(some))}) AND status <> ?"
+        update = f"UPDATE jobs SET status = ?, failure = ? WHERE {these} RETURNING id"
+        changed += [row[0] for row in connection.execute(update, (status, failure, *some, status)).fetchall()]
+    return changed

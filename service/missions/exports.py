@@ -15,7 +15,6 @@ import shapely
 from service.errors import RequestError
 from service.files.csv_table import TableWriter
 from service.files.geojson import Feature, coordinates_of, feature, write_collection
-from service.files.kml import ANCHORS, Mark, anchor_mark, write_kml
 from service.files.mission_files import COPTER, WAYPOINT, PlanItem, above_sea_level, plan_text, sea_level_m
 from service.missions.document import MissionAnchor, MissionIn, MissionPlace
 from terrain import (
@@ -163,6 +162,8 @@ def _flat(grid: ElevationGrid, places: list[MissionPlace] | list[MissionAnchor])
 
 def write_kml_of(mission: MissionIn, grid: ElevationGrid, path: Path) -> None:
     """Anchors, route and areas in folders. Raises FrameError for a grid without CRS."""
+    from service.files.kml import ANCHORS, Mark, anchor_mark, write_kml  # its library takes a while to load
+
     marks = [
         anchor_mark(grid, row.id, (row.east_m, row.north_m, row.altitude_m), row.above_ground_m, _told_in_kml(anchor))
         if row.altitude_m is not None

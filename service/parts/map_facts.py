@@ -76,7 +76,7 @@ class Ground(BaseModel):
 class MapSummary(BaseModel):
     """How far to trust a map, and what it was made from."""
 
-    model_config = ConfigDict(extra="allow")
+    model_config = ConfigDict(extra="allow", defer_build=True)
 
     version: str = Field(description="Version of Sightline that calculated it.")
     mode: str = Field(description="fast or exact; rays for maps of sites.")

@@ -52,7 +52,7 @@ PlanAltitudes = Annotated[
 class StrictModel(BaseModel):
     """A request body: frozen, and a misspelt field is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 def _known(name: str) -> str:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import re
 import time
-
-import httpx
+from typing import TYPE_CHECKING
 
 from terrain import GroundSourceError
 
 from .blocks import BLOCK_BYTES, BlockStore, RemoteFile
+
+if TYPE_CHECKING:
+    import httpx
 
 __all__ = ["RangedFile", "client_of"]
 
@@ -22,6 +24,8 @@ NOT_THERE = (403, 404, 410)  # buckets answer 403 for what is not in them
 
 def client_of(read_s: float = READ_S) -> httpx.Client:
     """A client that follows no redirect: what is asked is what the operator listed, and nothing else."""
+    import httpx  # it takes a while to load
+
     return httpx.Client(follow_redirects=False, timeout=httpx.Timeout(read_s, connect=CONNECT_S))
 
 
@@ -78,6 +82,8 @@ class RangedFile:
 
     def _fetch(self, number: int) -> bytes:
         """Ask for a block, again after a pause while the server fails."""
+        import httpx  # as above
+
         for attempt in range(TRIES):
             try:
                 return self._asked(number)

@@ -7,9 +7,8 @@ import math
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import httpx
 import numpy.typing as npt
 import pyproj
 import rasterio
@@ -36,6 +35,9 @@ from terrain.files.raster import SEALED
 
 from .blocks import BlockStore
 from .ranged import RangedFile, client_of
+
+if TYPE_CHECKING:
+    import httpx
 
 __all__ = ["cells_of", "fetch_area", "fetch_tiles", "source_named"]
 

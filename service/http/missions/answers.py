@@ -125,7 +125,8 @@ VersionName = Annotated[PlainName, Field(min_length=1, max_length=120)]
 class VersionNameIn(StrictModel):
     """What a version is to be called."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "as briefed"}]})
+    # FastAPI reads it itself, and wants it made
+    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "as briefed"}]}, defer_build=False)
 
     name: VersionName | None = Field(description="The name; null takes it away.")
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, cast
 
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.responses import JSONResponse
 
 from service.errors import NotFoundError, NotReadyError, RequestError
 from service.jobs.channel import BodyArguments, CheckArguments, Checked, GivenFields, NeedsFields
 from service.jobs.records import JobRecord, JobStatus
 from service.products import Product
 
-from ..answers import MapOut, list_model, out_model, state_model
+from ..answers import list_model, list_name, out_name, state_name
 from ..bodies import WaitDep, json_body, long_body
 from ..context import Service, ServiceDep
 from ..guard.routing import Router
@@ -30,7 +29,7 @@ from ..jobs import (
     whole_answer,
 )
 from ..lists import TurnDep
-from ..meta import LOCATION, body_of, problem_responses
+from ..meta import LOCATION, answer_like, body_of, problem_responses
 from .layers import add_layers, add_tiles
 
 __all__ = ["product_router"]
@@ -52,7 +51,7 @@ def product_router(product: Product) -> APIRouter:
 
 
 def _add_asking(router: APIRouter, product: Product) -> None:
-    answers = {"headers": LOCATION, "model": out_model(product)}
+    answers = {"headers": LOCATION, **answer_like(out_name(product))}
 
     @router.post(
         "",
@@ -124,7 +123,7 @@ def _map_of(service: Service, map_id: str, kinds: Sequence[str]) -> JobRecord:
 
 def _add_following(router: APIRouter, product: Product) -> None:
     one, many, title = _singular(product), product.plural, product.title
-    state = state_model(product)
+    state = answer_like(state_name(product))
 
     @router.get(
         "",
@@ -132,8 +131,8 @@ def _add_following(router: APIRouter, product: Product) -> None:
         summary=f"List {product.tag[0].lower()}{product.tag[1:]}" if product.inline else f"List {title}s",
         description=f"{product.tag}, newest first, without what was asked and what came out. `next` leads to the page "
         "after.",
-        response_model=list_model(product),
-        responses=problem_responses(422),
+        response_model=None,
+        responses={200: {"description": "The page.", **answer_like(list_name(product))}, **problem_responses(422)},
     )
     async def list_all(service: ServiceDep, turn: TurnDep) -> Response:
         asked = (product.name, turn.limit + 1, turn.offset, turn.after)
@@ -151,7 +150,10 @@ def _add_following(router: APIRouter, product: Product) -> None:
         response_model=None,
         summary=f"Follow {_article(product)}",
         description="How its calculation stands, its result, and links to its layers.",
-        responses={200: {"description": "How it stands.", "model": out_model(product)}, **problem_responses(404)},
+        responses={
+            200: {"description": "How it stands.", **answer_like(out_name(product))},
+            **problem_responses(404),
+        },
     )
     async def get_one(job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.in_store(service.store.job, product.name, job_id)
@@ -197,7 +199,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
         description="One that waits or runs is cancelled and stays as `cancelled`; a finished one is deleted with its "
         "files. Asked again, one that is cancelled is answered as it is, until it is to be forgotten.",
         responses={
-            200: {"description": "It was waiting or running and is cancelled, now or before.", "model": state},
+            200: {"description": "It was waiting or running and is cancelled, now or before.", **state},
             204: {"description": "It was over; it and its files are gone."},
             **problem_responses(404, 422),
         },
@@ -210,25 +212,26 @@ def _add_following(router: APIRouter, product: Product) -> None:
         cancelled = await service.supervisor.remove(product.name, job_id, forget=forget)
         if cancelled is None:
             return Response(status_code=204)
-        return JSONResponse(answer_of(service, product, cancelled).model_dump(mode="json"))
+        return _state(service, product, cancelled)
 
 
 def _add_pins(router: APIRouter, product: Product) -> None:
-    one, state = _singular(product), state_model(product)
+    one = _singular(product)
+    answers = {200: {"description": "How it stands.", **answer_like(state_name(product))}, **problem_responses(404)}
 
-    async def pinned(service: Service, job_id: str, pin: bool) -> MapOut:
+    async def pinned(service: Service, job_id: str, pin: bool) -> Response:
         retention = service.supervisor.retention
-        return answer_of(service, product, await service.supervisor.in_store(retention.pin, product.name, job_id, pin))
+        return _state(service, product, await service.supervisor.in_store(retention.pin, product.name, job_id, pin))
 
     @router.put(
         "/{job_id}/pin",
         name=f"pin_{one}",
         summary=f"Keep {_article(product)} for good",
         description="The service's retention passes over it, until it is unpinned or deleted.",
-        response_model=state,
-        responses=problem_responses(404),
+        response_model=None,
+        responses=answers,
     )
-    async def pin_one(job_id: str, service: ServiceDep) -> MapOut:
+    async def pin_one(job_id: str, service: ServiceDep) -> Response:
         return await pinned(service, job_id, True)
 
     @router.delete(
@@ -236,10 +239,10 @@ def _add_pins(router: APIRouter, product: Product) -> None:
         name=f"unpin_{one}",
         summary=f"Keep {_article(product)} no longer than others",
         description="The service's retention counts for it again.",
-        response_model=state,
-        responses=problem_responses(404),
+        response_model=None,
+        responses=answers,
     )
-    async def unpin_one(job_id: str, service: ServiceDep) -> MapOut:
+    async def unpin_one(job_id: str, service: ServiceDep) -> Response:
         return await pinned(service, job_id, False)
 
 
@@ -250,13 +253,21 @@ def _add_stop(router: APIRouter, product: Product) -> None:
         name=f"stop_{_singular(product)}",
         summary=f"End {_article(product)} early",
         description="The best that was found so far becomes the result, which says so; follow it until it is over.",
-        response_model=state_model(product),
-        responses={202: {"description": "It was told.", "headers": LOCATION}, **problem_responses(404, 409)},
+        response_model=None,
+        responses={
+            202: {"description": "It was told.", "headers": LOCATION, **answer_like(state_name(product))},
+            **problem_responses(404, 409),
+        },
     )
-    async def stop_one(job_id: str, response: Response, service: ServiceDep) -> MapOut:
+    async def stop_one(job_id: str, service: ServiceDep) -> Response:
         job = await service.supervisor.finish_early(product.name, job_id)
-        response.headers["Location"] = path_of(service, job)
-        return answer_of(service, product, job)
+        return _state(service, product, job, 202, {"Location": path_of(service, job)})
+
+
+def _state(
+    service: Service, product: Product, job: JobRecord, status: int = 200, headers: Mapping[str, str] | None = None
+) -> Response:
+    return Response(answer_of(service, product, job).model_dump_json(), status, headers, JSON)
 
 
 def _singular(product: Product) -> str:
