@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,17 @@ class Server:
     @property
     def workers(self) -> list[psutil.Process]:
         return psutil.Process(self.process.pid).children()
+
+    def kill_workers(self) -> None:
+        """All that there are; one may have ended by itself since."""
+        for worker in self.workers:
+            with suppress(psutil.NoSuchProcess):
+                worker.kill()
+
+    @property
+    def said(self) -> list[str]:
+        """Lines of its log that are whole; the last may be being written."""
+        return self.log.read_text().rpartition("\n")[0].splitlines()
 
     def kill(self) -> None:
         """As kill -9 or a power cut would."""

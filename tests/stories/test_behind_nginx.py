@@ -79,7 +79,7 @@ def client_of(port: int, address: str = "127.0.0.1") -> httpx.Client:
 
 
 def access_lines(server: Server) -> list[dict[str, Any]]:
-    told = [json.loads(line) for line in server.log.read_text().splitlines()]
+    told = [json.loads(line) for line in server.said]
     return [line for line in told if line["logger"] == "sightline.access"]
 
 

@@ -201,18 +201,17 @@ def _flood(stream: ClientConnection) -> None:
 
 def test_connections_beyond_the_limit_are_answered_and_idle_ones_make_room(tmp_path: Path) -> None:
     with running(tmp_path / "data", max_connections=8, rehearse="maps") as server, ExitStack() as stack:
-        idle = [stack.enter_context(raw(server, b"")) for _ in range(8)]
-        time.sleep(1.0)
-        idle += [stack.enter_context(raw(server, b"")) for _ in range(4)]
+        idle = [stack.enter_context(raw(server, b"")) for _ in range(12)]
         assert server.client.get("/health").status_code == 200
-        time.sleep(0.5)
-        assert sum(is_open(one) for one in idle) <= 8
+        deadline_s = time.monotonic() + 20.0
+        while sum(is_open(one) for one in idle) > 8:
+            assert time.monotonic() < deadline_s
+            time.sleep(0.1)
         dem = server.sample("valley")
         # eight that wait for a body are not idle; a ninth is told so
-        head = b"POST /probe HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n\r\n"
         for one in idle:
             one.close()
-        busy = [stack.enter_context(raw(server, head)) for _ in range(10)]
+        busy = [stack.enter_context(waiting_for_a_body(server)) for _ in range(8)]
         with httpx.Client(base_url=server.url, trust_env=False) as late:
             answer = late.get(f"/dems/{dem['id']}")
         assert (answer.status_code, answer.json()["type"]) == (503, "/problems/busy")
@@ -220,6 +219,18 @@ def test_connections_beyond_the_limit_are_answered_and_idle_ones_make_room(tmp_p
         assert int(answer.headers["Retry-After"]) > 0
         for one in busy:
             one.close()
+
+
+def waiting_for_a_body(server: Server, address: str = "127.0.0.1") -> socket.socket:
+    """A connection whose head the service has read: it says so before the body comes."""
+    url = httpx.URL(server.url)
+    connection = socket.create_connection((url.host, url.port or 80), 30.0, source_address=(address, 0))
+    connection.sendall(
+        b"POST /probe HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n"
+        b"Expect: 100-continue\r\n\r\n"
+    )
+    assert connection.recv(65536).startswith(b"HTTP/1.1 100 ")
+    return connection
 
 
 def is_open(connection: socket.socket) -> bool:
@@ -235,13 +246,10 @@ def is_open(connection: socket.socket) -> bool:
 def test_one_address_has_its_share(tmp_path: Path) -> None:
     with running(tmp_path / "data", max_client_connections=3, rehearse="maps") as server:
         url = httpx.URL(server.url)
-        head = b"POST /probe HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n\r\n"
         with ExitStack() as stack:
             address = (url.host, url.port or 80)
             for _ in range(3):
-                one = stack.enter_context(socket.create_connection(address, 10.0, source_address=("127.0.0.7", 0)))
-                one.sendall(head)
-            time.sleep(0.5)
+                stack.enter_context(waiting_for_a_body(server, "127.0.0.7"))
             late = stack.enter_context(socket.create_connection(address, 10.0, source_address=("127.0.0.7", 0)))
             late.sendall(b"GET /health HTTP/1.1\r\nHost: localhost\r\n\r\n")
             assert heard(late).startswith(b"HTTP/1.1 429 ")

@@ -80,8 +80,7 @@ def test_a_job_whose_worker_is_killed_is_tried_again_then_reported_and_the_servi
         begun = server.client.post("/visibility-maps", json=long_job(dem)).headers["Location"]
         for attempt in (1, 2):
             server.until(begun, lambda job, n=attempt: job["status"] == "running" and job["attempts"] == n)
-            for worker in server.workers:
-                worker.kill()
+            server.kill_workers()
         job = server.until_over(begun)
         assert job["status"] == "interrupted"
         assert "worker process ended" in job["problem"]["detail"]
@@ -96,12 +95,10 @@ def test_killing_workers_also_while_they_start_leaves_no_job_behind(tmp_path: Pa
         server.until(long, lambda job: job["status"] == "running")
         short = server.client.post("/visibility-maps", json={**long_job(dem), "mode": "fast"}).headers["Location"]
         for _ in range(3):
-            for worker in server.workers:
-                worker.kill()
+            server.kill_workers()
             server.until("/health", lambda health: health["workers"]["warm"] == 0, 10.0)
         server.until(long, lambda job: job["status"] == "running" and job["attempts"] == 2)
-        for worker in server.workers:
-            worker.kill()
+        server.kill_workers()
         assert server.until_over(long)["status"] == "interrupted"
         assert server.until_over(short)["status"] == "succeeded"
 

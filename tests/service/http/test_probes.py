@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-import statistics
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 import pytest
 
@@ -130,18 +127,13 @@ def test_a_profile_holds_ground_line_zone_and_blocking_point(server: Server, jac
     assert least == pytest.approx(there["clearance_m"], abs=2e-3), "the place that blocks stays"
 
 
-def test_sixteen_anchors_are_answered_in_a_moment_and_nothing_is_kept(
+def test_sixteen_anchors_are_answered_again_and_again_and_nothing_is_kept(
     server: Server, jacksboro: dict[str, Any]
 ) -> None:
     before = server.client.get("/lines-of-sight").json()["total"]
     body = {"dem_id": jacksboro["id"], "points": PLACES[:1], "anchors": ANCHORS}
-    with httpx.Client(base_url=server.url, timeout=60.0) as client:
-        took_s = []
-        for _ in range(60):
-            started_s = time.perf_counter()
-            assert client.post("/probe", json=body).status_code == 200
-            took_s.append(time.perf_counter() - started_s)
-    assert statistics.median(took_s[10:]) < 0.1, "30 ms on a quiet machine: benchmarks/probes.py"
+    for _ in range(60):  # how quickly is measured by ``python -m benchmarks --only ground``
+        assert server.client.post("/probe", json=body).status_code == 200
     assert server.client.get("/lines-of-sight").json()["total"] == before
 
 
