@@ -79,7 +79,7 @@ LOCK := uv pip compile --quiet --upgrade --generate-hashes --universal --python-
 	--custom-compile-command 'make lock'
 
 lock:
-	$(LOCK) pyproject.toml --extra postgres --extra telemetry --output-file locks/product.txt
+	$(LOCK) pyproject.toml --extra postgres --extra rtk --extra telemetry --output-file locks/product.txt
 	$(LOCK) pyproject.toml --extra test --extra bench --constraint locks/product.txt --output-file locks/tests.txt
 	$(LOCK) locks/rover.in --constraint locks/product.txt --output-file locks/rover.txt
 	$(LOCK) locks/build.in --output-file locks/build.txt

@@ -15,6 +15,7 @@ from benchmarks.detection import speed as detector_speed
 from benchmarks.gnss import deep, differential, receiver
 from benchmarks.navigation import (
     bubbles,
+    few_satellites,
     inertial,
     long_drive,
     lying_ranges,
@@ -106,7 +107,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "deep": (deep.in_a_wood,),
     "lying": (lying_ranges.bubbles_that_hold,),
     "street": (street_drive.street, exclusion.exclusion),
-    "shadow": (shadow.minute_of_shadow,),
+    "shadow": (shadow.minute_of_shadow, few_satellites.few_satellites),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed, receiver.weak_signals, receiver.channel_speed),
     "targets": (targets.planes, targets.simulated_balls, targets.poses, targets.real_balls),
     "differential": (differential.baselines,),
@@ -204,7 +205,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(quality_monitor.monitor_speed, epochs=2000),
     ),
     "differential": (differential.baselines,),
-    "shadow": (partial(shadow.minute_of_shadow, drives=1),),
+    "shadow": (partial(shadow.minute_of_shadow, drives=1), partial(few_satellites.few_satellites, drives=1)),
     "deep": (partial(deep.in_a_wood, seeds=(1,), duration_s=58.1),),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
     "street": (street_drive.street, partial(exclusion.exclusion, every=100)),

@@ -7,7 +7,8 @@ from .baseline import Baseline, BaselineSettings, Fix, solve_baseline
 from .differences import PhaseDifferences, single_differences
 from .horizon import HorizonMask, hidden_rows
 from .observations import Observations, parse_observations, read_observations
-from .orbits import Orbits, read_orbits
+from .orbits import Orbits, parse_orbits, read_orbits
+from .receiver_ranges import ReceiverRanges, receiver_ranges
 from .transmission import Sent, sent_by
 
 __all__ = [
@@ -18,11 +19,14 @@ __all__ = [
     "Observations",
     "Orbits",
     "PhaseDifferences",
+    "ReceiverRanges",
     "Sent",
     "hidden_rows",
     "parse_observations",
+    "parse_orbits",
     "read_observations",
     "read_orbits",
+    "receiver_ranges",
     "sent_by",
     "single_differences",
     "solve_baseline",

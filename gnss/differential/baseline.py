@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -18,9 +17,10 @@ import numpy.typing as npt
 
 from gnss.errors import GnssInputError
 
-from .observations import FREQUENCIES, STRENGTH_UNIT_DB_HZ, Observations
+from .observations import FREQUENCIES, Observations
 from .orbits import Orbits
-from .rtklib import SYSTEMS, CStruct, default_options, gtime, rtklib, satellite_numbers, seconds_of
+from .rows import by_satellite, check_orbits, epochs_of, rtklib_row
+from .rtklib import SYSTEMS, CStruct, default_options, rtklib, seconds_of
 
 __all__ = ["Baseline", "BaselineSettings", "Fix", "solve_baseline"]
 
@@ -128,7 +128,7 @@ def solve_baseline(
     library.rtkinit(filter_, _options(settings, orbits, base_m, rover, base))
     told = []
     try:
-        for rows, (array, count) in zip(_epochs(rover), _pairs(rover, base), strict=True):
+        for rows, (array, count) in zip(epochs_of(rover), _pairs(rover, base), strict=True):
             # a struct keeps its last solution where an epoch has none
             filter_.sol.stat = 0
             library.rtkpos(filter_, array.ptr, count, orbits.handle)
@@ -169,9 +169,7 @@ def _check_times(rover: Observations, base: Observations, orbits: Orbits) -> Non
     apart_s = max(first_s - float(base.time_s[-1]), float(base.time_s[0]) - last_s)
     if apart_s > MOST_AGE_S:
         raise GnssInputError(f"{rover.source} and {base.source} lie {apart_s:.0f} s apart: no time is common to both.")
-    if orbits.first_s > last_s or orbits.last_s < first_s:
-        days = abs((orbits.first_s + orbits.last_s) / 2.0 - first_s) / 86_400.0
-        raise GnssInputError(f"{orbits.source} is of another time than {rover.source}, {days:.1f} days away.")
+    check_orbits(rover, orbits)
 
 
 def _options(
@@ -196,39 +194,16 @@ def _options(
 
 def _pairs(rover: Observations, base: Observations) -> Iterator[tuple[CStruct, int]]:
     """Each of the rover's epochs with the base's nearest in time, as an array of RTKLIB's rows and their number."""
-    rovers, bases = _epochs(rover), _epochs(base)
+    rovers, bases = epochs_of(rover), epochs_of(base)
     at_s = np.array([base.time_s[rows.start] for rows in bases])
     for rows in rovers:
         nearest = int(np.argmin(np.abs(at_s - rover.time_s[rows.start])))
-        both = [(rover, n, 1) for n in _by_satellite(rover, rows)]
-        both += [(base, n, 2) for n in _by_satellite(base, bases[nearest])]
+        both = [(rover, n, 1) for n in by_satellite(rover, rows)]
+        both += [(base, n, 2) for n in by_satellite(base, bases[nearest])]
         array = rtklib().Arr1Dobsd_t(len(both))
         for place, (observed, row, receiver) in enumerate(both):
-            array[place] = _row(observed, row, receiver)
+            array[place] = rtklib_row(observed, row, receiver)
         yield array, len(both)
-
-
-def _epochs(observed: Observations) -> list[slice]:
-    begins = np.flatnonzero(np.r_[True, np.diff(observed.epoch) > 0])
-    return [slice(int(a), int(b)) for a, b in pairwise([*begins, len(observed)])]
-
-
-def _by_satellite(observed: Observations, rows: slice) -> list[int]:
-    """The rows in the order in which RTKLIB looks for what rover and base have in common."""
-    return sorted(range(rows.start, rows.stop), key=lambda n: satellite_numbers()[str(observed.satellite[n])])
-
-
-def _row(observed: Observations, row: int, receiver: int) -> CStruct:
-    told = rtklib().obsd_t()
-    told.time = gtime(int(observed.whole_s[row]), float(observed.part_s[row]))
-    told.sat, told.rcv = satellite_numbers()[str(observed.satellite[row])], receiver
-    for f in range(FREQUENCIES):
-        told.P[f] = float(np.nan_to_num(observed.code_m[row, f]))
-        told.L[f] = float(np.nan_to_num(observed.phase_cycles[row, f]))
-        told.D[f] = float(np.nan_to_num(observed.doppler_hz[row, f]))
-        told.SNR[f] = round(float(np.nan_to_num(observed.strength_db_hz[row, f])) / STRENGTH_UNIT_DB_HZ)
-        told.code[f], told.LLI[f] = int(observed.signal[row, f]), int(observed.slip[row, f])
-    return told
 
 
 def _solved(filter_: CStruct, time_s: float) -> _Epoch:

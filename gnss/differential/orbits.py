@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from gnss.text_files import read_text
 from .rinex_lines import check_navigation_lines
 from .rtklib import CStruct, a_file, gtime, rtklib, satellite_numbers, seconds_of
 
-__all__ = ["Orbits", "read_orbits"]
+__all__ = ["Orbits", "check_orbit_text", "parse_orbits", "read_orbits"]
 
 MOST_BYTES = 200_000_000
 BROADCAST, PRECISE = 0, 1  # RTKLIB's EPHOPT
@@ -37,7 +38,8 @@ class Orbits:
     source: str
 
     def positions_ecef_m(self, whole_s: int, part_s: float, satellite: str) -> npt.NDArray[np.float64]:
-        """(3,) ECEF of a satellite at a time, of the frame of that time, metres; NaN where no orbit tells."""
+        """(3,) ECEF of a satellite at a time, of the frame of that time, metres; NaN where no orbit tells, or it is
+        unhealthy."""
         return self.state(whole_s, part_s, satellite)[0]
 
     def state(self, whole_s: int, part_s: float, satellite: str) -> tuple[npt.NDArray[np.float64], float]:
@@ -51,7 +53,8 @@ class Orbits:
         )
         time, kind = gtime(whole_s, part_s), PRECISE if self.precise else BROADCAST
         number = satellite_numbers()[satellite]
-        if not library.satpos(time, time, number, kind, self.handle, state, clock, variance, health):
+        found = library.satpos(time, time, number, kind, self.handle, state, clock, variance, health)
+        if not found or health[0] > 0:
             return np.full(3, math.nan), math.nan
         return np.array([state[n] for n in range(3)]), float(clock[0])
 
@@ -61,20 +64,24 @@ def read_orbits(*paths: str | os.PathLike[str]) -> Orbits:
 
     Raises AlmanacFileError, GnssLibraryError.
     """
+    return parse_orbits([(read_text(path, "navigation or SP3", MOST_BYTES), Path(path).name) for path in paths])
+
+
+def parse_orbits(files: Sequence[tuple[str, str]]) -> Orbits:
+    """The same of (text, name) of each file. Raises AlmanacFileError, GnssLibraryError."""
     library = rtklib()
     handle = library.nav_t()
-    precise = [path for path in paths if _is_sp3(path)]
-    for path in paths:
-        if path in precise:
+    for text, name in files:
+        check_orbit_text(text, name)
+        if _is_sp3(text):
             continue
-        text = read_text(path, "RINEX navigation", MOST_BYTES)
-        check_navigation_lines(text.splitlines(), Path(path).name)
         with a_file(text, "nav") as file:
             library.readrnx(file, 1, "", library.obs_t(), handle, library.sta_t())
     library.uniqnav(handle)
-    names = ", ".join(Path(path).name for path in paths)
-    for path in precise:
-        _read_sp3(handle, path)
+    names = ", ".join(name for _, name in files)
+    precise = [(text, name) for text, name in files if _is_sp3(text)]
+    for text, name in precise:
+        _read_sp3(handle, text, name)
     if handle.n + handle.ng + handle.ne == 0:
         raise AlmanacFileError(f"{names or 'No file'}: no orbit in it.")
     times = [seconds_of(handle.eph[n].toe) for n in range(handle.n)]
@@ -91,21 +98,20 @@ def read_orbits(*paths: str | os.PathLike[str]) -> Orbits:
     return Orbits(handle, bool(precise), first_s, last_s, names)
 
 
-def _is_sp3(path: str | os.PathLike[str]) -> bool:
-    """By its content: SP3 begins with #, a letter of its version, and P or V."""
-    try:
-        with Path(path).open("rb") as stream:
-            head = stream.read(3)
-    except OSError as error:
-        raise AlmanacFileError(f"{Path(path).name} cannot be opened: {error.strerror}.") from error
-    return len(head) == 3 and head[:1] == b"#" and head[1:2] in b"abcd" and head[2:3] in b"PV"
-
-
-def _read_sp3(handle: CStruct, path: str | os.PathLike[str]) -> None:
-    text = read_text(path, "SP3", MOST_BYTES)
-    name = Path(path).name
-    if not text.rstrip().endswith("EOF"):
+def check_orbit_text(text: str, name: str) -> None:
+    """Whether a navigation or SP3 file is one, and whole. Raises AlmanacFileError."""
+    if not _is_sp3(text):
+        check_navigation_lines(text.splitlines(), name)
+    elif not text.rstrip().endswith("EOF"):
         raise AlmanacFileError(f"{name} does not end with EOF: it is truncated.")
+
+
+def _is_sp3(text: str) -> bool:
+    """By its content: SP3 begins with #, a letter of its version, and P or V."""
+    return len(text) > 2 and text[0] == "#" and text[1] in "abcd" and text[2] in "PV"
+
+
+def _read_sp3(handle: CStruct, text: str, name: str) -> None:
     with a_file(text, "sp3") as file:
         rtklib().readsp3(file, handle, 0)
     if handle.ne == 0:

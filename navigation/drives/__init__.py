@@ -3,6 +3,7 @@
 from .driving import DriveTrack, navigate_drive
 from .logs import SOURCES, DriveLog, Fixes, Foreseen, Ranges, Readings, Speeds
 from .riding import InertialEstimator
+from .satellites import Satellites
 from .settings import DriveSettings
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "InertialEstimator",
     "Ranges",
     "Readings",
+    "Satellites",
     "Speeds",
     "navigate_drive",
 ]

@@ -21,6 +21,7 @@ from ..inertial import (
 )
 from ..inputs import positions
 from .logs import DriveLog, Ranges
+from .satellites import FirstHeard, first_heard
 from .settings import DriveSettings
 
 __all__ = ["Beginning", "beginnings"]
@@ -44,7 +45,8 @@ class Beginning:
 def beginnings(log: DriveLog, imu: ImuLog, settings: DriveSettings, frame: TangentFrame) -> Beginning:
     """What may be believed at the first reading. Raises StateError where the log does not tell the place."""
     told: list[str] = []
-    place, sigma, velocity, velocity_sigma = _place(log, imu, settings, told)
+    heard = None if log.satellites is None else first_heard(log.satellites, settings, float(imu.times_s[0]))
+    place, sigma, velocity, velocity_sigma = _place(log, imu, settings, told, heard)
     first = imu.times_s <= imu.times_s[0] + max(settings.align_s, 2.0 * float(np.median(np.diff(imu.times_s))))
     still = bool(standing_still(imu, settings.standstill)[first].all())
     force, rate = imu.forces_m_per_s2[first].mean(axis=0), imu.rates_rad_per_s[first].mean(axis=0)
@@ -65,6 +67,8 @@ def beginnings(log: DriveLog, imu: ImuLog, settings: DriveSettings, frame: Tange
             rate_bias_rad_per_s=rate if still and settings.imu.rate_bias_rad_per_s > 1e-3 else (0.0, 0.0, 0.0),
             lever_arm_m=settings.lever_arm_m,
             lever_arm_sigma_m=settings.lever_arm_sigma_m,
+            clock=None if heard is None else heard.clock,
+            phases=heard is not None and settings.phase_sigma_m > 0.0,
         )
         for attitude in attitudes
     )
@@ -72,7 +76,7 @@ def beginnings(log: DriveLog, imu: ImuLog, settings: DriveSettings, frame: Tange
 
 
 def _place(
-    log: DriveLog, imu: ImuLog, settings: DriveSettings, told: list[str]
+    log: DriveLog, imu: ImuLog, settings: DriveSettings, told: list[str], heard: FirstHeard | None
 ) -> tuple[Array, float | Array, Array | None, float]:
     """(place, its sigma, velocity or None, its sigma)."""
     fixes, until_s = log.fixes, imu.times_s[0] + max(settings.align_s, 1.0)
@@ -93,12 +97,20 @@ def _place(
                 told.append(f"The first fix comes {fixes.times_s[one] - imu.times_s[0]:.1f} s after the first reading.")
             given = fixes.position_sigmas_m[one]
             placed = fixes.positions_m[one], np.where(np.isnan(given), settings.fix_sigma_m, given)
+    if heard is not None and heard.place_m is not None:
+        if placed is None:
+            placed = heard.place_m, heard.sigmas_m
+            if heard.time_s > until_s:
+                late_s = heard.time_s - imu.times_s[0]
+                told.append(f"Codes of four satellites first come {late_s:.1f} s after the first reading.")
+        if velocity is None and heard.velocity_m_per_s is not None and heard.time_s <= until_s:
+            velocity, velocity_sigma = heard.velocity_m_per_s, heard.velocity_sigma_m_per_s
     if settings.position_m is not None:
         return np.array(settings.position_m), settings.position_sigma_m, velocity, velocity_sigma
     if placed is not None:
         return placed[0], placed[1], velocity, velocity_sigma
     if log.ranges is None:
-        raise StateError("Neither fixes nor ranges tell where the drive begins; give position_m.")
+        raise StateError("Neither fixes, satellites nor ranges tell where the drive begins; give position_m.")
     place, sides = _of_ranges(log.ranges, positions("anchors_m", log.anchors_m), until_s)
     if sides:
         told.append("The first ranges fit on both sides of their anchors; the lower side was taken.")

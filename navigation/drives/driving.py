@@ -87,7 +87,10 @@ def navigate_drive(
     track = gone(start, settings.smoother)
     lost = int(np.count_nonzero(track.verdict == Verdict.REACQUIRED))
     if lost:
-        told.append(f"{lost} times hardly anything fitted any more; what was believed was widened until it did.")
+        told.append(
+            f"Hardly anything fitted any more, and what was believed was widened until it did; measurements that "
+            f"were taken so: {lost}."
+        )
     smoothed = track.smoothed
     covariance = track.position_covariance_m2 if smoothed is None else smoothed.position_covariance_m2
     return DriveTrack(

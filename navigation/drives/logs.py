@@ -21,6 +21,7 @@ from ..inertial import (
     velocity_fixes,
 )
 from ..inputs import positions
+from .satellites import Satellites, satellite_measurements
 from .settings import DriveSettings
 
 __all__ = ["SOURCES", "DriveLog", "Fixes", "Foreseen", "Ranges", "Readings", "Speeds", "drive_measurements", "imu_of"]
@@ -28,7 +29,7 @@ __all__ = ["SOURCES", "DriveLog", "Fixes", "Foreseen", "Ranges", "Readings", "Sp
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 # what measurements are of, by ``Measurements.source``
-SOURCES = ("range", "position", "velocity", "standstill", "speed", "sideways", "ground")
+SOURCES = ("range", "position", "velocity", "standstill", "speed", "sideways", "ground", "pseudorange", "phase")
 # zero velocity, and that it does not slide, are said so often
 ASIDE_S = 0.1
 
@@ -80,21 +81,24 @@ class Speeds:
 
 @dataclass(frozen=True, eq=False)
 class DriveLog:
-    """All that was measured. anchors_m: (k, 3) that ranges go to, in the frame."""
+    """All that was measured. anchors_m: (k, 3) that ranges go to, in the frame. satellites: what a receiver heard."""
 
     readings: Readings
     fixes: Fixes | None = None
     ranges: Ranges | None = None
     speeds: Speeds | None = None
     anchors_m: npt.ArrayLike = ()
+    satellites: Satellites | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Foreseen:
-    """What a map says of a drive. sight: (n,) probability for each range, NaN = not known. heights: of the ground."""
+    """What a map says of a drive. sight: (n,) probability for each range, NaN = not known. heights: of the ground.
+    sky: (n,) the same as sight for each row of the satellites."""
 
     sight: Array | None = None
     heights: Measurements | None = None
+    sky: Array | None = None
 
 
 def imu_of(log: DriveLog, settings: DriveSettings, gravity_m_per_s2: float) -> ImuLog:
@@ -180,12 +184,17 @@ def drive_measurements(
         )
     if foreseen.heights is not None:
         lists["ground"] = foreseen.heights
+    if log.satellites is not None:
+        told_of = satellite_measurements(log.satellites, imu, settings, foreseen.sky)
+        lists["pseudorange"], lists["phase"], outside = told_of
+        if outside:
+            warnings.append(f"Not used, for they lie outside of the inertial readings: {outside} (of satellites).")
     within = []
     for name, one in lists.items():
         inside = (one.times_s >= imu.times_s[0]) & (one.times_s <= imu.times_s[-1])
         outside = len({float(time_s) for time_s in one.times_s[~inside]})
         if outside:
-            warnings.append(f"{outside} measurements ({name}) lie outside of the inertial readings and are not used.")
+            warnings.append(f"Not used, for they lie outside of the inertial readings: {outside} ({name}).")
         within.append(_only(one, inside))
     return join(*within), tuple(warnings)
 

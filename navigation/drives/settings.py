@@ -15,7 +15,7 @@ __all__ = ["DriveSettings"]
 Three = tuple[float, float, float]
 ZERO: Three = (0.0, 0.0, 0.0)
 # may be nothing: known for certain, or switched off
-OFF_AT_ZERO = ("lever_arm_sigma_m", "standstill_sigma_m_per_s", "sideways_sigma_m_per_s", "max_gap_s")
+OFF_AT_ZERO = ("lever_arm_sigma_m", "standstill_sigma_m_per_s", "sideways_sigma_m_per_s", "max_gap_s", "phase_sigma_m")
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,9 @@ class DriveSettings:
     the log tells it. standstill_sigma: of zero velocity where the readings are still (ZUPT), sideways_sigma: of going
     neither sideways nor off the ground (NHC), 0 = off. mounting_rad: how far the direction of driving lies left of the
     unit's x axis, and above it. pivot_m: from the unit to amid the wheels, where it does not slide. *_sigma: of what
-    the log gives no sigma for. gate_sigma: what lies further off is not believed. least_sight: ranges of less
+    the log gives no sigma for; pseudorange_sigma_m and phase_sigma_m of a satellite in the zenith, lower ones by the
+    sine of the elevation more (phase_sigma_m 0 = phases are not used); those below least_elevation_rad are left out.
+    gate_sigma: what lies further off is not believed. least_sight: ranges of less
     probability of sight are left out. hidden_excess_m: how much too long a range over a detour is in the mean; the less
     likely one is in sight, the less sure it is by that (0 = its variance is divided by the probability).
     antenna_above_ground_m: the ground's height is used where there is a map; None = it is not. epsilon: how many sigmas
@@ -59,6 +61,9 @@ class DriveSettings:
     fix_sigma_m: Three = (5.0, 5.0, 10.0)
     fix_velocity_sigma_m_per_s: float = 0.1
     range_sigma_m: float = 0.1
+    pseudorange_sigma_m: float = 3.0
+    phase_sigma_m: float = 0.01
+    least_elevation_rad: float = math.radians(10.0)
     gate_sigma: float = 5.0
     least_sight: float = 0.5
     hidden_excess_m: float = 5.0
@@ -82,5 +87,7 @@ class DriveSettings:
         turned((0.0, 0.0, 0.0), self.axes)
         if not 0.0 <= self.hidden_excess_m < math.inf:
             raise MeasurementError(f"hidden_excess_m must be zero or more, not {self.hidden_excess_m}.")
+        if not 0.0 <= self.least_elevation_rad < math.pi / 2.0:
+            raise MeasurementError(f"least_elevation_rad must lie in 0…π/2, not {self.least_elevation_rad:g}.")
         if not 0.0 < self.least_sight <= 1.0:
             raise MeasurementError(f"least_sight must be above 0 and at most 1, not {self.least_sight}.")

@@ -10,7 +10,6 @@ from .measurements import (
     ground_heights,
     join,
     position_fixes,
-    pseudoranges,
     ranges_to_anchors,
     rates_along,
     standstill,
@@ -18,6 +17,7 @@ from .measurements import (
     velocity_fixes,
 )
 from .samples import ImuLog, from_forward_right_down, imu_log
+from .satellites import phase_changes, pseudoranges
 from .smoothing import SmoothedTrack
 from .standing import StandstillRule, standing_still
 
@@ -49,6 +49,7 @@ __all__ = [
     "matrices_of",
     "milli_g",
     "navigate",
+    "phase_changes",
     "position_fixes",
     "pseudoranges",
     "quaternion_of_angles",

@@ -13,8 +13,8 @@ from ..inputs import check_covariance, numbers
 from .alignment import angles_of
 from .bodies import TangentFrame
 from .imu import ImuNoise
+from .kernels import corrections, logs
 from .kernels import error_state as kernel
-from .kernels import logs
 from .measurements import Measurements
 from .samples import ImuLog
 from .smoothing import SmoothedTrack, smooth
@@ -52,9 +52,9 @@ class InertialStart:
 
     Sigmas: (3,) or one for all; attitude_sigma_rad: of turns about east, north, up. lever_arm_m: (3,) from the unit to
     the antenna, forward, left, up; lever_arm_sigma_m: 0 = known for certain, not estimated. Biases are what the unit
-    reads too much, scale factors what of it. clock: of a receiver whose pseudoranges come in, two more states.
-    covariance: (n, n) of the error state in place of all sigmas, as a track ends with. Raises
-    StateError.
+    reads too much, scale factors what of it. clock: of a receiver whose pseudoranges come in, two more states. phases:
+    whether changes of its carrier phases do, seven more, of the epoch before (position, psi and clock). covariance:
+    (n, n) of the error state without those seven, in place of all sigmas, as a track ends with. Raises StateError.
     """
 
     position_m: npt.ArrayLike
@@ -70,10 +70,14 @@ class InertialStart:
     force_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
     rate_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
     clock: ReceiverClock | None = None
+    phases: bool = False
     covariance: npt.ArrayLike | None = None
 
     def belief(self, noise: ImuNoise) -> tuple[kernel.Belief, kernel.Layout]:
-        """The kernels' belief: 15 error states, 3 more with the lever arm, 6 with scale factors, 2 with a clock."""
+        """The kernels' belief: 15 error states, 3 more with the lever arm, 6 with scale factors, 2 with a clock, 7 with
+        phases."""
+        if self.phases and self.clock is None:
+            raise StateError("Changes of phase need the receiver's clock: InertialStart(…, clock=ReceiverClock()).")
         quaternion = numbers("quaternion", self.quaternion, (4,), StateError)
         length = float(np.linalg.norm(quaternion))
         if not length > 0.0 or not math.isfinite(length):
@@ -91,7 +95,8 @@ class InertialStart:
         lever = 3 * len(sigmas) if self.lever_arm_sigma_m > 0.0 else -1
         if lever >= 0:
             sigmas.append(np.full(3, float(self.lever_arm_sigma_m)))
-        layout = kernel.Layout(15 if scales else -1, lever, 3 * len(sigmas) if self.clock else -1)
+        clock = 3 * len(sigmas) if self.clock else -1
+        layout = kernel.Layout(15 if scales else -1, lever, clock, clock + 2 if self.phases else -1)
         offset = np.zeros(2)
         if self.clock is not None:
             sigmas.append(np.array([self.clock.offset_sigma_m, self.clock.drift_sigma_m_per_s]))
@@ -100,6 +105,8 @@ class InertialStart:
         if self.covariance is not None:
             covariance = numbers("covariance", self.covariance, covariance.shape, StateError)
         check_covariance("The covariance at the beginning", covariance)
+        if self.phases:  # of no epoch as yet
+            covariance = np.pad(covariance, (0, kernel.KEPT))
         told = ("force_bias_m_per_s2", "rate_bias_rad_per_s", "force_scale", "rate_scale")
         sensors = np.stack([numbers(name, getattr(self, name), (3,), StateError) for name in told])
         values = [
@@ -111,7 +118,8 @@ class InertialStart:
             raise StateError("The belief at the beginning must hold finite numbers.")
         position, velocity, arm = values
         attitude = quaternion / length
-        return kernel.Belief(position, velocity, attitude, sensors, arm, offset, covariance, np.zeros(1)), layout
+        none = np.full(3, math.nan), attitude.copy(), np.full(1, math.nan)
+        return kernel.Belief(position, velocity, attitude, sensors, arm, offset, *none, covariance, np.zeros(1)), layout
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +128,7 @@ class InertialTrack:
 
     position_m, velocity_m_per_s: (k, 3) of the unit, east, north, up. quaternion: (k, 4). force_bias, rate_bias,
     force_scale, rate_scale: (k, 3). sigmas: (k, n) of the error state. position_covariance_m2: (k, 3, 3).
+    covariance: (n, n) of the error state at the end, without what is kept of an epoch of phases, which sigmas end with.
     innovation, innovation_variance: (m,), NaN where left out; verdict: (m,) Verdict of ``navigation``, uint8.
     clock_m: (k, 2) offset and drift of the receiver's clock, 0 where there is none. smoothed: what the whole log says
     of the readings with measurements, where that was asked for.
@@ -166,6 +175,7 @@ class InertialTrack:
             force_scale=self.force_scale[-1],
             rate_scale=self.rate_scale[-1],
             clock=clock,
+            phases=self.sigmas.shape[1] > len(self.covariance),
             covariance=self.covariance,
         )
 
@@ -190,14 +200,19 @@ def navigate(
     """
     belief, layout = start.belief(noise)
     times = measurements.times_s
-    if start.clock is None and (measurements.kinds == kernel.PSEUDORANGE).any():
-        raise StateError("Pseudoranges need the receiver's clock: InertialStart(…, clock=ReceiverClock()).")
+    if start.clock is None and np.isin(measurements.kinds, (corrections.PSEUDORANGE, corrections.PHASE_CHANGE)).any():
+        raise StateError("Pseudoranges and phases need the receiver's clock: InertialStart(…, clock=ReceiverClock()).")
+    changes_s = np.unique(times[measurements.kinds == corrections.PHASE_CHANGE])
+    if len(changes_s) and not start.phases:
+        raise StateError("Changes of phase need what is kept of the epoch before: InertialStart(…, phases=True).")
+    if smoother and (np.diff(np.searchsorted(log.times_s, changes_s)) == 0).any():
+        raise StateError("Two epochs of carrier phases lie between two readings; a smoother needs a reading for each.")
     if len(times) and not (log.times_s[0] <= times[0] and times[-1] <= log.times_s[-1]):
         raise TimeOrderError(
             f"Measurements from {times[0]} to {times[-1]} s lie outside of the readings, "
             f"{log.times_s[0]} to {log.times_s[-1]} s."
         )
-    count, size = len(log.times_s), len(belief.covariance)
+    count, size, kept = len(log.times_s), len(belief.covariance), kernel.KEPT if start.phases else 0
     decay = 0.0 if math.isinf(noise.correlation_s) else 1.0 / noise.correlation_s
     wander = math.sqrt(2.0 * decay) if decay > 0.0 else 1.0 / 60.0
     settings = (
@@ -261,7 +276,7 @@ def navigate(
         found[:, 1].copy(),
         verdicts,
         belief.lever_m,
-        belief.covariance,
+        belief.covariance[: size - kept, : size - kept].copy(),
         track.clocks,
         start.clock,
         smooth(log.times_s, track, stages) if smoother and places else None,

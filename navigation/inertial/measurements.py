@@ -1,4 +1,4 @@
-"""What corrects an inertial solution: each measurement is a scalar of one of four kinds, at its own time."""
+"""What corrects an inertial solution: each measurement is a scalar of one of six kinds, at its own time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..errors import MeasurementError
 from ..inputs import numbers, positions
-from .kernels import error_state as kernel
+from .kernels import corrections as kernel
 
 __all__ = [
     "Measurements",
@@ -18,7 +18,6 @@ __all__ = [
     "ground_heights",
     "join",
     "position_fixes",
-    "pseudoranges",
     "ranges_to_anchors",
     "rates_along",
     "standstill",
@@ -34,8 +33,9 @@ Ints = npt.NDArray[np.int64]
 class Measurements:
     """Scalars in order of time, (m,) each: kinds, values, variances (inf = left out), vectors (m, 3), gates in sigmas.
 
-    offsets_m: (m, 3) on the vehicle from the antenna, where the lever arm ends, to where each is measured. source: (m,)
-    which of the joined lists each came from, row: (m,) its row there.
+    offsets_m: (m, 3) on the vehicle from the antenna, where the lever arm ends, to where each is measured; of changes
+    of phase where the satellite was before. source: (m,) which of the joined lists each came from, row: (m,) its row
+    there.
     """
 
     times_s: Array
@@ -191,27 +191,6 @@ def ranges_to_anchors(
     if not np.isfinite(offsets).all():
         raise MeasurementError("offsets_m must be finite.")
     return replace(found, offsets_m=offsets)
-
-
-def pseudoranges(
-    times_s: npt.ArrayLike,
-    satellites_m: npt.ArrayLike,
-    measured_m: npt.ArrayLike,
-    sigmas_m: npt.ArrayLike,
-    *,
-    sight: npt.ArrayLike = 1.0,
-    least_sight: float = 0.1,
-    gate_sigma: float = math.inf,
-) -> Measurements:
-    """Ranges to satellites (n, 3) with the receiver's clock in them, corrected for theirs and the atmosphere.
-
-    satellites_m: in the frame of the instant when the signal comes in. Else as ``ranges_to_anchors``, which has no
-    clock. Raises MeasurementError.
-    """
-    found = ranges_to_anchors(
-        times_s, satellites_m, measured_m, sigmas_m, sight=sight, least_sight=least_sight, gate_sigma=gate_sigma
-    )
-    return replace(found, kinds=np.full(len(found), kernel.PSEUDORANGE, np.int64))
 
 
 def ground_heights(

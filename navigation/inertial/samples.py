@@ -18,6 +18,9 @@ __all__ = ["ImuLog", "from_forward_right_down", "imu_log", "turned"]
 Array = npt.NDArray[np.float64]
 # where x, y and z of a unit point: forward, back, left, right, up, down
 TOWARDS = {"f": (1, 0, 0), "b": (-1, 0, 0), "l": (0, 1, 0), "r": (0, -1, 0), "u": (0, 0, 1), "d": (0, 0, -1)}
+WORDS = {"f": "forward", "b": "back", "l": "left", "r": "right", "u": "up", "d": "down"}
+# axes of a unit whose x, y or z points up or down, forward being another of its axes
+FITTING = {"up": ("ufl", "fur", "flu"), "down": ("dfr", "fdl", "frd")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,31 +92,31 @@ def imu_log(
     warnings = []
     fresh = np.concatenate([[True], steps > 0.0])
     if not fresh.all():
-        warnings.append(f"{np.count_nonzero(~fresh)} readings repeat a time; the first of each is used.")
+        warnings.append(f"Readings that repeat a time: {np.count_nonzero(~fresh)}; the first of each is used.")
         times, force, rate = times[fresh], force[fresh], rate[fresh]
     if len(times) < 2:
         raise MeasurementError("An inertial log needs two instants at least.")
     force = force * (STANDARD_GRAVITY if force_unit == "g" else 1.0)
     rate = np.radians(rate) if rate_unit == "deg/s" else rate
-    warnings += _units(force, rate, gravity_m_per_s2)
+    warnings += _units(force, rate, axes, gravity_m_per_s2)
     steps = np.diff(times)
     longest = max_gap_s if max_gap_s > 0.0 else 10.0 * float(np.median(steps))
     gaps = np.concatenate([[False], steps > longest])
     if gaps.any():
         warnings.append(
-            f"{np.count_nonzero(gaps)} gaps of more than {longest:.3g} s, {steps[gaps[1:]].sum():.1f} s together, the "
+            f"Gaps of more than {longest:.3g} s: {np.count_nonzero(gaps)}, {steps[gaps[1:]].sum():.1f} s together, the "
             f"longest {steps.max():.2f} s; motion there is taken as unknown."
         )
     if noise is not None:
         stuck = (np.abs(force) >= 0.999 * noise.force_range_m_per_s2).any(axis=1)
         stuck |= (np.abs(rate) >= 0.999 * noise.rate_range_rad_per_s).any(axis=1)
         if stuck.any():
-            warnings.append(f"{np.count_nonzero(stuck)} readings are saturated; motion there is taken as unknown.")
+            warnings.append(f"Saturated readings: {np.count_nonzero(stuck)}; motion there is taken as unknown.")
         gaps |= stuck
     return ImuLog(times, force, rate, gaps, tuple(warnings))
 
 
-def _units(force: Array, rate: Array, gravity_m_per_s2: float) -> list[str]:
+def _units(force: Array, rate: Array, axes: str, gravity_m_per_s2: float) -> list[str]:
     """Warnings; raises MeasurementError where units or axes cannot be what they are said to be."""
     pull = float(np.median(np.linalg.norm(force, axis=1)))
     if 0.8 < pull < 1.2 and gravity_m_per_s2 > 1.7:
@@ -128,10 +131,13 @@ def _units(force: Array, rate: Array, gravity_m_per_s2: float) -> list[str]:
     upward = np.median(force, axis=0)
     largest = int(np.argmax(np.abs(upward)))
     if abs(upward[largest]) > 0.8 * gravity_m_per_s2 and (largest != 2 or upward[2] < 0.0):
-        side = "down" if largest == 2 else "along its axis " + "xy"[largest]
+        read = turned(np.eye(3), axes) @ upward  # along the unit's own axes
+        one = int(np.argmax(np.abs(read)))
+        side = "up" if read[one] > 0.0 else "down"
         raise MeasurementError(
-            f"By gravity the unit's z axis does not point up but {side} "
-            f"(median force {upward.round(2).tolist()} m/s²); say where its axes point, as in axes='frd'."
+            f"By gravity the unit's {'xyz'[one]} axis points {side}, where axes='{axes}' has it {WORDS[axes[one]]} "
+            f"(median force {read.round(2).tolist()} m/s²); axes='{FITTING[side][one]}' would fit, as others with "
+            f"{'xyz'[one]} {side}."
         )
     if not 0.7 * gravity_m_per_s2 < pull < 1.3 * gravity_m_per_s2 and math.isfinite(pull):
         return [f"The median force is {pull:.2f} m/s², gravity {gravity_m_per_s2:.2f}."]

@@ -183,6 +183,7 @@ def _law(law: StreetErrors) -> kernel.Law:
     return kernel.Law(
         law.hidden_share,
         law.excess_mean_m,
+        law.excess_factor,
         law.hidden_lasting_s,
         law.excess_steady_s,
         law.slow_s,

@@ -81,6 +81,7 @@ class StreetErrors:
     hidden_share: float = 0.5
     hidden_lasting_s: float = 10.0
     excess_mean_m: float = 50.0
+    excess_factor: float = 3.0
     excess_steady_s: float = 2.0
     slow_factor: float = 2.0
     slow_s: float = 30.0

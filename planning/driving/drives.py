@@ -16,6 +16,7 @@ from terrain import ElevationGrid
 from visibility import Anchor, Curvature, lines_of_sight
 
 from .frames import MapFrame, map_frame
+from .receivers import framed_satellites, receiver_place_m, sky_of_drive
 
 __all__ = ["DriveOverMap", "navigate_over_map"]
 
@@ -57,14 +58,15 @@ def navigate_over_map(
 ) -> DriveOverMap:
     """Navigate through a log whose places (fixes, settings.position_m) and headings are those of the grid.
 
-    Velocities of fixes are true east, north, up, as receivers tell them. anchors: that ranges are numbered by; ranges
-    without a sigma have that of their anchor. ask_the_map: first without it, then with what it says of that track:
-    probabilities of sight, and the ground's height where antenna_above_ground_m is given. Over unknown ground it says
-    nothing. errors: of the map. Raises MeasurementError, StateError, TimeOrderError, FrameError.
+    Velocities of fixes are true east, north, up, as receivers tell them; places of satellites are ECEF. anchors: that
+    ranges are numbered by; ranges without a sigma have that of their anchor. ask_the_map: first without it, then with
+    what it says of that track: probabilities of sight, which satellites the ground hides, and its height where
+    antenna_above_ground_m is given. Over unknown ground it says nothing. errors: of the map. Raises MeasurementError,
+    StateError, TimeOrderError, FrameError.
     """
     anchors_m = np.array([(one.east_m, one.north_m, one.altitude_m) for one in anchors]).reshape(-1, 3)
-    frame = map_frame(grid, _origin(log, settings, anchors_m), latitude_deg)
-    framed = _framed(log, anchors, anchors_m, frame)
+    frame = map_frame(grid, _origin(grid, log, settings, anchors_m), latitude_deg)
+    framed, assumed = _framed(grid, log, anchors, anchors_m, frame)
     asked = replace(
         settings,
         heading_rad=None if settings.heading_rad is None else settings.heading_rad + frame.grid_north_rad,
@@ -78,7 +80,7 @@ def navigate_over_map(
                 progress((1.0 + number) / (1.0 + ROUNDS))
             wrong_by = errors or GroundErrors()
             foreseen, told = _foreseen(grid, framed, asked, anchors_m, frame, track, wrong_by, curvature)
-            if foreseen.sight is None and foreseen.heights is None:
+            if foreseen.sight is None and foreseen.heights is None and foreseen.sky is None:
                 break
             track = navigate_drive(framed, asked, frame.tangent, foreseen)
     turn = frame.turn
@@ -90,11 +92,11 @@ def navigate_over_map(
         turn @ track.position_covariance_m2 @ turn.T,
         (track.angles_rad[:, 0] - frame.grid_north_rad) % (2.0 * np.pi),
         foreseen.sight,
-        (*frame.warnings, *told, *track.told),
+        (*frame.warnings, *assumed, *told, *track.told),
     )
 
 
-def _origin(log: DriveLog, settings: DriveSettings, anchors_m: Array) -> Array:
+def _origin(grid: ElevationGrid, log: DriveLog, settings: DriveSettings, anchors_m: Array) -> Array:
     """Where the frame touches the ground: the beginning, the first fix, or amid the anchors."""
     if settings.position_m is not None:
         return np.array(settings.position_m)
@@ -102,13 +104,18 @@ def _origin(log: DriveLog, settings: DriveSettings, anchors_m: Array) -> Array:
         known = log.fixes.positions_m[~np.isnan(log.fixes.positions_m).any(axis=1)]
         if len(known):
             return np.array(known[0])
+    if log.satellites is not None:
+        return receiver_place_m(grid, log.satellites)
     if not len(anchors_m):
         raise StateError("Neither fixes nor anchors tell where the drive is; give the position at its beginning.")
     return np.array(anchors_m.mean(axis=0))
 
 
-def _framed(log: DriveLog, anchors: Sequence[Anchor], anchors_m: Array, frame: MapFrame) -> DriveLog:
-    fixes, ranges = log.fixes, log.ranges
+def _framed(
+    grid: ElevationGrid, log: DriveLog, anchors: Sequence[Anchor], anchors_m: Array, frame: MapFrame
+) -> tuple[DriveLog, tuple[str, ...]]:
+    """(the log in the frame, what was assumed)."""
+    fixes, ranges, satellites, told = log.fixes, log.ranges, log.satellites, tuple[str, ...]()
     if fixes is not None:
         fixes = Fixes(
             fixes.times_s,
@@ -121,7 +128,9 @@ def _framed(log: DriveLog, anchors: Sequence[Anchor], anchors_m: Array, frame: M
         own = np.array([np.hypot(one.ranging_sigma_m, one.pose_sigma_m) for one in anchors])[ranges.anchor]
         sigmas = np.where(np.isnan(ranges.sigmas_m), np.where(own > 0.0, own, np.nan), ranges.sigmas_m)
         ranges = Ranges(ranges.times_s, ranges.anchor, ranges.measured_m, sigmas)
-    return DriveLog(log.readings, fixes, ranges, log.speeds, frame.to_frame(anchors_m))
+    if satellites is not None:
+        satellites, told = framed_satellites(grid, satellites, frame)
+    return DriveLog(log.readings, fixes, ranges, log.speeds, frame.to_frame(anchors_m), satellites), told
 
 
 def _foreseen(
@@ -158,17 +167,22 @@ def _foreseen(
                 slopes = ground.slope_east, ground.slope_north
                 rows.append((at_s[number], ground.east_m, ground.north_m, ground.altitude_m, *slopes, ground.sigma_m))
         heights = _heights(np.array(rows), frame, errors, settings.gate_sigma) if rows else None
-    told = []
+    told, sky = list[str](), None
+    if log.satellites is not None:
+        sky = sky_of_drive(grid, log.satellites, frame, at_s, places_m, antenna_m)
+        hidden = int(np.count_nonzero(sky == 0.0))
+        if hidden:
+            told.append(f"Of {len(sky)} measurements of satellites {hidden} were left out, for the ground hides those.")
     if antenna_m is not None and heights is None:
         told.append("The map knows no ground where the drive went; neither height nor sight were taken from it.")
     if log.ranges is None or not len(log.ranges.times_s) or np.isnan(sight).all():
-        return Foreseen(None, heights), told
+        return Foreseen(None, heights, sky), told
     between = (at_s[1:] + at_s[:-1]) / 2.0
     of_range = sight[np.searchsorted(between, log.ranges.times_s), log.ranges.anchor]
     unknown = int(np.count_nonzero(np.isnan(of_range)))
     if unknown:
-        told.append(f"Of {unknown} ranges the map does not know whether they were in sight; they were believed.")
-    return Foreseen(of_range, heights), told
+        told.append(f"Ranges of which the map does not know whether they were in sight, believed: {unknown}.")
+    return Foreseen(of_range, heights, sky), told
 
 
 def _heights(rows: Array, frame: MapFrame, errors: GroundErrors, gate_sigma: float) -> Measurements:

@@ -56,6 +56,7 @@ PROBLEMS: Mapping[type[Exception], ProblemKind] = {
     of_visibility.SignalError: ProblemKind("signal", 422, "A radio or a link cannot be used"),
     of_gnss.GnssError: ProblemKind("gnss", 422, "The satellites cannot be used"),
     of_gnss.GnssInputError: ProblemKind("gnss-input", 422, "The question cannot be answered"),
+    of_gnss.GnssLibraryError: ProblemKind("gnss-library", 503, "A library is not installed"),
     of_gnss.SamplesError: ProblemKind("samples", 422, "The samples cannot be used"),
     of_gnss.AlmanacError: ProblemKind("almanac", 422, "The satellites' orbits cannot be used"),
     of_gnss.AlmanacFileError: ProblemKind("almanac-file", 422, "The almanac file cannot be read"),

@@ -160,7 +160,7 @@ def felt(
     times_s, forces, rates, told = asked.readings(latest_s if inertial.latest_s is None else inertial.latest_s)
     near = times_s <= epoch_s + MOST_AHEAD_S
     if not near.all():
-        told = (*told, f"{np.count_nonzero(~near)} readings are over an hour later than their epoch and are not used.")
+        told = (*told, f"Readings over an hour later than their epoch, not used: {np.count_nonzero(~near)}.")
     used, more = inertial.feel(times_s[near], forces[near], rates[near]) if near.any() else (0, ())
     latest_s = max((time_s for time_s in asked.times_s if time_s <= epoch_s + MOST_AHEAD_S), default=latest_s)
     return Felt(len(asked.times_s), used, (*told, *more)), latest_s

@@ -36,7 +36,7 @@ def test_every_package_of_a_lock_has_hashes_and_none_comes_from_a_named_place(na
 
 
 @pytest.mark.parametrize(
-    ("name", "extras"), [("product.txt", ("postgres", "telemetry")), ("tests.txt", ("test", "bench"))]
+    ("name", "extras"), [("product.txt", ("postgres", "rtk", "telemetry")), ("tests.txt", ("test", "bench"))]
 )
 def test_a_lock_holds_what_the_project_asks_for(name: str, extras: tuple[str, ...]) -> None:
     project = pyproject()["project"]

@@ -7,7 +7,8 @@ import numpy as np
 
 from compiled.options import scalar_kernel
 
-from .error_state import DRIFT, OFFSET, correct, grow, linear
+from .corrections import PHASE_CHANGE, correct
+from .error_state import DRIFT, OFFSET, grow, keep, linear
 from .strapdown import FORCE, TURN, matrix_of, rotate, step
 
 __all__ = ["Events", "Readings", "Stages", "Track", "filter_log"]
@@ -92,7 +93,7 @@ def filter_log(readings, events, belief, settings, track, stages, found, verdict
 
     settings: (Layout, Noise, Planet). found: (m, 2) innovation and variance, verdicts: (m,) of the events. Those of
     the first instant come before any step; later ones at their own time within a reading's step, or for a smoother at
-    its end.
+    its end, as what was so long before. After the changes of phase of an instant its state is kept for the next ones.
     """
     layout = settings[LAYOUT]
     n = belief.covariance.shape[0]
@@ -106,6 +107,7 @@ def filter_log(readings, events, belief, settings, track, stages, found, verdict
         reading[FORCE], reading[TURN] = readings.forces[k], readings.rates[k]
         first = e
         correction[:] = 0.0
+        kept_s = -1.0
         while now_s < readings.times_s[k] or k == 0:
             until_s = readings.times_s[k]
             if not smooth and e < events.times_s.shape[0] and events.times_s[e] < until_s:
@@ -119,11 +121,16 @@ def filter_log(readings, events, belief, settings, track, stages, found, verdict
                 now_s = until_s
             if smooth and e < events.times_s.shape[0] and events.times_s[e] <= now_s:
                 stages.before[stage] = belief.covariance
+            kept_s = -1.0
             while e < events.times_s.shape[0] and events.times_s[e] <= now_s:
-                vectors = events.vectors[e], events.offsets[e]
+                vectors = events.vectors[e], events.offsets[e], now_s - events.times_s[e]
                 measurement = events.kinds[e], events.values[e], events.variances[e], vectors
                 verdicts[e] = correct(measurement, belief, rate, layout, events.gates[e], correction, found[e])
+                if events.kinds[e] == PHASE_CHANGE:
+                    kept_s = now_s - events.times_s[e]
                 e += 1
+            if not smooth and kept_s >= 0.0:
+                keep(belief, transition, layout, kept_s)
             if k == 0:
                 break
         if smooth and e > first:
@@ -131,6 +138,8 @@ def filter_log(readings, events, belief, settings, track, stages, found, verdict
             stages.corrections[stage], stages.readings[stage] = correction, k
             transition[:] = np.eye(n)
             stage += 1
+            if kept_s >= 0.0:
+                keep(belief, transition, layout, kept_s)
         track.positions[k] = belief.position_m
         track.velocities[k] = belief.velocity
         track.quaternions[k] = belief.quaternion

@@ -18,6 +18,7 @@ __all__ = ["CLOCK", "HEADING", "OFFSETS", "Belief", "Law", "Pseudoranges", "Whee
 EAST, NORTH, UP, HEADING, TURN_BIAS, CLOCK, DRIFT, OFFSETS = 0, 1, 2, 3, 4, 5, 6, 7
 RIGHT, SAME, OTHER = 0, 1, 2
 NO_FLOOR = 0.0
+SCALES, LIKELY, AT, SPREAD = 3, 0, 1, 2
 # a range that is too short by more sigmas than that pulls as one that is so many too short
 TOO_SHORT = 4.0
 
@@ -52,11 +53,13 @@ class Pseudoranges(NamedTuple):
 
 
 class Law(NamedTuple):
-    """How errors behave: share that lies, mean excess, times that lying, an excess and the slow error last, white
-    sigma; densities of wheels along, upwards, of turning, of the turn's bias, of clock and drift."""
+    """How errors behave: share that lies, mean excess and the factor that it may be off by, times that lying, an excess
+    and the slow error last, white sigma; densities of wheels along, upwards, of turning, of the turn's bias, of clock
+    and drift."""
 
     share: float
     mean_m: float
+    mean_factor: float
     lasting_s: float
     steady_s: float
     slow_s: float
@@ -113,6 +116,28 @@ def _priors(lying, since_s, sight, law, priors):
     priors[SAME] = lying * same * kept
     priors[OTHER] = lying * ((1.0 - same) * kept + (1.0 - kept) * share) + (1.0 - lying) * (1.0 - kept) * share
     priors[RIGHT] = max(1.0 - priors[SAME] - priors[OTHER], 1e-12)
+
+
+@scalar_kernel
+def _another(innovation, variance, law):
+    """(log likelihood, mean, variance) of another excess, met by its moments.
+
+    A third each are Exp(mean / factor), Exp(mean) and Exp(mean·factor): how far a detour goes is known by its order.
+    """
+    found = np.empty((SCALES, 3))
+    for scale in range(SCALES):
+        mean_m = law.mean_m * law.mean_factor ** (scale - 1.0)
+        found[scale, LIKELY], found[scale, AT], found[scale, SPREAD] = excess_moments(
+            innovation, variance, (NO_FLOOR, mean_m)
+        )
+    top, total, mean, square = found[:, LIKELY].max(), 0.0, 0.0, 0.0
+    for scale in range(SCALES):
+        weight = math.exp(found[scale, LIKELY] - top)
+        total += weight
+        mean += weight * found[scale, AT]
+        square += weight * (found[scale, AT] ** 2 + found[scale, SPREAD])
+    mean /= total
+    return top + math.log(total / SCALES), mean, square / total - mean**2
 
 
 @scalar_kernel
@@ -190,7 +215,7 @@ def _take(belief, measured, since_s, law, slow):
     variance_same = variance + covariance[e, e] + 2.0 * gain[e]
     innovation_same = innovation - mean[e]
     _priors(lying[satellite], since_s, sight, law, shares)
-    likelihood, excess, spread = excess_moments(innovation, variance, (NO_FLOOR, law.mean_m))
+    likelihood, excess, spread = _another(innovation, variance, law)
     shares[RIGHT] = math.log(shares[RIGHT]) + log_normal(innovation, variance)
     shares[SAME] = math.log(max(shares[SAME], 1e-300)) + log_normal(innovation_same, variance_same)
     shares[OTHER] = math.log(max(shares[OTHER], 1e-300)) + likelihood

@@ -38,6 +38,40 @@ BESIDE_M, POSTS = 20.0, 64
 
 @GROUP
 @dataclass(frozen=True, slots=True)
+class ReceiverOptions:
+    """What a satellite receiver heard: ``satellites`` of the request."""
+
+    observations: Annotated[
+        Path | None, option("RINEX 2 or 3 of a satellite receiver on the vehicle: pseudoranges and phases.", "FILE")
+    ] = None
+    orbits: Annotated[
+        tuple[Path, ...], option("RINEX navigation, and SP3 too. Repeatable. Goes with --observations.", "FILE")
+    ] = ()
+    zero_gps_s: Annotated[
+        float | None,
+        option("GPS time since 1980-01-06 of the readings' time 0. (default as the times tell)", "S", "--zero-gps"),
+    ] = None
+
+    def part(self) -> dict[str, object]:
+        """As the request has it. Raises RequestError, AlmanacFileError."""
+        from gnss.text_files import read_text
+        from service.products.navigations.receiver import MOST_CHARACTERS
+
+        if self.observations is None:
+            if self.orbits or self.zero_gps_s is not None:
+                raise RequestError("--orbits and --zero-gps go with --observations.")
+            return {}
+        if not self.orbits:
+            raise RequestError("--observations needs --orbits: a RINEX navigation file of that time.")
+        told: dict[str, object] = {
+            "observations": read_text(self.observations, "RINEX observation", MOST_CHARACTERS),
+            "orbits": [read_text(path, "navigation or SP3", MOST_CHARACTERS) for path in self.orbits],
+        }
+        return {"satellites": told if self.zero_gps_s is None else told | {"zero_gps_s": self.zero_gps_s}}
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
 class MapOptions:
     """The map, and how far it is asked: fields of the request."""
 
@@ -61,6 +95,7 @@ def navigate(
     settings: Annotated[Path | None, option(SETTINGS, "FILE")] = None,
     anchors: AnchorOptions = AnchorOptions(),
     range_sigma: RangeSigma = None,
+    receiver: ReceiverOptions = ReceiverOptions(),
     map: MapOptions = MapOptions(),
     form: LogOptions = LogOptions(),
     interval: Annotated[float | None, option("Between the places that are told. (default 1)", "S")] = None,
@@ -95,6 +130,7 @@ def navigate(
         options.pop("dem", None)
         fields = {
             **rows.fields(),
+            **receiver.part(),
             "ranges": _to_anchors(rows, {str(one["id"]) for one in placed}),
             "anchors": placed,
             "settings": _settings(settings, rows),
@@ -162,11 +198,16 @@ def _unknown_ground(asked: NavigationParameters) -> ElevationGrid:
     import numpy as np
     import pyproj
 
+    from gnss.sky import place_of_ecef
+    from service.products.navigations.receiver import ranges_of
     from terrain import ElevationGrid, Provenance
     from terrain.crs.metric import local_metric_crs
 
     named = [*asked.fixes, *asked.anchors]
     degrees = np.array([(one.lon_deg, one.lat_deg) for one in named if one.lon_deg is not None], float).reshape(-1, 2)
+    if asked.satellites is not None and not len(degrees):
+        place = place_of_ecef(ranges_of(asked.satellites).place_ecef_m)
+        degrees = np.array([(place.lon_deg, place.lat_deg)])
     metres = np.array([(one.east_m, one.north_m) for one in named if one.east_m is not None], float).reshape(-1, 2)
     if len(degrees) and len(metres):
         raise RequestError("Some places are in degrees and some in metres; without --dem nothing tells how they lie.")
@@ -187,6 +228,7 @@ def _unknown_ground(asked: NavigationParameters) -> ElevationGrid:
         float(west),
         float(south) + side,
         crs,
+        vertical_datum=None if asked.satellites is None else "EGM96",
         provenance=Provenance("no map"),
     )
 

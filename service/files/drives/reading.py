@@ -41,6 +41,6 @@ def read_drive(paths: Sequence[Path], form: LogForm, anchor_ids: Collection[str]
             "acc_x … gyro_z, or messages of an inertial unit."
         )
     if into.no_sigmas:
-        into.told.append(f"{into.no_sigmas} sigmas of fixes are not above zero; the settings' are taken for them.")
+        into.told.append(f"Sigmas of fixes that are not above zero: {into.no_sigmas}; the settings' are taken.")
     into.unroll_week()
     return into

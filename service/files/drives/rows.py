@@ -54,7 +54,7 @@ class DriveRows:
                     forward = row.motion.wheel_m[0] / duration_s
                     self.speeds.append({"time_s": row.time_s - duration_s / 2.0, "forward_m_per_s": forward})
         if failed:
-            self.told.append(f"{failed} ranges that failed were passed over.")
+            self.told.append(f"Ranges that failed were passed over: {failed}.")
 
     def unroll_week(self) -> None:
         """Seconds of a GPS week that begin anew go on instead, in everything that was measured."""

@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import JsonValue
 
 from navigation.drives import DriveLog, DriveSettings, Fixes, Ranges, Readings
-from planning.driving import navigate_over_map
+from navigation.drives.logs import imu_of
+from planning.driving import map_frame, navigate_over_map
 from service.estimates import Demand, calculation
 from service.parts.map_area import map_area
 from service.products import Inline, Product, WarmUp
@@ -19,7 +20,8 @@ from visibility import Anchor
 
 from .calculate import DrivePlaceOut, NavigationSummary, calculate_navigation
 from .files import LAYERS
-from .request import REQUEST, NavigationIn, NavigationParameters
+from .receiver import check_files
+from .request import REQUEST, NavigationIn, NavigationParameters, readings_of
 
 __all__ = ["NAVIGATION"]
 
@@ -38,7 +40,13 @@ def _estimate(grid: ElevationGrid, asked: NavigationParameters) -> list[Demand]:
 
 def _check(grid: ElevationGrid, asked: NavigationParameters, settings: Settings) -> None:
     map_area(grid, asked.area)
-    asked.settings.settings()
+    drive = asked.settings.settings()
+    west_m, south_m, east_m, north_m = grid.bounds_m
+    frame = map_frame(grid, ((west_m + east_m) / 2.0, (south_m + north_m) / 2.0, 0.0), asked.lat_deg)
+    gravity = float(np.linalg.norm(frame.tangent.gravity_m_per_s2()))
+    imu_of(DriveLog(readings_of(asked)), drive, gravity)
+    if asked.satellites is not None:
+        check_files(asked.satellites)
 
 
 def _small_drive(grid: ElevationGrid) -> None:
@@ -60,11 +68,14 @@ def _pack(grid: ElevationGrid, asked: NavigationParameters, folder: Path) -> dic
     folder.mkdir(parents=True)
     (folder / REQUEST_FILE).write_text(asked.model_dump_json(exclude_none=True), encoding="utf-8")
     counts = {name: len(getattr(asked, name)) for name in LONG[1:]}
-    return {
-        **asked.model_dump(mode="json", exclude_none=True, exclude=set(LONG)),
+    packed: dict[str, JsonValue] = {
+        **asked.model_dump(mode="json", exclude_none=True, exclude={*LONG, "satellites"}),
         "readings": len(asked.readings.times_s),
         **counts,
     }
+    if asked.satellites is not None:
+        packed["satellites"] = len(asked.satellites.observations)
+    return packed
 
 
 def _unpack(packed: Mapping[str, JsonValue], folder: Path) -> NavigationParameters:

@@ -59,7 +59,9 @@ class DrivePlaceOut(BaseModel):
 class SourceOut(BaseModel):
     """What became of the measurements of one kind; a fix is three, and so is zero velocity."""
 
-    source: str = Field(description="range, position, velocity, standstill, speed, sideways or ground.")
+    source: str = Field(
+        description="range, position, velocity, standstill, speed, sideways, ground, pseudorange, phase."
+    )
     measurements: int = Field(description="How many numbers there were.")
     used: int = Field(description="How many were used.")
     gated: int = Field(description="How many lay too far off to be believed.")
@@ -145,11 +147,11 @@ def calculate_navigation(
 ) -> FinishedNavigation:
     """The drive that is asked for.
 
-    Raises AnchorError, AreaError, FrameError, MeasurementError, StateError, TimeOrderError, RequestError.
+    Raises AnchorError, AreaError, FrameError, MeasurementError, StateError, TimeOrderError, RequestError, GnssError.
     """
     started_s = time.perf_counter()
     area = map_area(grid, parameters.area)
-    log, anchors = drive_of(grid, parameters)
+    log, anchors, told = drive_of(grid, parameters)
     settings = parameters.settings.settings()
     drive = navigate_over_map(
         grid,
@@ -166,7 +168,7 @@ def calculate_navigation(
     filtered = track.filtered
     hidden = None if drive.sight is None else int(np.count_nonzero(drive.sight < settings.least_sight))
     of_ground = (*grid.provenance.warnings, *notes_on_cover(grid), *area.sentences())
-    warnings = (*of_ground, *mission_warnings("navigation", grid), *drive.warnings)
+    warnings = (*of_ground, *mission_warnings("navigation", grid), *told, *drive.warnings)
     answer = NavigationSummary(
         readings=len(track.imu.times_s),
         places=len(rows),

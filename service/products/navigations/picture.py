@@ -26,6 +26,7 @@ FIX_COLOUR, TRACK_COLOUR = "#e0a100", "#2c5f9e"
 # of the ground beside the way, as a share of its longer side, and at least so many cells
 BESIDE, LEAST_CELLS = 0.25, 12
 MOST_CIRCLES, MOST_DOTS = 40, 4000
+LENGTHS = ("range", "position", "ground", "pseudorange", "phase")
 
 
 def draw_track(finished: FinishedNavigation) -> Figure:
@@ -110,7 +111,7 @@ def draw_innovations(finished: FinishedNavigation) -> Figure:
         reach = 8.0 * float(np.median(sigma)) if len(sigma) else 1.0
         low, high = axis.get_ylim()
         axis.set_ylim(max(low, -reach), min(high, reach))
-        axis.set_ylabel(f"{SOURCES[kind]},\n{'m' if SOURCES[kind] in ('range', 'position', 'ground') else 'm/s'}")
+        axis.set_ylabel(f"{SOURCES[kind]},\n{'m' if SOURCES[kind] in LENGTHS else 'm/s'}")
     _finish(axes, f"Innovations: {dem_name(finished.grid)}\nmeasured less foretold, with three sigmas")
     return figure
 

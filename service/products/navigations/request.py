@@ -20,9 +20,20 @@ from service.parts.shapes_in_grid import points_in_grid, resolve_anchor
 from terrain import ElevationGrid
 from visibility import Anchor
 
+from .receiver import ReceiverIn, satellites_of
 from .settings import NavigationSettingsIn
 
-__all__ = ["REQUEST", "FixIn", "NavigationIn", "NavigationParameters", "RangeIn", "ReadingsIn", "SpeedIn", "drive_of"]
+__all__ = [
+    "REQUEST",
+    "FixIn",
+    "NavigationIn",
+    "NavigationParameters",
+    "RangeIn",
+    "ReadingsIn",
+    "SpeedIn",
+    "drive_of",
+    "readings_of",
+]
 
 Array = npt.NDArray[np.float64]
 Three = tuple[Number, Number, Number]
@@ -104,6 +115,9 @@ class NavigationParameters(AreaParameters, SightChoice):
     fixes: Annotated[list[FixIn], Field(max_length=MOST_MEASUREMENTS)] = Field([], description="Of satellites.")
     ranges: Annotated[list[RangeIn], Field(max_length=MOST_MEASUREMENTS)] = Field([], description="To anchors.")
     speeds: Annotated[list[SpeedIn], Field(max_length=MOST_MEASUREMENTS)] = Field([], description="Of an odometer.")
+    satellites: ReceiverIn | None = Field(
+        None, description="Observations of satellites: their pseudoranges and changes of phase correct the readings."
+    )
     anchors: list[AnchorIn] = Field([], description="What is ranged to, with unique ids.")
     settings: NavigationSettingsIn = Field(
         default_factory=lambda: NavigationSettingsIn.model_validate({}), description="What is known besides the log."
@@ -127,8 +141,8 @@ class NavigationParameters(AreaParameters, SightChoice):
         strange = next((one.anchor_id for one in self.ranges if one.anchor_id not in set(ids)), None)
         if strange is not None:
             raise ValueError(f"A range goes to {strange!r}, which is no anchor here.")
-        if not (self.fixes or self.ranges):
-            raise ValueError("Give fixes or ranges; inertial readings alone lose their way within minutes.")
+        if not (self.fixes or self.ranges or self.satellites):
+            raise ValueError("Give fixes, ranges or satellites; inertial readings alone lose their way within minutes.")
         return self
 
 
@@ -140,15 +154,20 @@ class NavigationIn(NavigationParameters):
     dem_id: DemId
 
 
-def drive_of(grid: ElevationGrid, asked: NavigationParameters) -> tuple[DriveLog, tuple[Anchor, ...]]:
-    """(the log in the grid's frame, its anchors). Raises AnchorError, FrameError, MeasurementError, RequestError."""
+def readings_of(asked: NavigationParameters) -> Readings:
+    """The inertial readings as arrays, not judged as yet."""
+    read = asked.readings
+    return Readings(*(np.array(one, np.float64) for one in (read.times_s, read.forces, read.rates)))
+
+
+def drive_of(grid: ElevationGrid, asked: NavigationParameters) -> tuple[DriveLog, tuple[Anchor, ...], tuple[str, ...]]:
+    """(the log in the grid's frame, its anchors, what to know of it in sentences).
+
+    Raises AnchorError, FrameError, MeasurementError, RequestError, AlmanacFileError, GnssInputError, GnssLibraryError.
+    """
     anchors = tuple(resolve_anchor(grid, anchor) for anchor in asked.anchors)
     number = {anchor.id: place for place, anchor in enumerate(anchors)}
-    readings = Readings(
-        np.array(asked.readings.times_s, np.float64),
-        np.array(asked.readings.forces, np.float64),
-        np.array(asked.readings.rates, np.float64),
-    )
+    readings = readings_of(asked)
     fixes = ranges = speeds = None
     if asked.fixes:
         nothing = (None, None, None)
@@ -172,7 +191,10 @@ def drive_of(grid: ElevationGrid, asked: NavigationParameters) -> tuple[DriveLog
         )
     if asked.interval_s * 1e6 < float(np.ptp(readings.times_s)):
         raise MeasurementError("interval_s makes more than a million places; take a longer one.")
-    return DriveLog(readings, fixes, ranges, speeds), anchors
+    satellites, told = None, tuple[str, ...]()
+    if asked.satellites is not None:
+        satellites, told = satellites_of(asked.satellites, np.asarray(readings.times_s))
+    return DriveLog(readings, fixes, ranges, speeds, satellites=satellites), anchors, told
 
 
 def _numbers(values: object) -> Array:

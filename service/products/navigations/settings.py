@@ -78,7 +78,8 @@ class NavigationSettingsIn(StrictModel):
     )
 
     imu: UnitOrNumbers = Field("tactical", description="A preset from a datasheet, or numbers.")
-    axes: Annotated[str, Field(pattern="^[fblrud]{3}$")] | None = Field(
+    # the filter's own sentence says more than a pattern
+    axes: Annotated[str, Field(max_length=20, json_schema_extra={"pattern": "^[fblrud]{3}$"})] | None = Field(
         None,
         description="Where x, y and z of the unit point: forward, back, left, right, up, down; left out = as the log's "
         "kind has them, else flu.",
@@ -140,6 +141,16 @@ class NavigationSettingsIn(StrictModel):
     fix_velocity_sigma_m_per_s: Positive = Field(
         DEFAULTS.fix_velocity_sigma_m_per_s, description="Of their velocities that tell none, m/s."
     )
+    pseudorange_sigma_m: Positive = Field(
+        DEFAULTS.pseudorange_sigma_m, description="One sigma of the code of a satellite in the zenith, metres."
+    )
+    phase_sigma_m: NotNegativeMetres = Field(
+        DEFAULTS.phase_sigma_m,
+        description="One sigma of the carrier phase of a satellite in the zenith, metres; 0 = phases are not used.",
+    )
+    least_elevation_deg: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0, lt=90.0)] = Field(
+        _degrees(DEFAULTS.least_elevation_rad), description="Satellites that stand lower are left out, degrees."
+    )
     gate_sigma: Positive = Field(
         DEFAULTS.gate_sigma, description="What lies further off than so many sigmas is not believed, no unit."
     )
@@ -179,6 +190,7 @@ class NavigationSettingsIn(StrictModel):
             **given,
             heading_rad=None if self.heading_deg is None else math.radians(self.heading_deg),
             heading_sigma_rad=math.radians(self.heading_sigma_deg),
+            least_elevation_rad=math.radians(self.least_elevation_deg),
             mounting_rad=(math.radians(self.driving_left_deg), math.radians(self.driving_up_deg)),
             standstill=StandstillRule(self.still_force_m_per_s2, self.still_rate_rad_per_s, window_s=self.still_s),
         )

@@ -179,7 +179,7 @@ def test_measurements_outside_of_the_readings_are_told_and_not_used(drive):
     _, readings, _, fixes = drive
     late = replace(fixes, times_s=fixes.times_s + 30.0)
     track = navigate_drive(DriveLog(readings, late), SETTINGS, FRAME)
-    assert "29 measurements (position) lie outside of the inertial readings and are not used." in track.told
+    assert "Not used, for they lie outside of the inertial readings: 29 (position)." in track.told
     assert "The first fix comes 30.0 s after the first reading." in track.told
 
 

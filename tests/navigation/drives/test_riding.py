@@ -90,8 +90,8 @@ def test_what_a_unit_delivers_wrongly_is_told_and_left_out() -> None:
     for force, rate, said in (
         (forces / 9.80665, rates, "in g, it seems"),
         (forces, 400.0 * rates, "in degrees, it seems"),
-        (forces * [1.0, -1.0, -1.0], rates, "does not point up but down"),
-        (forces[:, [2, 0, 1]], rates, "along its axis x"),
+        (forces * [1.0, -1.0, -1.0], rates, "axes='frd' would fit"),
+        (forces[:, [2, 0, 1]], rates, "x axis points up"),
     ):
         used, (sentence,) = estimator.feel(times_s, force, rate)
         assert used == 0

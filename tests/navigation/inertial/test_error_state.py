@@ -22,8 +22,8 @@ from navigation.inertial import (
     vehicle_speeds,
     velocity_fixes,
 )
+from navigation.inertial.kernels import corrections, strapdown
 from navigation.inertial.kernels import error_state as kernel
-from navigation.inertial.kernels import strapdown
 from tests.reference.inertial import Drive, along
 
 FRAME = TangentFrame(0.6, 0.0, 100.0)
@@ -53,13 +53,17 @@ def moved(belief, layout, place, step):
     copy = kernel.Belief(*(np.array(field) for field in belief))
     gain = np.zeros(len(belief.covariance))
     gain[place] = 1.0
-    kernel._feed_back.py_func(copy, layout, gain, step, np.zeros(len(gain)))
+    corrections._feed_back.py_func(copy, layout, gain, step, np.zeros(len(gain)))
     return copy
 
 
-@pytest.mark.parametrize("kind", [kernel.COORDINATE, kernel.RATE, kernel.RANGE, kernel.ALONG, kernel.PSEUDORANGE])
-def test_rows_are_numerical_derivatives(kind):
-    rng = np.random.default_rng(kind)
+KINDS = ("COORDINATE", "RATE", "RANGE", "ALONG", "PSEUDORANGE", "PHASE_CHANGE")
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.004])
+@pytest.mark.parametrize("kind", KINDS)
+def test_rows_are_numerical_derivatives(kind, late_s):
+    rng = np.random.default_rng(KINDS.index(kind))
     start = InertialStart(
         rng.normal(0.0, 50.0, 3),
         rng.normal(0.0, 5.0, 3),
@@ -67,18 +71,38 @@ def test_rows_are_numerical_derivatives(kind):
         lever_arm_m=(0.4, -1.2, 0.7),
         lever_arm_sigma_m=0.1,
         clock=ReceiverClock(300.0, 2.0),
+        phases=True,
     )
     belief, layout = start.belief(NOISE)
-    vector, turn = (
-        rng.normal(0.0, 90.0 if kind in (kernel.RANGE, kernel.PSEUDORANGE) else 1.0, 3),
-        rng.normal(0.0, 0.5, 3),
-    )
-    row, ignored, vectors = np.zeros(26), np.zeros(26), (vector, rng.normal(0.0, 0.5, 3))
-    kernel.expected(kind, vectors, belief, turn, layout, row)
-    for place in range(26):
-        up = kernel.expected(kind, vectors, moved(belief, layout, place, 1e-5), turn, layout, ignored)
-        down = kernel.expected(kind, vectors, moved(belief, layout, place, -1e-5), turn, layout, ignored)
+    belief.kept_m[:], belief.kept_clock_m[:] = rng.normal(0.0, 50.0, 3), 290.0
+    turned = rng.normal(size=4)
+    belief.kept_quaternion[:] = turned / np.linalg.norm(turned)
+    far = kind in ("RANGE", "PSEUDORANGE", "PHASE_CHANGE")
+    vector, turn = rng.normal(0.0, 90.0 if far else 1.0, 3), rng.normal(0.0, 0.5, 3)
+    second = rng.normal(0.0, 90.0 if kind == "PHASE_CHANGE" else 0.5, 3)
+    row, ignored, vectors = np.zeros(33), np.zeros(33), (vector, second, late_s)
+    number = getattr(corrections, kind)
+    corrections.expected(number, vectors, belief, turn, layout, row)
+    for place in range(33):
+        up = corrections.expected(number, vectors, moved(belief, layout, place, 1e-5), turn, layout, ignored)
+        down = corrections.expected(number, vectors, moved(belief, layout, place, -1e-5), turn, layout, ignored)
         assert row[place] == pytest.approx((up - down) / 2e-5, abs=1e-6), place
+
+
+def test_what_is_kept_is_off_by_what_the_present_is():
+    rng = np.random.default_rng(4)
+    start = InertialStart(
+        np.zeros(3), (3.0, 4.0, 0.0), (1.0, 0.0, 0.0, 0.0), clock=ReceiverClock(300.0, 2.0), phases=True
+    )
+    belief, layout = start.belief(NOISE)
+    table = rng.normal(size=(30, 30))
+    belief.covariance[:] = table @ table.T
+    before, transition = belief.covariance.copy(), np.eye(30)
+    kernel.keep(belief, transition, layout, 0.5)
+    np.testing.assert_allclose(belief.covariance, transition @ before @ transition.T)
+    np.testing.assert_allclose(belief.kept_m, [-1.5, -2.0, 0.0])
+    assert belief.kept_clock_m == pytest.approx(299.0)
+    assert not np.allclose(transition, np.eye(30))
 
 
 @pytest.mark.parametrize("place", range(21))

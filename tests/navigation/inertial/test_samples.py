@@ -1,5 +1,7 @@
 """Inertial logs as they come: units, axes, times, gaps, saturation; and ten million steps."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from navigation.inertial import (
     position_fixes,
     ranges_to_anchors,
 )
+from navigation.inertial.samples import turned
 
 TIMES_S = np.arange(0.0, 5.0, 0.01)
 STILL = np.tile([0.0, 0.0, 9.81], (len(TIMES_S), 1))
@@ -45,14 +48,30 @@ def test_axes_that_point_down_are_turned_when_that_is_said():
         (STILL / 9.81, TURNS, "in g, it seems"),
         (STILL * 9.81, TURNS, "no driving"),
         (STILL, TURNS + 40.0, "in degrees, it seems"),
-        (-STILL, TURNS, "does not point up but down"),
-        (np.roll(STILL, 1, axis=1), TURNS, "along its axis x"),
+        (-STILL, TURNS, "z axis points down, where axes='flu' has it up .* axes='frd' would fit"),
+        (np.roll(STILL, 1, axis=1), TURNS, "x axis points up, where axes='flu' has it forward .* axes='ufl' would fit"),
         (changed(STILL, 7, np.nan), TURNS, "Reading 7 of the inertial log is not finite"),
     ],
 )
 def test_readings_that_cannot_be_so_are_refused_with_what_they_seem(forces, rates, sentence):
     with pytest.raises(MeasurementError, match=sentence):
         imu_log(TIMES_S, forces, rates)
+
+
+@pytest.mark.parametrize("said", ["flu", "frd", "ufl", "rfu"])
+@pytest.mark.parametrize("true", ["flu", "frd", "ufl", "dfr", "fur", "fdl"])
+def test_axes_that_gravity_contradicts_are_refused_with_axes_that_it_does_not(true, said):
+    # what such a unit reads: the matrix of true axes is orthogonal
+    read = STILL @ turned(np.eye(3), true).T
+    try:
+        imu_log(TIMES_S, read, TURNS, axes=said)
+    except MeasurementError as error:
+        named = re.search("axes='([a-z]{3})' would fit", str(error))[1]
+        assert named != said
+        imu_log(TIMES_S, read, TURNS, axes=named)
+    else:
+        upright = max(true.find("u"), true.find("d"))
+        assert said[upright] == true[upright]
 
 
 def test_times_that_go_backwards_are_refused_and_repeated_ones_dropped_and_told():
@@ -70,8 +89,8 @@ def test_gaps_and_saturated_axes_widen_what_is_believed_and_are_told():
     noise = IMU_PRESETS["ADIS16405"]
     log = imu_log(TIMES_S[kept], stuck[kept], TURNS[kept], noise=noise)
     assert np.count_nonzero(log.gaps) == 11
-    assert any("1 gaps" in sentence for sentence in log.warnings)
-    assert any("10 readings are saturated" in sentence for sentence in log.warnings)
+    assert any("Gaps of more than 0.1 s: 1, " in sentence for sentence in log.warnings)
+    assert any("Saturated readings: 10;" in sentence for sentence in log.warnings)
     start = InertialStart(np.zeros(3), np.zeros(3), (1.0, 0.0, 0.0, 0.0))
     track = navigate(log, start, join(), noise, TangentFrame(0.5))
     assert track.sigmas[200, 3] > 2.0 * track.sigmas[199, 3]

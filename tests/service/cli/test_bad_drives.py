@@ -44,7 +44,7 @@ def test_gaps_repeated_times_and_saturated_axes_are_told_and_what_is_written_is_
     table = np.concatenate([table[:200], table[400:600], table[599:]])
     told = navigated(table, settings={"imu": "ADIS16405"}).told()
     said = " ".join(told["warnings"])
-    for words in ("gaps of more than", "repeat a time", "saturated"):
+    for words in ("Gaps of more than", "repeat a time", "Saturated readings: 10"):
         assert words in said
     for row in csv.DictReader((tmp_path / "out" / "track.csv").read_text().splitlines()):
         numbers = [
@@ -57,8 +57,10 @@ def test_gaps_repeated_times_and_saturated_axes_are_told_and_what_is_written_is_
 BAD = {
     "are in g, it seems": {"table": rows(up=1.0)},
     "are in degrees, it seems": {"table": rows() + np.array([0, 0, 0, 0, 40.0, 0, 0])},
-    "does not point up but down": {"table": rows(up=-G)},
-    "along its axis x": {"table": rows()[:, [0, 3, 1, 2, 4, 5, 6]]},
+    "axes='frd' would fit": {"table": rows(up=-G)},
+    "axes='flu' would fit": {"table": rows(), "settings": {"axes": "frd"}},
+    "the unit's x axis points up": {"table": rows()[:, [0, 3, 1, 2, 4, 5, 6]]},
+    "axes are three letters": {"table": rows(), "settings": {"axes": "forward"}},
     "goes backwards": {"table": rows(times=np.r_[np.arange(0.0, 10.0, STEP_S), np.arange(5.0, 10.0, STEP_S)])},
     "fix_sigma_m": {"table": rows(), "settings": {"fix_sigma_m": [1.0, 0.0, 1.0]}},
     "position_sigma_m": {"table": rows(), "settings": {"position_sigma_m": -1.0}},
@@ -83,7 +85,7 @@ def test_seconds_of_a_gps_week_that_begin_anew_go_on(navigated):
 def test_sigmas_that_are_none_are_told(navigated):
     fixes = [(t, 500.0, 600.0, 100.0, sigma, 3.0) for t, sigma in ((0.0, -2.0), (5.0, 0.0), (10.0, 2.0))]
     told = navigated(rows(), fixes=fixes).told()
-    assert any(one.startswith("2 sigmas of fixes are not above zero") for one in told["warnings"])
+    assert any(one.startswith("Sigmas of fixes that are not above zero: 2") for one in told["warnings"])
 
 
 @pytest.fixture(scope="module")

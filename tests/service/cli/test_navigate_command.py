@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.service.satellite_drives import ZERO_GPS_S, drive_by_satellites
 from tests.service.small_drives import drive_request, true_places_m
 
 
@@ -69,7 +70,7 @@ def test_without_a_map_places_are_those_of_fixes(logs, sightline):
 def test_what_cannot_be_navigated_is_refused_in_a_sentence(logs, sightline, dem_file):
     folder, tables, anchors = logs
     sightline("navigate").refused("Missing argument 'LOG'")
-    sightline("navigate", tables[0]).refused("Give fixes or ranges")
+    sightline("navigate", tables[0]).refused("Give fixes, ranges or satellites")
     sightline("navigate", "--request", folder / "settings.json").refused("--dem FILE")
     (folder / "broken.json").write_text('{"imu": "HG1700"}')
     sightline("navigate", *tables[:2], "--settings", folder / "broken.json").refused("settings.imu")
@@ -84,3 +85,40 @@ def test_ranges_to_anchors_that_nobody_named_are_told(logs, sightline, dem_file)
     _, tables, anchors = logs
     told = sightline("navigate", *tables, "--dem", dem_file, *anchors[2:], "--json").told()
     assert "Ranges to W were not used: no --anchor or --anchors names them." in told["warnings"]
+
+
+@pytest.fixture
+def heard(tmp_path):
+    """Half a circle of 25 m by satellites alone: readings by seconds of the GPS week, RINEX, orbits."""
+    asked = drive_by_satellites(ZERO_GPS_S % 604_800.0)
+    with (tmp_path / "imu.csv").open("w") as file:
+        print("time_s,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z", file=file)
+        read = asked["readings"]
+        for time_s, force, rate in zip(read["times_s"], read["forces"], read["rates"], strict=True):
+            print(time_s, *force, *rate, sep=",", file=file)
+    (tmp_path / "rover.obs").write_text(asked["satellites"]["observations"])
+    (tmp_path / "made.nav").write_text(asked["satellites"]["orbits"][0])
+    return tmp_path
+
+
+def test_observations_and_orbits_alone_make_a_drive(heard, sightline):
+    words = ["navigate", heard / "imu.csv", "--observations", heard / "rover.obs", "--orbits", heard / "made.nav"]
+    told = sightline(*words, "--json", "--out", heard / "out").told()
+    assert told["way_m"] == pytest.approx(np.pi * 25.0, abs=1.5)
+    assert told["dem"]["crs"] == "EPSG:32632"
+    assert {one["source"] for one in told["sources"]} == {"pseudorange", "phase"}
+    assert any("seconds of the GPS week" in one for one in told["warnings"])
+    with (heard / "out" / "innovations.csv").open() as file:
+        assert {row["source"] for row in csv.DictReader(file)} == {"pseudorange", "phase"}
+    # above the sea: EGM96 is 47.6 m over the ellipsoid there, and the models of the air take some metres away
+    rows = list(csv.DictReader((heard / "out" / "track.csv").read_text().splitlines()))
+    assert abs(float(rows[-1]["altitude_m"]) - 452.4) < 30.0
+
+
+def test_observations_that_make_no_drive_are_refused_in_a_sentence(heard, sightline):
+    words = ["navigate", heard / "imu.csv", "--observations", heard / "rover.obs"]
+    sightline(*words).refused("--observations needs --orbits")
+    sightline("navigate", heard / "imu.csv", "--orbits", heard / "made.nav").refused("go with --observations")
+    sightline(*words, "--orbits", heard / "absent.nav").refused("absent.nav")
+    sightline(*words, "--orbits", heard / "rover.obs").refused("no RINEX navigation file")
+    sightline(*words, "--orbits", heard / "made.nav", "--zero-gps", 5.0).refused("s from the observations")

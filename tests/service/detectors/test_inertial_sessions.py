@@ -121,7 +121,7 @@ def test_a_reading_of_another_clock_does_not_make_all_later_ones_late(form: str)
     strange.imu.times_s[-1] = 1.8e9
     told = json.loads(session.answer(strange))["imu"]
     assert told["used"] == HZ - 1
-    assert told["warnings"] == ["1 readings are over an hour later than their epoch and are not used."]
+    assert told["warnings"] == ["Readings over an hour later than their epoch, not used: 1."]
     assert json.loads(session.answer(epoch(3, form)))["imu"]["used"] == HZ
 
 

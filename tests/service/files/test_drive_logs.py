@@ -38,7 +38,7 @@ def test_tables_of_one_drive_are_put_together(tmp_path):
         }
     ]
     assert rows.ranges == [{"time_s": 0.05, "anchor_id": "D1", "range_m": 120.5}]
-    assert "1 ranges that failed were passed over." in rows.told
+    assert "Ranges that failed were passed over: 1." in rows.told
     assert read_drive([tmp_path], PLAIN).forces == rows.forces
 
 
