@@ -134,7 +134,7 @@ def _solved(places_m: Array, codes_m: Array, sigma_m: float, guess: Array) -> tu
         length = np.linalg.norm(away, axis=1)
         rows = np.column_stack([away / length[:, None], np.ones(len(away))])
         state = state + np.linalg.lstsq(rows, codes_m - length - state[3], rcond=None)[0]
-    return state, sigma_m**2 * np.linalg.pinv(rows.T @ rows)
+    return state, np.asarray(sigma_m**2 * np.linalg.pinv(rows.T @ rows), np.float64)
 
 
 def _first_velocity(

@@ -167,7 +167,8 @@ def _foreseen(
                 slopes = ground.slope_east, ground.slope_north
                 rows.append((at_s[number], ground.east_m, ground.north_m, ground.altitude_m, *slopes, ground.sigma_m))
         heights = _heights(np.array(rows), frame, errors, settings.gate_sigma) if rows else None
-    told, sky = list[str](), None
+    told: list[str] = []
+    sky: Array | None = None
     if log.satellites is not None:
         sky = sky_of_drive(grid, log.satellites, frame, at_s, places_m, antenna_m)
         hidden = int(np.count_nonzero(sky == 0.0))

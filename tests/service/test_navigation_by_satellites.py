@@ -9,6 +9,7 @@ from gnss import AlmanacFileError, GnssInputError
 from navigation import MeasurementError, StateError
 from service.products.navigations import NAVIGATION
 from service.products.navigations.calculate import calculate_navigation
+from service.products.navigations.receiver import _zero
 from service.products.navigations.request import NavigationParameters
 from service.settings import Settings
 from terrain import ElevationGrid, to_grid_frame
@@ -125,3 +126,13 @@ def test_orbits_of_another_day_and_maps_that_lie_nowhere_are_refused():
     with pytest.raises(StateError, match="need a DEM with a CRS"):
         asked(nowhere)
     assert small_grid().crs is not None
+
+
+@pytest.mark.parametrize(("heard_from_s", "read_from_s"), [(-5.0, -10.0), (2.0, -5.0)])
+def test_a_week_that_ends_on_the_way_goes_on(heard_from_s, read_from_s):
+    begin_s = 1878 * WEEK_S
+    # seconds of the week as the logs' reader unrolls them: past the end of the week in which the readings begin
+    readings_s = WEEK_S + read_from_s + np.arange(0.0, 40.0, 0.1)
+    zero_s, sentence = _zero(None, begin_s + heard_from_s + np.arange(30.0), readings_s)
+    assert zero_s == begin_s - WEEK_S
+    assert "of the GPS week" in sentence
