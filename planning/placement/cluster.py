@@ -15,7 +15,17 @@ from planning.errors import ClusterError, PlacementError
 from terrain import ElevationGrid
 from visibility import Anchor
 
-from .sight import Bits, Parcel, SightOptions, SightTable, enter, parcel_bits, parcels, positions_of
+from .sight import (
+    Bits,
+    Parcel,
+    SightOptions,
+    SightTable,
+    enter,
+    forget_doubted,
+    parcel_bits,
+    parcels,
+    positions_of,
+)
 from .targets import Targets
 
 __all__ = ["Cluster", "WorkedOut", "anchors_table", "bits_from_cluster", "results_from_cluster", "sight_table"]
@@ -213,12 +223,17 @@ def sight_table(
 def anchors_table(
     grid: ElevationGrid, targets: Targets, anchors: Sequence[Anchor], options: SightOptions
 ) -> SightTable:
-    """The sight of anchors that stand and of targets: by the signal of each that has a radio. Raises AnchorError."""
+    """The sight of anchors that stand and of targets: by the signal of each that has a radio. Raises AnchorError.
+
+    Where ranges denied an anchor's sight, it is not counted on.
+    """
     table = SightTable(np.zeros((len(anchors), max((len(targets) + 63) // 64, 1)), np.uint64), len(targets))
     for radio in dict.fromkeys(anchor.radio for anchor in anchors):
         rows = [number for number, anchor in enumerate(anchors) if anchor.radio == radio]
         places_m = positions_of([anchors[number] for number in rows])
         table.bits[rows] = sight_table(grid, targets, places_m, replace(options, radio=radio)).table.bits
+    for number, anchor in enumerate(anchors):
+        forget_doubted(table.bits[number : number + 1], anchor.doubts, targets)
     return table
 
 

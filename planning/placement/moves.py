@@ -15,7 +15,7 @@ from .rules import PlacementRules
 from .sight import SightOptions
 from .stretches import Flight
 
-__all__ = ["ROUNDING", "USUAL_HEIGHTS_M", "Move", "MoveQuestion"]
+__all__ = ["ROUNDING", "USUAL_HEIGHTS_M", "Move", "MoveQuestion", "moved_to"]
 
 ROUNDING = 1e-9
 USUAL_HEIGHTS_M = (60.0, 120.0)  # above ground, beside each drone's own altitude, where none are asked for
@@ -84,3 +84,11 @@ class Move:
             f"{self.anchor.id} flies {self.flight_m:.0f} m in {self.flight_s:.0f} s to {self.to.east_m:.0f}, "
             f"{self.to.north_m:.0f} at {self.to.altitude_m:.0f} m"
         )
+
+
+def moved_to(anchor: Anchor, place_m: tuple[float, float, float]) -> Anchor:
+    """The anchor at another place (east, north, altitude); of doubts about it those that reach as far go along."""
+    east_m, north_m, altitude_m = place_m
+    away_m = math.hypot(east_m - anchor.east_m, north_m - anchor.north_m)
+    doubts = tuple(doubt for doubt in anchor.doubts if away_m <= doubt.reach_m)
+    return replace(anchor, east_m=east_m, north_m=north_m, altitude_m=altitude_m, doubts=doubts)

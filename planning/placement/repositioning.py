@@ -16,9 +16,9 @@ from visibility.sight import check_anchors
 
 from .goals import Goal
 from .judges import CountJudge, judge_of
-from .moves import ROUNDING, USUAL_HEIGHTS_M, Move, MoveQuestion
+from .moves import ROUNDING, USUAL_HEIGHTS_M, Move, MoveQuestion, moved_to
 from .rules import candidates_within, feasible_candidates
-from .sight import positions_of
+from .sight import forget_doubted, positions_of
 from .stretches import SeenStretch, flight_costs, problem_along, worth_over
 from .together import may_stand_beside
 
@@ -164,6 +164,11 @@ def _places_of(
         return None
     numbers, place_m = numbers[keep], place_m[keep]
     bits = stretch.seen_from_posts(post[numbers], place_m, anchor.radio)
+    for doubt in anchor.doubts:  # they go along where it moves by less than they reach
+        near = np.hypot(*(place_m[:, :2] - here_m[:2]).T) <= doubt.reach_m
+        kept = bits[near]
+        forget_doubted(kept, (doubt,), stretch.few)
+        bits[near] = kept
     rows = np.hstack([place_m, np.ones((len(place_m), 1))])
     problem = problem_along(stretch.few, goal, others, stretch.seen_from(others, stretch.few), rows, bits)
     everyone = np.arange(len(place_m))
@@ -209,6 +214,6 @@ def _best_effort(
 
 def _tried(stretch: SeenStretch, some: _Places, number: int, goal: Goal) -> tuple[Move, tuple[float, float]]:
     east_m, north_m, altitude_m = some.position_m[number].tolist()
-    to = replace(some.anchor, east_m=east_m, north_m=north_m, altitude_m=altitude_m)
+    to = moved_to(some.anchor, (east_m, north_m, altitude_m))
     move = Move(some.anchor, to, float(some.flight_m[number]), float(some.flight_s[number]))
     return move, worth_over(stretch, [*some.others, to], goal)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from planning.kernels.placement import keep_in_range
 from terrain import ElevationGrid
 from visibility import VISIBLE, Anchor, Curvature, min_visible_altitude, visible_sets
+from visibility.sight import SightDoubt, doubted
 from visibility.signal import Radio, reception
 
 from .targets import Targets
@@ -23,6 +24,7 @@ __all__ = [
     "SightOptions",
     "SightTable",
     "enter",
+    "forget_doubted",
     "parcel_bits",
     "parcels",
     "positions_of",
@@ -206,6 +208,12 @@ def pack(seen: npt.NDArray[np.bool_]) -> Bits:
     padded = np.zeros((len(seen), words * 8), np.uint8)
     padded[:, : packed.shape[1]] = packed
     return padded.view("<u8").astype(np.uint64)
+
+
+def forget_doubted(bits: Bits, doubts: Sequence[SightDoubt], targets: Targets) -> None:
+    """Take from rows (n, words) of one anchor, in place, the targets where ranges denied its sight."""
+    if doubts:
+        bits &= pack(~doubted(doubts, targets.point_m)[None, :])
 
 
 def enter(table: SightTable, parcel: Parcel, bits: Bits) -> None:

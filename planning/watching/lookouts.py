@@ -71,8 +71,11 @@ class Lookout:
         return [RangingAnchor(anchor_id, *at_m) for anchor_id, at_m in self.places_m.items()]
 
     def standing(self) -> list[Anchor]:
-        """The same for plans, with their radios."""
-        return [Anchor(anchor_id, *at_m, radio=self.radios.get(anchor_id)) for anchor_id, at_m in self.places_m.items()]
+        """The same for plans, with their radios and what earlier drives said."""
+        return [
+            Anchor(one, *at_m, radio=self.radios.get(one), doubts=self.doubts.get(one, ()))
+            for one, at_m in self.places_m.items()
+        ]
 
     def forecast(self, place: PositionFix, errors: GroundErrors, excess_m: float) -> SightForecast | None:
         """What the map says at a place, as ``forecast_sight``; NaN of anchors of which it can say nothing."""

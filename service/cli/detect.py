@@ -18,6 +18,7 @@ from service.errors import RequestError
 
 from .asking.detectors import DetectorOptions, LogOptions, MapOptions, ReplayOptions
 from .asking.doubts import TRUSTING, DoubtOptions
+from .asking.estimators import EstimatorOptions
 from .asking.ground import AreaOptions, Margin, area_asked
 from .asking.options import Output, option
 from .output import (
@@ -59,6 +60,7 @@ def detect(
     anchors: Annotated[tuple[Path, ...], option("Anchors in a .json or .csv file. Repeatable.", "FILE")] = (),
     settings: DetectorOptions = DetectorOptions(),
     more: ReplayOptions = ReplayOptions(),
+    along: EstimatorOptions = EstimatorOptions(),
     form: LogOptions = LogOptions(),
     ground: MapOptions = MapOptions(),
     doubts: DoubtOptions = TRUSTING,
@@ -85,11 +87,10 @@ def detect(
     placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
     within = area_asked(area.part(in_degrees=False))
-    estimator = more.filter(placed, asked.settings())
     named = ranging_asked(anchor, anchors, level=asked.dimension == 2)
     radios = {one.id: one.radio for one in named if one.radio is not None}
-    mapped = ground.detector(placed, frame, asked.settings(), within, margin_m, estimator, doubts, radios)
-    if estimator is not None and output.out is None:
+    grid = ground.grid(frame, within, margin_m, doubts)
+    if along.estimator is not None and output.out is None:
         raise RequestError("--estimator writes estimates.csv: give --out DIR.")
     if not (math.isfinite(form.epoch) and form.epoch >= 0.0):
         raise RequestError(f"--epoch must be a number of seconds >= 0, not {form.epoch}.")
@@ -97,22 +98,28 @@ def detect(
     read = read_epochs([log, *logs], form.epoch, form.form(), known)
     if not read.epochs:
         raise RequestError(f"The log {log.name} holds no ranges.")
+    going = along.begin(placed, asked.settings(), grid, frame, [log, *logs], form.form(), read)
+    over = (placed, asked.settings(), within, going.estimator, doubts, radios)
+    mapped = None if grid is None else ground.detector(grid, *over)
     calibration = more.calibrated(placed, read.epochs, asked.settings())
     epochs = read.epochs if calibration is None else [calibration.applied(epoch) for epoch in read.epochs]
-    files = (*FILES, *([] if mapped is None else [DOUBTS]), *([] if estimator is None else [ESTIMATES]))
+    files = (*FILES, *([] if mapped is None else [DOUBTS]), *([] if going.estimator is None else [ESTIMATES]))
     folder = None if output.out is None else output_folder(output.out, files)
     with progress_bar("Epochs") as progress:
-        replayed = replay(placed, epochs, asked.settings(), progress, mapped, estimator)
+        replayed = replay(placed, epochs, asked.settings(), progress, mapped, going.estimator, going.readings)
     summary = replayed.summary()
     of_anchors = notes_on_ranging_anchors(named, asked.settings().range_sigma_m, over_map=mapped is not None)
     over_map = of_anchors if mapped is None else [*of_anchors, *mapped.warnings, *_doubted(replayed)]
-    warnings = [*read.warnings, *over_map, *_warnings(replayed, summary, frame), *_suspected(replayed, read.form)]
+    warnings = [*read.warnings, *going.warnings(), *over_map, *_warnings(replayed, summary, frame)]
+    warnings += _suspected(replayed, read.form)
     warnings += [] if form.epoch else _one_by_one(read.epochs)
     warnings += summary.health.warnings
     warnings += _calibrated(calibration)
     document = {"log": log.name, "frame": frame, **summary.document(), "warnings": warnings}
     if calibration is not None:
         document["calibration"] = asdict(calibration)
+    if (felt := going.readings) is not None:
+        document["imu"] = {"readings": len(felt), "used": felt.used, "riding": felt.riding}
     written: list[Path] = []
     if folder is not None:
         with leaving_nothing_new(folder, files):

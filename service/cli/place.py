@@ -14,6 +14,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     WHOLE,
@@ -59,6 +60,7 @@ def place(
     ] = None,
     or_local: Annotated[bool, option("Work here, with a warning, where the cluster cannot be reached.")] = False,
     sight: SignalOptions = SignalOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -85,6 +87,7 @@ def place(
             "rules": {**rules.part(), "link": link.part(lonlat=anchors.lonlat)},
             **{name: value for name, value in one.items() if value is not None},
             **sight.part(anchors.part(goal.ranging_sigma_m)),
+            **doubts.part(),
             **({} if sight.radio is None else {"radio": sight.radio}),
             "area": area.part(in_degrees=anchors.lonlat),
         }

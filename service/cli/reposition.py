@@ -13,6 +13,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
+from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
@@ -138,6 +139,7 @@ def reposition(
     flight: DroneOptions = DroneOptions(),
     rules: MoveRules = MoveRules(),
     sight: SignalOptions = SignalOptions(),
+    doubts: DoubtOptions = TRUSTING,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -164,6 +166,7 @@ def reposition(
             "flight": told(flight),
             "rules": rules.part(),
             **sight.part([one.model_dump(exclude_none=True, exclude_unset=True) for one in standing]),
+            **doubts.part(),
             "area": area.part(in_degrees=anchors.lonlat),
         }
         asked = request_of_fields(fields, RepositioningParameters)

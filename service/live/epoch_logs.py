@@ -18,6 +18,7 @@ from service.files.logs.known import choose_streams
 from service.files.logs.message_rows import Rows
 from service.files.logs.opening import kind_of, open_messages
 from service.files.range_log import Row, read_range_log
+from service.live.imu import ImuIn
 from service.live.request import EpochIn
 from service.parts.sentences import sentence_of
 
@@ -102,11 +103,15 @@ def _heading_rad(motions: Sequence[OdometryIncrement]) -> float | None:
 
 @dataclass(frozen=True, slots=True)
 class EpochLog:
-    """The epochs of a log, what was passed over in it, in sentences, and how it was taken."""
+    """The epochs of a log, what was passed over in it, in sentences, and how it was taken.
+
+    imu: the inertial readings of those epochs that hold some.
+    """
 
     epochs: list[RangeEpoch]
     warnings: list[str]
     form: LogForm = PLAIN
+    imu: tuple[ImuIn, ...] = ()
 
 
 def read_epochs(
@@ -201,12 +206,12 @@ def _messages(path: Path, epoch_s: float, form: LogForm) -> EpochLog:
         raise RequestError(f"The log {path.name} is not UTF-8 text.") from error
     except OSError as error:
         raise RequestError(f"The log {str(path)!r} cannot be read: {error.strerror}.") from error
-    epochs = [_epoch(f"{path.name}, line {number}", line) for number, line in enumerate(lines, 1) if line.strip()]
-    return EpochLog(epochs, [])
+    asked = [_epoch(f"{path.name}, line {number}", line) for number, line in enumerate(lines, 1) if line.strip()]
+    return EpochLog([one.epoch() for one in asked], [], imu=tuple(one.imu for one in asked if one.imu is not None))
 
 
-def _epoch(where: str, line: str) -> RangeEpoch:
+def _epoch(where: str, line: str) -> EpochIn:
     try:
-        return EpochIn.model_validate_json(line).epoch()
+        return EpochIn.model_validate_json(line)
     except ValidationError as error:
         raise RequestError(f"{where}: {sentence_of(error)}") from error

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
@@ -13,9 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from navigation import MeasurementError
 from navigation.drives import DriveSettings, InertialEstimator
 from navigation.inertial import IMU_PRESETS
+from service.errors import RequestError
 from service.parts.points import DegreesNorth, Metres, NotNegative, Number, Positive, StrictModel
 
-__all__ = ["Felt", "FeltOut", "ImuIn", "InertialUnitIn", "felt"]
+__all__ = ["Felt", "FeltOut", "ImuIn", "InertialUnitIn", "LogReadings", "felt", "readings_of"]
 
 Array = npt.NDArray[np.float64]
 Three = tuple[Number, Number, Number]
@@ -164,3 +167,59 @@ def felt(
     used, more = inertial.feel(times_s[near], forces[near], rates[near]) if near.any() else (0, ())
     latest_s = max((time_s for time_s in asked.times_s if time_s <= epoch_s + MOST_AHEAD_S), default=latest_s)
     return Felt(len(asked.times_s), used, (*told, *more)), latest_s
+
+
+def readings_of(epochs: Sequence[ImuIn]) -> tuple[Array, Array, Array, tuple[str, ...]]:
+    """What epochs hold one after the other, as ``ImuIn.readings`` has it of one."""
+    last_s: float | None = None
+    parts, told = [], dict[str, None]()
+    for one in epochs:
+        *columns, said = one.readings(last_s)
+        parts.append(columns)
+        told |= dict.fromkeys(said)
+        last_s = one.times_s[-1]
+    times_s, forces, rates = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return times_s, forces, rates, tuple(told)
+
+
+class LogReadings:
+    """The inertial readings of a log, given to a filter up to each epoch; changed in place.
+
+    times_s: (k,) on the ranging clock; forces, rates: (k, 3), as ``InertialEstimator.feel`` takes them. used: how many
+    it took; riding: after how many epochs its estimate was of inertial navigation.
+    """
+
+    def __init__(self, inertial: InertialEstimator, times_s: Array, forces: Array, rates: Array) -> None:
+        self._inertial, self._times_s, self._forces, self._rates = inertial, times_s, forces, rates
+        self._next = 0
+        self._told = Counter[str]()
+        self.used = self.riding = 0
+
+    def __len__(self) -> int:
+        return len(self._times_s)
+
+    def check_beside(self, from_s: float, to_s: float) -> None:
+        """Raises RequestError where no reading is of the time of the ranges."""
+        if not ((self._times_s >= from_s) & (self._times_s <= to_s)).any():
+            raise RequestError(
+                f"No inertial reading is of the time of the ranges: those are from {from_s:.2f} to {to_s:.2f} s, the "
+                f"readings from {self._times_s[0]:.2f} to {self._times_s[-1]:.2f} s."
+            )
+
+    def give(self, until_s: float) -> None:
+        """Give the filter what was read up to an epoch."""
+        end = int(np.searchsorted(self._times_s, until_s, side="right"))
+        if end > self._next:
+            now = slice(self._next, end)
+            used, told = self._inertial.feel(self._times_s[now], self._forces[now], self._rates[now])
+            self.used += used
+            self._told.update(told)
+            self._next = end
+
+    def note(self) -> None:
+        """Take in that the filter has had its epoch."""
+        self.riding += self._inertial.riding
+
+    def warnings(self) -> tuple[str, ...]:
+        """What there is to know of the readings, the most frequent first."""
+        return tuple(one if often == 1 else f"{one} ({often} times)" for one, often in self._told.most_common(5))

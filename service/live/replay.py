@@ -23,6 +23,7 @@ from detection import (
 )
 from navigation import Estimator, RoverEstimate
 from planning.watching import MapDetector, MapDoubt
+from service.live.imu import LogReadings
 from service.live.keeping import Kept
 from service.live.limits import DetectorLimits
 from service.live.request import ANCHORS, RANGES, DetectorIn, EpochIn
@@ -176,18 +177,24 @@ def replay(
     progress: Callable[[float], None] | None = None,
     mapped: MapDetector | None = None,
     estimator: Estimator | None = None,
+    readings: LogReadings | None = None,
 ) -> Replay:
     """Send the epochs through one detector, in their order; mapped: a fresh one of the same that looks at a map.
 
-    estimator: a fresh filter that goes along, that of ``mapped`` where there is one. Raises DetectionInputError.
+    estimator: a fresh filter that goes along, that of ``mapped`` where there is one. readings: what it takes besides.
+    Raises DetectionInputError.
     """
     rehearse()  # kernels are loaded before the first epoch is timed
     detector = MaybeMapped(mapped or Detector(anchors, settings), estimator)
     watched, times_s = [], []
     for number, epoch in enumerate(epochs, 1):
         begin_s = time.perf_counter()
+        if readings is not None:
+            readings.give(epoch.time_s)
         watched.append(detector.process(epoch))
         times_s.append(time.perf_counter() - begin_s)
+        if readings is not None:
+            readings.note()
         if progress is not None and number % 64 == 0:
             progress(number / len(epochs))
     results = tuple(one.result for one in watched)

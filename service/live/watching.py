@@ -25,7 +25,7 @@ from detection import (
 from navigation import ESTIMATORS, Estimator
 from navigation.drives import InertialEstimator
 from navigation.inertial import TangentFrame
-from planning.driving.frames import map_frame
+from planning.driving.frames import MIDDLE_LATITUDE_DEG, map_frame
 from planning.watching import (
     Advice,
     DarkStretch,
@@ -47,7 +47,7 @@ from service.parts.map_area import area_shape
 from terrain import ElevationGrid
 from visibility.signal import RADIOS
 
-__all__ = ["NO_MAP", "MaybeMapped", "Memory", "Occlusions", "looked_at", "memory_of", "write_doubts"]
+__all__ = ["NO_MAP", "MaybeMapped", "Memory", "Occlusions", "looked_at", "memory_of", "tangent_of", "write_doubts"]
 
 NO_MAP = "The detector looks at no map: open one with dem_id."
 
@@ -199,12 +199,21 @@ def _estimator_of(asked: DetectorIn, grid: ElevationGrid | None) -> Estimator | 
     if asked.estimator != "inertial":
         return ESTIMATORS[asked.estimator](anchors, settings)
     unit = asked.imu or InertialUnitIn.model_validate({})
-    latitude_deg = 45.0 if unit.lat_deg is None else unit.lat_deg
-    frame = TangentFrame(math.radians(latitude_deg))
-    if grid is not None and anchors:
-        middle_m = np.mean([(one.east_m, one.north_m, one.altitude_m) for one in anchors], axis=0)
-        frame = map_frame(grid, middle_m, latitude_deg if grid.crs is None else None).tangent
-    return InertialEstimator(anchors, settings, unit.settings(), frame)
+    latitude_deg = unit.lat_deg if grid is None or grid.crs is None else None
+    return InertialEstimator(anchors, settings, unit.settings(), tangent_of(grid, anchors, latitude_deg))
+
+
+def tangent_of(
+    grid: ElevationGrid | None, anchors: Sequence[RangingAnchor], latitude_deg: float | None
+) -> TangentFrame:
+    """Gravity and the body's turning amid anchors; latitude_deg: where no map tells it, None = in the middle.
+
+    Raises FrameError, and StateError for a latitude beside a map that tells its own.
+    """
+    if grid is None or not anchors:
+        return TangentFrame(math.radians(MIDDLE_LATITUDE_DEG if latitude_deg is None else latitude_deg))
+    middle_m = np.mean([(one.east_m, one.north_m, one.altitude_m) for one in anchors], axis=0)
+    return map_frame(grid, middle_m, latitude_deg).tangent
 
 
 def _detector_of(asked: DetectorIn, grid: ElevationGrid | None, estimator: Estimator | None) -> MaybeMapped:

@@ -12,6 +12,16 @@ import shapely
 from detection import DetectorSettings, PositionFix, RangeEpoch, RangeMeasurement, RangingAnchor
 from planning.bubbles import bubbles_along
 from planning.paths import PathLimits, PathProblem, PlanBudget, plan_path
+from planning.placement import (
+    Flight,
+    Goal,
+    MoveQuestion,
+    candidate_points,
+    check_placement,
+    path_targets,
+    place_anchors,
+    reposition,
+)
 from planning.validation import PathLimit, validate_path
 from planning.watching import Drive, Expected, GroundErrors, MapDetector, MapDoubt, advise
 from tests.planning.validation.courses import grid_of
@@ -157,3 +167,35 @@ def test_advice_does_not_count_on_a_doubted_anchor() -> None:
     assert stretch.hidden == ("A",)
     assert stretch.from_m == pytest.approx(140.0 - FURTHEST_M, abs=5.0)
     assert stretch.to_m == pytest.approx(140.0 + FURTHEST_M, abs=5.0)
+
+
+def test_a_drone_whose_sight_ranges_denied_moves_further_than_the_doubt_reaches() -> None:
+    path_m = np.array([START, GOAL])
+    doubted = (replace(MASTS[0], doubts=(DOUBT,)), MASTS[1])
+    asked = MoveQuestion(Goal(min_anchors=2), flight=Flight(max_flight_m=200.0))
+    assert reposition(LEVEL, MASTS, path_m, asked).before == 1.0
+    found = reposition(LEVEL, doubted, path_m, asked)
+    assert found.before == pytest.approx(1.0 - 2.0 * FURTHEST_M / 280.0, abs=0.03)
+    assert found.restored
+    assert found.move is not None
+    assert found.move.anchor.id == "A"
+    assert found.move.to.doubts == ()
+    away_m = math.hypot(found.move.to.east_m - MASTS[0].east_m, found.move.to.north_m - MASTS[0].north_m)
+    assert DOUBT.reach_m < away_m < DOUBT.reach_m + 2.0 * 10.0
+    # a doubt that reaches further than any flight leaves nothing to gain from this drone
+    far = replace(DOUBT, probability=0.6, reach_m=400.0)
+    stays = reposition(LEVEL, (replace(MASTS[0], doubts=(far,)), MASTS[1]), path_m, replace(asked, movable=["A"]))
+    assert (stays.move, stays.restored) == (None, False)
+
+
+def test_a_placement_does_not_count_on_what_ranges_denied_of_an_anchor_that_stands() -> None:
+    targets = path_targets(LEVEL, np.array([START, GOAL]), 1.5)
+    candidates = candidate_points(LEVEL, [(380.0, 200.0)], above_ground_m=[30.0])
+    values = []
+    for doubts in ((), (DOUBT,)):
+        fixed = (replace(MASTS[0], doubts=doubts),)
+        found = place_anchors(LEVEL, candidates, targets, 1, Goal(min_anchors=1), fixed=fixed)
+        values.append((found.before, found.value, check_placement(LEVEL, found).after_loss["P1"]))
+    assert values[0] == (1.0, 1.0, 1.0)
+    left = 1.0 - 2.0 * FURTHEST_M / 280.0
+    assert values[1] == (pytest.approx(left, abs=0.03), 1.0, pytest.approx(left, abs=0.03))

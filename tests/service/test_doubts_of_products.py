@@ -116,6 +116,25 @@ def test_bubbles_do_not_count_on_it() -> None:
     assert found.bubbles.radius_m[1] > plain.bubbles.radius_m[1]
 
 
+@pytest.mark.parametrize("name", ["placement", "repositioning"])
+def test_drones_are_not_counted_on_where_it_is_denied(name: str) -> None:
+    # W and S alone are in sight all along
+    way = [at(45.0, 430.0), at(45.0, 200.0)]
+    asked: dict[str, Any] = {"anchors": ANCHORS, "goal": {"min_anchors": 2}}
+    if name == "placement":
+        more = {"count": 1, "candidates": [{"places": [at(420.0, 250.0)], "above_ground_m": [60.0]}]}
+        asked |= {**more, "targets": {"path": way}}
+    else:
+        asked |= {"path": way, "movable": ["N"], "flight": {"max_flight_m": 30.0}}
+    plain, found = calculated(name, **asked), calculated(name, **asked, doubts=doubts())
+    across = 2.0 * 15.0 * math.sqrt(2.0 * math.log(2.0 * 0.99)) / 230.0
+    assert plain.answer.before_share == 1.0
+    assert found.answer.before_share == pytest.approx(1.0 - across, abs=0.05)
+    assert any("Ranges of anchor W contradicted its sight" in one for one in found.answer.warnings)
+    elsewhere = calculated(name, **asked, doubts=doubts(anchor_id="Z"))
+    assert "Doubts about Z are passed over: no such anchor is asked about." in elsewhere.answer.warnings
+
+
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from service.live.settings import DetectorSettingsIn
     from service.parts.areas import AnyArea
     from service.parts.radios import RadioIn
+    from terrain import ElevationGrid
 
 __all__ = ["DetectorOptions", "LogOptions", "MapOptions", "ReplayOptions"]
 
@@ -81,17 +82,6 @@ class ReplayOptions:
         Literal["offset", "scale", "anchors"] | None,
         option("Estimate, apply and tell what ranges are off: one offset, one scale, or an offset of each anchor."),
     ] = None
-
-    estimator: Annotated[
-        Literal["constant_velocity", "hypotheses"] | None,
-        option("A filter that goes along; its place, velocity and bubble go into estimates.csv."),
-    ] = None
-
-    def filter(self, anchors: Sequence[RangingAnchor], settings: DetectorSettings) -> Estimator | None:
-        """A fresh filter, where one was asked for. Raises StateError."""
-        from navigation import ESTIMATORS
-
-        return None if self.estimator is None else ESTIMATORS[self.estimator](anchors, settings)
 
     def calibrated(
         self, anchors: Sequence[RangingAnchor], epochs: Sequence[RangeEpoch], settings: DetectorSettings
@@ -164,29 +154,10 @@ class MapOptions:
     ] = None
     cover: CoverOptions = BARE
 
-    def detector(
-        self,
-        anchors: Sequence[RangingAnchor],
-        frame: Mapping[str, float] | None,
-        settings: DetectorSettings,
-        within: AnyArea | None = None,
-        margin_m: float | None = None,
-        estimator: Estimator | None = None,
-        doubts: DoubtOptions = TRUSTING,
-        radios: Mapping[str, RadioIn] = NO_RADIOS,
-    ) -> MapDetector | None:
-        """The detector that looks at the DEM, where one was named; within: only where the rover is in this area.
-
-        estimator: a fresh filter that goes along. doubts: of earlier drives; what of them is passed over is among its
-        warnings. radios: by anchor, of those that name one.
-        Raises RequestError, TerrainError, WatchError.
-        """
-        from planning.watching import GroundErrors, MapDetector
-        from service.parts.doubts import DoubtParameters, doubts_by_anchor
-        from service.parts.map_area import area_shape
-
-        from .products import request_of_fields
-
+    def grid(
+        self, frame: Mapping[str, float] | None, within: AnyArea | None, margin_m: float | None, doubts: DoubtOptions
+    ) -> ElevationGrid | None:
+        """The DEM, where one was named, with what stands on it. Raises RequestError, TerrainError."""
         if self.dem is None:
             if within is not None or margin_m is not None:
                 raise RequestError("An area is one of a DEM: give --dem too, or leave out the area and --margin.")
@@ -197,8 +168,30 @@ class MapOptions:
             return None
         if frame is not None:
             raise RequestError("With --dem give the anchors in metres of the DEM's CRS, not in degrees.")
+        return Reading(cover=self.cover).read(self.dem, within, margin_m)
+
+    def detector(
+        self,
+        grid: ElevationGrid,
+        anchors: Sequence[RangingAnchor],
+        settings: DetectorSettings,
+        within: AnyArea | None = None,
+        estimator: Estimator | None = None,
+        doubts: DoubtOptions = TRUSTING,
+        radios: Mapping[str, RadioIn] = NO_RADIOS,
+    ) -> MapDetector:
+        """The detector that looks at the DEM; within: only where the rover is in this area.
+
+        estimator: a fresh filter that goes along. doubts: of earlier drives; what of them is passed over is among its
+        warnings. radios: by anchor, of those that name one. Raises RequestError, WatchError.
+        """
+        from planning.watching import GroundErrors, MapDetector
+        from service.parts.doubts import DoubtParameters, doubts_by_anchor
+        from service.parts.map_area import area_shape
+
+        from .products import request_of_fields
+
         errors = GroundErrors(dem_sigma_m=self.dem_sigma, shift_sigma_m=self.dem_shift)
-        grid = Reading(cover=self.cover).read(self.dem, within, margin_m)
         asked = request_of_fields(doubts.part(), DoubtParameters).doubts
         taken, told = doubts_by_anchor(grid, asked, {one.id: (one.east_m, one.north_m) for one in anchors})
         shape = area_shape(grid, within)

@@ -15,6 +15,7 @@ from cyclopts import App, Parameter
 from service.errors import RequestError
 
 from ..asking.detectors import DetectorOptions, MapOptions
+from ..asking.doubts import TRUSTING
 from ..asking.options import GROUP, WHOLE, option
 
 if TYPE_CHECKING:
@@ -42,6 +43,10 @@ class SiteOptions:
     anchors: Annotated[tuple[Path, ...], option("Anchors in a .json or .csv file. Repeatable.", "FILE")] = ()
     crs: Annotated[str | None, option("Of anchors in metres, EPSG:32632: north is then made true north.", "CRS")] = None
     round: Annotated[float, option("Ranges within so many seconds are one round.", "S")] = 0.25
+    estimator: Annotated[
+        Literal["constant_velocity", "hypotheses"] | None,
+        option("A filter that goes along: its places are sent, once it has begun."),
+    ] = None
     record: Annotated[Path | None, option("Write what comes as lines that detect replays.", "FILE")] = None
 
 
@@ -118,6 +123,7 @@ def lines(
 
 
 def _site(options: SiteOptions, settings: DetectorOptions, ground: MapOptions) -> Site:
+    from navigation import ESTIMATORS
     from service.live.bridges.running import site_of
     from service.parts.unused import notes_on_ranging_anchors
 
@@ -130,13 +136,15 @@ def _site(options: SiteOptions, settings: DetectorOptions, ground: MapOptions) -
     placed, frame = ranging_anchors(options.anchor, options.anchors, level=level)
     named = ranging_asked(options.anchor, options.anchors, level=level)
     radios = {one.id: one.radio for one in named if one.radio is not None}
-    mapped = ground.detector(placed, frame, asked.settings(), radios=radios)
-    if options.crs is not None and (mapped is not None or frame is not None):
+    dem = ground.grid(frame, None, None, TRUSTING)
+    estimator = None if options.estimator is None else ESTIMATORS[options.estimator](placed, asked.settings())
+    over = None if dem is None else ground.detector(dem, placed, asked.settings(), None, estimator, radios=radios)
+    if options.crs is not None and (dem is not None or frame is not None):
         raise RequestError("--crs is of anchors in metres without a DEM; these have a place on Earth already.")
-    grid = mapped.grid if mapped is not None else None if options.crs is None else _about(placed, options.crs)
+    grid = dem if options.crs is None else _about(placed, options.crs)
     datum = next((one.altitude_datum for one in named if one.altitude_datum is not None), None)
-    unused = notes_on_ranging_anchors(named, asked.settings().range_sigma_m, over_map=mapped is not None)
-    site = site_of(placed, asked.settings(), frame, mapped, grid, datum)
+    unused = notes_on_ranging_anchors(named, asked.settings().range_sigma_m, over_map=over is not None)
+    site = site_of(placed, asked.settings(), frame, over, grid, datum, estimator)
     return replace(site, told=(*site.told, *unused))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +12,7 @@ from rich.table import Table
 from service.errors import RequestError
 
 from ..asking.detectors import LogOptions
+from ..asking.estimators import drive_settings
 from ..asking.ground import AreaOptions, Margin
 from ..asking.options import GROUP, AnchorOptions, Curvature, Output, RangeSigma, Reading, RequestFile, option, told
 from ..output import facts_table
@@ -133,7 +133,7 @@ def navigate(
             **receiver.part(),
             "ranges": _to_anchors(rows, {str(one["id"]) for one in placed}),
             "anchors": placed,
-            "settings": _settings(settings, rows),
+            "settings": drive_settings(settings, rows),
             "area": area.part(in_degrees=anchors.lonlat),
             **options,
             **({} if interval is None else {"interval_s": interval}),
@@ -164,22 +164,6 @@ def _rows(logs: tuple[Path, ...], form: LogOptions, anchor_ids: list[str]) -> Dr
     if form.epoch:
         raise RequestError("--epoch is for detect; here each range has its own time.")
     return read_drive(logs, form.form(), anchor_ids)
-
-
-def _settings(path: Path | None, rows: DriveRows) -> dict[str, object]:
-    """What the file says, and where it says nothing of axes and units what the log says."""
-    from service.files.csv_table import text_of
-
-    given: dict[str, object] = {}
-    if path is not None:
-        try:
-            given = json.loads(text_of(path, "settings file"))
-        except (ValueError, RecursionError) as error:
-            raise RequestError(f"The settings file {path.name} is not JSON: {error}.") from error
-        if not isinstance(given, dict):
-            raise RequestError(f"The settings file {path.name} holds no JSON object.")
-    of_log = {name: getattr(rows, name) for name in ("axes", "force_unit", "rate_unit")}
-    return {**{name: value for name, value in of_log.items() if value is not None}, **given}
 
 
 def _to_anchors(rows: DriveRows, known: set[str]) -> list[dict[str, object]]:

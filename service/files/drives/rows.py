@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+import numpy as np
+import numpy.typing as npt
+
 from service.files.range_log import Row
 
 __all__ = ["DriveRows"]
@@ -69,6 +72,13 @@ class DriveRows:
                 if isinstance(time_s, float) and time_s < before_s:
                     row["time_s"] = time_s + WEEK_S
         self.told.append(f"At reading {falls[0]} the seconds of a GPS week begin anew; from there on a week was added.")
+
+    def readings(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """(times (k,), forces (k, 3), rates (k, 3)) in the order of their times, in the log's units."""
+        times_s = np.array(self.times_s, np.float64)
+        order = np.argsort(times_s, kind="stable")
+        forces, rates = (np.array(three, np.float64).reshape(-1, 3)[order] for three in (self.forces, self.rates))
+        return times_s[order], forces, rates
 
     def fields(self) -> dict[str, object]:
         """As a request has them."""

@@ -101,6 +101,12 @@ class LineCodec:
         told |= {"rejection": result.rejection} if result.rejection else {}
         told |= {"rejected": {one.anchor_id: one.reason for one in result.rejected}} if result.rejected else {}
         told |= {"mirror": True} if fix is not None and fix.mirror_m is not None else {}
+        if (estimate := watched.estimate) is not None:
+            told["estimate"] = {
+                "position_m": [round(metres, 3) for metres in estimate.position_m.tolist()],
+                "velocity_m_per_s": [round(rate, 3) for rate in estimate.velocity_m_per_s.tolist()],
+                "bubble_m": round(estimate.bubble_m, 3),
+            }
         return [as_json(told) + b"\n"]
 
     def lost(self, asked: Asked) -> list[bytes]:
@@ -131,6 +137,8 @@ class LineCodec:
             fields = {**fields, "ranges": listed}
         asked = EpochIn.model_validate(fields)
         epoch = asked.epoch()
+        if asked.imu is not None:
+            self._problem("imu: a bridge takes no inertial readings; a session of the service does.")
         strange = [anchor.id for anchor in epoch.moved if anchor.id not in self._ids]
         if strange:
             self._problem(f"moved: there is no anchor {strange[0]!r}.")

@@ -96,7 +96,7 @@ class MavlinkCodec:
 
     def answer(self, asked: Asked, watched: WatchedEpoch) -> list[bytes]:
         """The position, and what has become of anchors."""
-        return self._out.answer(watched.result)
+        return self._out.answer(watched)
 
     def lost(self, asked: Asked) -> list[bytes]:
         """A text."""

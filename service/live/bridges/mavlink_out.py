@@ -13,6 +13,7 @@ import numpy as np
 from pymavlink.dialects.v20 import all as dialect
 
 from detection import EpochResult, RangingAnchor
+from planning.watching import WatchedEpoch
 
 from .true_north import NedOrigin
 
@@ -112,16 +113,22 @@ class Outgoing:
                 sent += self._target(anchor)
         return sent
 
-    def answer(self, result: EpochResult) -> list[bytes]:
-        """The position, where there is but one, and texts on what changed."""
+    def answer(self, watched: WatchedEpoch) -> list[bytes]:
+        """The position, where there is but one, and texts on what changed; the filter's, where one goes along."""
         sent: list[bytes] = []
-        fix = result.position
-        if fix is not None and fix.mirror_m is None:
+        result, estimate = watched.result, watched.estimate
+        fix, place = result.position, None
+        if estimate is not None:
+            place = estimate.position_m.tolist(), estimate.covariance[:3, :3], len(estimate.used)
+        elif fix is not None and fix.mirror_m is None:
+            place = fix.position_m.tolist(), fix.covariance_m2, len(result.included)
+        if place is not None:
             usec = min(max(round(1e6 * result.time_s), 0), MOST_UINT64)
+            place_m, covariance_m2, used = place
             if self._told.position == "vision":
-                sent += self._vision(usec, fix.position_m.tolist(), fix.covariance_m2)
+                sent += self._vision(usec, place_m, covariance_m2)
             elif self._told.position == "gps":
-                sent += self._gps(usec, fix.position_m.tolist(), fix.covariance_m2, len(result.included))
+                sent += self._gps(usec, place_m, covariance_m2, used)
         return sent + (self._changes(result) if self._told.texts and result.rejection is None else [])
 
     def text(self, severity: int, sentence: str) -> list[bytes]:

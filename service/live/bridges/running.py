@@ -9,6 +9,7 @@ from typing import IO
 
 from detection import Detector, DetectorSettings, RangeEpoch, RangingAnchor
 from gnss import Place
+from navigation import Estimator
 from planning.watching import MapDetector, WatchedEpoch
 from service.errors import RequestError
 from service.files.mission_files import sea_level_m
@@ -43,10 +44,12 @@ def site_of(
     mapped: MapDetector | None,
     grid: ElevationGrid | None,
     datum: str | None,
+    estimator: Estimator | None = None,
 ) -> Site:
     """A site of anchors. middle: lon_deg, lat_deg, up_m of the place that metres count from, of anchors in degrees.
 
-    grid: of their CRS, for metres of a map. datum: of their altitudes, msl where none is told. Raises FrameError.
+    grid: of their CRS, for metres of a map. datum: of their altitudes, msl where none is told. estimator: a fresh
+    filter that goes along, that of mapped where there is one. Raises FrameError.
     """
     told: list[str] = []
     frame: TrueFrame | Unplaced = Unplaced()
@@ -65,7 +68,7 @@ def site_of(
     geoid_m = 0.0
     if origin.lon_deg is not None and origin.lat_deg is not None:
         geoid_m = float(egm96_height_m([origin.lon_deg], [origin.lat_deg])[0])
-    detector = MaybeMapped(mapped if mapped is not None else Detector(anchors, settings))
+    detector = MaybeMapped(Detector(anchors, settings) if mapped is None else mapped, estimator)
     return Site(tuple(anchors), detector, frame, origin, geoid_m, (*told, *detector.warnings))
 
 

@@ -73,7 +73,8 @@ def calculate_placement(
     )
     maps = placement_maps(grid, placement, parameters.unknown)
     area = map_area(grid, parameters.area)
-    answer = _answer(area, parameters, placement, placement_geometry(grid, placement), maps, started_s)
+    geometry = placement_geometry(grid, placement)
+    answer = _answer(area, parameters, placement, geometry, maps, question.passed_over, started_s)
     work.progress(1.0)
     return FinishedPlacement(
         area.box,
@@ -106,6 +107,7 @@ def _answer(
     placement: Placement,
     geometry: PlacementGeometry,
     maps: PlacementMaps,
+    passed_over: tuple[str, ...],
     started_s: float,
 ) -> PlacementSummary:
     grid = area.grid
@@ -131,7 +133,7 @@ def _answer(
             placed_anchors(grid, placement.anchors), placement.marginal, placement.what, strict=True
         )
     ]
-    more = (*area.sentences(), *(() if geometry.warning is None else (geometry.warning,)))
+    more = (*passed_over, *area.sentences(), *(() if geometry.warning is None else (geometry.warning,)))
     return PlacementSummary(
         **preamble(
             *(area.box, asked, maps, (*placement.warnings, *more, *_warnings(grid, asked, placed))),

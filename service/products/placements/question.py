@@ -25,6 +25,7 @@ from planning.placement import (
     path_targets,
 )
 from service.parts.anchors import SightParameters
+from service.parts.doubts import doubted_anchors
 from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import curvature_of
 from service.parts.points import PolygonIn, StandOffIn
@@ -54,7 +55,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacementQuestion:
-    """The arguments of ``place_anchors``."""
+    """The arguments of ``place_anchors``. passed_over: what of the doubts about the fixed anchors changes nothing."""
 
     candidates: Candidates
     targets: Targets
@@ -63,19 +64,22 @@ class PlacementQuestion:
     fixed: tuple[Anchor, ...]
     sight: SightOptions
     options: SearchOptions
+    passed_over: tuple[str, ...]
 
 
 def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> PlacementQuestion:
     """The question in the grid's frame. Raises AreaError, PlacementError, RequestError, FrameError, AnchorError."""
     area = map_area(grid, asked.area)
+    fixed, passed_over = doubted_anchors(grid, anchors_in_grid(grid, asked), asked.doubts)
     return PlacementQuestion(
         join_candidates([_candidates(area, some, number) for number, some in enumerate(asked.candidates)]),
         _targets(area, asked),
         goal_of(asked.goal),
         rules_of(grid, asked.rules),
-        anchors_in_grid(grid, asked),
+        fixed,
         replace(sight_of(asked), radio=None if asked.radio is None else asked.radio.radio()),
         SearchOptions(seed=asked.seed),
+        passed_over,
     )
 
 

@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import SightParameters
 from service.parts.areas import AreaAsPolygon
+from service.parts.doubts import DoubtParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import (
     InADatum,
@@ -160,7 +161,7 @@ class RulesIn(InADatum):
     link: LinkIn | None = Field(None, description="The link every anchor needs.")
 
 
-class PlacementParameters(SightParameters):
+class PlacementParameters(SightParameters, DoubtParameters):
     """Candidates, where they shall be seen, rules and what is good; ``anchors`` are those already there."""
 
     candidates: Annotated[list[CandidatesIn], Field(min_length=1, max_length=16)] = Field(

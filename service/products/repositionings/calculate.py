@@ -13,6 +13,7 @@ from pydantic import AliasChoices, BaseModel, ConfigDict, Field
 from planning.placement import Flight, MoveQuestion, RepositioningPlan, TimedMove, plan_repositioning, straight_ahead
 from planning.placement.moves import USUAL_HEIGHTS_M
 from service.files.mission_files import mission_warnings
+from service.parts.doubts import doubted_anchors
 from service.parts.map_area import MapArea, map_area, refuse_outside
 from service.parts.map_facts import MapSummary, curvature_of, preamble
 from service.parts.positioning_answers import PlacedAnchor, placed_anchors
@@ -118,7 +119,7 @@ def calculate_repositioning(
     Raises PlacementError, FrameError, AnchorError.
     """
     started_s = time.perf_counter()
-    anchors = anchors_in_grid(grid, parameters)
+    anchors, passed_over = doubted_anchors(grid, anchors_in_grid(grid, parameters), parameters.doubts)
     warnings = check_anchors(grid, anchors)
     plan = plan_repositioning(
         grid,
@@ -129,7 +130,11 @@ def calculate_repositioning(
         rover_m_per_s=parameters.rover_m_per_s,
         progress=work.progress,
     )
-    told = (*told_of_areas(grid, areas_of_rules(parameters.rules)), *mission_warnings("repositioning", grid))
+    told = (
+        *passed_over,
+        *told_of_areas(grid, areas_of_rules(parameters.rules)),
+        *mission_warnings("repositioning", grid),
+    )
     area = map_area(grid, parameters.area)
     answer = _answer(area, parameters, plan, (*warnings, *area.sentences(), *told), time.perf_counter() - started_s)
     return FinishedRepositioning(area.box, anchors, parameters, answer, plan.point_m, plan.good.astype(np.uint8))

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from service.parts.anchors import AnchorId, SightParameters
+from service.parts.doubts import DoubtParameters
 from service.parts.map_facts import DEM_ID, DemId
 from service.parts.points import NotNegative, NotNegativeMetres, PlaceIn, Positive, StrictModel
 from service.products.placements.request import GoalIn, RulesIn, Share
@@ -50,7 +51,7 @@ class RoverPoseIn(StrictModel):
     ahead_m: Positive = Field(500.0, description="So far ahead along the heading it drives next, metres.")
 
 
-class RepositioningParameters(SightParameters):
+class RepositioningParameters(SightParameters, DoubtParameters):
     """Anchors that stand, those that are occluded, the way ahead, and what shall hold along it."""
 
     occluded: Ids = Field(

@@ -25,8 +25,8 @@ ANCHORS = [RangingAnchor(name, *at_m) for name, at_m in PLACES.items()]
 SETTINGS = DetectorSettings(range_sigma_m=0.1, max_speed_m_per_s=5.0, harmful_m=0.5)
 
 
-def site(middle=None, grid=None, datum=None):
-    return site_of(ANCHORS, SETTINGS, middle, None, grid, datum)
+def site(middle=None, grid=None, datum=None, estimator=None):
+    return site_of(ANCHORS, SETTINGS, middle, None, grid, datum, estimator)
 
 
 def rover_m(second):

@@ -11,10 +11,11 @@ import time
 import pytest
 
 from detection import EpochResult
+from navigation import ConstantVelocityEstimator
 from service.errors import RequestError
 from service.live.bridges.running import lines_bridge
 from service.live.bridges.transports import transport_of
-from tests.service.bridges.running import Judge, free_port, ranges_m, rover_m, running, site, until
+from tests.service.bridges.running import ANCHORS, SETTINGS, Judge, free_port, ranges_m, rover_m, running, site, until
 
 
 def bridge_at(address, judge=None, round_s=0.25):
@@ -50,6 +51,22 @@ def test_an_epoch_is_answered_by_one_line(tmp_path):
         assert told["occluded"]["4"] == pytest.approx(6.0, abs=0.5)
         assert math.dist(told["position_m"], rover_m(7)) < 1.0
         assert 0.0 < told["sigma_m"] < 1.0
+
+
+def test_a_filter_that_goes_along_is_told_beside_the_position_and_readings_that_nobody_takes_are():
+    port, codec_site = free_port(), site(estimator=ConstantVelocityEstimator(ANCHORS, SETTINGS))
+    bridge = lines_bridge(codec_site, f"tcpin:127.0.0.1:{port}", 0.25, Judge())
+    with running(bridge), connected(port) as line, line.makefile("rb") as reader:
+        for second in range(8):
+            (told,) = exchanged(line, reader, epoch(second, hidden=("4",)))
+        assert math.dist(told["estimate"]["position_m"], rover_m(7)) < 0.5
+        assert 0.0 < told["estimate"]["bubble_m"] < 3.0
+        assert len(told["estimate"]["velocity_m_per_s"]) == 3
+        imu = {"times_s": [8.0], "forces": [[0.0, 0.0, 9.8]], "rates": [[0.0, 0.0, 0.0]]}
+        line.sendall(json.dumps(epoch(8, imu=imu)).encode() + b"\n")
+        said = [json.loads(reader.readline()) for _ in range(2)]
+        problems = [one["problem"] for one in said if "problem" in one]
+        assert problems == ["imu: a bridge takes no inertial readings; a session of the service does."]
 
 
 def test_ranges_and_motions_in_lines_of_their_own_are_gathered():

@@ -11,6 +11,8 @@ import pyproj
 import pytest
 from pymavlink.dialects.v20 import all as dialect
 
+from detection import Detector
+from navigation import ConstantVelocityEstimator
 from service.errors import RequestError
 from service.live.bridges.running import mavlink_bridge, site_of
 from terrain import egm96_height_m
@@ -52,6 +54,25 @@ def test_a_position_goes_back_for_each_epoch_of_beacons():
         assert (variances < 1.0).all()
         assert math.isnan(told.covariance[20])
     assert all(len(asked.epoch.ranges) == 6 for asked, _ in judge.epochs)
+
+
+def test_the_place_of_a_filter_goes_back_where_one_goes_along():
+    port, judge = free_port(), Judge()
+    where = site(MIDDLE, estimator=ConstantVelocityEstimator(ANCHORS, SETTINGS))
+    with running(bridge_at(port, judge, where)):
+        vehicle = Vehicle(port).connect()
+        for second in range(10):
+            # the last rounds are of two beacons, which allow no position of their own
+            vehicle.send(*beacons(second)[: None if second < 8 else 2])
+        vehicle.until(lambda: vehicle.count("VISION_POSITION_ESTIMATE") == 10)
+        vehicle.close()
+    detector, fresh = Detector(ANCHORS, SETTINGS), ConstantVelocityEstimator(ANCHORS, SETTINGS)
+    for (asked, _), told in zip(judge.epochs, vehicle.told["VISION_POSITION_ESTIMATE"], strict=True):
+        alone = fresh.step(asked.epoch, detector.process(asked.epoch), detector.motion)
+        assert alone is not None
+        off_m = np.array([told.y, told.x, -told.z]) - (alone.position_m - where.origin.at_m)
+        assert np.abs(off_m).max() < 0.01
+        assert told.covariance[0] == pytest.approx(alone.covariance[1, 1], rel=1e-3)
 
 
 def test_an_occlusion_is_told_once_in_words():

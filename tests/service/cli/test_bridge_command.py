@@ -58,7 +58,7 @@ BAD_LINES = [
     (["mavlink", ADDRESS, *TEXTS, "--beacon", "7=D9"], "There is no anchor 'D9'"),
     (["mavlink", ADDRESS, *TEXTS, "--drone", "x=1"], "--drone takes the number of a MAVLink system"),
     (["mavlink", ADDRESS, *TEXTS, "--position", "pigeon"], "'pigeon' is not one of"),
-    (["lines", ADDRESS, *TEXTS, "--estimator", "hypotheses"], "No such option: --estimator"),
+    (["lines", ADDRESS, *TEXTS, "--estimator", "inertial"], "--estimator"),
     (["mavlink", ADDRESS, *TEXTS, "--calibrate", "offset"], "No such option: --calibrate"),
     (["pigeon", ADDRESS], "No such command: pigeon"),
 ]

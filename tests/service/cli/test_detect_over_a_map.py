@@ -63,6 +63,15 @@ def test_what_it_says_of_the_map_maps_and_the_next_replay_take_back(sightline, l
     again = sightline("detect", log, *ANCHORS, "--dem", over[0], *doubts, "--out", tmp_path / "again")
     assert json.loads((tmp_path / "again" / "map_doubts.geojson").read_text())["features"] == []
     assert again.code == 0, again.stderr
+    way = tmp_path / "way.geojson"
+    line = json.loads((tmp_path / "out" / "map_doubts.geojson").read_text())["features"][0]["geometry"]
+    way.write_text(json.dumps(line))
+    asked = ["--path", way, "--min-anchors", "4", "--max-flight", "50"]  # D2 is hidden all along
+    before = [
+        json.loads(sightline("reposition", *over, *asked, "--json", *more).stdout)["before_share"]
+        for more in ([], doubts)
+    ]
+    assert before == [1.0, 0.0]
 
 
 @pytest.mark.parametrize(
