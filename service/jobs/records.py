@@ -85,6 +85,8 @@ class Known:
     digests: frozenset[str]
     inputs: frozenset[str]  # ids of jobs that wait or run and have files to work on
     missions: int = 0  # they have no files
+    whole: frozenset[str] = frozenset()  # digests of results that jobs have
+    lost: frozenset[str] = frozenset()  # digests of results that jobs had, and whose files were not there at a start
 
     def parts(self) -> tuple[tuple[str, frozenset[str]], ...]:
         """The data folder's folders, each with what the store wants to find there."""

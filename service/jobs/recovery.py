@@ -130,7 +130,7 @@ def recover(store: Store, folder: DataFolder, max_attempts: int) -> list[JobReco
             again.append(job)
     with os.scandir(folder.result("any").parent) as results:  # at one look, however many there are
         there = frozenset(entry.name for entry in results if entry.is_dir())
-    lost = store.look_for_results(there, _missing("Its result"))
+    lost = store.look_for_results(known, there, _missing("Its result"))
     for job_id in lost[:TOLD_ONE_BY_ONE]:
         logger.error("job %s: its result is missing from the data folder", job_id)
     if len(lost) > TOLD_ONE_BY_ONE:

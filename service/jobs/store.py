@@ -230,17 +230,14 @@ class Store:
             rows = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE} ORDER BY created_at_s, id").fetchall()
         return [job_of(row) for row in rows]
 
-    def look_for_results(self, there: Set[str], missing: Failure) -> list[str]:
+    def look_for_results(self, known: Known, there: Set[str], missing: Failure) -> list[str]:
         """Ids of the jobs whose result's files are not there any more; files that are there again make jobs whole.
 
         What the store knows of such a job stays, so that its files can come back. there: digests.
         """
-        whole, away = set[str](), set[str]()
         with self._transaction() as connection:
-            for digest, status in connection.execute("SELECT digest, status FROM jobs WHERE digest IS NOT NULL"):
-                (whole if status == JobStatus.SUCCEEDED else away).add(digest)
-            _put_right(connection, away & there, JobStatus.SUCCEEDED, None)
-            return _put_right(connection, whole - there, JobStatus.INTERRUPTED, failure_text(missing))
+            _put_right(connection, known.lost & there, JobStatus.SUCCEEDED, None)
+            return _put_right(connection, known.whole - there, JobStatus.INTERRUPTED, failure_text(missing))
 
     def succeeded(self, after: str, limit: int) -> list[tuple[str, str]]:
         """(job id, digest) of jobs whose result is at hand, by id, those that follow on a job's."""

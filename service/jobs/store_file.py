@@ -15,7 +15,7 @@ from service.database import READ, Connection
 from service.database.migrations import STEPS, version_of
 from service.errors import DataFolderError, ServiceError, StorageFullError, StoreLockedError
 
-from .records import ACTIVE, Known, has_inputs
+from .records import ACTIVE, JobStatus, Known, has_inputs
 
 __all__ = [
     "IS_ACTIVE",
@@ -60,17 +60,19 @@ ID = re.compile(r"[0-9a-f]{32}")
 
 def read_known(connection: Connection, *, missions: bool = True) -> Known:
     """Every DEM, job and result that a store knows, within a transaction. missions: whether it has a table of them."""
-
-    def column(query: str) -> frozenset[str]:
-        return frozenset(str(row[0]) for row in connection.execute(query))
-
     active = connection.execute(f"SELECT * FROM jobs WHERE {IS_ACTIVE}").fetchall()
-    jobs = column("SELECT id FROM jobs")
+    jobs, whole, lost = set[str](), set[str](), set[str]()
+    for id, digest, status in connection.execute("SELECT id, digest, status FROM jobs"):
+        jobs.add(str(id))
+        if digest is not None:
+            (whole if status == JobStatus.SUCCEEDED else lost).add(str(digest))
     return Known(
-        dems=column("SELECT id FROM dems"),
-        jobs=jobs,
-        jobs_over=jobs - {str(row["id"]) for row in active},
-        digests=column("SELECT DISTINCT digest FROM jobs WHERE digest IS NOT NULL"),
+        dems=frozenset(row[0] for row in connection.execute("SELECT id FROM dems")),
+        jobs=frozenset(jobs),
+        jobs_over=frozenset(jobs.difference(row["id"] for row in active)),
+        digests=frozenset(whole | lost),
+        whole=frozenset(whole),
+        lost=frozenset(lost),
         inputs=frozenset(str(row["id"]) for row in active if has_inputs(row["kind"], json.loads(row["request"]))),
         missions=connection.execute("SELECT count(*) FROM missions").fetchone()[0] if missions else 0,
     )

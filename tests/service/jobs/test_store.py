@@ -107,10 +107,10 @@ def test_a_job_whose_files_are_away_has_no_result_until_they_are_back(store: Sto
     store.add_job(queued("j1"))
     store.finish_job("j1", JobStatus.SUCCEEDED, digest="abc", summary={"share": 0.5})
     missing = Failure("service.JobInterruptedError", "Its result is missing.")
-    assert store.look_for_results(frozenset({"def"}), missing) == ["j1"]
+    assert store.look_for_results(store.known(), frozenset({"def"}), missing) == ["j1"]
     away = store.job(MAPS, "j1")
     assert (away.status, away.digest, away.summary, away.failure) == (JobStatus.INTERRUPTED, None, None, missing)
-    assert store.look_for_results(frozenset({"abc", "def"}), missing) == []
+    assert store.look_for_results(store.known(), frozenset({"abc", "def"}), missing) == []
     back = store.job(MAPS, "j1")
     assert (back.status, back.digest, back.summary, back.failure) == (JobStatus.SUCCEEDED, "abc", {"share": 0.5}, None)
 
