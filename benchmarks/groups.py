@@ -109,7 +109,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "street": (street_drive.street, exclusion.exclusion),
     "shadow": (shadow.minute_of_shadow, few_satellites.few_satellites),
     "receiver": (receiver.recorded_sample, receiver.acquisition_speed, receiver.weak_signals, receiver.channel_speed),
-    "targets": (targets.planes, targets.simulated_balls, targets.poses, targets.real_balls),
+    "targets": (targets.planes, targets.simulated_balls, targets.pairs, targets.poses, targets.real_balls),
     "differential": (differential.baselines,),
     "memory": (memory.memory, large_dems.by_windows),
     "service": (first_request.first_request, over_http.requests, plans_over_http.plans_over_http),
@@ -206,7 +206,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     ),
     "differential": (differential.baselines,),
     "shadow": (partial(shadow.minute_of_shadow, drives=1), partial(few_satellites.few_satellites, drives=1)),
-    "deep": (partial(deep.in_a_wood, seeds=(1,), duration_s=58.1),),
+    "deep": (partial(deep.in_a_wood, drives=1, others=1, duration_s=58.1),),
     "lying": (partial(lying_ranges.bubbles_that_hold, runs=2),),
     "street": (street_drive.street, partial(exclusion.exclusion, every=100)),
     "receiver": (
@@ -215,7 +215,12 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(receiver.weak_signals, draws=2000),
         partial(receiver.channel_speed, channels=2, duration_s=0.1),
     ),
-    "targets": (partial(targets.planes, 2), partial(targets.simulated_balls, 2), partial(targets.poses, 1)),
+    "targets": (
+        partial(targets.planes, 2),
+        partial(targets.simulated_balls, 2),
+        partial(targets.pairs, 2),
+        partial(targets.poses, 1),
+    ),
     "memory": (partial(memory.memory, posts=512), partial(large_dems.by_windows, posts=3000, range_m=300.0, anchors=4)),
     "service": (
         first_request.first_request,

@@ -5,7 +5,7 @@ from .almanac_files import parse_almanac, read_almanac
 from .almanac_orbits import almanac_positions_ecef_m
 from .broadcast_ephemeris import BroadcastEphemeris, Ephemerides, ephemeris_clocks_s, ephemeris_positions_ecef_m
 from .errors import AlmanacError, AlmanacFileError, GnssError, GnssInputError, GnssLibraryError, SamplesError
-from .gps_time import GpsTime, Instants, full_week, instants, leap_seconds_at
+from .gps_time import GpsTime, Instants, ReceiverClock, full_week, instants, leap_seconds_at
 from .rinex_navigation import parse_rinex_navigation, read_rinex_navigation
 from .sky import LookAngles, Place, ecef_to_enu_m, enu_to_ecef_m, look_angles, off_axis_rad, place_ecef_m
 
@@ -23,6 +23,7 @@ __all__ = [
     "Instants",
     "LookAngles",
     "Place",
+    "ReceiverClock",
     "SamplesError",
     "almanac_positions_ecef_m",
     "ecef_to_enu_m",

@@ -12,9 +12,20 @@ import numpy.typing as npt
 
 from gnss.errors import AlmanacError, GnssInputError
 
-__all__ = ["WEEK_S", "GpsTime", "Instants", "Moment", "Moments", "full_week", "instants", "leap_seconds_at"]
+__all__ = [
+    "WEEK_S",
+    "GpsTime",
+    "Instants",
+    "Moment",
+    "Moments",
+    "ReceiverClock",
+    "full_week",
+    "instants",
+    "leap_seconds_at",
+]
 
 WEEK_S = 604_800
+LIGHT_M_PER_S = 299_792_458.0
 WEEKS_PER_ROLLOVER = 1024
 # the year 2363: whatever lies beyond is no week number
 LAST_WEEK = 20_000
@@ -114,6 +125,42 @@ class Instants:
         weeks = self.week - np.asarray(week, np.int64)
         seconds: npt.NDArray[np.float64] = weeks * float(WEEK_S) + (self.second_of_week - np.asarray(second_of_week))
         return seconds
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiverClock:
+    """By how much a receiver's clock is ahead of GPS: offset_s at at_s, and drift, seconds per second.
+
+    at_s counts as the times do that it is asked for: from the first sample, or as a log's readings. Raises
+    GnssInputError.
+    """
+
+    offset_s: float = 0.0
+    drift: float = 0.0
+    at_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (self.offset_s, self.drift, self.at_s))):
+            raise GnssInputError("A receiver's clock needs finite numbers of seconds.")
+
+    @classmethod
+    def of_ranges(cls, offset_m: float, drift_m_per_s: float = 0.0, at_s: float = 0.0) -> ReceiverClock:
+        """The clock that makes ranges longer by so much."""
+        return cls(offset_m / LIGHT_M_PER_S, drift_m_per_s / LIGHT_M_PER_S, at_s)
+
+    def ahead_s(self, times_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """(k,) seconds at times (k,)."""
+        ahead: npt.NDArray[np.float64] = self.offset_s + self.drift * (np.asarray(times_s, np.float64) - self.at_s)
+        return ahead
+
+    def ranges_m(self, times_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """(k,) metres by which ranges are longer at times (k,)."""
+        return LIGHT_M_PER_S * self.ahead_s(times_s)
+
+    @property
+    def drift_m_per_s(self) -> float:
+        """By how much ranges grow longer in a second."""
+        return LIGHT_M_PER_S * self.drift
 
 
 def instants(times: Moments, leap_seconds: int | None = None) -> Instants:

@@ -21,6 +21,7 @@ from gnss import (
     GpsTime,
     LookAngles,
     Place,
+    ReceiverClock,
     ecef_to_enu_m,
     enu_to_ecef_m,
     ephemeris_positions_ecef_m,
@@ -28,7 +29,7 @@ from gnss import (
     look_angles,
     read_rinex_navigation,
 )
-from gnss.receiver import BIT_S, BitSums, ReceiverClock, foretold_delays_s
+from gnss.receiver import BIT_S, BitSums, foretold_delays_s
 from gnss.sky import place_of_ecef
 from navigation.inertial import IMU_PRESETS, ImuLog, InertialStart, TangentFrame, imu_log, quaternion_of_angles
 from terrain import ElevationGrid, to_grid_frame
@@ -46,7 +47,7 @@ MOTION, NAVIGATION = DATA / "if/gps-sdr-sim_circle.csv", DATA / "rtk/simulated/r
 BEGIN = GpsTime(1823, 518_400.0)
 LIGHT, STEP_S, LEVER_M = 299_792_458.0, 0.01, (0.2, -0.1, 1.0)
 MASK_RAD = math.radians(8.0)
-BIAS_M = 0.15  # of each range, what air and orbits leave after corrections, constant over minutes
+BIAS_M = 0.15  # what air and orbits leave of each range after corrections
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,14 @@ class Circle(Drive):
 
 
 class DeepDrive:
-    """One drawing of the drive: truth, readings of a tactical unit, and what its channels hear."""
+    """One drawing of the drive: truth, readings of a unit, and what its channels hear.
 
-    def __init__(self, seed: int, duration_s: float, wood: Wood, unit: str = "tactical") -> None:
+    bias_m: one sigma of a range's own error, constant over minutes.
+    """
+
+    def __init__(
+        self, seed: int, duration_s: float, wood: Wood, unit: str = "tactical", bias_m: float = BIAS_M
+    ) -> None:
         self.rng = np.random.default_rng(seed)
         self.wood, self.seed, self.duration_s, self.noise = wood, seed, duration_s, IMU_PRESETS[unit]
         table = np.loadtxt(MOTION, delimiter=",")
@@ -93,8 +99,7 @@ class DeepDrive:
         self.names = tuple(names[n] for n in high)
         self.prns = tuple(int(name[1:]) for name in self.names)
         self.azimuth_rad, self.elevation_rad = seen.azimuth_rad[high], seen.elevation_rad[high]
-        # what is left of air and orbits after corrections: a range's own error, constant over minutes
-        self.biases_m = dict(zip(self.prns, self.rng.normal(0.0, BIAS_M, len(high)), strict=True))
+        self.biases_m = dict(zip(self.prns, bias_m * self.rng.normal(size=len(high)), strict=True))
         # of a good oscillator: white noise and a walk of its frequency
         ticks = np.arange(-1.0, duration_s + 3.0, 0.02)
         drift = 2e-7 + np.cumsum(self.rng.normal(0.0, 1e-11 * math.sqrt(0.02), len(ticks)))

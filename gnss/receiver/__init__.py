@@ -7,7 +7,7 @@ from .channel import BitSums, ChannelMeasurement, correlate_bits, measure_channe
 from .clocks import find_clock
 from .codes import PRNS, ca_code
 from .samples import SAMPLE_TYPES, Samples, SampleType, read_samples, recorded_s
-from .tracking import Aiding, ReceiverClock, track
+from .tracking import Aiding, track
 
 __all__ = [
     "BIT_S",
@@ -19,7 +19,6 @@ __all__ = [
     "BitSearch",
     "BitSums",
     "ChannelMeasurement",
-    "ReceiverClock",
     "SampleType",
     "Samples",
     "Search",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
@@ -64,6 +65,7 @@ def search_bits(sums: npt.ArrayLike) -> BitSearch:
     return BitSearch(bits, np.take_along_axis(totals, best[:, None], axis=1)[:, 0])
 
 
+@functools.lru_cache(maxsize=256)
 def energy_limit(false_alarm: float, bits: int, cells: int = 1) -> float:
     """Magnitude of a total that noise of unit power per bit exceeds with that probability, in one of so many cells.
 

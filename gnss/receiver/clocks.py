@@ -9,12 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from gnss.errors import SamplesError
+from gnss.gps_time import ReceiverClock
 
 from .acquisition import Acquired, Search, acquire
 from .channel import PERIOD_S, correlate_periods
 from .codes import CHIP_RATE_HZ, L1_HZ
 from .samples import Samples
-from .tracking import Aiding, ReceiverClock
+from .tracking import Aiding
 
 __all__ = ["find_clock"]
 

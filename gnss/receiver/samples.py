@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ LEAST_RATE_HZ, MOST_RATE_HZ = 2.0 * 0.99 * CHIP_RATE_HZ, 100e6
 WIDEST_SPREAD = 1e4
 UNLIKE = 3.0
 CLIPPED_SHARE, TOLD_SHARE = 0.5, 0.01
+FEW_VALUES, JUDGED = 32, 100_000  # so few values are a front end's bits, whose outermost are common
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,7 @@ def read_samples(
     """Samples of a file, in-phase and quadrature of each in turn, little-endian; more than asked for is not read.
 
     Warnings tell an end in the middle of a sample, and clipping. Raises SamplesError where the file is missing or too
-    short, of another type, or clipped so that most samples lie at a limit of int8 or int16.
+    short, of another type, or clipped so that most numbers lie at a limit: of int8 or int16, or their own.
     """
     place = Path(path)
     if sample_type not in SAMPLE_TYPES:
@@ -116,13 +117,11 @@ def read_samples(
             f"{place.name} is truncated: from {start_s:g} s on it holds {1e3 * len(read) / 2.0 / rate_hz:.3g} ms, "
             f"{1e3 * duration_s:g} ms were asked for."
         )
-    if kind.kind == "i" and len(read):
-        limits = np.iinfo(kind)
-        clipped = float(np.mean((read == limits.max) | (read == limits.min)))
-        if clipped > CLIPPED_SHARE:
-            raise SamplesError(f"{place.name} is clipped: {100.0 * clipped:.0f} % of its numbers lie at a limit.")
-        if clipped > TOLD_SHARE:
-            warnings.append(f"{100.0 * clipped:.1f} % of the numbers of {place.name} are clipped; signals are weaker.")
+    clipped = _clipped_share(read)
+    if clipped > CLIPPED_SHARE:
+        raise SamplesError(f"{place.name} is clipped: {100.0 * clipped:.0f} % of its numbers lie at a limit.")
+    if clipped > TOLD_SHARE:
+        warnings.append(f"{100.0 * clipped:.1f} % of the numbers of {place.name} are clipped; signals are weaker.")
     if kind.kind == "i":
         _check_alike(place.name, read)
     values = read.astype(np.float32).view(np.complex64)
@@ -130,7 +129,7 @@ def read_samples(
 
 
 def recorded_s(path: Path | str, rate_hz: float, sample_type: SampleType = "complex64", start_s: float = 0.0) -> float:
-    """How long a file's samples last from a start on, by its size. Raises SamplesError."""
+    """How long a file's samples last from a start within it on, by its size. Raises SamplesError."""
     place = Path(path)
     try:
         size = place.stat().st_size
@@ -138,7 +137,24 @@ def recorded_s(path: Path | str, rate_hz: float, sample_type: SampleType = "comp
         raise SamplesError(f"{place} cannot be read: {error.strerror or error}.") from error
     if not (rate_hz > 0.0 and math.isfinite(rate_hz)):
         raise SamplesError("The start must be zero or more, the duration and the rate above zero.")
-    return size // (2 * np.dtype(SAMPLE_TYPES[sample_type]).itemsize) / rate_hz - start_s
+    whole_s = float(size // (2 * np.dtype(SAMPLE_TYPES[sample_type]).itemsize) / rate_hz)
+    if not 0.0 <= start_s < whole_s:
+        raise SamplesError(f"{place.name} lasts {whole_s:g} s; there is nothing from {start_s:g} s on.")
+    return whole_s - start_s
+
+
+def _clipped_share(read: npt.NDArray[Any]) -> float:
+    """Of numbers at the limits of their type, or at their own outermost where a converter has fewer bits than that."""
+    if not len(read):
+        return 0.0
+    if read.dtype.kind == "i":
+        limits = np.iinfo(read.dtype)
+        share = float(np.mean((read == limits.max) | (read == limits.min)))
+        if share > TOLD_SHARE:
+            return share
+    if len(np.unique(read[:JUDGED])) <= FEW_VALUES:
+        return 0.0
+    return float(np.mean((read == read.max()) | (read == read.min())))
 
 
 def _check_alike(name: str, read: npt.NDArray[np.generic]) -> None:

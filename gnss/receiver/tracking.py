@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from gnss.broadcast_ephemeris import Ephemerides
 from gnss.errors import GnssInputError, SamplesError
-from gnss.gps_time import GpsTime
+from gnss.gps_time import GpsTime, ReceiverClock
 
 from .aiding import foretold_delays_s
 from .bits import BIT_S
@@ -26,33 +26,13 @@ from .samples import Samples
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-__all__ = ["INTERVAL_S", "Aiding", "ReceiverClock", "track"]
+__all__ = ["INTERVAL_S", "Aiding", "track"]
 
 Array = npt.NDArray[np.float64]
 INTERVAL_S = 1.0  # the longest that is summed; what is read at a time
 STEP_S = 0.02  # of the aiding: within it the farthest pull leaves half a millimetre to a straight line
 AHEAD_S = 0.03  # the last bit of an interval ends in the next
-
-
-@dataclass(frozen=True, slots=True)
-class ReceiverClock:
-    """By how much the receiver's clock is ahead of GPS: offset_s at at_s, and drift, seconds per second.
-
-    Raises GnssInputError.
-    """
-
-    offset_s: float = 0.0
-    drift: float = 0.0
-    at_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not all(map(math.isfinite, (self.offset_s, self.drift, self.at_s))):
-            raise GnssInputError("A receiver's clock needs finite numbers of seconds.")
-
-    def ahead_s(self, times_s: npt.ArrayLike) -> Array:
-        """(k,) at times after the first sample."""
-        ahead: Array = self.offset_s + self.drift * (np.asarray(times_s, np.float64) - self.at_s)
-        return ahead
+WHOLE_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +48,7 @@ class Aiding:
     start: GpsTime
     times_s: npt.ArrayLike
     antennas_ecef_m: npt.ArrayLike
-    clock: ReceiverClock = ReceiverClock()
+    clock: ReceiverClock = field(default_factory=ReceiverClock)
 
     def __post_init__(self) -> None:
         times, places = np.array(self.times_s, np.float64), np.array(self.antennas_ecef_m, np.float64)
@@ -136,7 +116,9 @@ def track(
     asked_s = {prn: (integrations_s or {}).get(prn, INTERVAL_S) for prn in prns}
     bits = {prn: round(each_s / BIT_S) if math.isfinite(each_s) else 0 for prn, each_s in asked_s.items()}
     whole = round(INTERVAL_S / BIT_S)
-    wrong = [prn for prn, count in bits.items() if not 1 <= count <= whole]
+    wrong = [
+        prn for prn, count in bits.items() if not 1 <= count <= whole or abs(asked_s[prn] - count * BIT_S) > WHOLE_S
+    ]
     if wrong or not prns:
         raise SamplesError("Channels sum whole bits of 20 ms, 1 to 50 of them, of one satellite at least.")
     begin_s = 0.0

@@ -10,8 +10,8 @@ from functools import cached_property, partial
 import numpy as np
 import numpy.typing as npt
 
-from gnss import Ephemerides, GpsTime, Instants, enu_to_ecef_m, ephemeris_positions_ecef_m
-from gnss.receiver import BIT_S, BitSums, ReceiverClock, foretold_delays_s
+from gnss import Ephemerides, GpsTime, Instants, ReceiverClock, enu_to_ecef_m, ephemeris_positions_ecef_m
+from gnss.receiver import BIT_S, BitSums, foretold_delays_s
 from gnss.sky import Place, R_ecef_to_enu
 
 from ..errors import MeasurementError

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..errors import MeasurementError, StateError
 from ..inertial import (
+    ClockNoise,
     ImuLog,
     InertialStart,
     TangentFrame,
@@ -68,6 +69,7 @@ def beginnings(log: DriveLog, imu: ImuLog, settings: DriveSettings, frame: Tange
             lever_arm_m=settings.lever_arm_m,
             lever_arm_sigma_m=settings.lever_arm_sigma_m,
             clock=None if heard is None else heard.clock,
+            clock_noise=ClockNoise() if heard is None else heard.clock_noise,
             phases=heard is not None and settings.phase_sigma_m > 0.0,
         )
         for attitude in attitudes

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..inertial import ImuLog, Measurements, ReceiverClock, phase_changes, pseudoranges
+from gnss import ReceiverClock
+
+from ..inertial import ClockNoise, ImuLog, Measurements, phase_changes, pseudoranges
 from ..inputs import numbers, positions
 from .settings import DriveSettings
 
@@ -44,8 +46,8 @@ class Satellites:
 
 @dataclass(frozen=True, eq=False)
 class FirstHeard:
-    """What the first codes and phases tell: place_m (3,) and its sigmas, velocity, the receiver's clock; None = neither
-    place nor velocity is told."""
+    """What the first codes and phases tell: place_m (3,) and its sigmas, velocity, the receiver's clock and how surely;
+    None = neither place nor velocity is told."""
 
     time_s: float
     place_m: Array | None
@@ -53,6 +55,7 @@ class FirstHeard:
     velocity_m_per_s: Array | None
     velocity_sigma_m_per_s: float
     clock: ReceiverClock
+    clock_noise: ClockNoise
 
 
 def satellite_measurements(
@@ -107,7 +110,8 @@ def first_heard(heard: Satellites, settings: DriveSettings, from_s: float) -> Fi
     epochs, count = np.unique(heard.times_s[ranged], return_counts=True)
     enough = epochs[count >= UNKNOWNS]
     if not len(enough):
-        return FirstHeard(math.inf, None, np.full(3, math.inf), None, settings.velocity_sigma_m_per_s, ReceiverClock())
+        nothing = np.full(3, math.inf), None, settings.velocity_sigma_m_per_s
+        return FirstHeard(math.inf, None, *nothing, ReceiverClock(), ClockNoise())
     first_s = float(enough[0])
     now = ranged & (heard.times_s == first_s)
     guess = np.append(heard.place_m, 0.0)
@@ -115,13 +119,9 @@ def first_heard(heard: Satellites, settings: DriveSettings, from_s: float) -> Fi
     velocity, sigma, drift = _first_velocity(heard, first_s, solved[:3], settings)
     # a clock runs on from the first reading to that epoch, by a rate that phases tell
     drift_sigma = KNOWN_DRIFT_M_PER_S if velocity is not None else UNKNOWN_DRIFT_M_PER_S
-    clock = ReceiverClock(
-        float(solved[3]) - drift * (first_s - from_s),
-        drift,
-        math.hypot(CLOCK_SIGMA_M, drift_sigma * (first_s - from_s)),
-        drift_sigma,
-    )
-    return FirstHeard(first_s, solved[:3], np.sqrt(np.diag(covariance)[:3]), velocity, sigma, clock)
+    clock = ReceiverClock.of_ranges(float(solved[3]), drift, first_s)
+    noise = ClockNoise(math.hypot(CLOCK_SIGMA_M, drift_sigma * (first_s - from_s)), drift_sigma)
+    return FirstHeard(first_s, solved[:3], np.sqrt(np.diag(covariance)[:3]), velocity, sigma, clock, noise)
 
 
 def _solved(places_m: Array, codes_m: Array, sigma_m: float, guess: Array) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 from .alignment import align_moving, align_still, angles_of, matrices_of, quaternion_of_angles
 from .bodies import EARTH, MARS, MOON, Body, TangentFrame
-from .filtering import InertialStart, InertialTrack, ReceiverClock, navigate
+from .filtering import ClockNoise, InertialStart, InertialTrack, navigate
 from .imu import IMU_PRESETS, ImuNoise, deg_per_h, deg_per_sqrt_h, milli_g
 from .measurements import (
     Measurements,
@@ -27,12 +27,12 @@ __all__ = [
     "MARS",
     "MOON",
     "Body",
+    "ClockNoise",
     "ImuLog",
     "ImuNoise",
     "InertialStart",
     "InertialTrack",
     "Measurements",
-    "ReceiverClock",
     "SmoothedTrack",
     "StandstillRule",
     "TangentFrame",

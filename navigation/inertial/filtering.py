@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
+
+from gnss import ReceiverClock
 
 from ..errors import StateError, TimeOrderError
 from ..inputs import check_covariance, numbers
@@ -19,17 +21,18 @@ from .measurements import Measurements
 from .samples import ImuLog
 from .smoothing import SmoothedTrack, smooth
 
-__all__ = ["InertialStart", "InertialTrack", "ReceiverClock", "navigate"]
+__all__ = ["ClockNoise", "InertialStart", "InertialTrack", "navigate"]
 
 Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ReceiverClock:
-    """A receiver's clock at the beginning, in metres of range, and how it wanders in a second. Raises StateError."""
+class ClockNoise:
+    """How surely a receiver's clock is known at the beginning, in metres of range, and how it wanders in a second.
 
-    offset_m: float = 0.0
-    drift_m_per_s: float = 0.0
+    Raises StateError.
+    """
+
     offset_sigma_m: float = 1e5
     drift_sigma_m_per_s: float = 100.0
     walk_m_per_sqrt_s: float = 0.1
@@ -38,11 +41,7 @@ class ReceiverClock:
     def __post_init__(self) -> None:
         for one in fields(self):
             value = getattr(self, one.name)
-            if (
-                not math.isfinite(value)
-                or ("sigma" in one.name and value <= 0.0)
-                or ("walk" in one.name and value < 0.0)
-            ):
+            if not math.isfinite(value) or value < 0.0 or ("sigma" in one.name and value == 0.0):
                 raise StateError(f"{one.name} of the clock must be finite, sigmas above zero, walks zero or more.")
 
 
@@ -52,9 +51,10 @@ class InertialStart:
 
     Sigmas: (3,) or one for all; attitude_sigma_rad: of turns about east, north, up. lever_arm_m: (3,) from the unit to
     the antenna, forward, left, up; lever_arm_sigma_m: 0 = known for certain, not estimated. Biases are what the unit
-    reads too much, scale factors what of it. clock: of a receiver whose pseudoranges come in, two more states. phases:
-    whether changes of its carrier phases do, seven more, of the epoch before (position, psi and clock). covariance:
-    (n, n) of the error state without those seven, in place of all sigmas, as a track ends with. Raises StateError.
+    reads too much, scale factors what of it. clock: of a receiver whose pseudoranges come in, two more states, its
+    times those of the log; clock_noise: how surely it is known. phases: whether changes of its carrier phases come in,
+    seven more, of the epoch before (position, psi and clock). covariance: (n, n) of the error state without those
+    seven, in place of all sigmas, as a track ends with. Raises StateError.
     """
 
     position_m: npt.ArrayLike
@@ -70,14 +70,20 @@ class InertialStart:
     force_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
     rate_scale: npt.ArrayLike = (0.0, 0.0, 0.0)
     clock: ReceiverClock | None = None
+    clock_noise: ClockNoise = ClockNoise()
     phases: bool = False
     covariance: npt.ArrayLike | None = None
 
-    def belief(self, noise: ImuNoise) -> tuple[kernel.Belief, kernel.Layout]:
+    def belief(self, noise: ImuNoise, at_s: float = 0.0) -> tuple[kernel.Belief, kernel.Layout]:
         """The kernels' belief: 15 error states, 3 more with the lever arm, 6 with scale factors, 2 with a clock, 7 with
-        phases."""
+        phases.
+
+        at_s: of the first reading.
+        """
         if self.phases and self.clock is None:
-            raise StateError("Changes of phase need the receiver's clock: InertialStart(…, clock=ReceiverClock()).")
+            raise StateError(
+                "Changes of phase need the receiver's clock: InertialStart(…, clock=gnss.ReceiverClock())."
+            )
         quaternion = numbers("quaternion", self.quaternion, (4,), StateError)
         length = float(np.linalg.norm(quaternion))
         if not length > 0.0 or not math.isfinite(length):
@@ -99,8 +105,8 @@ class InertialStart:
         layout = kernel.Layout(15 if scales else -1, lever, clock, clock + 2 if self.phases else -1)
         offset = np.zeros(2)
         if self.clock is not None:
-            sigmas.append(np.array([self.clock.offset_sigma_m, self.clock.drift_sigma_m_per_s]))
-            offset[:] = self.clock.offset_m, self.clock.drift_m_per_s
+            sigmas.append(np.array([self.clock_noise.offset_sigma_m, self.clock_noise.drift_sigma_m_per_s]))
+            offset[:] = float(self.clock.ranges_m(at_s)), self.clock.drift_m_per_s
         covariance = np.diag(np.concatenate(sigmas) ** 2)
         if self.covariance is not None:
             covariance = numbers("covariance", self.covariance, covariance.shape, StateError)
@@ -150,7 +156,7 @@ class InertialTrack:
     lever_arm_m: Array
     covariance: Array
     clock_m: Array
-    clock: ReceiverClock | None = None
+    clock_noise: ClockNoise | None = None
     smoothed: SmoothedTrack | None = None
 
     @property
@@ -160,10 +166,10 @@ class InertialTrack:
 
     def end(self) -> InertialStart:
         """What is believed after the last reading, for a log that goes on from there."""
-        clock = self.clock
-        if clock is not None:
+        clock, noise = None, self.clock_noise
+        if noise is not None:
             offset_m, drift_m_per_s = self.clock_m[-1].tolist()
-            clock = replace(clock, offset_m=offset_m, drift_m_per_s=drift_m_per_s)
+            clock = ReceiverClock.of_ranges(offset_m, drift_m_per_s, float(self.times_s[-1]))
         return InertialStart(
             self.position_m[-1],
             self.velocity_m_per_s[-1],
@@ -175,6 +181,7 @@ class InertialTrack:
             force_scale=self.force_scale[-1],
             rate_scale=self.rate_scale[-1],
             clock=clock,
+            clock_noise=noise or ClockNoise(),
             phases=self.sigmas.shape[1] > len(self.covariance),
             covariance=self.covariance,
         )
@@ -198,10 +205,12 @@ def navigate(
     reading's step. gap_*: how much the vehicle may be pushed and turned within a second of a gap. Raises StateError,
     TimeOrderError.
     """
-    belief, layout = start.belief(noise)
+    belief, layout = start.belief(noise, float(log.times_s[0]))
     times = measurements.times_s
     if start.clock is None and np.isin(measurements.kinds, (corrections.PSEUDORANGE, corrections.PHASE_CHANGE)).any():
-        raise StateError("Pseudoranges and phases need the receiver's clock: InertialStart(…, clock=ReceiverClock()).")
+        raise StateError(
+            "Pseudoranges and phases need the receiver's clock: InertialStart(…, clock=gnss.ReceiverClock())."
+        )
     changes_s = np.unique(times[measurements.kinds == corrections.PHASE_CHANGE])
     if len(changes_s) and not start.phases:
         raise StateError("Changes of phase need what is kept of the epoch before: InertialStart(…, phases=True).")
@@ -227,8 +236,8 @@ def navigate(
             0.0 if noise.rate_wander_rad_per_s < noise.rate_bias_rad_per_s else decay,
             float(gap_acceleration_m_per_s2),
             float(gap_rate_rad_per_s),
-            0.0 if start.clock is None else start.clock.walk_m_per_sqrt_s,
-            0.0 if start.clock is None else start.clock.drift_walk_m_per_s_sqrt_s,
+            0.0 if start.clock is None else start.clock_noise.walk_m_per_sqrt_s,
+            0.0 if start.clock is None else start.clock_noise.drift_walk_m_per_s_sqrt_s,
         ),
         frame.planet(),
     )
@@ -278,7 +287,7 @@ def navigate(
         belief.lever_m,
         belief.covariance[: size - kept, : size - kept].copy(),
         track.clocks,
-        start.clock,
+        None if start.clock is None else start.clock_noise,
         smooth(log.times_s, track, stages) if smoother and places else None,
     )
 

@@ -82,11 +82,12 @@ def fit_sphere_in_image(pixels: TargetPixels, sensor: DepthSensor, limb: Limb | 
 
     Each number d of the sensor says that what it would have measured lies within d ± ½, with its noise; each pixel of
     the target, and each around it, on which side of the outline it lies. limb: None takes Limb(). Fisher's scoring from
-    the geometric fit, the noise at first as wide as a step. Raises MeasurementError as the others, and where
-    it finds no ball in front of the sensor.
+    the geometric fit, the noise at first as wide as a step. Raises MeasurementError as the others, where the numbers
+    are those of a plane but for their rounding, and where it finds no ball in front of the sensor.
     """
     limb = limb or Limb()
     points = _points(pixels.points_m(sensor))
+    _check_no_plane(pixels, sensor)
     start = fit_sphere(points)
     ball = np.append(start.centre_m, start.radius_m)
     observed = _observed(pixels, sensor, limb)
@@ -145,6 +146,22 @@ def _spread(sensor: DepthSensor, limb: Limb, noise_steps: float) -> kernel.Sprea
     focal = sensor.focal_px
     blur, margin = limb.blur_px / focal, limb.margin_px / focal
     return kernel.Spread(sensor.offset_per_m, sensor.step_per_m, noise_steps, blur, margin)
+
+
+def _check_no_plane(pixels: TargetPixels, sensor: DepthSensor) -> None:
+    """Raise MeasurementError where a plane leaves of the numbers little more than rounding and noise do.
+
+    A plane's inverse depth, and so its number, is linear in column and row.
+    """
+    table = np.column_stack([pixels.cols, pixels.rows, np.ones(len(pixels.cols))])
+    values = sensor.numbers_of(pixels.depths_m)
+    off = values - table @ np.linalg.lstsq(table, values, rcond=None)[0]
+    steps = math.sqrt(float(off @ off) / (len(off) - 3))
+    if steps < AS_PLANE * math.hypot(1.0 / math.sqrt(12.0), sensor.noise_steps):
+        raise MeasurementError(
+            f"The points lie on a plane to {steps:.2g} steps of the sensor, which rounding alone may leave; which ball "
+            "it would be cannot be told."
+        )
 
 
 def _points(points_m: npt.ArrayLike) -> Array:

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, Field
 
-from gnss.receiver import ChannelMeasurement, ReceiverClock
+from gnss import ReceiverClock
+from gnss.receiver import ChannelMeasurement
 
 from .csv_table import TableWriter
 
@@ -30,7 +31,7 @@ class SatelliteOut(BaseModel):
     azimuth_deg: float = Field(description="Clockwise from north, degrees.")
     expected_loss_db: float | None = Field(description="In trees, by the map; null without one.")
     hidden: bool = Field(description="Whether the map has ground or buildings in the way; it is not looked for then.")
-    integration_s: float = Field(description="How long is summed, seconds.")
+    integration_s: float = Field(description="How long is summed, seconds; the longest interval.")
     intervals: int = Field(description="That were measured.")
     detected: int = Field(description="Intervals in which it is above the threshold.")
     cn0_db_hz: float | None = Field(description="Median of those detected; null where there is none.")
@@ -61,8 +62,14 @@ def summary_of(
     for one in sky:
         rows = [row for row in told if row.prn == one.prn]
         strong = [row.cn0_db_hz for row in rows if row.detected and math.isfinite(row.cn0_db_hz)]
-        found = {"intervals": len(rows), "detected": sum(row.detected for row in rows)}
-        satellites.append(one.model_copy(update={**found, "cn0_db_hz": float(np.median(strong)) if strong else None}))
+        found = {
+            "intervals": len(rows),
+            "detected": sum(row.detected for row in rows),
+            # a recording may be shorter than what was asked for
+            "integration_s": round(max((row.duration_s for row in rows), default=one.integration_s), 6),
+            "cn0_db_hz": float(np.median(strong)) if strong else None,
+        }
+        satellites.append(one.model_copy(update=found))
     return ChannelSummary(
         version=importlib.metadata.version("sightline"),
         source=source,

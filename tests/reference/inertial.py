@@ -40,7 +40,7 @@ class Drive:
 
     def angles(self, times_s: Array) -> Array:
         """(k, 3) heading clockwise from north, pitch nose up, roll right side down."""
-        return np.stack([angle(times_s) for angle in self._angles], axis=1)
+        return np.stack([angle(times_s) for angle in self._angles], axis=-1)
 
     def attitude(self, times_s: Array) -> Rotation:
         """Rotations from forward, left, up to east, north, up."""

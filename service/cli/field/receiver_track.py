@@ -171,8 +171,8 @@ def _aiding(samples: SampleOptions, options: AidingOptions) -> tuple[Aiding, lis
     """What aids, with the clock that was given or none yet; warnings."""
     import numpy as np
 
-    from gnss import GpsTime, Place, place_ecef_m, read_rinex_navigation
-    from gnss.receiver import Aiding, ReceiverClock
+    from gnss import GpsTime, Place, ReceiverClock, place_ecef_m, read_rinex_navigation
+    from gnss.receiver import Aiding
     from service.files.trajectory_file import read_trajectory
 
     if options.navigation is None or options.time is None or (options.trajectory is None) == (options.at is None):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +15,10 @@ from service.errors import RequestError
 from service.files.written import written_number
 
 from ..asking.options import GROUP, option
-from ..output import facts_table, print_json, print_tables
+from ..output import facts_table, print_json, print_tables, print_warnings
 
 if TYPE_CHECKING:
-    from navigation.targets import DepthSensor, SphereFit, TargetPixels, TargetPose
+    from navigation.targets import DepthSensor, SphereFit, TargetPose
 
 __all__ = ["targets"]
 
@@ -28,9 +27,28 @@ targets = App(
 )
 PixelFile = Annotated[
     Path,
-    Parameter(name="FILE", allow_leading_hyphen=False, help="CSV of col, row, depth_m, and target where several are."),
+    Parameter(
+        name="FILE",
+        allow_leading_hyphen=False,
+        help="CSV of col, row, depth_m, and target where several are; or a depth image (.png, .tif, .npy).",
+    ),
 ]
 AsJson = Annotated[bool, option("Print JSON on standard output and nothing else.", name="--json")]
+
+
+@GROUP
+@dataclass(frozen=True, slots=True)
+class ImageOptions:
+    """What a depth image does not say of itself."""
+
+    labels: Annotated[
+        Path | None,
+        option("Image of the same size: 0, or the number of the target. (default all pixels are one)", "FILE"),
+    ] = None
+    unit: Annotated[
+        str | None,
+        option("Of its values; number = the sensor's. (default mm of whole numbers, else m)", "m|mm|number|METRES"),
+    ] = None
 
 
 @GROUP
@@ -58,13 +76,22 @@ class SensorOptions:
 
 
 @targets.command
-def plane(path: PixelFile, /, *, sensor: SensorOptions = SensorOptions(), as_json: AsJson = False) -> None:
+def plane(
+    path: PixelFile,
+    /,
+    *,
+    image: ImageOptions = ImageOptions(),
+    sensor: SensorOptions = SensorOptions(),
+    as_json: AsJson = False,
+) -> None:
     """Fit a plane to each target, and tell its residuals beside what rounding alone would leave."""
     from navigation.targets import fit_plane, quantisation_sigma_m
+    from service.files.depth_pixels import read_targets
 
     used = sensor.sensor()
+    seen = read_targets(path, used, image.labels, image.unit)
     rows = []
-    for name, pixels in _read(path).items():
+    for name, pixels in seen.pixels.items():
         with _of(name):
             fit = fit_plane(pixels.points_m(used))
         rounding_m = quantisation_sigma_m(used, fit)
@@ -82,7 +109,7 @@ def plane(path: PixelFile, /, *, sensor: SensorOptions = SensorOptions(), as_jso
             }
             for name, fit, rounding_m in rows
         ]
-        print_json({"planes": found, "frame": "right, down, forward"})
+        print_json({"planes": found, "frame": "right, down, forward", "warnings": list(seen.warnings)})
         return
     table = Table(title=f"{path.name}: planes, right, down, forward", title_justify="left")
     for column in ("target", "points", "normal", "distance m", "residuals mm", "by rounding mm"):
@@ -92,6 +119,7 @@ def plane(path: PixelFile, /, *, sensor: SensorOptions = SensorOptions(), as_jso
         sigmas = f"{1e3 * fit.sigma_m:.2f}", f"{1e3 * rounding_m:.2f}"
         table.add_row(name, str(fit.points), normal, f"{fit.distance_m:.4f}", *sigmas)
     print_tables(table)
+    print_warnings(list(seen.warnings))
 
 
 @targets.command
@@ -99,6 +127,7 @@ def sphere(
     path: PixelFile,
     /,
     *,
+    image: ImageOptions = ImageOptions(),
     sensor: SensorOptions = SensorOptions(),
     blur_px: Annotated[float, option("Blur of a ball's outline; 0 = it says nothing.", "PX", "--blur")] = 0.5,
     margin_px: Annotated[float, option("How far inside of it depths are not used.", "PX", "--margin")] = 1.0,
@@ -112,31 +141,30 @@ def sphere(
     import numpy as np
 
     from navigation.targets import Limb, fit_sphere, fit_sphere_in_image, register_targets
+    from service.files.depth_pixels import read_places, read_targets
 
-    used, read = sensor.sensor(), _read(path)
+    used = sensor.sensor()
+    seen = read_targets(path, used, image.labels, image.unit)
+    warnings = seen.warnings
     if fit_levels:
-        used = used.with_levels_of(np.concatenate([pixels.depths_m for pixels in read.values()]))
+        used = used.with_levels_of(np.concatenate([pixels.depths_m for pixels in seen.pixels.values()]))
     limb = Limb(blur_px, margin_px)
     fits, common = {}, {}
-    for name, pixels in read.items():
+    for name, pixels in seen.pixels.items():
         with _of(name):
             fits[name] = fit_sphere_in_image(pixels, used, limb)
             common[name] = fit_sphere(pixels.points_m(used))
     pose = None
     if placed is not None:
-        places = {
-            name: table for name, table in _columns(placed, ("east_m", "north_m", "up_m")).items() if name in fits
-        }
-        missing = [name for name in fits if name not in places]
-        if missing:
-            raise RequestError(f"{placed.name} does not place {', '.join(missing)}.")
+        places, told = read_places(placed, list(fits))
+        warnings = (*warnings, *told)
         pose = register_targets(
             [fits[name].centre_m for name in fits],
             [fits[name].covariance[:3, :3] for name in fits],
-            [places[name][0] for name in fits],
+            [places[name] for name in fits],
         )
     if as_json:
-        print_json(_document(fits, common, pose))
+        print_json(_document(fits, common, pose, warnings))
         return
     table = Table(title=f"{path.name}: balls, right, down, forward", title_justify="left")
     for column in ("target", "points", "centre m", "radius mm", "sigma mm", "least squares' radius mm"):
@@ -146,6 +174,7 @@ def sphere(
         radii = [f"{1e3 * value:.2f}" for value in (fit.radius_m, fit.radius_sigma_m, common[name].radius_m)]
         table.add_row(name, str(fit.points), centre, *radii)
     print_tables(table, *([] if pose is None else [_pose_table(pose)]))
+    print_warnings(list(warnings))
 
 
 def _pose_table(pose: TargetPose) -> Table:
@@ -156,7 +185,9 @@ def _pose_table(pose: TargetPose) -> Table:
     return facts_table("The sensor's pose", [*facts, ("misfit (about 1 is right)", f"{pose.misfit:.2f}")])
 
 
-def _document(fits: dict[str, SphereFit], common: dict[str, SphereFit], pose: TargetPose | None) -> dict[str, object]:
+def _document(
+    fits: dict[str, SphereFit], common: dict[str, SphereFit], pose: TargetPose | None, warnings: Sequence[str]
+) -> dict[str, object]:
     found = [
         {
             "target": name,
@@ -168,7 +199,7 @@ def _document(fits: dict[str, SphereFit], common: dict[str, SphereFit], pose: Ta
         }
         for name, fit in fits.items()
     ]
-    told: dict[str, object] = {"balls": found, "frame": "right, down, forward"}
+    told: dict[str, object] = {"balls": found, "frame": "right, down, forward", "warnings": list(warnings)}
     if pose is not None:
         told["pose"] = {
             "position_m": pose.position_m.tolist(),
@@ -188,32 +219,3 @@ def _of(name: str) -> Iterator[None]:
         yield
     except MeasurementError as error:
         raise RequestError(f"Target {name}: {error}") from error
-
-
-def _read(path: Path) -> dict[str, TargetPixels]:
-    import numpy as np
-
-    from navigation.targets import TargetPixels
-
-    tables = {name: np.array(table) for name, table in _columns(path, ("col", "row", "depth_m")).items()}
-    return {name: TargetPixels(*table.T) for name, table in tables.items()}
-
-
-def _columns(path: Path, names: tuple[str, ...]) -> dict[str, list[list[float]]]:
-    """Numbers of a CSV by its column target, "1" where there is none. Raises RequestError."""
-    found: dict[str, list[list[float]]] = {}
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            missing = [name for name in names if name not in (reader.fieldnames or ())]
-            if missing:
-                raise RequestError(f"{path.name} has no column {', '.join(missing)}; it needs {', '.join(names)}.")
-            for row in reader:
-                found.setdefault(row.get("target") or "1", []).append([written_number(row[name]) for name in names])
-    except OSError as error:
-        raise RequestError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, TypeError, csv.Error) as error:
-        raise RequestError(f"{path.name}, line {reader.line_num}: {error}.") from error
-    if not found:
-        raise RequestError(f"{path.name} has no row below its header.")
-    return found

@@ -177,6 +177,22 @@ def test_slight_clipping_and_a_cut_sample_are_told(tmp_path):
     assert "% of the numbers of samples.bin are clipped" in told[1]
 
 
+@pytest.mark.parametrize("kind", ["<f4", "<i2"])
+def test_numbers_cut_at_a_converters_own_limit_are_clipped_and_those_of_few_bits_are_not(tmp_path, kind):
+    rng, names = np.random.default_rng(3), {"<f4": "complex64", "<i2": "int16"}
+    noise = rng.normal(size=16_000)
+    for loud, heard in ((0.5, "% of the numbers of samples.bin are clipped"), (3.0, "is clipped: ")):
+        path = written(tmp_path, np.rint(2047.0 * np.clip(loud * noise, -1.0, 1.0)), kind)
+        if loud == 0.5:
+            assert heard in read_samples(path, 4e6, names[kind]).warnings[0]
+        else:
+            with pytest.raises(SamplesError, match=heard):
+                read_samples(path, 4e6, names[kind])
+    two_bits = np.select([np.abs(noise) < 0.98], [np.sign(noise)], 3.0 * np.sign(noise))
+    assert read_samples(written(tmp_path, two_bits, kind), 4e6, names[kind]).warnings == ()
+    assert read_samples(written(tmp_path, np.rint(300.0 * noise), kind), 4e6, names[kind]).warnings == ()
+
+
 @pytest.mark.parametrize(
     ("values", "rate_hz", "sentence"),
     [

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from gnss import GnssInputError, SamplesError
-from gnss.receiver import Aiding, ReceiverClock, Samples, bits_needed, energy_limit, find_clock, search_bits, track
+from gnss import GnssInputError, ReceiverClock, SamplesError
+from gnss.receiver import Aiding, Samples, bits_needed, energy_limit, find_clock, search_bits, track
 from tests.gnss.differential import world
 from tests.gnss.receiver import recordings
 from tests.reference import gps_signals
@@ -80,6 +80,20 @@ def test_each_channel_sums_as_long_as_it_is_told(recording):
     assert all(later > earlier - 0.021 for earlier, later in itertools.pairwise(ordered))
     short = [one for one in rows if one.prn == PRNS[0]]
     assert all(one.detected and one.frequency_offset_hz == 0.0 for one in short)
+
+
+def test_a_channel_measures_by_itself_whoever_else_is_listened_to(recording):
+    clock = ReceiverClock(recordings.OFFSET_S, recordings.DRIFT)
+    among, alone = (next(track(reading(recording[0]), aiding(clock), prns, 0.33))[0] for prns in (PRNS[:3], PRNS[1:2]))
+    (one,), other = alone, among[1]
+    assert (one.prn, one.delay_s, one.frequency_offset_hz, one.phase_rad, one.cn0_db_hz) == (
+        other.prn,
+        other.delay_s,
+        other.frequency_offset_hz,
+        other.phase_rad,
+        other.cn0_db_hz,
+    )
+    assert one.bits.tolist() == other.bits.tolist()
 
 
 def test_a_start_between_bits_and_samples_from_the_middle_make_no_difference(recording):

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from gnss import ReceiverClock
 from navigation import Verdict, mean_bounds, nees
 from navigation.inertial import (
     ImuNoise,
     InertialStart,
-    ReceiverClock,
     TangentFrame,
     ground_heights,
     imu_log,
@@ -70,7 +70,7 @@ def test_rows_are_numerical_derivatives(kind, late_s):
         rng.normal(size=4),
         lever_arm_m=(0.4, -1.2, 0.7),
         lever_arm_sigma_m=0.1,
-        clock=ReceiverClock(300.0, 2.0),
+        clock=ReceiverClock.of_ranges(300.0, 2.0),
         phases=True,
     )
     belief, layout = start.belief(NOISE)
@@ -92,7 +92,7 @@ def test_rows_are_numerical_derivatives(kind, late_s):
 def test_what_is_kept_is_off_by_what_the_present_is():
     rng = np.random.default_rng(4)
     start = InertialStart(
-        np.zeros(3), (3.0, 4.0, 0.0), (1.0, 0.0, 0.0, 0.0), clock=ReceiverClock(300.0, 2.0), phases=True
+        np.zeros(3), (3.0, 4.0, 0.0), (1.0, 0.0, 0.0, 0.0), clock=ReceiverClock.of_ranges(300.0, 2.0), phases=True
     )
     belief, layout = start.belief(NOISE)
     table = rng.normal(size=(30, 30))

@@ -5,13 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from gnss import ReceiverClock
 from navigation import StateError
 from navigation.inertial import (
+    ClockNoise,
     ImuNoise,
     InertialStart,
-    ReceiverClock,
     TangentFrame,
     imu_log,
+    join,
     navigate,
     pseudoranges,
 )
@@ -56,10 +58,23 @@ def test_pseudoranges_correct_place_and_clock_together(drive, smoother):
     assert 0.5 < np.mean(track.innovation[800:] ** 2 / track.innovation_variance[800:]) < 1.5
 
 
+def test_a_clock_is_told_in_seconds_at_a_time_of_the_log_and_goes_on_where_a_track_ends(drive):
+    made, forces, rates = drive
+    log = imu_log(made.times_s[:101] + 50.0, forces[:101], rates[:101])
+    clock, noise = ReceiverClock(2e-6, 1e-7, at_s=40.0), ClockNoise(3.0, 0.2)
+    track = navigate(log, begin(made, clock=clock, clock_noise=noise), join(), NOISE, FRAME)
+    light = 299_792_458.0
+    assert track.clock_m[0] == pytest.approx([light * 3e-6, light * 1e-7])
+    assert track.sigmas[0, -2:] == pytest.approx([3.0, 0.2])
+    after = track.end()
+    assert after.clock.ahead_s(log.times_s[-1] + 7.0) == pytest.approx(clock.ahead_s(log.times_s[-1] + 7.0), rel=1e-9)
+    assert after.clock_noise == noise
+
+
 def test_pseudoranges_without_a_clock_and_clocks_that_are_none_are_refused(drive):
     made, forces, rates = drive
     told = pseudoranges([1.0], [[0.0, 0.0, 2e7]], [2e7], 1.0)
     with pytest.raises(StateError, match="receiver's clock"):
         navigate(imu_log(made.times_s, forces, rates), begin(made), told, NOISE, FRAME)
     with pytest.raises(StateError, match="offset_sigma_m"):
-        ReceiverClock(offset_sigma_m=0.0)
+        ClockNoise(offset_sigma_m=0.0)

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from gnss import ReceiverClock
 from navigation import MeasurementError, StateError, Verdict, mean_bounds, nees
 from navigation.inertial import (
+    ClockNoise,
     ImuNoise,
     InertialStart,
-    ReceiverClock,
     TangentFrame,
     imu_log,
     join,
@@ -63,7 +64,8 @@ def simulated(seed, duration_s=40.0, shared=True):
         velocity_sigma_m_per_s=0.2,
         attitude_sigma_rad=1e-3,
         lever_arm_m=LEVER_M,
-        clock=ReceiverClock(300.0, 40.0 + rng.normal(0.0, 1.0), 1e-3, 1.0, 1e-4, 1e-4),
+        clock=ReceiverClock.of_ranges(300.0, 40.0 + rng.normal(0.0, 1.0)),
+        clock_noise=ClockNoise(1e-3, 1.0, 1e-4, 1e-4),
         phases=True,
     )
     return imu_log(made.times_s, forces, rates), at_s, places, number, phases, start, made

@@ -178,6 +178,31 @@ def test_points_that_are_no_ball_are_told():
         fit_plane(np.outer(np.arange(5.0), (1.0, 2.0, 3.0)))
 
 
+def test_a_small_patch_of_a_far_wall_is_no_ball_though_its_few_steps_would_bend():
+    """A wall of two or three steps is bent like a ball as well as not: 13 pixels wide it is 3 cm of radius."""
+    rng, taken = np.random.default_rng(0), 0
+    cols, rows = (one.ravel() for one in np.meshgrid(np.arange(13.0), np.arange(13.0)))
+    for _ in range(150):
+        first = rng.integers(0, (600, 440))
+        rays = KINECT.rays(cols + first[0], rows + first[1])
+        tilt, turn, range_m = rng.uniform(0.0, 1.0), rng.uniform(0.0, 2.0 * np.pi), rng.uniform(1.0, 4.5)
+        normal = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
+        depths_m = range_m * (rays[84] @ normal) / (rays @ normal)
+        numbers = np.rint((NUMBERS[0] - 1.0 / depths_m) / NUMBERS[1] + rng.normal(0.0, 0.2, len(cols)))
+        patch = TargetPixels(cols + first[0], rows + first[1], KINECT.depths_m(numbers))
+        with pytest.raises(MeasurementError, match="lie on a plane to"):
+            fit_sphere_in_image(patch, KINECT)
+        try:
+            fit_sphere(patch.points_m(KINECT))
+            taken += 1
+        except MeasurementError:
+            pass
+    assert taken > 0, "which knows nothing of steps"
+    # and a ball of five steps is one
+    centre, pixels = next(balls(4.0, 1))
+    assert np.linalg.norm(fit_sphere_in_image(pixels, KINECT).centre_m - centre) < 0.004
+
+
 def test_pixels_and_sensors_that_make_no_sense_are_refused():
     with pytest.raises(MeasurementError, match="depths above zero"):
         TargetPixels([1.0], [2.0], [-1.0])

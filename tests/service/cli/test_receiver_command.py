@@ -37,7 +37,10 @@ REFUSED = [
     (["--rate", "4e6", "--type", "int8", "--prn", "9,x"], "--prn takes numbers of satellites such as 1,7,12"),
     (["--rate", "4e6", "--type", "int8", "--prn", "0"], "A C/A code belongs to a PRN of 1 to 32, not 0."),
     (["--rate", "1e6", "--type", "int8", "--ms", "1"], "A C/A signal needs 2.03 to 100 million complex samples"),
+    (["--rate", "5e6", "--type", "int8", "--ms", "3"], "is above the threshold; the highest"),
+    (["--rate", "5e6", "--type", "int8", "--ms", "3"], "Are rate and type right?"),
     (["--rate", "4e6", "--ms", "1"], "are the samples of another type?"),
+    (["--rate", "4e6", "--type", "int16", "--ms", "1"], "Are rate and type right?"),
     (["--rate", "4e6", "--type", "int8", "--false-alarm", "2"], "A rate of false alarms lies between 0 and 1."),
     (["--type", "int8"], "Missing option '--rate'"),
 ]
@@ -46,6 +49,19 @@ REFUSED = [
 @pytest.mark.parametrize(("words", "sentence"), REFUSED)
 def test_what_cannot_be_searched_is_told_in_a_sentence(words, sentence, recording, sightline):
     sightline("receiver", "acquire", recording, "--doppler-max", "1000", *words).refused(sentence)
+
+
+def test_a_recording_that_is_clipped_is_refused_and_one_that_ends_within_a_sample_told(recording, tmp_path, sightline):
+    whole, words = np.fromfile(recording, np.int8), ("--rate", "4e6", "--type", "int8", "--doppler-max", "1000")
+    loud, cut, none = (tmp_path / f"{name}.bin" for name in ("loud", "cut", "none"))
+    loud.write_bytes(np.clip(60 * whole.astype(int), -128, 127).astype(np.int8).tobytes())
+    sightline("receiver", "acquire", loud, *words).refused("loud.bin is clipped: ", "% of its numbers lie at a limit")
+    cut.write_bytes(whole.tobytes() + b"\x01")
+    told = sightline("receiver", "acquire", cut, *words, "--json").told()
+    assert told["warnings"] == ["cut.bin ends in the middle of a sample; its last bytes are left out."]
+    none.write_bytes(b"")
+    sightline("receiver", "acquire", none, *words).refused("none.bin is truncated")
+    sightline("receiver", "acquire", tmp_path / "gone.bin", *words).refused("cannot be read: No such file")
 
 
 def test_without_a_subcommand_it_shows_what_there_is(sightline):

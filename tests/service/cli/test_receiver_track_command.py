@@ -52,6 +52,7 @@ def test_it_measures_what_is_there_and_writes_it(folder, tmp_path, sightline):
     for name in NAMES:
         one = found[int(name[1:])]
         assert (one["detected"], one["intervals"]) == ((1, 1) if name in STRENGTHS else (0, 1)), name
+        assert one["integration_s"] == pytest.approx(0.38, abs=0.011), "of the 0.4 s that the file lasts"
         if name in STRENGTHS:
             assert one["cn0_db_hz"] == pytest.approx(STRENGTHS[name], abs=2.0)
     assert told["clock_s"] == pytest.approx(recordings.OFFSET_S, abs=4e-7)
@@ -135,6 +136,8 @@ def test_a_lever_arm_moves_the_antenna(folder, sightline):
         (("--clock-drift", "1e-6"), "--clock-drift goes with --clock"),
         (("--integration", "2"), "whole bits of 20 ms"),
         (("--integration", "0"), "whole bits of 20 ms"),
+        (("--integration", "0.03"), "whole bits of 20 ms"),
+        (("--start", "3"), "drive.bin lasts 0.4 s; there is nothing from 3 s on."),
         (("--integration", "nan", "--seconds", "0.1"), "whole bits of 20 ms"),
         (("--seconds", "0"), "the duration and the rate above zero"),
         (("--clock", "nan"), "A receiver's clock needs finite numbers"),
