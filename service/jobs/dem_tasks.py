@@ -39,7 +39,7 @@ from terrain import (
     read_mosaic,
     read_tile,
 )
-from terrain.tiles.tile import check_unchanged
+from terrain.tiles.tile import as_indexed
 
 from .channel import BodyArguments, DemArguments, GroundArguments, LevelArguments, ReadDemArguments, body_in, read_body
 
@@ -285,10 +285,10 @@ def _tile(context: TaskContext, asked: GroundIn) -> Tile:
 def _overview(context: TaskContext, asked: GroundIn) -> ElevationGrid:
     """All of a tile, as coarse as is made at once or as is asked for. Raises DemReadError, GroundChangedError."""
     tile = _tile(context, asked)
-    check_unchanged(tile)
     posts = AT_ONCE_POSTS if asked.resolution_m is None else context.settings.max_dem_cells
     most = min(posts, context.settings.max_dem_cells)
-    return open_dem(tile.path).overview(max_cells=most, resolution_m=asked.resolution_m)
+    with as_indexed(tile):
+        return open_dem(tile.path).overview(max_cells=most, resolution_m=asked.resolution_m)
 
 
 def _id_of(asked: GroundIn, state: str) -> str:

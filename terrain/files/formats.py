@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import re
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Protocol
 
-from ..errors import DemFormatError, DemReadError
+from ..errors import DemFormatError, DemReadError, GroundChangedError
 
-__all__ = ["FORMATS", "local_file", "sniff_format"]
+__all__ = ["FORMATS", "local_file", "sniff_format", "unchanged"]
 
 FORMATS = ("GTiff", "AAIGrid", "SRTMHGT", "DTED", "NPZ", "NPY")
 READABLE = "GeoTIFF, ESRI ASCII grid, SRTM .hgt, DTED, .npz and .npy can be read"
@@ -29,6 +32,47 @@ ASCII_KEYWORDS = (
     "cellsize",
     "nodata_value",
 )
+
+
+class KnownFile(Protocol):
+    """A file whose header was read: where it is, and its size and time at that moment."""
+
+    @property
+    def path(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def size_bytes(self) -> int: ...
+    @property
+    def modified_ns(self) -> int: ...
+
+
+def _check_unchanged(file: KnownFile, *, since: str, then: str) -> None:
+    """Raises GroundChangedError where the file is gone, or has another size or time than when its header was read.
+
+    since, then: when it was read and what to do, for the sentence.
+    """
+    try:
+        found = Path(file.path).stat()
+    except OSError as error:
+        raise GroundChangedError(f"{file.name} is not there any more; {then}.") from error
+    if (found.st_size, found.st_mtime_ns) != (file.size_bytes, file.modified_ns):
+        raise GroundChangedError(f"{file.name} was changed since {since}; {then}.")
+
+
+@contextmanager
+def unchanged(file: KnownFile, *, since: str, then: str) -> Iterator[None]:
+    """Read a known file within: GroundChangedError where it was another before, meanwhile or after.
+
+    What cannot be read because somebody writes it at that moment is told as a change, too.
+    """
+    _check_unchanged(file, since=since, then=then)
+    try:
+        yield
+    except DemReadError:
+        _check_unchanged(file, since=since, then=then)
+        raise
+    _check_unchanged(file, since=since, then=then)
 
 
 def local_file(path: str | os.PathLike[str]) -> Path:

@@ -12,13 +12,13 @@ import pyproj
 from ..crs.parts import same_map, split_shift
 from ..datums.conversion import with_vertical_datum
 from ..datums.references import parse_vertical_datum
-from ..errors import DemReadError, DemTooLargeError, DemUnsupportedError, GroundChangedError
+from ..errors import DemReadError, DemTooLargeError, DemUnsupportedError
 from ..grid import ElevationGrid, Provenance, RasterFile
 from ..heights import heights_of
 from ..limits import DEFAULT_MAX_CELLS
 from ..units import HEIGHT_UNITS
 from ..voids import unknown_posts
-from .formats import local_file, sniff_format
+from .formats import local_file, sniff_format, unchanged
 from .overviews import levels_of_file
 from .placing import place
 from .raster import read_raster, read_raster_head
@@ -58,16 +58,14 @@ class LargeDem(RasterFile):
     def window(self, first_row: int, last_row: int, first_col: int, last_col: int) -> ElevationGrid:
         """The posts of some rows and columns, ends included, read from the file; equal to a window of the whole.
 
-        Raises DemReadError (GroundChangedError where the file was changed since it was opened), IndexError.
+        Raises DemReadError (GroundChangedError where the file is not what it was when it was opened), IndexError.
         """
         if not (0 <= first_row <= last_row < self.rows and 0 <= first_col <= last_col < self.cols):
             raise IndexError(f"Rows {first_row}…{last_row}, columns {first_col}…{last_col} are not all in the DEM.")
-        file = local_file(self.path)
-        found = file.stat()
-        if (found.st_size, found.st_mtime_ns) != (self.size_bytes, self.modified_ns):
-            raise GroundChangedError(f"{self.name} was changed while it was read by windows; ask again.")
         window = PostWindow(first_row, last_row, first_col, last_col)
-        grid = _read(file, self.driver, window, nodata=self.nodata, height_unit=self.height_unit)
+        with unchanged(self, since="it was opened", then="ask again"):
+            file = local_file(self.path)
+            grid = _read(file, self.driver, window, nodata=self.nodata, height_unit=self.height_unit)
         return grid if self.wanted_datum is None else with_vertical_datum(grid, self.wanted_datum)
 
     def frame(self) -> ElevationGrid:

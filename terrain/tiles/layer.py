@@ -18,7 +18,7 @@ from ..files.reading import read_part
 from ..files.warping import Posts
 from ..units import degrees_per_unit
 from .levelling import Step, levelled
-from .tile import Tile, check_unchanged
+from .tile import Tile, as_indexed
 
 __all__ = ["CONTRADICTION_M", "Layer", "Part", "layers_of", "read_layer"]
 
@@ -150,11 +150,10 @@ def _read_tile_into(
     )  # fmt: skip
     if mine.first_row > mine.last_row or mine.first_col > mine.last_col:
         return
-    check_unchanged(tile)
-    raw, heights, heights_m, warnings = read_part(
-        Path(tile.path), tile.driver, mine, max_cells=max_cells, level=tile.level
-    )
-    check_unchanged(tile)
+    with as_indexed(tile):
+        raw, heights, heights_m, warnings = read_part(
+            Path(tile.path), tile.driver, mine, max_cells=max_cells, level=tile.level
+        )
     heights_m, datum, step, told = levelled(tile, mine, heights_m, heights.vertical_datum, wanted)
     part.datums[datum] += 1
     part.warnings.update(told)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -13,14 +14,14 @@ import shapely
 
 from ..crs.frames import body_of
 from ..crs.texts import parse_crs
-from ..errors import DemUnsupportedError, GroundChangedError
+from ..errors import DemUnsupportedError
 from ..files.arrays import npz_head
-from ..files.formats import local_file, sniff_format
+from ..files.formats import local_file, sniff_format, unchanged
 from ..files.overviews import POSTS, cell_of, level_for, levels_of_file, to_degrees
 from ..files.raster import read_raster_head
 from ..files.raw import RawHead
 
-__all__ = ["Tile", "check_unchanged", "coarser_tile", "read_tile", "to_degrees"]
+__all__ = ["Tile", "as_indexed", "coarser_tile", "read_tile", "to_degrees"]
 
 # points along each border: meridians bend on maps
 BORDER_POINTS = 9
@@ -111,12 +112,13 @@ def coarser_tile(tile: Tile, resolution_m: float | None) -> tuple[Tile, str | No
 
     Raises DemReadError, GroundChangedError.
     """
-    if resolution_m is not None:
-        check_unchanged(tile)
-    number, told = level_for(Path(tile.path), tile.driver, resolution_m)
-    if number == POSTS:
-        return tile, told
-    level = levels_of_file(Path(tile.path), tile.driver)[number]
+    if resolution_m is None:
+        return tile, None
+    with as_indexed(tile):
+        number, told = level_for(Path(tile.path), tile.driver, resolution_m)
+        if number == POSTS:
+            return tile, told
+        level = levels_of_file(Path(tile.path), tile.driver)[number]
     step_x, step_y = tile.step_x * tile.cols / level.cols, tile.step_y * tile.rows / level.rows
     coarser = replace(
         tile, level=number, rows=level.rows, cols=level.cols, step_x=step_x, step_y=step_y, cell_m=level.cell_m,
@@ -125,18 +127,9 @@ def coarser_tile(tile: Tile, resolution_m: float | None) -> tuple[Tile, str | No
     return coarser, told
 
 
-def check_unchanged(tile: Tile) -> None:
-    """Raises GroundChangedError where the file is gone, or has another size or time than when its header was read."""
-    try:
-        found = Path(tile.path).stat()
-    except OSError as error:
-        raise GroundChangedError(
-            f"The tile {tile.name} is not there any more; index the library again (sightline ground add)."
-        ) from error
-    if (found.st_size, found.st_mtime_ns) != (tile.size_bytes, tile.modified_ns):
-        raise GroundChangedError(
-            f"The tile {tile.name} was changed since it was indexed; index the library again (sightline ground add)."
-        )
+def as_indexed(tile: Tile) -> AbstractContextManager[None]:
+    """Read a tile's file within: GroundChangedError where it is not the file that was indexed."""
+    return unchanged(tile, since="it was indexed", then="index the library again (sightline ground add)")
 
 
 def _placed(name: str, head: RawHead, crs: pyproj.CRS) -> tuple[tuple[tuple[float, float], ...], float]:

@@ -21,6 +21,7 @@ from service.products.windows.files import COUNT, LOWEST
 from service.products.windows.ground import posts_asked_about
 from service.settings import Settings
 from terrain import AreaError, DemUnsupportedError, GroundChangedError, LargeDem, open_dem, read_dem
+from terrain.files import large_dem
 from tests.service.large_dems import NORTH_M, WEST_M, anchors, hills_m, parameters, write_cog
 from visibility import Anchor, AntennaLimits, min_visible_altitude
 from visibility.sight.in_reach import ReachOptions, in_reach, reach_of
@@ -189,7 +190,34 @@ def test_ground_that_changes_underneath_is_noticed(tmp_path: Path) -> None:
     path = write_cog(tmp_path / "hills.tif", hills_m(300))
     dem = open_dem(path)
     write_cog(path, hills_m(300, seed=3))
-    with pytest.raises(GroundChangedError, match="was changed while it was read"):
+    with pytest.raises(GroundChangedError, match="was changed since it was opened"):
+        dem.window(0, 9, 0, 9)
+    path.write_bytes(b"half")
+    with pytest.raises(GroundChangedError, match="was changed since it was opened"):
+        dem.window(0, 9, 0, 9)
+    path.unlink()
+    with pytest.raises(GroundChangedError, match=r"hills\.tif is not there any more; ask again"):
+        dem.window(0, 9, 0, 9)
+
+
+@pytest.mark.parametrize("taken", [False, True])
+def test_ground_that_changes_while_it_is_read_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, taken: bool
+) -> None:
+    """Whether the posts could be read meanwhile or not."""
+    path = write_cog(tmp_path / "hills.tif", hills_m(300))
+    dem, reads = open_dem(path), large_dem.read_raster
+
+    def meanwhile(*asked: Any, **more: Any) -> Any:
+        if taken:
+            path.unlink()
+            return reads(*asked, **more)
+        read = reads(*asked, **more)
+        write_cog(path, hills_m(300, seed=3))
+        return read
+
+    monkeypatch.setattr(large_dem, "read_raster", meanwhile)
+    with pytest.raises(GroundChangedError, match="is not there any more" if taken else "was changed since"):
         dem.window(0, 9, 0, 9)
 
 
