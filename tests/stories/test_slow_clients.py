@@ -184,7 +184,7 @@ def test_a_ninth_watcher_gets_in_once_eight_that_never_read_are_dropped(guarded:
 def test_pings_are_answered_and_a_flood_of_them_ends_the_stream(guarded: tuple[Server, Place]) -> None:
     server, place = guarded
     url = f"{server.url.replace('http', 'ws', 1)}/detectors/{place.detector_id}/stream?watch=true"
-    with connect(url, proxy=None, close_timeout=1.0) as stream:
+    with connect(url, proxy=None, close_timeout=30.0) as stream:
         for _ in range(20):
             assert stream.ping().wait(10.0)
         with pytest.raises(ConnectionClosed) as closed:

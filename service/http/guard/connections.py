@@ -72,8 +72,8 @@ class Watched(Protocol):
 class Connections:
     """The open connections of one server; all of it happens in its event loop.
 
-    Where there are as many as there may be, one that never asked for anything is closed for a new one, else one that is
-    idle, the longest of the address that has most; where none is idle, the new one is answered with 503, or 429 for an
+    Where there are as many as there may be, the address that has most makes room for a new one: of what never asked for
+    anything, else of what is idle, the longest. Where it cannot, the new one is answered with 503, or 429 for an
     address that has too many. Proxies that are trusted may have as many as all.
     """
 
@@ -96,13 +96,13 @@ class Connections:
         """Take in a connection; where it cannot be, the app that answers it instead."""
         refusal: LimitError | None = None
         if self._each[one.address] >= self._most_each and one.address not in self._proxies:
-            if not self._make_room(one.address):
+            if not self._make_room(one.address, (one.address,)):
                 refusal = TooManyError(
                     f"This address has {self._most_each} connections, as many as it may; close some",
                     limit_name="max_client_connections",
                     limit=self._most_each,
                 )
-        elif len(self._open) >= self._most and not self._make_room(None):
+        elif len(self._open) >= self._most and not self._make_room(one.address, self._by_number()):
             refusal = BusyError(
                 f"{self._most} connections are open, which is the limit; try again in a moment",
                 limit_name="max_connections",
@@ -151,29 +151,42 @@ class Connections:
         error = context.get("exception")
         if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket.accept" in context["message"]:
             if not self._untold["out of descriptors"]:
-                self._make_room(None)
+                self._make_room("", self._by_number())
             self._count("out of descriptors")
             return
         loop.default_exception_handler(context)
 
-    def _make_room(self, address: str | None) -> bool:
-        """Close an idle connection, of that address where one is given; whether there was one."""
-        longest = next((one for one in self._silent if address in (None, one.address)), None)
-        if longest is not None and time.monotonic() - (longest.idle_since_s or 0.0) < MOMENT_S:
-            longest = None
-        if longest is None:
-            kept = (one for one in self._open if one not in self._silent)
-            idle = [(since_s, one) for one in kept if (since_s := one.idle_since_s) is not None]
-            if address is None and idle:
-                address = Counter(one.address for _, one in idle).most_common(1)[0][0]
-            mine = [each for each in idle if each[1].address == address]
-            if not mine:
-                return False
-            _, longest = min(mine, key=lambda each: each[0])
-        self.leave(longest)
-        self._count("idle")
-        longest.end(None)
-        return True
+    def _make_room(self, newcomer: str, addresses: Sequence[str]) -> bool:
+        """Close a connection over which nothing is asked, of the first address that has one; whether there was one.
+
+        An address that has fewer than the newcomer's gives none, and one that has as many only what is not of this
+        moment: those who come and go by the thousand make room among themselves.
+        """
+        before_s, fewest = time.monotonic() - MOMENT_S, self._each[newcomer]
+        for address in addresses:
+            if self._each[address] < fewest:
+                continue
+            waiting = self._longest_of(address)
+            if waiting is None or (waiting[0] > before_s and self._each[address] == fewest):
+                continue
+            self.leave(waiting[1])
+            self._count("idle")
+            waiting[1].end(None)
+            return True
+        return False
+
+    def _longest_of(self, address: str) -> tuple[float, Watched] | None:
+        """(since when, connection) of what an address has had longest without a request, the never asked first."""
+        for among in (self._silent, self._open):
+            mine = (one for one in among if one.address == address)
+            waiting = [(since_s, one) for one in mine if (since_s := one.idle_since_s) is not None]
+            if waiting:
+                return min(waiting, key=lambda each: each[0])
+        return None
+
+    def _by_number(self) -> list[str]:
+        """The addresses, who has most connections first."""
+        return [address for address, _ in self._each.most_common()]
 
     def _count(self, what: str) -> None:
         self.ended[what] += 1

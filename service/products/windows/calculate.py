@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -141,10 +142,11 @@ def _write(request: Prepared, parcels: Sequence[Parcel], parts: Path, work: Work
     """Block rows from north to south, each once all parcels that touch it are done; the facts of all parcels."""
     facts: dict[int, ParcelFacts] = {}
     posts, done = sum(parcel.reach.posts for parcel in parcels), 0
-    coming = _worked_out(parcels, work)
     nan = float("nan")
     dem, box = request.dem, request.box
     with (
+        closing(_worked_out(parcels, work)) as coming,
+        ThreadPoolExecutor(2) as pool,
         unfinished_raster(dem, box, parts / COUNT, "uint8", NOTHING, ("visible anchors", "unknown anchors")) as count,
         unfinished_raster(dem, box, parts / LOWEST, "float32", nan, ("lowest altitude with one in sight",)) as lowest,
     ):
@@ -157,19 +159,27 @@ def _write(request: Prepared, parcels: Sequence[Parcel], parts: Path, work: Work
                 facts[number] = fact
                 done += parcels[number].reach.posts
                 work.progress(SHARE_OF_ROWS * done / posts)
-            _write_rows(dem, box, here, rows, (count, lowest))
+            _write_rows(dem, box, here, rows, (count, lowest), pool)
             for parcel in here:
                 if parcel.reach.last_row < rows[1]:
                     remove_parcel(parcel)
     return facts
 
 
-def _worked_out(parcels: Sequence[Parcel], work: Work) -> Iterator[tuple[int, ParcelFacts]]:
-    """(number, facts) of each parcel once it is done. Raises RequestError when somebody wants it ended."""
+def _worked_out(parcels: Sequence[Parcel], work: Work) -> Generator[tuple[int, ParcelFacts]]:
+    """(number, facts) of each parcel once it is done; while it is used, the next one is worked out already.
+
+    Raises RequestError when somebody wants it ended.
+    """
     if work.scheduler is None:
-        for parcel in parcels:
-            _go_on(work.stop)
-            yield parcel.number, work_out(parcel)
+        with ThreadPoolExecutor(1) as ahead:
+            coming = None
+            for parcel in (*parcels, None):
+                _go_on(work.stop)
+                done, coming = coming, None if parcel is None else ahead.submit(work_out, parcel)
+                if done is not None:
+                    facts = done.result()
+                    yield facts.number, facts
         return
 
     def submit(client: Any, numbers: Sequence[int]) -> dict[Any, int]:
@@ -185,11 +195,12 @@ def _go_on(stop: Callable[[], bool]) -> None:
 
 
 def _write_rows(
-    dem: Raster, box: Reach, parcels: Sequence[Parcel], rows: tuple[int, int], files: tuple[Any, Any]
+    dem: Raster, box: Reach, parcels: Sequence[Parcel], rows: tuple[int, int], files: tuple[Any, Any], pool: Executor
 ) -> None:
     """What the parcels say of one block row, where any of them reaches, into count and lowest."""
     count, lowest = files
     arrays = {parcel.number: stored(parcel) for parcel in parcels}
+    blocks = []
     for first_col in range(box.first_col, box.last_col + 1, COLUMNS_AT_A_TIME):
         cols = first_col, min(first_col + COLUMNS_AT_A_TIME, box.last_col + 1)
         pieces = []
@@ -206,12 +217,16 @@ def _write_rows(
                 where = slice(top - rows[0], bottom - rows[0]), slice(left - cols[0], right - cols[0])
                 pieces.append((parcel, np.asarray(altitude_m[part]), np.asarray(seen[part]), where))
         if pieces:
-            block = Reach(rows[0], rows[1] - 1, cols[0], cols[1] - 1)
-            visible, unknown, lowest_m = combined(dem, block, pieces)
-            window = Window(cols[0] - box.first_col, rows[0] - box.first_row, block.shape[1], block.shape[0])
-            count.write(visible, 1, window=window)
-            count.write(unknown, 2, window=window)
-            lowest.write(lowest_m, 1, window=window)
+            blocks.append((Reach(rows[0], rows[1] - 1, cols[0], cols[1] - 1), pieces))
+    # numpy leaves the interpreter meanwhile
+    said = pool.map(lambda one: combined(dem, *one), blocks)
+    for (block, _), (visible, unknown, lowest_m) in zip(blocks, said, strict=True):
+        window = Window(
+            block.first_col - box.first_col, block.first_row - box.first_row, block.shape[1], block.shape[0]
+        )
+        count.write(visible, 1, window=window)
+        count.write(unknown, 2, window=window)
+        lowest.write(lowest_m, 1, window=window)
 
 
 def check_room(request: Prepared, folder: Path, memory_limit_bytes: int = MEMORY_LIMIT_BYTES) -> None:
