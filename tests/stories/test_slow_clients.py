@@ -20,6 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from benchmarks.service.slow_attackers import ATTACKS
 from benchmarks.service.slow_clients import HONEST, Place, honest_clients, made_place, resident_bytes, under_attack
+from service.http.guard.connections import MOMENT_S
 from tests.service.running import Server, running
 
 HEADER_S, STALL_S = 2.0, 3.0
@@ -201,7 +202,9 @@ def _flood(stream: ClientConnection) -> None:
 
 def test_connections_beyond_the_limit_are_answered_and_idle_ones_make_room(tmp_path: Path) -> None:
     with running(tmp_path / "data", max_connections=8, rehearse="maps") as server, ExitStack() as stack:
-        idle = [stack.enter_context(raw(server, b"")) for _ in range(12)]
+        idle = [stack.enter_context(raw(server, b"")) for _ in range(8)]
+        time.sleep(2.0 * MOMENT_S)  # what has just come does not give way
+        idle += [stack.enter_context(raw(server, b"")) for _ in range(4)]
         assert server.client.get("/health").status_code == 200
         deadline_s = time.monotonic() + 20.0
         while sum(is_open(one) for one in idle) > 8:

@@ -159,30 +159,29 @@ class Connections:
     def _make_room(self, newcomer: str, addresses: Sequence[str]) -> bool:
         """Close a connection over which nothing is asked, of the first address that has one; whether there was one.
 
-        An address that has fewer than the newcomer's gives none, and one that has as many only what is not of this
-        moment: those who come and go by the thousand make room among themselves.
+        An address that has fewer than the newcomer's gives none: those who come and go by the thousand make room among
+        themselves.
         """
-        before_s, fewest = time.monotonic() - MOMENT_S, self._each[newcomer]
         for address in addresses:
-            if self._each[address] < fewest:
-                continue
-            waiting = self._longest_of(address)
-            if waiting is None or (waiting[0] > before_s and self._each[address] == fewest):
-                continue
-            self.leave(waiting[1])
-            self._count("idle")
-            waiting[1].end(None)
-            return True
+            if self._each[address] >= self._each[newcomer]:
+                longest = self._longest_of(
+                    address, silent_s=0.0 if self._each[address] > self._each[newcomer] else MOMENT_S
+                )
+                if longest is not None:
+                    self.leave(longest)
+                    self._count("idle")
+                    longest.end(None)
+                    return True
         return False
 
-    def _longest_of(self, address: str) -> tuple[float, Watched] | None:
-        """(since when, connection) of what an address has had longest without a request, the never asked first."""
-        for among in (self._silent, self._open):
-            mine = (one for one in among if one.address == address)
-            waiting = [(since_s, one) for one in mine if (since_s := one.idle_since_s) is not None]
-            if waiting:
-                return min(waiting, key=lambda each: each[0])
-        return None
+    def _longest_of(self, address: str, silent_s: float) -> Watched | None:
+        """What an address has had longest without a request, first what was never asked for that long."""
+        before_s = time.monotonic() - silent_s
+        mine = (one for one in self._open if one.address == address)
+        idle = [(one, since_s) for one in mine if (since_s := one.idle_since_s) is not None]
+        never = [(one, since_s) for one, since_s in idle if one in self._silent and since_s <= before_s]
+        among = never or [(one, since_s) for one, since_s in idle if one not in self._silent]
+        return min(among, key=lambda each: each[1])[0] if among else None
 
     def _by_number(self) -> list[str]:
         """The addresses, who has most connections first."""
