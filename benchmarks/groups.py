@@ -27,7 +27,7 @@ from benchmarks.navigation import (
 )
 from benchmarks.navigation.street import drive as street_drive
 from benchmarks.navigation.street import exclusion
-from benchmarks.planning import gates, path_benefit, placing, placing_baselines, plain_annealing, unreachables
+from benchmarks.planning import choices, gates, path_benefit, placing, placing_baselines, plain_annealing, unreachables
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
     attacks,
@@ -137,6 +137,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         planning.same_twice,
         unreachables.unreachables,
     ),
+    "choices": (choices.other_ways, choices.replanning),
     "gates": (gates.gates,),
 }
 # the same tables on small grounds: to see that everything runs, not to be believed
@@ -257,6 +258,10 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(path_benefit.benefit, count=3, posts=60),
         partial(planning.same_twice, count=1),
         partial(unreachables.unreachables, count=12, posts=40),
+    ),
+    "choices": (
+        partial(choices.other_ways, count=10, posts=60),
+        partial(choices.replanning, posts=128, problems=1, starts=3),
     ),
     "gates": (partial(gates.gates, count=6),),
 }

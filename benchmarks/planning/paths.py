@@ -21,7 +21,7 @@ from planning.paths.sight_maps import sight_maps
 from planning.validation import validate_path
 from visibility import min_visible_altitude
 
-__all__ = ["cost_in_three_seconds", "first_path", "random_paths", "same_twice"]
+__all__ = ["cost_in_three_seconds", "first_path", "random_paths", "rolling", "same_twice"]
 
 # steps to the 32 nearest squares in different directions: headings at most 7 degrees apart
 FINE_MOVES = np.array(
@@ -92,7 +92,7 @@ def _joined(problem: PathProblem, field: CostField) -> bool:
 
 def first_path(posts: int = 1024, count: int = 15) -> Table:
     """How soon a first valid path is known once maps and field are ready."""
-    ground = _rolling(posts)
+    ground = rolling(posts)
     seconds, whole = [], []
     for problem in random_problems(ground, 3 * count, seed=5):
         field = cost_field(problem, sight_maps(problem))
@@ -118,7 +118,8 @@ def first_path(posts: int = 1024, count: int = 15) -> Table:
     return Table(f"First valid path, {posts}²", ("what", "median", "longest"), rows)
 
 
-def _rolling(posts: int) -> Ground:
+def rolling(posts: int) -> Ground:
+    """Gentle fractal ground with six anchors."""
     grid = fractal_grid(posts)
     gentle = replace(grid, heights_m=grid.heights_m * np.float32(RELIEF_SHARE))
     anchors = [anchor for anchor, *_ in spread_anchors(gentle, 6)]

@@ -1,8 +1,9 @@
 """Kernels of anchor placement: what a target is worth to a goal, and what each candidate would add.
 
 A target's state is one row, its columns named below: sums of weighted products of unit directions, of weighted
-directions and of weights, the number in sight, the value. Anchors are rows of east, north, altitude, weight. Sight is
-packed: bit i of row a = anchor a sees target i. aim, targets: ``Aim`` and ``TargetRows`` of planning.placement.judges.
+directions and of weights, the number in sight, the value, and the value while nothing is lost. Anchors are rows of
+east, north, altitude, weight. Sight is packed: bit i of row a = anchor a sees target i. aim, targets: ``Aim`` and
+``TargetRows`` of planning.placement.judges.
 """
 
 import math
@@ -24,10 +25,7 @@ __all__ = [
     "VALUE",
     "VERTICAL",
     "additions",
-    "count_masks",
     "fill_states",
-    "keep_in_range",
-    "weight_under_mask",
 ]
 
 # what a target is worth
@@ -36,8 +34,8 @@ COVERAGE, DOP, ERROR, INFORMATION = 0, 1, 2, 3
 POSITION, HORIZONTAL, VERTICAL = 0, 1, 2
 
 # columns of a state
-EE, EN, EU, NN, NU, UU, SUM_E, SUM_N, SUM_U, SUM, COUNT, VALUE = range(12)
-STATE_COLUMNS = 12
+EE, EN, EU, NN, NU, UU, SUM_E, SUM_N, SUM_U, SUM, COUNT, VALUE, WHOLE = range(13)
+STATE_COLUMNS = 13
 # columns of an anchor, of a point and of a normal
 EAST, NORTH, UP, WEIGHT = range(4)
 # of all targets with one more candidate: their weighted worths added, and the least
@@ -159,6 +157,7 @@ def _joined(state, point, anchor, clock):
         state[SUM] + total,
         state[COUNT] + one,
         0.0,
+        0.0,
     )
 
 
@@ -168,29 +167,35 @@ def _sees(bits, anchor, target):
 
 
 @scalar_kernel
-def _worth_after_loss(state, target, targets, present, present_bits, aim):
-    """The same, after the worst loss where one anchor may be lost; ``state`` comes back as it was."""
+def _after_loss(state, target, targets, present, present_bits, aim, value, least):
+    """What is left of a value after the worst loss of an anchor present; at ``least`` no more losses are looked at.
+
+    ``state`` comes back as it was.
+    """
     point, normal = targets.point_m[target], targets.normal[target]
-    value = _worth(state, normal, aim)
-    if aim.spare == 0 or aim.objective == INFORMATION:
-        return value
     for a in range(present.shape[0]):
+        if value <= least:
+            return least
         if _sees(present_bits, a, target):
             _move(state, point, present[a], -1.0)
             value = min(value, _worth(state, normal, aim))
             _move(state, point, present[a], 1.0)
-    return value
+    return max(value, least)
 
 
 @parallel_kernel
 def fill_states(targets, present, present_bits, aim, states):
-    """Fill states (m, 12) from the anchors present (k, 4) and their sight (k, words)."""
+    """Fill states (m, 13) from the anchors present (k, 4) and their sight (k, words)."""
+    loses, least = aim.spare > 0 and aim.objective != INFORMATION, 0.0 if aim.objective == DOP else -aim.worst_m
     for i in prange(states.shape[0]):
         states[i, :] = 0.0
         for a in range(present.shape[0]):
             if _sees(present_bits, a, i):
                 _move(states[i], targets.point_m[i], present[a], 1.0)
-        states[i, VALUE] = _worth_after_loss(states[i], i, targets, present, present_bits, aim)
+        value = _worth(states[i], targets.normal[i], aim)
+        states[i, VALUE], states[i, WHOLE] = value, value
+        if loses:
+            states[i, VALUE] = _after_loss(states[i], i, targets, present, present_bits, aim, value, least)
 
 
 @parallel_kernel
@@ -201,6 +206,7 @@ def additions(targets, states, present, present_bits, candidates, bits, aim, out
     """
     # with fewer in sight one more changes nothing; information has no such threshold
     least_count = 0.0 if aim.objective == INFORMATION else aim.needed + aim.spare - 1.0
+    loses = aim.spare > 0 and aim.objective != INFORMATION
     for c in prange(candidates.shape[0]):
         total, least = 0.0, math.inf
         state = np.empty(STATE_COLUMNS)
@@ -209,91 +215,15 @@ def additions(targets, states, present, present_bits, candidates, bits, aim, out
             # what is good stays good: one more anchor takes no information away
             good = aim.objective == DOP and value == 1.0
             if not good and states[i, COUNT] >= least_count and _sees(bits, c, i):
-                if aim.spare == 0 or aim.objective == INFORMATION:
+                if not loses:
                     more = _joined(states[i], targets.point_m[i], candidates[c], aim.clock)
                     value = _worth(more, targets.normal[i], aim)
-                else:
+                elif value < states[i, WHOLE]:
+                    # the newcomer itself may be the one that is lost, so that nothing is gained over the whole
                     state[:] = states[i]
-                    before = _worth(state, targets.normal[i], aim)
                     _move(state, targets.point_m[i], candidates[c], 1.0)
-                    value = _worth_after_loss(state, i, targets, present, present_bits, aim)
-                    value = min(value, before)  # the newcomer itself may be the one that is lost
+                    whole = min(_worth(state, targets.normal[i], aim), states[i, WHOLE])
+                    value = _after_loss(state, i, targets, present, present_bits, aim, whole, value)
             total += targets.weight[i] * value
             least = min(least, value)
         out[c, TOTAL], out[c, LEAST] = total, least
-
-
-@scalar_kernel
-def _ones(word):
-    """How many bits of a word are set."""
-    word -= (word >> np.uint64(1)) & np.uint64(0x5555555555555555)
-    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
-    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
-
-
-# bits of a number of anchors in sight
-COUNT_BITS = 10
-
-
-@scalar_kernel
-def count_masks(rows, full, reached, short):
-    """Fill bits of targets that at least ``full`` of rows (k, words) see, and of those that see one too few."""
-    # rows are added up 64 targets at a time, a word for each binary digit of the sums
-    digits = np.zeros(COUNT_BITS, np.uint64)
-    for w in range(rows.shape[1]):
-        digits[:] = 0
-        for a in range(rows.shape[0]):
-            carry = rows[a, w]
-            for digit in range(COUNT_BITS):
-                digits[digit], carry = digits[digit] ^ carry, digits[digit] & carry
-                if carry == 0:
-                    break
-        more, equal, equal_short = np.uint64(0), ~np.uint64(0), ~np.uint64(0)
-        for digit in range(COUNT_BITS - 1, -1, -1):
-            if (full >> digit) & 1 != 0:
-                equal &= digits[digit]
-            else:
-                more |= equal & digits[digit]
-                equal &= ~digits[digit]
-            equal_short &= digits[digit] if ((full - 1) >> digit) & 1 != 0 else ~digits[digit]
-        reached[w], short[w] = more | equal, equal_short
-
-
-@parallel_kernel
-def weight_under_mask(bits, which, mask, weight, out):
-    """Fill out (r,) with the weight of the targets in mask (words,) that each row bits[which[r]] sees.
-
-    weight: (m,), or (0,) where every target counts 1.
-    """
-    for r in prange(which.shape[0]):
-        row = bits[which[r]]
-        total = 0.0
-        if weight.shape[0] == 0:
-            ones = np.uint64(0)
-            for w in range(mask.shape[0]):
-                ones += _ones(row[w] & mask[w])
-            total = float(ones)
-        else:
-            for w in range(mask.shape[0]):
-                word = row[w] & mask[w]
-                if word != 0:
-                    for b in range(min(64, weight.shape[0] - 64 * w)):
-                        if (word >> np.uint64(b)) & np.uint64(1) != 0:
-                            total += weight[64 * w + b]
-        out[r] = total
-
-
-@parallel_kernel
-def keep_in_range(seen, place_m, point_m, max_range_m, drop_per_m2):
-    """Clear seen (n, m) bool where a target (m, 3) is further from an anchor (n, 3) than its longest slant range.
-
-    drop_per_m2: curvature, as for antenna limits: ground at distance d lies d² times that lower.
-    """
-    for i in prange(point_m.shape[0]):
-        for a in range(place_m.shape[0]):
-            east, north = point_m[i, 0] - place_m[a, 0], point_m[i, 1] - place_m[a, 1]
-            across2 = east * east + north * north
-            up = point_m[i, 2] - drop_per_m2 * across2 - place_m[a, 2]
-            if across2 + up * up > max_range_m * max_range_m:
-                seen[a, i] = False

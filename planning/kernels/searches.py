@@ -144,17 +144,22 @@ def search(field, moves, starts, start_costs, goals, goal_costs, greed):
 
 
 @scalar_kernel
-def costs_from(field, starts, start_costs):
-    """(rows · cols,) cost of the cheapest way over the eight neighbours from any start to each node; +inf = none."""
+def costs_from(field, ends, end_costs, onto):
+    """(cost, neighbour), each (rows · cols,): the cheapest way over the eight neighbours from any end to each node.
+
+    onto: from each node to any end instead. neighbour: the one before the node on that way, with onto the one after it;
+    -1 = it is an end, or there is no way, which costs +inf.
+    """
     rows, cols = field.allowed.shape
     known = np.full(rows * cols, math.inf)
+    beside = np.full(rows * cols, -1, np.int64)
     closed = np.zeros(rows * cols, np.uint8)
     keys, items, size = np.empty(ROOM), np.empty(ROOM, np.int64), 0
-    for i in range(starts.shape[0]):
-        known[starts[i]] = min(known[starts[i]], start_costs[i])
+    for i in range(ends.shape[0]):
+        known[ends[i]] = min(known[ends[i]], end_costs[i])
         if size == keys.shape[0]:
             keys, items = doubled(keys, items)
-        size = push(keys, items, size, start_costs[i], starts[i])
+        size = push(keys, items, size, end_costs[i], ends[i])
     while size > 0:
         node, size = pop(keys, items, size)
         if closed[node]:
@@ -166,13 +171,14 @@ def costs_from(field, starts, start_costs):
                 there = r * cols + c
                 if closed[there] or field.allowed[r, c] != 1:
                     continue
-                found = known[node] + step_cost(field, row, col, r, c)
+                step = step_cost(field, r, c, row, col) if onto else step_cost(field, row, col, r, c)
+                found = known[node] + step
                 if found < known[there]:
-                    known[there] = found
+                    known[there], beside[there] = found, node
                     if size == keys.shape[0]:
                         keys, items = doubled(keys, items)
                     size = push(keys, items, size, found, there)
-    return known
+    return known, beside
 
 
 @scalar_kernel

@@ -198,7 +198,7 @@ def fastest_arrivals_s(problem: PathProblem, field: CostField) -> Numbers:
     timed = _timed(field)
     row, col = problem.grid.post_at(*problem.start)
     ends = square_ends(timed, row, col, True)
-    arrival_s: Numbers = costs_from(timed, ends.nodes, ends.costs).reshape(field.reasons.shape)
+    arrival_s: Numbers = costs_from(timed, ends.nodes, ends.costs, False)[0].reshape(field.reasons.shape)
     return arrival_s
 
 

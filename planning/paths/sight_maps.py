@@ -34,7 +34,7 @@ from visibility.signal import min_usable_altitude, reception
 
 from .places import Cells, metres_of
 
-__all__ = ["Positioning", "Received", "SightMaps", "Sightings", "anchor_places", "exact_lines", "sight_maps"]
+__all__ = ["Positioning", "SightMaps", "Sightings", "anchor_places", "exact_lines", "minimum_of", "sight_maps"]
 
 Floats = npt.NDArray[np.float64]
 Standing = Anchor | DistantAnchor
@@ -92,13 +92,17 @@ def sight_maps(problem: PathProblem) -> SightMaps | None:
     """The maps of a problem's anchors; None where it has none. Raises AnchorError."""
     if problem.moves:
         return _Moving(problem)
-    if problem.minimum is not None:
-        return _Standing(problem, problem.minimum)
+    minimum = minimum_of(problem)
+    return None if minimum is None else _Standing(problem, minimum)
+
+
+def minimum_of(problem: PathProblem) -> MinimumVisibleAltitude | None:
+    """The surfaces of anchors that stand, given or worked out; None where there are none. Raises AnchorError."""
     standing = tuple(anchor for anchor in problem.anchors if isinstance(anchor, Standing))
-    if not standing:
-        return None
+    if problem.minimum is not None or not standing:
+        return problem.minimum
     antenna_m = problem.rover.receiver_above_ground_m
-    return _Standing(problem, min_usable_altitude(problem.grid, standing, "exact", only_above_ground_m=antenna_m))
+    return min_usable_altitude(problem.grid, standing, "exact", only_above_ground_m=antenna_m)
 
 
 def anchor_places(problem: PathProblem, anchor: Standing | MovingAnchor, times_s: Floats) -> Floats:
@@ -153,8 +157,7 @@ class _Moving:
 
     def __init__(self, problem: PathProblem) -> None:
         self._problem = problem
-        antenna_m = problem.rover.receiver_above_ground_m
-        usable = partial(min_usable_altitude, only_above_ground_m=antenna_m)
+        usable = partial(min_usable_altitude, only_above_ground_m=problem.rover.receiver_above_ground_m)
         self._cache = SurfaceCache(problem.grid, "exact", calculate=usable)
         self._frames: dict[float, Positioning] = {}
 

@@ -17,6 +17,7 @@ from .leapfrog import Leapfrog, StretchPlan, TimedMove, leapfrog
 from .moves import Move, MoveQuestion
 from .placing import Placement, place_anchors
 from .plans import RepositioningPlan, plan_repositioning
+from .proposing import candidate_sites
 from .repositioning import Repositioning, reposition
 from .rules import Feasible, Link, PlacementRules, feasible_candidates
 from .searching import SearchOptions
@@ -59,6 +60,7 @@ __all__ = [
     "area_targets",
     "candidate_grid",
     "candidate_points",
+    "candidate_sites",
     "check_placement",
     "corridor_targets",
     "feasible_candidates",

@@ -23,13 +23,14 @@ class Goal:
     objective: "coverage", the share of targets with at least ``min_anchors`` in sight (None = 4); "dop", the share that
         has a dilution of precision (``measure``) below ``dop_limit`` as well (None = as many as a fix needs);
         "mean_error" and "worst_error", the position error in metres over the targets, where every error counts at most
-        ``worst_counted_m``.
+        ``worst_counted_m``, and so much where fewer than ``min_anchors`` are in sight. None becomes "mean_error" with
+        ``on_surface``: a rover on the ground, that is to know where it is.
     spare: how many anchors may be lost, any of them, 0 or 1: a target counts for what it has after the worst loss.
     ranging_sigma_m: of the anchors to be placed, for errors in metres.
     Raises PlacementError.
     """
 
-    objective: Objective = "coverage"
+    objective: Objective | None = None
     min_anchors: int | None = None
     dop_limit: float = 5.0
     measure: Measure = "pdop"
@@ -40,6 +41,13 @@ class Goal:
     worst_counted_m: float = 10.0
 
     def __post_init__(self) -> None:
+        if self.objective is None:
+            if self.measure in ("hdop", "vdop"):
+                raise PlacementError(
+                    f"{self.measure} goes with an objective: without one the error along the surface is placed for."
+                )
+            object.__setattr__(self, "objective", "mean_error")
+            object.__setattr__(self, "on_surface", True)
         for name, value, options in (
             ("objective", self.objective, get_args(Objective)),
             ("measure", self.measure, get_args(Measure)),
@@ -58,12 +66,17 @@ class Goal:
             raise PlacementError("The gdop of pseudoranges cannot be placed for; ask for pdop, hdop or vdop.")
 
     @property
+    def wanted(self) -> Objective:
+        """The objective, whether it was named or not."""
+        return self.objective or "mean_error"
+
+    @property
     def needed(self) -> int:
         """How many anchors must be in sight of a target before it can count, losses apart."""
         if self.objective == "coverage":
             return USUAL_COVERAGE if self.min_anchors is None else self.min_anchors
         least = least_anchors(self.kind, on_surface=self.on_surface)
-        return max(self.min_anchors or 0, least) if self.objective == "dop" else least
+        return max(self.min_anchors or 0, least)
 
     @property
     def needed_with_spare(self) -> int:
@@ -85,10 +98,12 @@ class Goal:
         lost = ", whichever one anchor is lost" if self.spare else ""
         along = " along the surface" if self.on_surface else ""
         of_ranges = f"{along} of {self.kind} with a sigma of {self.ranging_sigma_m:g} m"
+        if self.min_anchors is not None:
+            of_ranges += f" and at least {self.needed} in sight"
         measure = f"{self.measure.upper()}{along} of {self.kind}"
         return {
             "coverage": f"share with at least {self.needed} in sight{lost}",
             "dop": f"share with at least {self.needed} in sight and {measure} < {self.dop_limit:g}{lost}",
             "mean_error": f"mean position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
             "worst_error": f"worst position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
-        }[self.objective]
+        }[self.wanted]

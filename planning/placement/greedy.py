@@ -14,12 +14,14 @@ from .goals import Goal
 from .judges import CountJudge, GeometryJudge, Judge, Problem
 from .together import Together
 
-__all__ = ["bound_of", "exchange", "fill_up", "greedy", "upper_bound"]
+__all__ = ["bound_of", "exchange", "fill_up", "greedy", "roomy", "upper_bound"]
 
 # candidates evaluated again at once: a kernel call costs as much as a few of them
 AT_ONCE = 16
 # a gain below this is rounding, and would let the search run in circles
 LEAST_GAIN = 1e-12
+# so many candidates are tried for the room that they leave others
+MOST_LOOKED_AT = 64
 
 
 def greedy(
@@ -184,6 +186,18 @@ def exchange(
                 idle = 1
         slot = (slot + 1) % len(best)
     return best
+
+
+def roomy(count: int, together: Together, random: np.random.Generator) -> list[int]:
+    """Up to ``count`` candidates, each of those that leave most others room; of many allowed some are looked at."""
+    chosen: list[int] = []
+    while len(chosen) < count:
+        allowed = random.permutation(np.flatnonzero(together.may_join(chosen)))[:MOST_LOOKED_AT].tolist()
+        if not allowed:
+            break
+        room = [int(together.may_join([*chosen, member]).sum()) for member in allowed]
+        chosen.append(allowed[int(np.argmax(room))])
+    return chosen
 
 
 def fill_up(judge: Judge, chosen: list[int], count: int, together: Together) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planning.kernels import placement as kernel
+from planning.kernels import placement_bits
 
 from .goals import Goal
 from .sight import SightTable, pack, sampled_table, sampled_targets
@@ -114,13 +115,13 @@ class CountJudge:
         """Bits of the targets that see enough, and of those that see one too few."""
         reached = np.empty(self._bits.shape[1], np.uint64)
         short = np.empty_like(reached)
-        kernel.count_masks(np.concatenate([self._fixed_bits, self._bits[chosen]]), self._full, reached, short)
+        placement_bits.count_masks(np.concatenate([self._fixed_bits, self._bits[chosen]]), self._full, reached, short)
         return reached, short
 
     def _weight_of(self, reached: npt.NDArray[np.uint64]) -> float:
         """Share of the weight that these bits have."""
         out = np.empty(1)
-        kernel.weight_under_mask(reached[None, :], np.zeros(1, np.intp), reached, self._weight, out)
+        placement_bits.weight_under_mask(reached[None, :], np.zeros(1, np.intp), reached, self._weight, out)
         return float(out[0]) * self._unit / self._total
 
     def _counts(self, chosen: list[int]) -> npt.NDArray[np.int64]:
@@ -135,7 +136,7 @@ class CountJudge:
 
     def _under(self, mask: npt.NDArray[np.uint64], which: npt.NDArray[np.intp]) -> Floats:
         out = np.zeros(len(which))
-        kernel.weight_under_mask(self._bits, which, mask, self._weight, out)
+        placement_bits.weight_under_mask(self._bits, which, mask, self._weight, out)
         return out * self._unit
 
 
@@ -147,7 +148,7 @@ class GeometryJudge:
         targets, goal = problem.targets, problem.goal
         self._rows = TargetRows(targets.point_m, targets.normal, targets.weight)
         self._aim = Aim(
-            kernel.INFORMATION if information else CODES[goal.objective],
+            kernel.INFORMATION if information else CODES[goal.wanted],
             goal.needed,
             goal.dop_limit**2,
             goal.kind != "ranging",

@@ -100,12 +100,14 @@ def place_anchors(
 ) -> Placement:
     """The best places for ``count`` anchors among the candidates, beside those that are fixed.
 
+    goal: None = the position error along the surface, or with ``reach`` the coverage.
     reach: in place of count, a share 0..1: the fewest anchors that reach it.
     progress: called with the finished share 0..1. stop: asked again and again; once it says True the best placement so
     far comes back, marked as stopped. cluster: works out sight on a Dask cluster, by the address of its scheduler; the
     answer is the same. Raises PlacementError, NoCandidateError, ClusterError, AnchorError.
     """
-    goal, rules, options = goal or Goal(), rules or PlacementRules(), options or SearchOptions()
+    goal = goal or Goal(None if reach is None else "coverage")
+    rules, options = rules or PlacementRules(), options or SearchOptions()
     _check_number(count, reach, goal)
     require_sight(count, len(fixed), goal)
     spread = Cluster(cluster) if isinstance(cluster, str) else cluster
@@ -149,14 +151,15 @@ def require_sight(count: int | None, fixed: int, goal: Goal) -> None:
     there = f"there {'is' if fixed + count == 1 else 'are'} only {fixed + count}"
     one = goal.needed == 1
     lost = " besides one that may be lost" if goal.spare else ""
-    if goal.objective in ("coverage", "dop") and goal.min_anchors == goal.needed:
+    if goal.min_anchors == goal.needed:
         raise PlacementError(
             f"{goal.min_anchors} anchor{' in sight is' if one else 's in sight are'} asked for{lost}, and {there}."
         )
     if goal.objective == "coverage":
         what = f"Without a min_anchors coverage counts places with {goal.needed} anchors in sight"
         raise PlacementError(f"{what}{lost}, and {there}.")
-    raise PlacementError(f"A fix needs {goal.needed} anchor{'' if one else 's'} in sight{lost}, and {there}.")
+    fix = f"A fix needs {goal.needed} anchor{'' if one else 's'} in sight{lost}"
+    raise PlacementError(f"{fix}, and {there}; the objective coverage counts places that see fewer.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

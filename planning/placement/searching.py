@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .annealing import annealed, between
 from .exact import ExactAnswer, every_set, number_of_sets
-from .greedy import bound_of, exchange, fill_up, greedy
+from .greedy import bound_of, exchange, fill_up, greedy, roomy
 from .judges import CountJudge, GeometryJudge, Judge, Problem, judge_of, sampled
 from .proving import fits, prove, relaxation_of
 from .together import Together
@@ -22,6 +22,7 @@ __all__ = ["ROUNDING", "Found", "SearchOptions", "search"]
 MOST_SETS = 6_000
 MOST_EVALUATIONS = 60_000_000  # sets × targets that are worth going through
 SHORTLIST = 48
+PACKINGS = 24  # tries to make room for all anchors under a large separation
 ELITE, FINALISTS = 4, 2
 WALKS_THAT_AGREE = 3
 SHARE_OF_WALKS = 0.7
@@ -89,7 +90,7 @@ def search(
     best, value = first, first_value
     for candidate in _good_sets(problem, count, together, options, progress, stop):
         found = judge.value(candidate)
-        if len(candidate) >= len(best) and found > value:
+        if (len(candidate), found) > (len(best), value):
             best, value = candidate, found
     bound, proved = bound_of(problem, count), False
     if options.exact and len(best) == count and fits(problem) and not together.relayed and not _stopped(stop):
@@ -178,6 +179,11 @@ def _elite(
     for start in starts:
         if not found or not _stopped(stop):
             keep(start())
+    for _ in range(PACKINGS if together.separated else 0):
+        # far apart they have to stand, and what is good took the room of others
+        if len(best_first()[0]) == count or _stopped(stop):
+            break
+        keep(roomy(count, together, random))
     steps, agree = _steps(problem, options), 0
     for number in range(options.walks if count > 1 else 0):
         if _stopped(stop) or agree == WALKS_THAT_AGREE:
@@ -202,7 +208,7 @@ def _steps(problem: Problem, options: SearchOptions) -> int:
     pairs = len(problem.anchor) * len(problem.targets)
     goal = problem.goal
     losses = EVERY_LOSS if goal.spare and goal.objective != "coverage" else 1.0
-    each_s = 6e-5 + pairs * NS[goal.objective] * losses * 1e-9
+    each_s = 6e-5 + pairs * NS[goal.wanted] * losses * 1e-9
     return max(min(int(options.walk_s / each_s), STEPS_PER_CANDIDATE * len(problem.anchor)), LEAST_STEPS)
 
 

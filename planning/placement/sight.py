@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from planning.kernels.placement import keep_in_range
+from planning.kernels.placement_bits import keep_in_range
 from terrain import ElevationGrid
 from visibility import VISIBLE, Anchor, Curvature, min_visible_altitude, visible_sets
 from visibility.sight import SightDoubt, doubted

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,24 +13,18 @@ from service.errors import RequestError
 from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
-    GROUP,
-    WHOLE,
-    Curvature,
     DemPath,
     HeardOptions,
-    Kind,
-    Measure,
-    Mode,
     Output,
     PlacesAndAnchors,
     RangeSigma,
     Reading,
     RequestFile,
     TerrainFrame,
-    Unknown,
     option,
     told,
 )
+from .asking.planning import BudgetOptions, LimitOptions, RestOptions, RoverOptions, WayOptions
 from .asking.satellites import SatelliteOptions
 from .output import facts_table
 
@@ -39,119 +32,6 @@ if TYPE_CHECKING:
     from service.products.paths.answer import PathSummary
 
 __all__ = ["plan"]
-
-PLACE = "EAST,NORTH"
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class WayOptions:
-    """From where to where, as typed."""
-
-    start: Annotated[str | None, option("Where the rover is, metres in the DEM's CRS. Required.", PLACE)] = None
-    goal: Annotated[
-        tuple[str, ...],
-        option("Where to: a place, or GeoJSON polygons. Required; repeatable: any will do.", f"{PLACE}|FILE"),
-    ] = ()
-    via: Annotated[tuple[str, ...], option("A place to pass; in order. Repeatable.", PLACE)] = ()
-    no_go: Annotated[tuple[Path, ...], option("GeoJSON polygons to stay out of.", "FILE")] = ()
-    keep_in: Annotated[tuple[Path, ...], option("GeoJSON polygons to stay within.", "FILE")] = ()
-
-    def part(self, *, lonlat: bool) -> dict[str, object]:
-        """As the request has them. Raises RequestError."""
-        from .asking.path_files import polygon_fields
-        from .asking.texts import place_fields
-
-        def place(option: str, text: str) -> dict[str, float]:
-            form = f"{option} {text!r} is not of the form EAST,NORTH, or LON,LAT with --lonlat."
-            return place_fields(text, lonlat=lonlat, complaint=form)
-
-        if self.start is None or not self.goal:
-            raise RequestError(
-                "A path needs --start EAST,NORTH and --goal EAST,NORTH (or a polygon file), or --request."
-            )
-        goals: list[object] = []
-        for text in self.goal:
-            of_file = Path(text).suffix.lower() in (".geojson", ".json")
-            goals += polygon_fields(Path(text)) if of_file else [place("--goal", text)]
-        return {
-            "start": place("--start", self.start),
-            "goals": goals,
-            "way_points": [place("--via", text) for text in self.via],
-            "no_go": [polygon for file in self.no_go for polygon in polygon_fields(file)],
-            "keep_in": [polygon for file in self.keep_in for polygon in polygon_fields(file)],
-        }
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class RoverOptions:
-    """The ``rover`` of a request."""
-
-    max_slope_deg: Annotated[float | None, option("Steepest ground. (default 25)", "DEG", "--max-slope")] = None
-    max_pitch_deg: Annotated[float | None, option("Steepest along the way.", "DEG", "--max-pitch")] = None
-    max_roll_deg: Annotated[float | None, option("Steepest across the way.", "DEG", "--max-roll")] = None
-    max_step_m: Annotated[float | None, option("Highest step under the rover.", "M", "--max-step")] = None
-    footprint_radius_m: Annotated[float | None, option("Radius of the rover. (default 0.5)", "M", "--footprint")] = None
-    receiver_above_ground_m: Annotated[
-        float | None, option("Of its antenna over the ground. (default 1.5)", "M", "--receiver-height")
-    ] = None
-    min_turning_radius_m: Annotated[
-        float | None, option("Tightest arc; 0 = turns on the spot. (default 0)", "M", "--turning-radius")
-    ] = None
-    can_reverse: Annotated[bool | None, option("It also drives backwards.", name="--reverse")] = None
-    speed_m_per_s: Annotated[float | None, option("On level ground. (default 1)", "M/S", "--speed")] = None
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class LimitOptions:
-    """The ``limits`` of a request."""
-
-    min_anchors: Annotated[int | None, WHOLE, option("At least so many in sight everywhere.", "K")] = None
-    dop_limit: Annotated[float | None, option("The dilution of precision stays below it.", "NUMBER")] = None
-    kind: Annotated[Kind | None, option("What is measured. (default ranging)")] = None
-    measure: Annotated[Measure | None, option("Which dilution of precision. (default pdop)")] = None
-    on_surface: Annotated[bool | None, option("Only motion along the ground is unknown.", name="--surface")] = None
-    bubble_epsilon: Annotated[
-        float | None, option("Safety bubble of so many sigmas, kept clear everywhere.", "EPSILON", "--bubble")
-    ] = None
-    dem_sigma_m: Annotated[float | None, option("Uncertainty of the ground, added to it.", "M", "--dem-sigma")] = None
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class BudgetOptions:
-    """The ``budget`` of a request."""
-
-    iterations: Annotated[int | None, WHOLE, option("Of the sampling planner, which betters the grid's way.", "N")] = (
-        None
-    )
-    no_sampling: Annotated[bool, option("Take the grid's way: sooner, and a little dearer.")] = False
-    seconds: Annotated[float | None, option("Time-out of the plan. (default 60)", "S", "--time-limit")] = None
-
-    def part(self) -> dict[str, object]:
-        """As the request has it."""
-        found = told(self)
-        del found["no_sampling"]
-        return {**found, "sampling": False} if self.no_sampling else found
-
-
-@GROUP
-@dataclass(frozen=True, slots=True)
-class RestOptions:
-    """Fields of the request itself."""
-
-    start_heading_deg: Annotated[
-        float | None, option("Where the rover looks at the start, from grid north.", "DEG", "--heading")
-    ] = None
-    departure_s: Annotated[
-        float | None, option("When the rover leaves, on the clock of the tracks. (default 0)", "S", "--departure")
-    ] = None
-    seed: Annotated[int | None, WHOLE, option("The same seed gives the same path. (default 0)", "N")] = None
-    mode: Annotated[Mode | None, option("How maps of sight are made. (default exact)")] = None
-    unknown: Annotated[Unknown | None, option("What a line over unknown ground is.")] = None
-    curvature: Annotated[Curvature | None, option("auto: as the DEM's CRS implies; flat: none.")] = None
 
 
 def plan(
@@ -185,7 +65,8 @@ def plan(
     """Plan a path on which the anchors stay in sight, or tell what blocks every path and the least that would open one.
 
     Writes path.json, path.geojson, map.png and, of a path, path.csv, path.gpx,
-    path.plan, path.kml and profile.png into --out.
+    path.plan, path.kml and profile.png into --out; with --alternatives
+    alternatives.geojson.
     """
     from service.products.paths import PATH
     from service.products.paths.request import PathQuestion
@@ -254,6 +135,8 @@ def _tables(answer: PathSummary) -> tuple[Table, ...]:
     from service.parts.plan_answers import time_words
 
     facts = [("outcome", answer.status.replace("_", " ")), ("in words", answer.sentence)]
+    if answer.departures:
+        facts.append(("when to leave", answer.departures_sentence))
     totals, validation = answer.totals, answer.validation
     if totals is None or validation is None or answer.cost_split is None:
         return (facts_table(f"Path over {answer.dem.name}", facts), *_cuts(answer))
@@ -278,7 +161,18 @@ def _tables(answer: PathSummary) -> tuple[Table, ...]:
     if answer.ratio is not None:
         facts.append(("  of the reference", f"{answer.ratio:.4f}"))
     facts += [("planned by", answer.planner), ("validator", validation.sentence)]
-    return (facts_table(f"Path over {answer.dem.name}", facts),)
+    return (facts_table(f"Path over {answer.dem.name}", facts), *_others(answer))
+
+
+def _others(answer: PathSummary) -> tuple[Table, ...]:
+    if not answer.alternatives:
+        return ()
+    table = Table(title=f"Other ways: {answer.alternatives_sentence}", title_justify="left")
+    for column in ("way", "beside the path", "of it elsewhere"):
+        table.add_column(column, justify="right" if column == "of it elsewhere" else "left")
+    for one in answer.alternatives:
+        table.add_row(one.what, escape(one.sentence), f"{one.apart_share:.0%}")
+    return (table,)
 
 
 def _measure(answer: PathSummary) -> str:

@@ -172,7 +172,7 @@ def test_advice_does_not_count_on_a_doubted_anchor() -> None:
 def test_a_drone_whose_sight_ranges_denied_moves_further_than_the_doubt_reaches() -> None:
     path_m = np.array([START, GOAL])
     doubted = (replace(MASTS[0], doubts=(DOUBT,)), MASTS[1])
-    asked = MoveQuestion(Goal(min_anchors=2), flight=Flight(max_flight_m=200.0))
+    asked = MoveQuestion(Goal("coverage", min_anchors=2), flight=Flight(max_flight_m=200.0))
     assert reposition(LEVEL, MASTS, path_m, asked).before == 1.0
     found = reposition(LEVEL, doubted, path_m, asked)
     assert found.before == pytest.approx(1.0 - 2.0 * FURTHEST_M / 280.0, abs=0.03)
@@ -194,7 +194,7 @@ def test_a_placement_does_not_count_on_what_ranges_denied_of_an_anchor_that_stan
     values = []
     for doubts in ((), (DOUBT,)):
         fixed = (replace(MASTS[0], doubts=doubts),)
-        found = place_anchors(LEVEL, candidates, targets, 1, Goal(min_anchors=1), fixed=fixed)
+        found = place_anchors(LEVEL, candidates, targets, 1, Goal("coverage", min_anchors=1), fixed=fixed)
         values.append((found.before, found.value, check_placement(LEVEL, found).after_loss["P1"]))
     assert values[0] == (1.0, 1.0, 1.0)
     left = 1.0 - 2.0 * FURTHEST_M / 280.0

@@ -140,7 +140,7 @@ def test_a_placement_is_the_best_by_the_oracle_s_margins(ground: ElevationGrid) 
     candidates = candidates.take(np.arange(min(len(candidates), 9)))
     (fixed,) = drones(ground, OTHER)
     options = SightOptions(radio=RADIO, curvature=FLAT)
-    found = place_anchors(ground, candidates, targets, 2, Goal(min_anchors=2), fixed=[fixed], sight=options)
+    found = place_anchors(ground, candidates, targets, 2, Goal("coverage", min_anchors=2), fixed=[fixed], sight=options)
     assert [one.radio for one in found.anchors] == [RADIO, RADIO]
     several = tuple(Anchor(f"C{n}", *place, radio=RADIO) for n, place in enumerate(candidates.position_m.tolist()))
     seen, of_fixed = got(ground, several, targets.point_m), got(ground, (fixed,), targets.point_m)
@@ -154,14 +154,16 @@ def test_a_placement_is_the_best_by_the_oracle_s_margins(ground: ElevationGrid) 
     )
     assert 0.0 < best < 1.0
     assert found.value == pytest.approx(best)
-    blind = place_anchors(ground, candidates, targets, 2, Goal(min_anchors=2), fixed=[replace(fixed, radio=None)])
+    blind = place_anchors(
+        ground, candidates, targets, 2, Goal("coverage", min_anchors=2), fixed=[replace(fixed, radio=None)]
+    )
     assert blind.value != found.value
 
 
 def test_the_maps_of_a_placement_count_what_is_usable(ground: ElevationGrid) -> None:
     candidates = candidate_grid(ground, 300.0, above_ground_m=[20.0])
     options = SightOptions(radio=RADIO, curvature=FLAT)
-    found = place_anchors(ground, candidates, area_targets(ground), 1, Goal(min_anchors=1), sight=options)
+    found = place_anchors(ground, candidates, area_targets(ground), 1, Goal("coverage", min_anchors=1), sight=options)
     maps = placement_maps(ground, found)
     rows, cols = np.divmod(np.arange(0, ground.heights_m.size, 7), ground.cols)
     east_m, north_m = ground.position_of(rows, cols)
@@ -183,7 +185,7 @@ def test_a_move_restores_what_signals_say(ground: ElevationGrid) -> None:
     west, south, _, _ = ground.bounds_m
     path_m = np.array([(west + 250.0, south + 120.0), (west + 420.0, south + 200.0)])
     question = MoveQuestion(
-        Goal(min_anchors=2), flight=Flight(max_flight_m=500.0), every=3, sight=SightOptions(curvature=FLAT)
+        Goal("coverage", min_anchors=2), flight=Flight(max_flight_m=500.0), every=3, sight=SightOptions(curvature=FLAT)
     )
     found = reposition(ground, anchors, path_m, question)
     points_m = path_targets(ground, path_m, question.receiver_above_ground_m).point_m

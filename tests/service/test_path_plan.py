@@ -14,10 +14,10 @@ from planning.paths import RoverModel
 from service.errors import RequestError
 from service.parts.plan_answers import time_words
 from service.products.paths import PATH
-from service.products.paths.calculate import check_path_request, limits_of, rover_of
 from service.products.paths.files import LAYERS
 from service.products.paths.picture import draw_path
 from service.products.paths.profile import draw_profile
+from service.products.paths.question import check_path_request, limits_of, rover_of
 from service.products.paths.request import PathLimitsIn, PathParameters, RoverIn
 from terrain import height_at, to_grid_frame
 from tests.service.small_maps import NORTH_M, WEST_M, small_grid
@@ -47,7 +47,8 @@ def written(tmp_path):
 
 
 def layers_of(finished):
-    return [layer.name for layer in LAYERS if layer.is_in(finished.answer.model_dump(mode="json"))]
+    asked, told = (model.model_dump(mode="json") for model in (finished.parameters, finished.answer))
+    return [layer.name for layer in LAYERS if layer.is_of(asked) and layer.is_in(told)]
 
 
 def test_a_path_leads_from_the_start_to_the_goal_around_the_no_go_area(found):
@@ -113,7 +114,7 @@ def test_on_a_dem_without_crs_geojson_is_in_local_metres_and_says_so(written):
 
 
 def test_a_path_has_every_layer_and_a_plan_without_one_only_the_map(found, blocked):
-    assert layers_of(found) == [layer.name for layer in LAYERS]
+    assert layers_of(found) == [layer.name for layer in LAYERS if layer.needs is None]
     assert layers_of(blocked) == ["path.geojson", "map.png"]
 
 

@@ -103,7 +103,7 @@ def test_placement(server: Server, valley: dict[str, Any]) -> None:
         3,
         placement.Goal(min_anchors=2),
     )
-    assert http["value_share"] == found.value
+    assert http["value_m"] == found.value
     assert http["dilution"]["no_fix_share"] == placement.placement_geometry(grid, found).no_fix
 
 

@@ -52,7 +52,7 @@ class Relaxation:
 def fits(problem: Problem) -> bool:
     """Whether the rows of a problem are few enough to be worked with."""
     goal = problem.goal
-    each = {"coverage": 1, "dop": 2, "mean_error": 2 * len(STEPS)}.get(goal.objective)
+    each = {"coverage": 1, "dop": 2, "mean_error": 2 * len(STEPS)}.get(goal.wanted)
     return each is not None and len(problem.anchor) * len(problem.targets) * each <= MOST_PARTS
 
 

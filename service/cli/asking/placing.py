@@ -65,9 +65,14 @@ class CandidateOptions:
     spacing_m: Annotated[float | None, option("Candidates on a lattice of this spacing, metres.", "M", "--spacing")] = (
         None
     )
-    height: Annotated[tuple[str, ...], option("Of the lattice: 120agl or 900msl. Repeatable.", "HEIGHT")] = ()
+    height: Annotated[
+        tuple[str, ...], option("Of lattice and best sites: 120agl or 900msl. Repeatable.", "HEIGHT")
+    ] = ()
+    best_sites: Annotated[
+        int | None, WHOLE, option("So many posts that see most of the targets, for each --height above ground.", "N")
+    ] = None
     where: Annotated[
-        Path | None, option("GeoJSON polygon that the lattice lies in; default the area, or the DEM.", "FILE")
+        Path | None, option("GeoJSON polygon of the lattice or the best sites; default the area, or the DEM.", "FILE")
     ] = None
     mast: Annotated[
         tuple[str, ...], option("Places of masts in a GeoJSON file, and their height. Repeatable.", "FILE,HEIGHT")
@@ -81,14 +86,16 @@ class CandidateOptions:
         from .path_files import place_fields, polygon_fields
 
         found: list[dict[str, object]] = []
-        if self.spacing_m is not None:
+        spread = {"spacing_m": self.spacing_m, "best_sites": self.best_sites}
+        wanted = {name: number for name, number in spread.items() if number is not None}
+        for name, number in wanted.items():
             if not self.height:
-                raise RequestError("--spacing needs at least one --height, such as 120agl or 900msl.")
-            lattice = {"spacing_m": self.spacing_m, **_heights(self.height)}
+                typed = "--spacing" if name == "spacing_m" else "--best-sites"
+                raise RequestError(f"{typed} needs at least one --height, such as 120agl or 900msl.")
             areas = [None] if self.where is None else polygon_fields(self.where)
-            found += [{**lattice, "area": area} for area in areas]
-        elif self.height or self.where is not None:
-            raise RequestError("--height and --where need --spacing.")
+            found += [{name: number, **_heights(self.height), "area": area} for area in areas]
+        if not wanted and (self.height or self.where is not None):
+            raise RequestError("--height and --where need --spacing or --best-sites.")
         for what, texts in (("mast", self.mast), ("site", self.site)):
             for text in texts:
                 name, comma, height = text.rpartition(",")
@@ -96,7 +103,9 @@ class CandidateOptions:
                     raise RequestError(f"--{what} {text!r} is not of the form FILE,HEIGHT such as roads.geojson,10agl.")
                 found.append({"what": what, "places": place_fields(Path(name)), **_heights((height,))})
         if not found:
-            raise RequestError("No candidates: give --spacing with --height, --mast, --site or --request.")
+            raise RequestError(
+                "No candidates: give --spacing or --best-sites with --height, --mast, --site or --request."
+            )
         return found
 
 
@@ -106,9 +115,12 @@ class PlacementGoal(GoalOptions):
     """The ``goal`` of a request."""
 
     objective: Annotated[
-        Literal["coverage", "dop", "mean-error", "worst-error"],
-        option("What is good. Coverage counts anchors in sight, even where they stand in a row."),
-    ] = "coverage"
+        Literal["coverage", "dop", "mean-error", "worst-error"] | None,
+        option(
+            "What is good. Coverage counts anchors in sight, even where they stand in a row. (default mean-error with "
+            "--surface; with --reach coverage)"
+        ),
+    ] = None
     spare: Annotated[int, WHOLE, option("So many anchors may be lost, 0 or 1.", "N")] = 0
     ranging_sigma_m: Annotated[
         float | None,
@@ -121,7 +133,8 @@ class PlacementGoal(GoalOptions):
 
     def part(self) -> dict[str, object]:
         """As the request has it."""
-        return {**told(self), "objective": self.objective.replace("-", "_")}
+        said = told(self)
+        return said if self.objective is None else {**said, "objective": self.objective.replace("-", "_")}
 
 
 @GROUP

@@ -19,8 +19,9 @@ from visibility import Anchor
 from visibility.sight import AnchorTrack
 
 from .answer import FinishedPath, PathSummary
-from .calculate import calculate_path, check_path_request
+from .calculate import calculate_path
 from .files import LAYERS
+from .question import check_path_request
 from .request import REQUEST, PathIn, PathParameters, PathQuestion
 
 __all__ = ["PATH"]
@@ -43,7 +44,8 @@ def _estimate(grid: ElevationGrid, asked: PathParameters) -> Iterator[Demand]:
     yield from sight_lines(cells, len(asked.anchors), asked.mode)
     yield from sight_lines(cells, check_path_request(grid, asked), asked.mode)
     yield from signals_demand(grid, asked, len(asked.anchors) + len(asked.tracks), one_height=True)
-    yield budget(asked.budget.seconds)
+    # departures are tried first, for as long at most
+    yield budget(asked.budget.seconds * (1.0 if asked.leave_by_s is None else 2.0))
     if on is not None:
         yield from sight_lines(cells, len(on.anchors), on.mode)
         yield from signals_demand(grid, on)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from pydantic import BaseModel, Field
 
+from planning.alternatives import Alternative, Departures
 from planning.paths import Path, PathStatus, Reason, Relaxation, Unreachable
 from service.parts.map_facts import MapSummary
 from service.parts.plan_answers import PathPlaceOut, ValidationOut, finite, place_answer
@@ -23,6 +25,8 @@ __all__ = [
     "FinishedPath",
     "PathAreaOut",
     "PathSummary",
+    "alternative_answer",
+    "departures_answer",
     "goal_answer",
     "totals_answer",
     "unreachable_answer",
@@ -101,6 +105,30 @@ class UnreachableOut(BaseModel):
     grain: GrainOut | None = Field(None, description="How finely it is proved; null: it is not.")
 
 
+class PathAlternativeOut(BaseModel):
+    """Another way, as good as its numbers."""
+
+    what: Literal["shortest", "in sight", "surest", "another way"] = Field(
+        description="What it is after: length, anchors in sight, a sure position; or merely another way."
+    )
+    sentence: str = Field(description="What it is worth beside the path, in words.")
+    apart_share: float = Field(description="Share of its length, 0..1, that is away from every way before it.")
+    cost: float = Field(description="As that of the path, in metres on level ground.")
+    totals: PathTotalsOut
+    corners: list[PathPlaceOut] = Field(description="Where it turns, from the start to the goal.")
+
+
+class DepartureOut(BaseModel):
+    """A time at which the rover might leave."""
+
+    departure_s: float = Field(description="When it leaves, seconds on the clock of the tracks.")
+    arrival_s: float | None = Field(description="When it is there, seconds; null: no path was found.")
+    cost: float | None = Field(description="Of its path, in metres on level ground; null: none was found.")
+    in_time: bool = Field(description="Whether it arrives within the window.")
+    taken: bool = Field(description="Whether the path of this answer leaves then.")
+    sentence: str = Field(description="What there is then, in words.")
+
+
 class PathSummary(MapSummary):
     """How the plan ended, and the path."""
 
@@ -133,6 +161,10 @@ class PathSummary(MapSummary):
     way_points: list[PathPlaceOut] = Field(description="The places to pass, in order.")
     ranged_to: list[str] = Field(description="Names of all that the rover ranges to, in the order of the vertices'.")
     needed_in_sight: int = Field(description="So many anchors make a place count as in sight.")
+    alternatives: list[PathAlternativeOut] = Field([], description="Other ways, each of which the validator passed.")
+    alternatives_sentence: str = Field("", description="How many there are, and why not more, in words.")
+    departures: list[DepartureOut] = Field([], description="The times to leave that were tried.")
+    departures_sentence: str = Field("", description="Which of them is best, or what there is instead, in words.")
     sigmas: str = Field(
         "", description="One-sigma errors of ranges, and of anchors' places, that position errors stand on, in words."
     )
@@ -200,6 +232,35 @@ def totals_answer(path: Path) -> PathTotalsOut:
         steepest_deg=math.degrees(totals.steepest_rad),
         vertices=len(path.east_m),
     )
+
+
+def alternative_answer(found: Alternative) -> PathAlternativeOut:
+    """Another way."""
+    path = found.path
+    corners = zip(path.east_m[path.corners].tolist(), path.north_m[path.corners].tolist(), strict=True)
+    return PathAlternativeOut(
+        what=found.what,
+        sentence=found.sentence,
+        apart_share=found.apart,
+        cost=path.cost,
+        totals=totals_answer(path),
+        corners=[place_answer(place) for place in corners],
+    )
+
+
+def departures_answer(found: Departures) -> list[DepartureOut]:
+    """The times that were tried; what is no number is None."""
+    return [
+        DepartureOut(
+            departure_s=one.departure_s,
+            arrival_s=finite(one.arrival_s),
+            cost=None if one.outcome is None or one.outcome.path is None else one.outcome.path.cost,
+            in_time=one.in_time,
+            taken=one is found.best,
+            sentence=one.why,
+        )
+        for one in found.tried
+    ]
 
 
 def unreachable_answer(found: Unreachable) -> UnreachableOut:

@@ -5,178 +5,43 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import shapely
 
-from navigation import MotionNoise
-from planning.paths import (
-    CostWeights,
-    NavigationModel,
-    PathLimits,
-    PathOutcome,
-    PathProblem,
-    PlanBudget,
-    RoverModel,
-    plan_path,
-)
+from planning.alternatives import Alternatives, Departures, alternatives_to, plan_departures
+from planning.paths import PathOutcome, PathProblem, PathStatus, plan_path
 from service.files.mission_files import mission_warnings
-from service.parts.map_area import MapArea, map_area, refuse_outside
+from service.parts.map_area import MapArea, map_area
 from service.parts.map_facts import preamble
 from service.parts.plan_answers import finite, place_answer, validation_answer
-from service.parts.points import PlaceIn, PolygonIn
 from service.parts.positioning import ORBIT_TEXTS
 from service.parts.positioning_answers import placed_anchors, placed_satellites, range_sigmas_told
-from service.parts.ranging_sources import RangingSources, limit_of, lines_to, ranging_sources, sight_lines, track_of
+from service.parts.ranging_sources import RangingSources, limit_of, lines_to, sight_lines
 from service.parts.sentences import told_as_asked
-from service.parts.shapes_in_grid import places_in_grid, polygon_in_grid, told_of_areas
+from service.parts.shapes_in_grid import told_of_areas
 from service.products import UNWATCHED, Work
 from service.products.paths.answer import (
     FinishedPath,
     PathSummary,
+    alternative_answer,
+    departures_answer,
     goal_answer,
     totals_answer,
     unreachable_answer,
     vertex_table,
 )
-from service.products.paths.request import NavigationIn, PathLimitsIn, PathParameters, RoverIn
+from service.products.paths.question import path_question, path_sources, path_tracks
+from service.products.paths.request import PathParameters
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
-from visibility.air import MorphingMap
-from visibility.sight import AnchorTrack, check_anchors
 
-__all__ = [
-    "calculate_path",
-    "check_path_request",
-    "limits_of",
-    "navigation_of",
-    "path_question",
-    "path_sources",
-    "path_tracks",
-    "rover_of",
-]
+__all__ = ["calculate_path"]
 
-SHARE_OF_SIGHT_LINES = 0.3
-SHARE_OF_PLAN = 0.9
+SHARE_OF_DEPARTURES, SHARE_OF_SIGHT_LINES = 0.2, 0.3
+SHARE_OF_PLAN, SHARE_WITH_ALTERNATIVES = 0.9, 0.6
 ORBITS = {"satellites": set(ORBIT_TEXTS)}
 Progress = Callable[[float], None]
-
-
-def path_sources(grid: ElevationGrid, asked: PathParameters) -> RangingSources:
-    """What the rover ranges to, checked. Raises AnchorError, FrameError, AlmanacError, VisibilityInputError."""
-    sources = ranging_sources(grid, asked)
-    if sources.all:
-        check_anchors(grid, sources.all)
-    return sources
-
-
-def path_tracks(grid: ElevationGrid, asked: PathParameters) -> tuple[AnchorTrack, ...]:
-    """The anchors that move. Raises AnchorError, FrameError, VisibilityInputError."""
-    return tuple(track_of(grid, track, heard=asked.usable) for track in asked.tracks)
-
-
-def path_question(
-    grid: ElevationGrid,
-    asked: PathParameters,
-    sources: RangingSources,
-    maps: MinimumVisibleAltitude | MorphingMap | None = None,
-    tracks: tuple[AnchorTrack, ...] = (),
-) -> PathProblem:
-    """The problem; maps: what was calculated of these sources; tracks: anchors that move.
-
-    Raises PathError, RequestError, FrameError.
-    """
-    start, *way_points = [(e, n) for e, n in places_in_grid(grid, [asked.start, *asked.way_points]).tolist()]
-    area = map_area(grid, asked.area)
-    goals = tuple(_goal(grid, goal, number) for number, goal in enumerate(asked.goals))
-    refuse_outside(grid, asked.area, np.array([start]), "The start")
-    refuse_outside(grid, asked.area, np.reshape(way_points, (-1, 2)), "way_points[{}]")
-    for number, goal in enumerate(goals):
-        if isinstance(goal, shapely.Geometry):
-            area.within([goal], f"goals[{number}]")
-        else:
-            refuse_outside(grid, asked.area, np.array([goal]), f"goals[{number}]")
-    heading_deg = asked.start_heading_deg
-    return PathProblem(
-        grid,
-        start,
-        goals,
-        tuple(way_points),
-        rover=rover_of(asked.rover),
-        limits=limits_of(asked.limits),
-        weights=CostWeights(**asked.weights.model_dump()),
-        anchors=(*sources.all, *tracks),
-        maps=maps,
-        no_go=_areas(grid, asked.no_go, "no_go"),
-        keep_in=area.within(_areas(grid, asked.keep_in, "keep_in"), "keep_in"),
-        start_heading_rad=None if heading_deg is None else math.radians(heading_deg),
-        navigation=navigation_of(asked.navigation),
-        departure_s=asked.departure_s,
-        frame_s=asked.frame_s,
-        seed=asked.seed,
-        budget=PlanBudget(**asked.budget.model_dump()),
-    )
-
-
-def rover_of(asked: RoverIn) -> RoverModel:
-    """The rover. Raises PathProblemError."""
-    return RoverModel(
-        footprint_radius_m=asked.footprint_radius_m,
-        receiver_above_ground_m=asked.receiver_above_ground_m,
-        max_slope_rad=math.radians(asked.max_slope_deg),
-        max_pitch_rad=math.radians(asked.max_pitch_deg),
-        max_roll_rad=math.radians(asked.max_roll_deg),
-        max_step_m=_unlimited(asked.max_step_m),
-        min_turning_radius_m=asked.min_turning_radius_m,
-        can_reverse=asked.can_reverse,
-        speed_m_per_s=asked.speed_m_per_s,
-        speed_over_slope=tuple((math.radians(one.slope_deg), one.speed_m_per_s) for one in asked.speed_over_slope),
-    )
-
-
-def limits_of(asked: PathLimitsIn) -> PathLimits:
-    """The limits on positioning. Raises PathProblemError."""
-    return PathLimits(**asked.model_dump(exclude={"dop_limit"}), dop_limit=_unlimited(asked.dop_limit))
-
-
-def navigation_of(asked: NavigationIn) -> NavigationModel:
-    """The filter. Raises PathProblemError."""
-    motion = MotionNoise(*[asked.motion_m2_per_s3] * 3)
-    return NavigationModel(
-        motion, asked.interval_s, asked.initial_sigma_m, asked.ground_sigma_m, asked.initial_velocity_sigma_m_per_s
-    )
-
-
-def _goal(grid: ElevationGrid, goal: PlaceIn | PolygonIn, number: int) -> tuple[float, float] | shapely.Polygon:
-    if isinstance(goal, PolygonIn):
-        return polygon_in_grid(grid, goal, f"goals[{number}]")
-    east_m, north_m = places_in_grid(grid, [goal])[0].tolist()
-    return east_m, north_m
-
-
-def _areas(grid: ElevationGrid, polygons: list[PolygonIn], called: str) -> tuple[shapely.Polygon, ...]:
-    return tuple(polygon_in_grid(grid, polygon, f"{called}[{n}]") for n, polygon in enumerate(polygons))
-
-
-def _unlimited(value: float | None) -> float:
-    return math.inf if value is None else value
-
-
-@told_as_asked
-def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
-    """Refuse what cannot be planned, as far as it shows without maps; how many anchors and satellites there are.
-
-    Raises PathError, RequestError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
-    """
-    if asked.morphing_map is not None:
-        path_question(grid, asked, RangingSources(()))
-        return len(asked.morphing_map.anchors)
-    sources, tracks = path_sources(grid, asked), path_tracks(grid, asked)
-    for track in tracks:
-        track.at(asked.departure_s)
-    path_question(grid, asked, sources, tracks=tracks)
-    return len(sources.all) + len(tracks)
 
 
 @told_as_asked
@@ -186,9 +51,21 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
     Raises PathError, RequestError, FrameError, AnchorError, AlmanacError, VisibilityInputError.
     """
     started_s = time.perf_counter()
-    mapped = _mapped(grid, asked, work.part(0.0, SHARE_OF_SIGHT_LINES))
+    begin = 0.0 if asked.leave_by_s is None else SHARE_OF_DEPARTURES
+    when = _departures(grid, asked, work.part(0.0, begin), work.stop)
+    taken = None if when is None else when.best
+    leaving = asked if taken is None else asked.model_copy(update={"departure_s": taken.departure_s})
+    mapped = _mapped(grid, leaving, work.part(begin, SHARE_OF_SIGHT_LINES))
     problem, lines = mapped.problem, mapped.lines
-    outcome = plan_path(problem, progress=work.part(SHARE_OF_SIGHT_LINES, SHARE_OF_PLAN), stop=work.stop)
+    planned = SHARE_OF_PLAN if asked.alternatives is None else SHARE_WITH_ALTERNATIVES
+    outcome = plan_path(problem, progress=work.part(SHARE_OF_SIGHT_LINES, planned), stop=work.stop)
+    if when is not None and taken is None and outcome.status is PathStatus.FOUND:
+        outcome = replace(outcome, status=PathStatus.UNDECIDED, sentence=when.sentence, path=None, validation=None)
+        outcome = replace(outcome, reference_cost=math.nan, ratio=math.nan)
+    others = None
+    if asked.alternatives is not None:
+        told = work.part(planned, SHARE_OF_PLAN)
+        others = alternatives_to(problem, outcome, asked.alternatives, progress=told, stop=work.stop)
     dop, count = np.full(grid.shape, np.nan, np.float32), np.zeros(grid.shape, np.uint16)
     if lines is not None:
         limits = problem.limits
@@ -199,7 +76,7 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
         )
         dop, count = found.dop, found.count
     path, area = outcome.path, map_area(grid, asked.area)
-    answer = _answer(area, asked, mapped, outcome, started_s)
+    answer = _answer(area, asked, mapped, outcome, (others, when), started_s)
     work.progress(1.0)
     return FinishedPath(
         area.box,
@@ -213,6 +90,17 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
         area.cut(count),
         area.cut_squares(outcome.reasons),
     )
+
+
+def _departures(
+    grid: ElevationGrid, asked: PathParameters, progress: Progress, stop: Callable[[], bool]
+) -> Departures | None:
+    """The times at which it may leave, tried; None where one is given."""
+    if asked.leave_by_s is None:
+        return None
+    problem = path_question(grid, asked, path_sources(grid, asked), tracks=path_tracks(grid, asked))
+    arrive_by_s = math.inf if asked.arrive_by_s is None else asked.arrive_by_s
+    return plan_departures(problem, asked.leave_by_s, arrive_by_s=arrive_by_s, progress=progress, stop=stop)
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,10 +132,15 @@ def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> _
 
 
 def _answer(
-    area: MapArea, asked: PathParameters, mapped: _Mapped, outcome: PathOutcome, started_s: float
+    area: MapArea,
+    asked: PathParameters,
+    mapped: _Mapped,
+    outcome: PathOutcome,
+    besides: tuple[Alternatives | None, Departures | None],
+    started_s: float,
 ) -> PathSummary:
     """The outcome of a plan; what is no finite number is None."""
-    grid = area.grid
+    grid, (others, when) = area.grid, besides
     problem, lines, path, cut = mapped.problem, mapped.lines, outcome.path, outcome.unreachable
     told = told_of_areas(grid, {"no_go": asked.no_go, "keep_in": asked.keep_in})
     told += () if path is None else mission_warnings("path", grid)
@@ -272,6 +165,10 @@ def _answer(
         ratio=finite(outcome.ratio),
         unreachable=None if cut is None else unreachable_answer(cut),
         validation=None if outcome.validation is None else validation_answer(outcome.validation),
+        alternatives=[] if others is None else [alternative_answer(one) for one in others.paths],
+        alternatives_sentence="" if others is None else others.sentence,
+        departures=[] if when is None else departures_answer(when),
+        departures_sentence="" if when is None else when.sentence,
         planner=outcome.planner,
         stopped_by=outcome.stopped_by,
         seed=outcome.seed,

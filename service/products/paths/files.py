@@ -18,7 +18,7 @@ from service.parts.map_facts import altitude_datum_of, dem_name
 from service.parts.plan_answers import PathPlaceOut
 from service.products.in_common import Drawn
 from service.products.paths.answer import VERTEX_COLUMNS, FinishedPath, PathAreaOut
-from terrain import to_lon_lat
+from terrain import height_at, to_lon_lat
 
 __all__ = ["LAYERS"]
 
@@ -88,6 +88,23 @@ def _line(finished: FinishedPath) -> Feature:
         "vertices": _vertex_properties(finished),
     }
     return feature("LineString", _coordinates(finished), properties)
+
+
+def _write_alternatives(finished: FinishedPath, path: Path) -> None:
+    """A FeatureCollection with a LineString per way, the path first; coordinates as in path.geojson."""
+    grid, answer = finished.grid, finished.answer
+    corners_m = [finished.vertices[finished.corners][:, [VERTEX_COLUMNS.index(name) for name in PLACE]]]
+    corners_m += [np.array([(at.east_m, at.north_m) for at in one.corners]) for one in answer.alternatives]
+    assert answer.totals is not None, "a found path has totals"
+    told: list[dict[str, object]] = [{"what": "path", "cost": answer.cost, **answer.totals.model_dump()}]
+    for one in answer.alternatives:
+        numbers = one.model_dump(exclude={"totals", "corners"})
+        told.append({**numbers, **one.totals.model_dump()})
+    lines = [
+        feature("LineString", coordinates_of(grid, np.column_stack([at, height_at(grid, *at.T)])), more)
+        for at, more in zip(corners_m, told, strict=True)
+    ]
+    write_collection(grid, lines, path)
 
 
 def _points(finished: FinishedPath) -> list[Feature]:
@@ -222,6 +239,14 @@ LAYERS = (
         "text/csv; charset=utf-8",
         "A row per vertex: metres in the DEM's CRS, degrees, seconds, anchors in sight, dilution, margin.",
         _write_csv,
+        status=FOUND,
+    ),
+    Layer(
+        "alternatives.geojson",
+        GEOJSON,
+        "The path and the other ways as LineStrings, with their totals and what each is worth.",
+        _write_alternatives,
+        needs="alternatives",
         status=FOUND,
     ),
     Layer(

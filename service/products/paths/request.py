@@ -180,6 +180,12 @@ class PathQuestion(RangingParameters):
         [], description="Anchors that move; a place has the map of the time at which the rover gets there."
     )
     departure_s: Seconds = Field(0.0, description="When the rover leaves, seconds on the clock of the tracks.")
+    leave_by_s: Seconds | None = Field(
+        None, description="With tracks: it may leave at any of five times until then, seconds; the cheapest is taken."
+    )
+    arrive_by_s: Seconds | None = Field(
+        None, description="With leave_by_s: it has to be there by then, seconds on the clock of the tracks."
+    )
     frame_s: Positive = Field(60.0, description="How closely in time moving anchors are looked at, seconds.")
     navigation: NavigationIn = Field(default_factory=lambda: NavigationIn.model_validate({}))
     morphing_map: MorphingMapParameters | None = Field(
@@ -189,6 +195,28 @@ class PathQuestion(RangingParameters):
         0, description="A number; the same seed and iterations give the same path."
     )
     plan_altitudes: PlanAltitudes = "sea level"
+    alternatives: Annotated[int, Field(strict=True, ge=1, le=8)] | None = Field(
+        None, description="So many other ways besides that differ, with what each is worth; left out = the path alone."
+    )
+
+    @model_validator(mode="after")
+    def _windows_are_of_tracks(self) -> Self:
+        if self.leave_by_s is None:
+            if self.arrive_by_s is not None:
+                raise ValueError("arrive_by_s goes with leave_by_s.")
+            return self
+        if not self.tracks:
+            raise ValueError("leave_by_s goes with tracks: anchors that stand are the same at any time.")
+        for name, until_s in (("leave_by_s", self.leave_by_s), ("arrive_by_s", self.arrive_by_s)):
+            if until_s is not None and until_s <= self.departure_s:
+                raise ValueError(f"{name} has to be after departure_s.")
+        return self
+
+    @model_validator(mode="after")
+    def _alternatives_turn_on_the_spot(self) -> Self:
+        if self.alternatives is not None and self.rover.min_turning_radius_m > 0.0:
+            raise ValueError("alternatives are looked for only for a rover that turns on the spot.")
+        return self
 
     def without_radio(self) -> list[str]:
         """Ids of anchors and tracks without a radio."""

@@ -42,7 +42,7 @@ from .request import PlacementParameters
 __all__ = ["calculate_placement", "cluster_of"]
 
 HOVER_M = 10.0
-SHARE_OF_SEARCH = 0.9
+SHARE_OF_SITES, SHARE_OF_SEARCH = 0.2, 0.9
 
 
 @told_as_asked
@@ -54,7 +54,9 @@ def calculate_placement(
     Raises PlacementError, ClusterError, RequestError, FrameError, AnchorError.
     """
     started_s = time.perf_counter()
-    question = placement_question(grid, parameters)
+    sites = any(some.best_sites is not None for some in parameters.candidates)
+    begin = SHARE_OF_SITES if sites else 0.0
+    question = placement_question(grid, parameters, work.part(0.0, begin))
     deadline_s = math.inf if parameters.time_limit_s is None else started_s + parameters.time_limit_s
     placement = place_anchors(
         grid,
@@ -67,7 +69,7 @@ def calculate_placement(
         fixed=question.fixed,
         sight=question.sight,
         options=question.options,
-        progress=work.part(0.0, SHARE_OF_SEARCH),
+        progress=work.part(begin, SHARE_OF_SEARCH),
         cluster=cluster_of(parameters, work.scheduler),
         stop=lambda: time.perf_counter() > deadline_s or work.stop(),
     )
@@ -141,7 +143,7 @@ def _answer(
             unknown=asked.unknown,
         ),
         timing={"calculation_s": time.perf_counter() - started_s, **placement.timing_s},
-        objective=goal.objective,
+        objective=goal.wanted,
         goal=goal.sentence(),
         placed=placed,
         candidates=CandidatesOut(left=len(placement.feasible.candidates), removed=placement.feasible.removed),

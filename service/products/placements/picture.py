@@ -64,7 +64,7 @@ def draw_placement(finished: FinishedPlacement, what: Literal["count", "dop"], *
 def _counts(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:
     """None, one class per count, and one of as many as are needed or more."""
     count = finished.count_after if after else finished.count_before
-    needed = goal_of(finished.parameters.goal).needed_with_spare
+    needed = goal_of(finished.parameters.goal, finished.parameters.reach).needed_with_spare
     full = min(max(needed, 1), MOST_CLASSES)
     ramp = matplotlib.colormaps[RAMP](np.linspace(RAMP_FROM, RAMP_TO, full))
     labels = [*(str(number) for number in range(1, full)), f"{full} or more"]

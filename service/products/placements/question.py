@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from planning.placement import (
     Candidates,
@@ -20,6 +21,7 @@ from planning.placement import (
     area_targets,
     candidate_grid,
     candidate_points,
+    candidate_sites,
     corridor_targets,
     join_candidates,
     path_targets,
@@ -67,19 +69,62 @@ class PlacementQuestion:
     passed_over: tuple[str, ...]
 
 
-def placement_question(grid: ElevationGrid, asked: PlacementParameters) -> PlacementQuestion:
-    """The question in the grid's frame. Raises AreaError, PlacementError, RequestError, FrameError, AnchorError."""
+def placement_question(
+    grid: ElevationGrid,
+    asked: PlacementParameters,
+    progress: Callable[[float], None] | None = None,
+    *,
+    propose: bool = True,
+) -> PlacementQuestion:
+    """The question in the grid's frame; without propose the best sites, which take seconds, are left out.
+
+    Raises AreaError, PlacementError, RequestError, FrameError, AnchorError.
+    """
     area = map_area(grid, asked.area)
     fixed, passed_over = doubted_anchors(grid, anchors_in_grid(grid, asked), asked.doubts)
+    targets = _targets(area, asked)
+    sets = [
+        _candidates(area, some, number) if some.best_sites is None else _sites(area, asked, number, targets, progress)
+        for number, some in enumerate(asked.candidates)
+        if propose or some.best_sites is None
+    ]
     return PlacementQuestion(
-        join_candidates([_candidates(area, some, number) for number, some in enumerate(asked.candidates)]),
-        _targets(area, asked),
-        goal_of(asked.goal),
+        join_candidates(sets) if sets else Candidates(np.zeros((0, 3)), np.zeros(0), ()),
+        targets,
+        goal_of(asked.goal, asked.reach),
         rules_of(grid, asked.rules),
         fixed,
         replace(sight_of(asked), radio=None if asked.radio is None else asked.radio.radio()),
         SearchOptions(seed=asked.seed),
         passed_over,
+    )
+
+
+def _sites(
+    within: MapArea,
+    asked: PlacementParameters,
+    number: int,
+    targets: Targets,
+    progress: Callable[[float], None] | None,
+) -> Candidates:
+    """One set of candidates as a map of sites proposes them."""
+    some = asked.candidates[number]
+    assert some.best_sites is not None, "it is asked for"
+    return candidate_sites(
+        *(within.grid, some.best_sites, targets),
+        above_ground_m=some.above_ground_m,
+        area=_area_of(within, some, number),
+        max_range_m=_unlimited(asked.rules.max_range_m),
+        what=some.what,
+        curvature=curvature_of(asked),
+        progress=progress,
+    )
+
+
+def _area_of(within: MapArea, asked: CandidatesIn, number: int) -> shapely.Geometry | None:
+    """The request's area, unless the set names its own."""
+    return (
+        within.shape if asked.area is None else polygon_in_grid(within.grid, asked.area, f"candidates[{number}].area")
     )
 
 
@@ -94,12 +139,11 @@ def _candidates(within: MapArea, asked: CandidatesIn, number: int) -> Candidates
             what=asked.what,
         )
     assert asked.spacing_m is not None, "the schema has seen to it"
-    area = within.shape if asked.area is None else polygon_in_grid(grid, asked.area, f"candidates[{number}].area")
     return candidate_grid(
         *(grid, asked.spacing_m),
         above_ground_m=asked.above_ground_m,
         altitude_m=asked.altitude_m,
-        area=area,
+        area=_area_of(within, asked, number),
         what=asked.what,
     )
 
@@ -127,9 +171,10 @@ def _weight(within: MapArea, asked: TargetsIn) -> npt.NDArray[np.float64] | None
     return counted if worth is None else counted * worth
 
 
-def goal_of(asked: GoalIn) -> Goal:
-    """What is good."""
-    return Goal(**asked.model_dump())
+def goal_of(asked: GoalIn, reach: float | None = None) -> Goal:
+    """What is good; a share to reach, where nothing else is asked for, is one of coverage."""
+    said = asked.model_dump()
+    return Goal(**said | {"objective": "coverage"}) if asked.objective is None and reach is not None else Goal(**said)
 
 
 def rules_of(grid: ElevationGrid, asked: RulesIn) -> PlacementRules:

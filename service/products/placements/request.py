@@ -56,19 +56,26 @@ class CandidatesIn(InADatum):
 
     what: Literal["drone", "mast", "site"] = Field("drone", description="What would stand there.")
     spacing_m: Positive | None = Field(None, description="Of a square lattice of places, metres; or give places.")
-    area: AreaAsPolygon | None = Field(None, description="Where the lattice lies; left out = the whole DEM.")
+    area: AreaAsPolygon | None = Field(
+        None, description="Where the lattice or the best sites lie; left out = the whole DEM."
+    )
     places: Annotated[list[PlaceIn], Field(min_length=1, max_length=20_000)] | None = Field(
         None, description="Given places, in place of a lattice."
+    )
+    best_sites: Annotated[int, Field(strict=True, ge=1, le=20_000)] | None = Field(
+        None, description="So many posts that see most of the targets, as a map of sites finds them, for each height."
     )
     above_ground_m: Heights = Field([], description="Heights above the ground of each place, metres.")
     altitude_m: Altitudes = Field([], description="Heights above altitude_datum, metres.")
 
     @model_validator(mode="after")
     def _places_and_heights(self) -> Self:
-        if (self.spacing_m is None) == (self.places is None):
-            raise ValueError("Candidates need exactly one of spacing_m and places.")
+        if sum(one is not None for one in (self.spacing_m, self.places, self.best_sites)) != 1:
+            raise ValueError("Candidates need exactly one of spacing_m, places and best_sites.")
         if self.places is not None and self.area is not None:
-            raise ValueError("An area goes with spacing_m, not with places.")
+            raise ValueError("An area goes with spacing_m or best_sites, not with places.")
+        if self.best_sites is not None and self.altitude_m:
+            raise ValueError("best_sites stand above the ground: give above_ground_m, not altitude_m.")
         if not self.above_ground_m and not self.altitude_m:
             raise ValueError("Candidates need at least one height, in above_ground_m or altitude_m.")
         return self
@@ -106,15 +113,15 @@ class GoalIn(WithOlderNames):
 
     older_names: ClassVar = {"visible": "min_anchors"}
 
-    objective: Literal["coverage", "dop", "mean_error", "worst_error"] = Field(
-        "coverage",
+    objective: Literal["coverage", "dop", "mean_error", "worst_error"] | None = Field(
+        None,
         description="coverage: share with enough anchors in sight; dop: share with a good enough dilution as well; "
-        "mean_error, worst_error: position error in metres.",
+        "mean_error, worst_error: position error in metres. Left out = mean_error with on_surface; for reach coverage.",
     )
     min_anchors: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
         None,
-        description="So many anchors have to be in sight (coverage, dop); left out = 4 for coverage, and as many as a "
-        "fix needs for dop.",
+        description="So many anchors have to be in sight; left out = 4 for coverage, and for the others as many "
+        "as a fix needs.",
     )
     dop_limit: Positive = Field(5.0, description="A dilution of precision below this is good enough, no unit.")
     measure: Literal["gdop", "pdop", "hdop", "vdop"] = Field("pdop", description="Which dilution of precision.")
@@ -206,7 +213,7 @@ class PlacementParameters(SightParameters, DoubtParameters):
     def _one_number(self) -> Self:
         if (self.count is None) == (self.reach is None):
             raise ValueError("Give exactly one of count and reach.")
-        if self.reach is not None and self.goal.objective not in ("coverage", "dop"):
+        if self.reach is not None and self.goal.objective not in (None, "coverage", "dop"):
             raise ValueError("reach is a share; it goes with the objectives coverage and dop.")
         return self
 

@@ -51,6 +51,14 @@ class RoverPoseIn(StrictModel):
     ahead_m: Positive = Field(500.0, description="So far ahead along the heading it drives next, metres.")
 
 
+class HeldGoalIn(GoalIn):
+    """What shall hold, and how much of it."""
+
+    objective: Literal["coverage", "dop", "mean_error", "worst_error"] = Field(
+        "coverage", description="coverage: enough anchors in sight; dop: a good enough dilution as well."
+    )
+
+
 class RepositioningParameters(SightParameters, DoubtParameters):
     """Anchors that stand, those that are occluded, the way ahead, and what shall hold along it."""
 
@@ -64,8 +72,8 @@ class RepositioningParameters(SightParameters, DoubtParameters):
     )
     rover: RoverPoseIn | None = Field(None, description="Place and heading in place of a path.")
     receiver_above_ground_m: NotNegativeMetres = Field(1.5, description="Height of the rover's antenna, metres.")
-    goal: GoalIn = Field(
-        default_factory=lambda: GoalIn.model_validate({}), description="What shall hold: coverage or dop."
+    goal: HeldGoalIn = Field(
+        default_factory=lambda: HeldGoalIn.model_validate({}), description="What shall hold: coverage or dop."
     )
     share: Share = Field(1.0, description="Of the path along which it shall hold, 0..1.")
     heights_above_ground_m: Annotated[list[NotNegativeMetres], Field(min_length=1, max_length=8)] | None = Field(

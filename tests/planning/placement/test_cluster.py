@@ -21,7 +21,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pyte
 GRID = rough_grid(96)
 CANDIDATES = candidate_grid(GRID, 130.0, above_ground_m=[50.0, 90.0])
 TARGETS = area_targets(GRID)
-GOAL = Goal(min_anchors=2)
+GOAL = Goal("coverage", min_anchors=2)
 
 
 @pytest.fixture(scope="module")

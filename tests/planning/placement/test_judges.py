@@ -26,8 +26,8 @@ from tests.reference import placement as oracle
 from visibility import Anchor
 
 GOALS = [
-    Goal(min_anchors=2),
-    Goal(min_anchors=2, spare=1),
+    Goal("coverage", min_anchors=2),
+    Goal("coverage", min_anchors=2, spare=1),
     Goal("dop", min_anchors=3, dop_limit=6.0),
     Goal("dop", min_anchors=4, dop_limit=8.0, spare=1),
     Goal("dop", min_anchors=3, dop_limit=6.0, on_surface=True),
@@ -95,7 +95,7 @@ def test_information_gained_is_that_of_the_larger_set_and_shrinks_as_sets_grow()
 
 @pytest.mark.parametrize("chosen", SETS[1:])
 def test_values_are_those_of_the_oracle(chosen: list[int]) -> None:
-    problem = problem_of(Goal(min_anchors=2), weighted=True)
+    problem = problem_of(Goal("coverage", min_anchors=2), weighted=True)
     sight = problem.sight.visible().tolist()
     share = oracle.share_covered(sight, chosen, 2, problem.targets.weight.tolist())
     assert shown_value(problem, chosen) == pytest.approx(share)

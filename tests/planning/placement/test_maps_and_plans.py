@@ -38,7 +38,7 @@ PATH_M = np.array([(WEST + 60.0, SOUTH + 90.0), (EAST - 90.0, NORTH - 60.0)])
 
 
 def test_the_maps_of_a_placement_say_what_its_value_says() -> None:
-    goal = Goal(min_anchors=2)
+    goal = Goal("coverage", min_anchors=2)
     candidates = candidate_grid(GRID, 240.0, above_ground_m=[60.0])
     found = place_anchors(GRID, candidates, area_targets(GRID), 3, goal, fixed=CREW[:1])
     maps = placement_maps(GRID, found)
@@ -57,7 +57,9 @@ def test_the_maps_tell_unknown_ground_and_where_a_path_goes() -> None:
     heights_m[3, 5] = np.nan
     holed = ElevationGrid(heights_m, GRID.cell_east_m, GRID.cell_north_m, GRID.origin_east_m, GRID.origin_north_m)
     targets = path_targets(holed, PATH_M)
-    found = place_anchors(holed, candidate_grid(holed, 240.0, above_ground_m=[60.0]), targets, 2, Goal(min_anchors=1))
+    found = place_anchors(
+        holed, candidate_grid(holed, 240.0, above_ground_m=[60.0]), targets, 2, Goal("coverage", min_anchors=1)
+    )
     assert found.within_limits_m == pytest.approx(found.value * targets.total)
     assert found.what == ("drone", "drone")
     maps = placement_maps(holed, found)
@@ -72,7 +74,7 @@ def test_the_maps_tell_unknown_ground_and_where_a_path_goes() -> None:
 
 
 def test_a_plan_of_one_move_is_the_advice_and_tells_where_it_holds() -> None:
-    question = MoveQuestion(Goal(min_anchors=3), occluded=["D1"], flight=Flight(max_flight_m=900.0))
+    question = MoveQuestion(Goal("coverage", min_anchors=3), occluded=["D1"], flight=Flight(max_flight_m=900.0))
     advice = reposition(GRID, CREW, PATH_M, question)
     plan = plan_repositioning(GRID, CREW, PATH_M, question, rover_m_per_s=2.0)
     assert advice.move is not None
@@ -88,7 +90,7 @@ def test_a_plan_of_one_move_is_the_advice_and_tells_where_it_holds() -> None:
 
 
 def test_a_plan_by_stretches_is_the_leapfrog() -> None:
-    question = MoveQuestion(Goal(min_anchors=3), occluded=["D0"])
+    question = MoveQuestion(Goal("coverage", min_anchors=3), occluded=["D0"])
     expected = leapfrog(GRID, CREW, PATH_M, question, stretch_m=400.0)
     plan = plan_repositioning(GRID, CREW, PATH_M, question, stretch_m=400.0)
     assert plan.schedule == expected
@@ -98,7 +100,7 @@ def test_a_plan_by_stretches_is_the_leapfrog() -> None:
 
 
 def test_nobody_moves_where_nothing_has_to() -> None:
-    plan = plan_repositioning(GRID, CREW, PATH_M, MoveQuestion(Goal(min_anchors=1), share=0.01))
+    plan = plan_repositioning(GRID, CREW, PATH_M, MoveQuestion(Goal("coverage", min_anchors=1), share=0.01))
     assert plan.schedule.moves == ()
     assert plan.restored
     assert plan.sentence.startswith("Nobody moves")

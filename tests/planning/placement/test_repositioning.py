@@ -28,7 +28,7 @@ from terrain import ElevationGrid, height_at
 from tests.planning.placement.grounds import exact_sight, rough_grid
 from visibility import Anchor, anchor_above_ground
 
-GOAL = Goal(min_anchors=3)
+GOAL = Goal("coverage", min_anchors=3)
 
 
 def crew(grid: ElevationGrid, count: int = 4, seed: int = 0, height_m: float = 80.0) -> list[Anchor]:
@@ -218,7 +218,7 @@ def test_no_range_is_measured_beyond_its_limit_in_one_move_or_many(stretch_m: fl
     level = ElevationGrid(np.zeros((60, 60), np.float32), 50.0, 50.0)
     anchors = [Anchor(f"D{n}", 100.0 + 700.0 * n, -1500.0, 80.0) for n in range(4)]
     path_m, rules = [(200.0, -1500.0), (2700.0, -1500.0)], PlacementRules(max_range_m=600.0)
-    question = MoveQuestion(Goal(min_anchors=2), rules=rules, movable=[])
+    question = MoveQuestion(Goal("coverage", min_anchors=2), rules=rules, movable=[])
     plan = plan_repositioning(level, anchors, path_m, question, stretch_m=stretch_m)
     assert plan.schedule.share_unmoved == pytest.approx(0.6, abs=0.05)
     assert plan.good[:, 0].mean() == pytest.approx(plan.schedule.share_unmoved, abs=0.05)

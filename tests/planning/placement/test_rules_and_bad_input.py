@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from dataclasses import replace
@@ -16,6 +17,7 @@ from planning.placement import (
     Goal,
     Link,
     PlacementRules,
+    SearchOptions,
     SightOptions,
     area_targets,
     candidate_grid,
@@ -95,7 +97,7 @@ def test_every_anchor_sees_the_base_or_one_that_does() -> None:
     near = np.linalg.norm(LATTICE.position_m - base_m, axis=1) <= 700.0
     assert len(kept(PlacementRules(link=alone))) == np.count_nonzero(direct & near)
     relayed = PlacementRules(link=replace(alone, relays=1))
-    placed = place_anchors(GRID, LATTICE, TARGETS, 4, Goal(min_anchors=1), relayed)
+    placed = place_anchors(GRID, LATTICE, TARGETS, 4, Goal("coverage", min_anchors=1), relayed)
     position_m = anchor_positions(placed.anchors)
     first = exact_sight(GRID, np.array([base_m]), position_m)[0]
     first &= np.linalg.norm(position_m - base_m, axis=1) <= 700.0
@@ -108,7 +110,13 @@ def test_every_anchor_sees_the_base_or_one_that_does() -> None:
 def test_anchors_keep_apart_from_each_other_and_from_fixed_ones() -> None:
     fixed = Anchor("F", *MIDDLE_M, 400.0)
     placed = place_anchors(
-        GRID, LATTICE, TARGETS, 4, Goal(min_anchors=2), PlacementRules(min_separation_m=350.0), fixed=[fixed]
+        GRID,
+        LATTICE,
+        TARGETS,
+        4,
+        Goal("coverage", min_anchors=2),
+        PlacementRules(min_separation_m=350.0),
+        fixed=[fixed],
     )
     all_m = anchor_positions((fixed, *placed.anchors))
     apart_m = np.linalg.norm(all_m[:, None] - all_m[None], axis=2)[np.triu_indices(5, 1)]
@@ -116,22 +124,41 @@ def test_anchors_keep_apart_from_each_other_and_from_fixed_ones() -> None:
 
 
 def test_where_separation_leaves_no_place_for_all_fewer_are_placed_and_it_is_said() -> None:
-    placed = place_anchors(GRID, LATTICE, TARGETS, 6, Goal(min_anchors=1), PlacementRules(min_separation_m=900.0))
+    placed = place_anchors(
+        GRID, LATTICE, TARGETS, 6, Goal("coverage", min_anchors=1), PlacementRules(min_separation_m=900.0)
+    )
     assert len(placed.anchors) < 6
     assert f"Only {len(placed.anchors)} of 6 anchors are placed: no set of more was found" in placed.warnings[0]
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_under_a_large_separation_as_many_are_placed_as_can_stand(seed: int) -> None:
+    places_m = np.random.default_rng(seed).uniform((WEST_M, SOUTH_M), (EAST_M, NORTH_M), (16, 2))
+    candidates = candidate_points(GRID, places_m, above_ground_m=[60.0])
+    apart_m = np.linalg.norm(candidates.position_m[:, None] - candidates.position_m[None], axis=2)
+    separation_m = 0.45 * (EAST_M - WEST_M)
+
+    def stands(chosen: tuple[int, ...]) -> bool:
+        return all(apart_m[a, b] >= separation_m for a, b in itertools.combinations(chosen, 2))
+
+    most = max(k for k in range(1, 9) if any(stands(some) for some in itertools.combinations(range(16), k)))
+    rules = PlacementRules(min_separation_m=separation_m)
+    searched = SearchOptions(exact=False)
+    placed = place_anchors(GRID, candidates, TARGETS, most, Goal("coverage", min_anchors=1), rules, options=searched)
+    assert len(placed.anchors) == most
+
+
 def test_the_fewest_that_reach_a_share_are_no_more_than_needed() -> None:
-    few = place_anchors(GRID, LATTICE, TARGETS, goal=Goal(min_anchors=1), reach=0.9)
+    few = place_anchors(GRID, LATTICE, TARGETS, goal=Goal("coverage", min_anchors=1), reach=0.9)
     assert few.value >= 0.9
     assert few.needed is not None
     assert few.needed <= len(few.anchors)
-    fewer = place_anchors(GRID, LATTICE, TARGETS, len(few.anchors) - 1, Goal(min_anchors=1))
+    fewer = place_anchors(GRID, LATTICE, TARGETS, len(few.anchors) - 1, Goal("coverage", min_anchors=1))
     assert fewer.value < 0.9
 
 
 def test_with_a_spare_any_one_may_be_lost_as_recomputed_edge_by_edge() -> None:
-    for goal in (Goal(min_anchors=2, spare=1), Goal("dop", min_anchors=3, dop_limit=9.0, spare=1)):
+    for goal in (Goal("coverage", min_anchors=2, spare=1), Goal("dop", min_anchors=3, dop_limit=9.0, spare=1)):
         placed = place_anchors(GRID, LATTICE, TARGETS, 5, goal, sight=SightOptions("exact"))
         check = check_placement(GRID, placed)
         assert check.value == pytest.approx(placed.value)
@@ -140,7 +167,7 @@ def test_with_a_spare_any_one_may_be_lost_as_recomputed_edge_by_edge() -> None:
 
 
 def test_hovering_off_costs_nothing_where_nobody_moves_and_never_goes_underground() -> None:
-    placed = place_anchors(GRID, LATTICE, TARGETS, 3, Goal(min_anchors=2), sight=SightOptions("exact"))
+    placed = place_anchors(GRID, LATTICE, TARGETS, 3, Goal("coverage", min_anchors=2), sight=SightOptions("exact"))
     still = hover_sensitivity(GRID, placed, 0.0, draws=2)
     assert (still.mean, still.worst, still.vertical_low) == (placed.value,) * 3
     where_m = anchor_positions(placed.anchors)
@@ -162,7 +189,7 @@ def test_ground_that_weighs_more_draws_the_anchor_to_it() -> None:
     weight = np.ones(GRID.shape)
     weight[:, :8] = 1000.0
     targets = area_targets(GRID, weight=weight)
-    placed = place_anchors(GRID, LATTICE, targets, 1, Goal(min_anchors=1))
+    placed = place_anchors(GRID, LATTICE, targets, 1, Goal("coverage", min_anchors=1))
     seen = exact_sight(GRID, anchor_positions(placed.anchors), targets.point_m)[0]
     every = exact_sight(GRID, LATTICE.position_m, targets.point_m)
     shares = every @ targets.weight / targets.weight.sum()
@@ -192,27 +219,31 @@ BAD = {
     "a share of 2": (lambda: place_anchors(GRID, LATTICE, TARGETS, reach=2.0), "reach must be a share"),
     "more than there are": (lambda: place_anchors(GRID, LATTICE.take(np.arange(3)), TARGETS, 4), "on 3 candidates"),
     "more in sight than there are": (
-        lambda: place_anchors(GRID, LATTICE, TARGETS, 2, Goal(min_anchors=5)),
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 2, Goal("coverage", min_anchors=5)),
         "5 anchors in sight are asked for, and there are only 2.",
     ),
     "more in sight than fixed and placed": (
-        lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal(min_anchors=3), fixed=[Anchor("F", *MIDDLE_M, 9e3)]),
+        lambda: place_anchors(
+            GRID, LATTICE, TARGETS, 1, Goal("coverage", min_anchors=3), fixed=[Anchor("F", *MIDDLE_M, 9e3)]
+        ),
         "3 anchors in sight are asked for, and there are only 2.",
     ),
     "none to spare": (
-        lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal(min_anchors=1, spare=1)),
+        lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal("coverage", min_anchors=1, spare=1)),
         "1 anchor in sight is asked for besides one that may be lost, and there is only 1.",
     ),
     "too few for a dilution": (
         lambda: place_anchors(GRID, LATTICE, TARGETS, 2, Goal("dop", min_anchors=1)),
-        "A fix needs 3 anchors in sight, and there are only 2.",
+        "A fix needs 3 anchors in sight, and there are only 2; the objective coverage counts places that see fewer.",
     ),
     "too few for an error": (
         lambda: place_anchors(GRID, LATTICE, TARGETS, 1, Goal("mean_error")),
-        "A fix needs 3 anchors in sight, and there is only 1.",
+        "A fix needs 3 anchors in sight, and there is only 1; the objective coverage counts places that see fewer.",
     ),
     "a share out of reach": (
-        lambda: place_anchors(GRID, LATTICE.take(np.arange(2)), TARGETS, goal=Goal(min_anchors=2), reach=1.0),
+        lambda: place_anchors(
+            GRID, LATTICE.take(np.arange(2)), TARGETS, goal=Goal("coverage", min_anchors=2), reach=1.0
+        ),
         "cannot be reached: all 2 candidates together",
     ),
     "no spacing": (lambda: candidate_grid(GRID, 0.0, above_ground_m=[1.0]), "spacing of candidates"),
@@ -239,9 +270,10 @@ BAD = {
     "a link without base": (lambda: Link(()), "at least one base"),
     "a link of no length": (lambda: Link(((0.0, 0.0, 0.0),), 0.0), "max_range_m > 0"),
     "an objective of its own": (lambda: Goal("best"), "objective must be one of"),
+    "a height's error of nothing named": (lambda: Goal(measure="vdop"), "vdop goes with an objective"),
     "two spares": (lambda: Goal(spare=2), "spare 0 or 1"),
     "no limit": (lambda: Goal(dop_limit=0.0), "dop_limit must be a number > 0"),
-    "a vertical error along the ground": (lambda: Goal(on_surface=True, measure="vdop"), "is not defined"),
+    "a vertical error along the ground": (lambda: Goal("dop", on_surface=True, measure="vdop"), "is not defined"),
     "a clock's dilution": (lambda: Goal(kind="pseudorange", measure="gdop"), "cannot be placed for"),
 }
 

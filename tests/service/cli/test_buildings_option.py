@@ -161,7 +161,21 @@ def test_another_file_of_buildings_is_told_all_that_are_known(sightline, files):
 def test_plans_placements_and_moves_may_be_of_what_is_usable(sightline, files, tmp_path):
     dem, _ = files
     usable = ["--sight", "usable", "--radio", "868MHz", "--json"]
-    place = ["place", dem, *ANCHOR, "--spacing", "200", "--height", "30agl", "--count", "1", "--min-anchors", "1"]
+    place = [
+        "place",
+        dem,
+        *ANCHOR,
+        "--spacing",
+        "200",
+        "--height",
+        "30agl",
+        "--count",
+        "1",
+        "--objective",
+        "coverage",
+        "--min-anchors",
+        "1",
+    ]
     start, goal = ("{east_m},{north_m}".format(**one) for one in (at(45.0, 430.0), at(470.0, 70.0)))
     plan = ["plan", dem, *ANCHOR, "--start", start, "--goal", goal, "--no-sampling"]
     link = ["--base", "{east_m},{north_m},2agl".format(**at(60.0, 300.0)), "--link-radio", "915MHz"]

@@ -63,7 +63,18 @@ def test_masts_and_paths_say_msl_too(sightline, dem, tmp_path):
     }
     (tmp_path / "line.geojson").write_text(json.dumps(line))
     for words in (
-        ("place", dem(ELLIPSOID), "--count", 1, "--mast", f"{tmp_path / 'points.geojson'},400msl", "--min-anchors", 1),
+        (
+            "place",
+            dem(ELLIPSOID),
+            "--count",
+            1,
+            "--mast",
+            f"{tmp_path / 'points.geojson'},400msl",
+            "--objective",
+            "coverage",
+            "--min-anchors",
+            1,
+        ),
         ("bubble", dem(ELLIPSOID), "--path", tmp_path / "line.geojson", "--height", "400msl", "--anchor", MSL),
     ):
         ended = sightline(*words, "--json")

@@ -21,7 +21,7 @@ from terrain import read_dem
 from tests.service.small_maps import CELL_EAST_M, CELL_NORTH_M, NORTH_M, WEST_M
 
 EAST_M, SOUTH_M = WEST_M + 29 * CELL_EAST_M, NORTH_M - 23 * CELL_NORTH_M
-LATTICE = ("--spacing", 150, "--height", "40agl", "--min-anchors", 2)
+LATTICE = ("--spacing", 150, "--height", "40agl", "--objective", "coverage", "--min-anchors", 2)
 LOCAL = {"coordinates_are": "metres east and north in the DEM's local frame, which has no CRS"}
 
 
@@ -50,7 +50,7 @@ def test_the_command_answers_what_the_library_answers(sightline, dem_file, tmp_p
     told = json.loads(done.stdout)
     grid = read_dem(str(dem_file))
     expected = place_anchors(
-        grid, candidate_grid(grid, 150.0, above_ground_m=[40.0]), area_targets(grid), 3, Goal(min_anchors=2)
+        grid, candidate_grid(grid, 150.0, above_ground_m=[40.0]), area_targets(grid), 3, Goal("coverage", min_anchors=2)
     )
     assert told["value_share"] == expected.value
     assert [(p["east_m"], p["north_m"]) for p in told["placed"]] == [(a.east_m, a.north_m) for a in expected.anchors]
@@ -78,7 +78,7 @@ def test_the_placed_anchors_are_the_next_command_s_anchors(sightline, dem_file, 
 def test_the_dilution_is_told_and_a_row_of_anchors_is_warned_of(sightline, dem_file, tmp_path):
     row = [[WEST_M + 60.0 + 40.0 * n, SOUTH_M + 60.0] for n in range(4)]
     masts = geojson(tmp_path / "masts.geojson", {"type": "MultiPoint", "coordinates": row})
-    line = ("place", dem_file, "--count", 4, "--mast", f"{masts},400msl")
+    line = ("place", dem_file, "--count", 4, "--mast", f"{masts},400msl", "--objective", "coverage")
     told = json.loads(sightline(*line, "--json").stdout)
     assert told["dilution"] == {
         "measure": "pdop", "median": None, "within_limit_share": 0.0, "no_fix_share": 1.0, "useless_share": 1.0,
@@ -171,10 +171,10 @@ def _seconds_of_work(pid):
 
 
 BAD = {
-    "no candidates": ((), "No candidates: give --spacing"),
+    "no candidates": ((), "No candidates: give --spacing or --best-sites"),
     "a lattice without height": (("--spacing", 100), "--spacing needs at least one --height"),
     "a height of nothing": (("--spacing", 100, "--height", "40"), "is not of the form 120agl"),
-    "a height without lattice": (("--height", "40agl"), "--height and --where need --spacing"),
+    "a height without lattice": (("--height", "40agl"), "--height and --where need --spacing or --best-sites"),
     "a mast without height": (("--mast", "masts.geojson"), "is not of the form FILE,HEIGHT"),
     "a link without base": ((*LATTICE, "--relays", 1), "need --base"),
     "a base of nothing": ((*LATTICE, "--base", "1,2"), "--base '1,2' is not of the form"),
@@ -238,12 +238,35 @@ def test_a_request_in_a_file_is_taken_as_over_http(sightline, dem_file, tmp_path
     assert sightline("place", dem_file, "--request", tmp_path / "none.json").code == 2
 
 
+def test_the_posts_that_see_most_may_be_the_candidates(sightline, dem_file):
+    words = ("place", dem_file, "--count", 2, "--best-sites", 6, "--height", "40agl")
+    told = sightline(*words, "--json").told()
+    assert 2 <= told["candidates"]["left"] <= 6
+    assert [round(one["above_ground_m"], 3) for one in told["placed"]] == [40.0, 40.0]
+    sightline(*words[:-1], "400msl").refused("stand above the ground")
+    sightline(*words[:6]).refused("--best-sites needs at least one --height")
+
+
+def test_who_names_no_objective_asks_where_a_rover_on_the_ground_is(sightline, dem_file):
+    words = ("place", dem_file, "--count", 3, "--spacing", 150, "--height", "40agl", "--json")
+    told = sightline(*words).told()
+    assert told["objective"] == "mean_error"
+    assert told["goal"].startswith("mean position error along the surface of ranging with a sigma of 0.1 m, metres")
+    said = sightline(*words, "--objective", "mean-error", "--surface").told()
+    assert [told[name] for name in ("placed", "value_m", "bound_m")] == [
+        said[name] for name in ("placed", "value_m", "bound_m")
+    ]
+    assert "and at least 3 in sight" in sightline(*words, "--min-anchors", 3).told()["goal"]
+    assert sightline(*words[:2], "--reach", 0.2, *words[4:]).told()["objective"] == "coverage"
+    sightline(*words, "--measure", "hdop").refused("hdop goes with an objective")
+
+
 def test_a_rover_on_the_ground_asks_for_one_anchor_less(sightline, dem_file):
     dilution = ("place", dem_file, "--spacing", 150, "--height", "40agl", "--objective", "dop", "--dop-limit", 20)
     bound = sightline(*dilution, "--surface", "--count", 2, "--json")
     assert bound.code == 0, bound.stderr
     assert json.loads(bound.stdout)["goal"].startswith("share with at least 2 in sight and PDOP along the surface")
     in_space = sightline(*dilution, "--count", 2)
-    assert (in_space.code, in_space.stderr) == (2, "A fix needs 3 anchors in sight, and there are only 2.\n")
+    in_space.refused("A fix needs 3 anchors in sight, and there are only 2; the objective coverage counts")
     asked = sightline(*dilution, "--surface", "--min-anchors", 3, "--count", 2)
     assert (asked.code, asked.stderr) == (2, "3 anchors in sight are asked for, and there are only 2.\n")

@@ -29,11 +29,25 @@ def test_a_path_is_told_and_written(sightline, dem_file, tmp_path):
     assert ended.code == 0, ended.stderr
     assert "The path keeps all" in ended.stdout
     assert "longest at a stretch" in ended.stdout
-    names = ["path.json", *(layer.name for layer in LAYERS)]
+    names = ["path.json", *(layer.name for layer in LAYERS if layer.needs is None)]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     summary = json.loads((tmp_path / "path.json").read_text())
     assert summary["status"] == "found"
     assert summary["validation"]["passed"]
+
+
+def test_other_ways_are_told_and_written(sightline, dem_file, tmp_path):
+    words = ("plan", dem_file, *WEST, *ANCHORS, "--alternatives", 2, "--out", tmp_path)
+    told = sightline(*words, "--json").told()
+    assert 1 <= len(told["alternatives"]) <= 2
+    assert str(tmp_path / "alternatives.geojson") in told["files"]
+    printed = sightline(*words).stdout
+    assert f"Other ways: {told['alternatives_sentence'][:10]}" in printed
+    assert told["alternatives"][0]["what"] in printed
+    sightline(*words[:-4], "--alternatives", 9).refused("--alternatives: Input should be")
+    sightline(*words[:-4], "--leave-by", 60).refused(
+        "--leave-by goes with", "anchors that stand are the same at any time"
+    )
 
 
 def test_no_way_is_an_answer_and_what_an_earlier_run_wrote_is_taken_away(sightline, dem_file, tmp_path):

@@ -131,7 +131,7 @@ def test_the_table_of_a_plan_is_a_path_as_its_line_is(sightline, dem_file, tmp_p
     planned = sightline("plan", dem_file, *ends, "--max-slope", "60", "--no-sampling", "--out", tmp_path)
     assert planned.code == 0, planned.stderr
     words = {
-        "place": ("--count", 1, "--spacing", 200, "--height", "60agl", "--min-anchors", 1),
+        "place": ("--count", 1, "--spacing", 200, "--height", "60agl", "--objective", "coverage", "--min-anchors", 1),
         "reposition": (*CREW, "--min-anchors", 2, "--height", 60, "--stretch", 250),
     }[command]
 

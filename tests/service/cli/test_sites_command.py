@@ -15,7 +15,17 @@ def test_named_sites_are_the_next_commands_anchors(sightline, dem_file, tmp_path
     seen = sightline("visibility", dem_file, "--anchors", out / "sites.csv", "--json").told()
     assert [anchor["id"] for anchor in seen["anchors"]] == [site["id"] for site in told["sites"]] == ["S1", "S2", "S3"]
     assert [anchor["above_ground_m"] for anchor in seen["anchors"]] == [30.0] * 3
-    words = ("--count", 1, "--site", f"{out / 'sites.geojson'},30agl", "--min-anchors", 1, "--json")
+    words = (
+        "--count",
+        1,
+        "--site",
+        f"{out / 'sites.geojson'},30agl",
+        "--objective",
+        "coverage",
+        "--min-anchors",
+        1,
+        "--json",
+    )
     placed = sightline("place", dem_file, *words)
     assert placed.code == 0, placed.stderr
 

@@ -49,7 +49,7 @@ def test_the_advice_is_the_library_s(advice: dict[str, Any]) -> None:
     grid = small_grid()
     anchors = [resolve_anchor(grid, AnchorIn.model_validate(one)) for one in ANCHORS]
     path_m = straight_ahead(WEST_M + 640.0, NORTH_M - 380.0, math.radians(20.0), 120.0)
-    question = MoveQuestion(Goal(min_anchors=2), occluded=["D1"], flight=Flight(max_flight_m=900.0))
+    question = MoveQuestion(Goal("coverage", min_anchors=2), occluded=["D1"], flight=Flight(max_flight_m=900.0))
     expected = reposition(grid, anchors, path_m, question)
     result = advice["result"]
     assert expected.move is not None

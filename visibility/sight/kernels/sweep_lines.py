@@ -10,7 +10,7 @@ from compiled.options import scalar_kernel
 from visibility.sight.kernels.blocks import owned_posts
 from visibility.sight.kernels.sweep_loops import Eye, PostRun, RayRun, advance, answer
 
-__all__ = ["Line", "Rays", "cross_strip", "enter", "first_strip", "rays_on_map", "sweep_line"]
+__all__ = ["Line", "Rays", "cross_strip", "enter", "first_strip", "raise_straight", "rays_on_map", "sweep_line"]
 
 NEAR_LINES = 16  # so far rays take in every edge: what one of them misses there, all posts behind it miss
 
@@ -81,6 +81,28 @@ def cross_strip(block, along, stride, line, rays, steepest):
                         slope = (height - block.altitude_m) / (along - back) + block.tilt_m - bend * (along - back)
                         if slope > steepest[q]:
                             steepest[q] = np.float32(slope)
+
+
+@scalar_kernel
+def raise_straight(block, along, stride, line, rays, steepest):
+    """Raise the rays that run over posts by each post itself: with unknown ground on both sides it has no edge.
+
+    Those are the rays straight ahead and along the diagonals, from an eye that stands on the lines of posts. line: a
+    ``sweep_lines.Line``; rays: (first, one past the last) of those on the map.
+    """
+    if block.across_0 != math.floor(block.across_0):
+        return
+    first_ray, past_ray = rays
+    for lean in range(-1, 2):
+        place = ((lean - block.t_0) / block.dt - block.first_ray) / stride
+        q = math.floor(place + 0.5)
+        across = block.across_0 + lean * along
+        post = math.floor(across)
+        if first_ray <= q < past_ray and abs(place - q) < 1e-6 and across == post and 0 <= post < line.width:
+            bend = block.drop_along_m + block.drop_across_m * lean * lean
+            slope = (line.ground[post - line.first_post] - block.altitude_m) / along + block.tilt_m - bend * along
+            if slope > steepest[q]:
+                steepest[q] = np.float32(slope)
 
 
 @scalar_kernel
@@ -214,6 +236,7 @@ def sweep_line(block, index, stride, line, out, rays):
             lean,
         )
         advance(rays, line, run, eye)
+        raise_straight(block, along, stride, line, (q_from, q_to), steepest)
         if along <= NEAR_LINES and abs(block.first_line - block.along_0) < along - 0.5:
             cross_strip(block, along, stride, line, (q_from, q_to), steepest)
         if block.across_0 < 0.0 or block.across_0 > width - 1:

@@ -1,0 +1,111 @@
+"""A plan made again from wherever the rover is by now: sight, field and the costs to the goals are worked out once."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from planning.errors import PathProblemError
+from planning.kernels.searches import costs_from
+from planning.paths.checks import without_broken_squares
+from planning.paths.corridors import Way, cost_of, drop_repeats, straightened
+from planning.paths.describing import Endings, described
+from planning.paths.ends import Ends, ends_of
+from planning.paths.fields import CostField, cost_field
+from planning.paths.outcomes import PathOutcome
+from planning.paths.planning import plan_path
+from planning.paths.sight_maps import SightMaps, minimum_of, sight_maps
+from planning.questions.problems import PathProblem, Place
+from planning.validation import validate_path
+
+__all__ = ["PreparedPlan", "prepare_replanning"]
+
+PLANNER = "ways to the goals known before, pulled straight"
+ROUNDS = 2  # of pulling straight
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PreparedPlan:
+    """What a problem's plans from any start have in common; ``prepare_replanning`` makes it.
+
+    cost: (rows - 1, cols - 1) of the cheapest way over the eight neighbours from the middle of each square to a goal,
+    in the units of the weights, +inf = none. prepared_s: what it took, seconds.
+    """
+
+    problem: PathProblem
+    cost: npt.NDArray[np.float64]
+    prepared_s: float
+    _onward: npt.NDArray[np.int64]
+    _field: CostField
+    _maps: SightMaps | None
+
+    def plan_from(self, start: Place, *, stop: Callable[[], bool] | None = None) -> PathOutcome:
+        """The plan from another start, (east_m, north_m): by the known costs, or anew where these are no help.
+
+        Anew where exact sight lines, the bubble or the validator refuse what the known costs lead to, and where they
+        lead nowhere; sight is known then too. Raises what ``plan_path`` raises.
+        """
+        begin_s = time.perf_counter()
+        problem, field = replace(self.problem, start=start), self._field
+        ending = Endings(problem, _nobody, stop or _never, begin_s)
+        ending.field = field
+        ending.warnings = self._maps.warnings if self._maps is not None else ()
+        ends = ends_of(problem, field, self._maps)
+        way = self._way(*ends)
+        if way is not None and without_broken_squares(problem, field, self._maps, way.places) is None:
+            path = described(problem, field, self._maps, way.places)
+            validation = validate_path(problem, np.column_stack([path.east_m, path.north_m]))
+            if validation.passed:
+                ending.first_path_s = time.perf_counter() - begin_s
+                return ending.found(path, validation, math.nan, PLANNER, True)
+        return plan_path(problem, stop=stop)
+
+    def _way(self, begin: Ends, end: Ends) -> Way | None:
+        """The known way from the best square near the start, pulled straight; None where there is none."""
+        costs = begin.costs + self.cost.ravel()[begin.nodes]
+        if not len(costs) or not np.isfinite(costs).any():
+            return None
+        nodes = [int(begin.nodes[int(np.argmin(costs))])]
+        while (onward := int(self._onward[nodes[-1]])) >= 0:
+            nodes.append(onward)
+        middles = np.column_stack(np.divmod(nodes, self.cost.shape[1])) + 0.5
+        last = end.places[np.flatnonzero(end.nodes == nodes[-1])[0]]
+        places = drop_repeats(np.concatenate([begin.places[:1], middles, last[None, :]]))
+        kernel_field = self._field.for_kernels()
+        return straightened(kernel_field, Way(places, cost_of(kernel_field, places)), rounds=ROUNDS)
+
+
+def prepare_replanning(problem: PathProblem) -> PreparedPlan:
+    """The costs from everywhere to the goals of a problem, for plans from wherever the rover is.
+
+    Of the problem's start only the goals' checks are made. Raises PathProblemError where anchors move, places are to be
+    passed, or the rover does not turn on the spot; else what ``plan_path`` raises.
+    """
+    if problem.moves or problem.way_points or problem.rover.min_turning_radius_m > 0.0:
+        raise PathProblemError(
+            "Plans are prepared for anchors that stand, without way-points, and for a rover that turns on the spot."
+        )
+    begin_s = time.perf_counter()
+    minimum = minimum_of(problem)
+    if problem.maps is None and minimum is not None:
+        problem = replace(problem, maps=minimum)
+    maps = sight_maps(problem)
+    field = cost_field(problem, maps)
+    goals = ends_of(problem, field, maps)[-1]
+    cost, onward = costs_from(field.for_kernels(), goals.nodes, goals.costs, True)
+    taken_s = time.perf_counter() - begin_s
+    return PreparedPlan(problem, cost.reshape(field.reasons.shape), taken_s, onward, field, maps)
+
+
+def _nobody(_: float) -> None:
+    """Tells nobody of progress."""
+
+
+def _never() -> bool:
+    """Nobody stops it."""
+    return False
