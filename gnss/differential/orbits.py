@@ -43,7 +43,13 @@ class Orbits:
         return self.state(whole_s, part_s, satellite)[0]
 
     def state(self, whole_s: int, part_s: float, satellite: str) -> tuple[npt.NDArray[np.float64], float]:
-        """The same, and how many seconds the satellite's clock was ahead."""
+        """The same, and how many seconds the satellite's clock was ahead; where SP3 lacks that, the broadcast's."""
+        position_m, clock_s = self._state(whole_s, part_s, satellite, PRECISE if self.precise else BROADCAST)
+        if self.precise and clock_s == 0.0:
+            clock_s = self._state(whole_s, part_s, satellite, BROADCAST)[1]
+        return position_m, clock_s
+
+    def _state(self, whole_s: int, part_s: float, satellite: str, kind: int) -> tuple[npt.NDArray[np.float64], float]:
         library = rtklib()
         state, clock, variance, health = (
             library.Arr1Ddouble(6),
@@ -51,8 +57,7 @@ class Orbits:
             library.Arr1Ddouble(1),
             library.Arr1Dint(1),
         )
-        time, kind = gtime(whole_s, part_s), PRECISE if self.precise else BROADCAST
-        number = satellite_numbers()[satellite]
+        time, number = gtime(whole_s, part_s), satellite_numbers()[satellite]
         found = library.satpos(time, time, number, kind, self.handle, state, clock, variance, health)
         if not found or health[0] > 0:
             return np.full(3, math.nan), math.nan

@@ -9,6 +9,7 @@ import pytest
 from gnss import GnssInputError
 from gnss.differential import parse_observations, parse_orbits, read_observations, read_orbits, receiver_ranges
 from tests.gnss.differential import world
+from tests.gnss.differential.test_precise_orbits import sp3_text
 
 DATA = Path(__file__).parents[3] / "../shared/data/rtk"
 MILLISECOND_M = world.LIGHT * 1e-3
@@ -77,6 +78,27 @@ def test_a_clock_that_jumps_by_milliseconds_does_not(observed, orbits, phases_to
     np.testing.assert_allclose(found.code_m, still.code_m, atol=0.01)
     np.testing.assert_allclose(found.phase_m, still.phase_m, atol=0.01)
     np.testing.assert_allclose(found.time_s, still.time_s, atol=1e-6)
+
+
+class WithoutClocks:
+    """Orbits as SP3 files have them that know no clocks."""
+
+    def __init__(self, orbits):
+        self.orbits = orbits
+
+    def state(self, whole_s, part_s, satellite):
+        return self.orbits.positions_ecef_m(whole_s, part_s, satellite), 0.0
+
+
+def test_precise_orbits_serve_as_well_with_the_broadcast_clocks_where_they_have_none(observed, orbits):
+    names = sorted(set(observed.satellite.tolist()))
+    text = sp3_text(WithoutClocks(orbits), names, (orbits.first_s + orbits.last_s) / 2.0)
+    precise = parse_orbits([(world.navigation_text(), "made.nav"), (text, "made.sp3")])
+    assert precise.precise
+    broadcast, found = receiver_ranges(observed, orbits), receiver_ranges(observed, precise)
+    np.testing.assert_array_equal(found.satellite, broadcast.satellite)
+    np.testing.assert_allclose(found.position_ecef_m, broadcast.position_ecef_m, atol=0.1)
+    np.testing.assert_allclose(found.code_m, broadcast.code_m, atol=0.5)
 
 
 def test_lost_cycles_begin_another_arc(observed, orbits):

@@ -63,4 +63,5 @@ def test_orbits_of_another_day_fail_in_a_sentence(server: Server, ground: dict[s
     assert posted.status_code == 202, posted.text
     job = server.until_over(posted.headers["Location"])
     assert job["status"] == "failed"
-    assert "is of another time than the observations" in job["error"]["detail"]
+    assert job["problem"]["type"] == "/problems/gnss-input"
+    assert "is of another time than the observations" in job["problem"]["detail"]
