@@ -128,7 +128,8 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         detector_faults.faults_named,
         detector_speed.detector_speed,
     ),
-    "loop": (map_loop.map_loop, map_estimates.map_estimates, map_loop.loop_speed, map_advice.advice_speed),
+    "loop": (map_loop.map_loop, map_estimates.map_estimates),
+    "loop-time": (map_loop.loop_speed, map_advice.advice_speed),
     "planning": (
         planning.random_paths,
         planning.first_path,
@@ -248,6 +249,8 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "loop": (
         partial(map_loop.map_loop, drives=1),
         partial(map_estimates.map_estimates, drives=1),
+    ),
+    "loop-time": (
         partial(map_loop.loop_speed, drives=1),
         partial(map_advice.advice_speed, drives=2),
     ),

@@ -1,6 +1,6 @@
 """The runtime range-based detector: notices occlusion from the ranges themselves, without a map."""
 
-from .detector import Detector, detect_epoch
+from .detector import Detector, detect_epoch, meeting_place
 from .epochs import GroundHeight, OdometryIncrement, RangeEpoch, RangeMeasurement, RangingAnchor
 from .errors import DetectionError, DetectionInputError
 from .faults.calibration import Calibrated, Calibration, calibrate
@@ -71,6 +71,7 @@ __all__ = [
     "diagnose",
     "false_positive_rate",
     "k_for_false_positive_rate",
+    "meeting_place",
     "sigma_geometric_m",
     "sigma_odometry_m",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Sequence
 
+from .epoch_arrays import anchor_places, arrays_of
 from .epoch_results import rejected_epoch
 from .epochs import RangeEpoch, RangingAnchor, check_anchors
 from .errors import DetectionInputError
@@ -15,12 +16,14 @@ from .geometric import MOST_RANGES
 from .intake import EpochOrder, take_in
 from .judging import Judge
 from .motion.odometry import Motion
+from .motion.tracking import Tracker
 from .motion.tracks import foretold
 from .settings import DetectorSettings
-from .state import AnchorRecord, DetectorState
+from .standing import detect_standing
+from .state import AnchorRecord, DetectorState, sensitivity_scale
 from .verdicts import EpochResult, PositionFix, Rejection
 
-__all__ = ["Detector", "detect_epoch"]
+__all__ = ["Detector", "detect_epoch", "meeting_place"]
 
 DEFAULTS = DetectorSettings()
 NOTED = 240  # epochs that a diagnosis of the session looks back on
@@ -141,3 +144,26 @@ def detect_epoch(
 ) -> EpochResult:
     """The answer to one epoch by itself, without a past; raises DetectionInputError where two anchors share an id."""
     return Detector(anchors, settings).process(epoch)
+
+
+def meeting_place(
+    anchors: Sequence[RangingAnchor], epoch: RangeEpoch, settings: DetectorSettings = DEFAULTS
+) -> PositionFix | None:
+    """Where the ranges of one epoch meet, unchecked: the place of ``detect_epoch`` in half its time, without verdicts.
+
+    None where they allow no place.
+    """
+    known = {anchor.id: anchor for anchor in anchors}
+    known |= {anchor.id: anchor for anchor in epoch.moved if anchor.id in known}
+    numbers = {anchor_id: number for number, anchor_id in enumerate(known)}
+    intake, time_s = take_in(epoch, known, settings), epoch.time_s - settings.ranging_offset_s
+    tracker = Tracker(len(known), settings)
+    tracker.foretell(time_s, None)
+    places_m = anchor_places(known, settings.dimension)
+    scale = sensitivity_scale(settings)
+    arrays = arrays_of(intake.ranges, known, numbers, places_m, time_s, settings, scale, 0.0)
+    moment = arrays.at_one_moment(tracker.track, time_s, settings.max_speed_m_per_s)
+    found = detect_standing(moment, intake.ground, settings.dimension, tracker.hint_m(), settings)
+    if found.position_m is None or found.covariance_m2 is None:
+        return None
+    return PositionFix(found.position_m, found.covariance_m2, checked=False, mirror_m=found.mirror_m)

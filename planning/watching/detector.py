@@ -26,7 +26,7 @@ from detection import (
     RangeMeasurement,
     RangingAnchor,
     Suspicion,
-    detect_epoch,
+    meeting_place,
 )
 from navigation import Estimator, RoverEstimate
 from planning.errors import WatchError
@@ -219,7 +219,7 @@ class MapDetector:
         fix: PositionFix | None = None
         asked = replace(epoch, ground=epoch.ground or self._somewhere)
         for _ in range(LOOKS):
-            before, fix = fix, detect_epoch(anchors, asked, self.settings).position
+            before, fix = fix, meeting_place(anchors, asked, self.settings)
             if forecast is not None and _is_same(before, fix):
                 break  # from the same place the map says the same
             forecast = None if fix is None else self._forecast(fix)
@@ -269,4 +269,5 @@ def _is_same(one: PositionFix | None, other: PositionFix | None) -> bool:
 def _with_prediction(measured: RangeMeasurement, told: Mapping[str, float]) -> RangeMeasurement:
     if measured.p_sight is not None or math.isnan(told.get(measured.anchor_id, math.nan)):
         return measured
-    return replace(measured, p_sight=told[measured.anchor_id])
+    p = told[measured.anchor_id]
+    return RangeMeasurement(measured.anchor_id, measured.range_m, measured.sigma_m, p, measured.time_s)

@@ -154,7 +154,9 @@ def forecast_sight(
     seen = least_clearances(grid, np.repeat(antennas_m, k, axis=0), np.tile(ends_m, (count, 1)), curvature)
     clearance_m = np.where(seen.over_unknown, np.nan, seen.clearance_m)
     reach_m = np.hypot(*(ends_m[None, :, :2] - antennas_m[:, None, :2]).transpose(2, 0, 1)).ravel()
-    odds = _odds(clearance_m, np.nan_to_num(seen.share) * reach_m, reach_m, errors, excess_m).reshape(count, k, 2)
+    odds = _odds(
+        clearance_m, np.where(np.isnan(seen.share), 0.0, seen.share) * reach_m, reach_m, errors, excess_m
+    ).reshape(count, k, 2)
     p_direct, unheard = odds[..., DIRECT], np.full(k, np.nan)
     p_usable, margin_db = unheard, unheard
     if any(radios):

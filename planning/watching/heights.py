@@ -79,7 +79,8 @@ def free_height(
         if len(chosen) >= FEWEST:
             told = [(anchors_m[v.anchor_id], v.range_m) for v in chosen]
             # where the map says nothing of a line it may graze
-            grazing = 1.0 - np.nan_to_num([p_sight[v.anchor_id] for v in chosen])
+            seen = np.array([p_sight[v.anchor_id] for v in chosen])
+            grazing = np.where(np.isnan(seen), 1.0, 1.0 - seen)
             # ranges that contradict a shadow do not graze, whatever the map has
             lasting_m2 = GRAZING_LOOKS * harmless_m**2 / 3.0 if chosen is direct else 0.0
             sigmas_m = np.sqrt(sigma_m**2 + grazing * lasting_m2)

@@ -84,10 +84,10 @@ def detect(
     from .asking.anchor_files import ranging_anchors, ranging_asked
 
     asked = settings.asked()
-    placed, frame = ranging_anchors(anchor, anchors, level=asked.dimension == 2)
+    named = ranging_asked(anchor, anchors, level=asked.dimension == 2)
+    placed, frame = ranging_anchors(named, level=asked.dimension == 2)
     Detector(placed, asked.settings())  # refuses what makes no detector before the log is read
     within = area_asked(area.part(in_degrees=False))
-    named = ranging_asked(anchor, anchors, level=asked.dimension == 2)
     radios = {one.id: one.radio for one in named if one.radio is not None}
     grid = ground.grid(frame, within, margin_m, doubts)
     if along.estimator is not None and output.out is None:

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.detection.measured_ranges import RANGING, RangeLog, plaza, starloc
 from benchmarks.detection.ranging_logs import write_log
 from detection import RangeEpoch
-from service.cli.asking.anchor_files import ranging_anchors
+from service.cli.asking.anchor_files import ranging_anchors, ranging_asked
 from service.live.epoch_logs import read_epochs
 
 pytestmark = pytest.mark.skipif(not RANGING.is_dir(), reason="the published ranging logs lie in ../shared/data only")
@@ -17,7 +17,9 @@ pytestmark = pytest.mark.skipif(not RANGING.is_dir(), reason="the published rang
 
 def written_and_read(log: RangeLog, folder: Path, epoch_s: float) -> list[RangeEpoch]:
     write_log(log, folder)
-    anchors, frame = ranging_anchors([], [folder / "anchors.csv"], level=log.dimension == 2)
+    anchors, frame = ranging_anchors(
+        ranging_asked([], [folder / "anchors.csv"], level=log.dimension == 2), level=log.dimension == 2
+    )
     assert (anchors, frame) == (list(log.anchors), None)
     return read_epochs(folder / "log.csv", epoch_s).epochs
 

@@ -17,6 +17,7 @@ from detection import (
     RangingAnchor,
     Rejection,
     detect_epoch,
+    meeting_place,
 )
 from tests.detection.worlds import DRONES_M, Floats, drones, heard, named
 
@@ -110,3 +111,20 @@ def test_ground_that_is_none_is_counted_and_not_used(told: GroundHeight, dimensi
     result = detect_epoch(drones(), replace(heard(0.0, named(drones(), ROVER_M)), ground=told), settings)
     assert [(one.anchor_id, one.reason) for one in result.rejected] == [("", Rejection.BAD_GROUND)]
     assert len(DRONES_M) == len(result.verdicts)
+
+
+@pytest.mark.parametrize("told", [None, ground()])
+def test_where_an_epoch_meets_is_the_place_of_its_answer(told: GroundHeight | None) -> None:
+    draw, found = np.random.default_rng(7), 0
+    for second in range(60):
+        anchors = drones(int(draw.integers(3, 9)))
+        hidden = {one.id: float(draw.uniform(1.0, 30.0)) for one in anchors if draw.random() < 0.3}
+        epoch = replace(heard(float(second), named(anchors, ROVER_M, hidden), D1=0.4), ground=told)
+        answered, met = detect_epoch(anchors, epoch, SETTINGS).position, meeting_place(anchors, epoch, SETTINGS)
+        assert (answered is None) == (met is None)
+        if answered is not None and met is not None:
+            found += 1
+            assert met.position_m.tolist() == answered.position_m.tolist()
+            assert met.covariance_m2.tolist() == answered.covariance_m2.tolist()
+            assert (met.mirror_m is None) == (answered.mirror_m is None)
+    assert found > 30

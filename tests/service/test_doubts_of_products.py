@@ -120,7 +120,7 @@ def test_bubbles_do_not_count_on_it() -> None:
 def test_drones_are_not_counted_on_where_it_is_denied(name: str) -> None:
     # W and S alone are in sight all along
     way = [at(45.0, 430.0), at(45.0, 200.0)]
-    asked: dict[str, Any] = {"anchors": ANCHORS, "goal": {"min_anchors": 2}}
+    asked: dict[str, Any] = {"anchors": ANCHORS, "goal": {"objective": "coverage", "min_anchors": 2}}
     if name == "placement":
         more = {"count": 1, "candidates": [{"places": [at(420.0, 250.0)], "above_ground_m": [60.0]}]}
         asked |= {**more, "targets": {"path": way}}

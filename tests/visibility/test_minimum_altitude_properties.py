@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from terrain import ElevationGrid
@@ -68,6 +68,8 @@ def test_moving_the_world_moves_the_answer(seed, shape, share, east_m, north_m, 
     np.testing.assert_allclose(exact_m(moved, there), exact_m(grid, anchor) + up_m, rtol=0, atol=1e-2)
 
 
+# an eye beyond the map on a line of posts along its last border
+@example(6137, (17, 17), (1.0, -0.25))
 @many
 @given(seeds, shapes, shares)
 def test_turning_the_world_turns_the_answer(seed, shape, share):

@@ -50,7 +50,10 @@ def evened(blocks: Blocks, shape: tuple[int, int]) -> Blocks:
     dearest = full[int(cost[full].argmax())]
     rays = int(blocks["rays"][dearest]) - 1
     moved = round(rays * surplus / cost[dearest] / COARSEST) * COARSEST
-    if not 0 < moved < rays:
+    one = blocks[dearest]
+    bearing = float(one["t_0"] + (one["first_ray"] + moved) * one["dt"])
+    # among a fan's rays to spare, beyond its sector, a cut would give one of the two the next sector's posts as well
+    if not (0 < moved < rays and -1.0 < bearing < 1.0):
         return blocks
     # both run the ray on which they are cut
     cut = np.insert(blocks, dearest, blocks[dearest])

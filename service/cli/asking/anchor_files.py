@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +34,8 @@ __all__ = [
 FIELDS = frozenset(AnchorIn.model_fields)
 # a cell holds one number, a covariance nine; of a radio the name
 COLUMNS = tuple(field for field in AnchorIn.model_fields if field != "pose_covariance_m2")
+# as radios' own tables call places in a frame of their own
+XYZ = {"x": "east_m", "y": "north_m", "z": "altitude_m", "x_m": "east_m", "y_m": "north_m", "z_m": "altitude_m"}
 TEXTS = {"id", "body", "altitude_datum", "radio"}
 OF_MISSIONS = ("kind",)  # what the planner's tables tell besides, which changes no answer
 PLACE = {"east_m", "north_m", "lon_deg", "lat_deg", "body"}
@@ -159,12 +163,15 @@ def _fields_of(name: str, number: int, shape: GeoJsonShape) -> dict[str, object]
 
 def _csv_rows(path: Path) -> list[tuple[str, object]]:
     table = read_csv_table(path, ANCHORS, comments_within=False)
-    check_columns(table, ANCHORS, (*COLUMNS, *OF_MISSIONS), needed=("id",))
+    named = {column: XYZ.get(column.casefold(), column.casefold()) for column in table.columns}
+    if taken := [column for column in table.columns if column.casefold() in XYZ]:
+        print(f"{path.name}: {', '.join(taken)} are taken for {', '.join(map(named.get, taken))}.", file=sys.stderr)
+    check_columns(replace(table, columns=tuple(named.values())), ANCHORS, (*COLUMNS, *OF_MISSIONS), needed=("id",))
     numbers = Numbers(table.delimiter)
     found: list[tuple[str, object]] = []
     for where, cells in table.lines:
         _refuse_many(path, len(found) + 1)
-        given = {name: cell for name, cell in cells.items() if cell and name not in OF_MISSIONS}
+        given = {named[name]: cell for name, cell in cells.items() if cell and named[name] not in OF_MISSIONS}
         fields = {name: cell if name in TEXTS else numbers.number(where, name, cell) for name, cell in given.items()}
         found.append((where, fields))
     return found
@@ -194,14 +201,11 @@ def _tracks_of_csv(path: Path) -> list[dict[str, object]]:
     return [{"id": id, "points": listed} for id, listed in points.items()]
 
 
-def ranging_anchors(
-    texts: Sequence[str], files: Sequence[Path], *, level: bool
-) -> tuple[list[RangingAnchor], dict[str, float] | None]:
-    """The anchors of all options, in one level metric frame, and where on Earth that is if they came in degrees.
+def ranging_anchors(asked: Sequence[AnchorIn], *, level: bool) -> tuple[list[RangingAnchor], dict[str, float] | None]:
+    """Anchors of ``ranging_asked`` in one level metric frame, and where on Earth that is if they came in degrees.
 
     level: heights do not matter. Raises RequestError.
     """
-    asked = ranging_asked(texts, files, level=level)
     if not asked:
         raise RequestError("At least one anchor is needed: --anchor ID,EAST,NORTH,612msl or --anchors FILE.")
     twice = sorted(anchor_id for anchor_id, count in Counter(anchor.id for anchor in asked).items() if count > 1)
@@ -225,7 +229,7 @@ def ranging_anchors(
 
 
 def ranging_asked(texts: Sequence[str], files: Sequence[Path], *, level: bool) -> list[AnchorIn]:
-    """The same anchors as they were asked for, with what a detector does not take of them. Raises RequestError."""
+    """The anchors of all options as they were asked for, with what a detector does not take. Raises RequestError."""
     asked = [_from_text(text, level) for text in texts]
     return asked + [anchor for path in files for anchor in anchors_from_file(path, level=level)]
 

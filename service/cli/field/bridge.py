@@ -133,8 +133,8 @@ def _site(options: SiteOptions, settings: DetectorOptions, ground: MapOptions) -
     level = asked.dimension == 2
     if not options.round > 0.0:
         raise RequestError(f"--round must be a number of seconds > 0, not {options.round}.")
-    placed, frame = ranging_anchors(options.anchor, options.anchors, level=level)
     named = ranging_asked(options.anchor, options.anchors, level=level)
+    placed, frame = ranging_anchors(named, level=level)
     radios = {one.id: one.radio for one in named if one.radio is not None}
     dem = ground.grid(frame, None, None, TRUSTING)
     estimator = None if options.estimator is None else ESTIMATORS[options.estimator](placed, asked.settings())

@@ -13,7 +13,21 @@ from .form import LENGTHS_M
 __all__ = ["Found", "find_columns", "is_anchor", "is_range", "range_unit_of", "time_unit_of", "words_of"]
 
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-zµ]+|\d+")
-TIME = {"time", "timestamp", "stamp", "zeit", "zeitstempel", "epoch", "t", "ts", "sec", "secs", "seconds", "temps"}
+TIME = {
+    "time",
+    "timestamp",
+    "stamp",
+    "zeit",
+    "uhrzeit",
+    "zeitstempel",
+    "epoch",
+    "t",
+    "ts",
+    "sec",
+    "secs",
+    "seconds",
+    "temps",
+}
 NO_TIME = {"flight", "duration", "tof", "offset", "delay", "sync"}
 ANCHOR = {"anchor", "beacon", "dest", "destination", "responder", "station", "anker", "peer", "to", "node", "balise"}
 WEAK_ANCHOR = {"id", "mac", "addr", "address", "device", "name", "label"}
@@ -23,7 +37,19 @@ NO_ANCHOR = {
     "alt", "latitude", "longitude", "altitude", "east", "north", "up", "height", "count",
     "time", "timestamp", "stamp", "range", "distance", "dist", "power", "rssi", "rss",
 }  # fmt: skip
-RANGE = {"range", "ranges", "ranging", "distance", "distances", "dist", "dis", "rng", "entfernung", "abstand"}
+RANGE = {
+    "range",
+    "ranges",
+    "ranging",
+    "distance",
+    "distances",
+    "dist",
+    "dis",
+    "rng",
+    "entfernung",
+    "abstand",
+    "distanz",
+}
 NO_RANGE = {
     "sigma", "std", "stddev", "stdev", "var", "variance", "covariance", "cov", "err", "error", "accuracy",
     "uncertainty", "min", "max",

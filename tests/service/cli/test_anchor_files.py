@@ -38,6 +38,16 @@ def test_csv_has_the_fields_as_columns_and_empty_cells_for_what_is_not_given(tmp
     assert anchors_from_file(path) == [D1, D2]
 
 
+def test_x_y_z_of_a_radio_are_east_north_and_altitude_and_are_told(tmp_path, capsys):
+    path = tmp_path / "anchors.csv"
+    path.write_text("ID;X;Y;Z_m\n101;1,5;-2;3,25\n")
+    assert anchors_from_file(path) == [AnchorIn(id="101", east_m=1.5, north_m=-2.0, altitude_m=3.25)]
+    assert capsys.readouterr().err == "anchors.csv: X, Y, Z_m are taken for east_m, north_m, altitude_m.\n"
+    path.write_text("id,x,east_m,y,z\n101,1,1,2,3\n")
+    with pytest.raises(RequestError, match="has the column 'east_m' twice"):
+        anchors_from_file(path)
+
+
 def test_geojson_points_are_in_degrees_and_other_properties_pass(tmp_path):
     feature = {
         "type": "Feature",

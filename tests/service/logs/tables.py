@@ -82,6 +82,15 @@ TEXTS: dict[str, str | bytes] = {
     "microseconds in the name": table("TimeUS,dest_addr,range_m,quality", "{t}000000,{a},{r},0.9"),
     "ISO times with a zone": dated("stamp,anchor,range", "%Y-%m-%dT%H:%M:%S+00:00"),
     "German dates": with_commas(dated("Zeit,Anker,Entfernung", "%d/%m/%Y %H:%M:%S"), ";").replace("/", "."),
+    "German date and clock apart, centimetres": with_commas(
+        "\n".join(
+            [
+                "Datum,Uhrzeit,Anker,Distanz [cm]",
+                *(f"{moment(t, '%d/%m/%Y,%H:%M:%S')},{a},{100.0 * r:.1f}" for t, a, r in RANGES),
+            ]
+        ),
+        ";",
+    ).replace("/", "."),
     "American dates": dated("time,station,distance", "%m/%d/%Y %H:%M:%S"),
     "date and clock apart": "\n".join(
         ["date,time,anchor id,Range [m]", *(f"{moment(t, '%Y-%m-%d,%H:%M:%S')},{a},{r}" for t, a, r in RANGES)]
