@@ -165,7 +165,9 @@ def _csv_rows(path: Path) -> list[tuple[str, object]]:
     table = read_csv_table(path, ANCHORS, comments_within=False)
     named = {column: XYZ.get(column.casefold(), column.casefold()) for column in table.columns}
     if taken := [column for column in table.columns if column.casefold() in XYZ]:
-        print(f"{path.name}: {', '.join(taken)} are taken for {', '.join(map(named.get, taken))}.", file=sys.stderr)
+        print(
+            f"{path.name}: {', '.join(taken)} are taken for {', '.join(named[one] for one in taken)}.", file=sys.stderr
+        )
     check_columns(replace(table, columns=tuple(named.values())), ANCHORS, (*COLUMNS, *OF_MISSIONS), needed=("id",))
     numbers = Numbers(table.delimiter)
     found: list[tuple[str, object]] = []
