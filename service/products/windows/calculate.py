@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -173,7 +173,7 @@ def _worked_out(parcels: Sequence[Parcel], work: Work) -> Generator[tuple[int, P
     """
     if work.scheduler is None:
         with ThreadPoolExecutor(1) as ahead:
-            coming = None
+            coming: Future[ParcelFacts] | None = None
             for parcel in (*parcels, None):
                 _go_on(work.stop)
                 done, coming = coming, None if parcel is None else ahead.submit(work_out, parcel)
