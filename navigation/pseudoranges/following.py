@@ -89,12 +89,13 @@ def follow_street(
         # a sight of 0 or 1 would rule out what only the model may rule out
         np.clip(sight[there], 1e-6, 1.0),
     )
-    belief = _begun(told, start, law, len(satellites), len(systems))
+    alike = _alike(places_m, satellite, law.alike_rad)
+    belief = _begun(told, start, law, alike, len(systems))
     size, means = kernel.OFFSETS + len(systems) - 1, len(epochs_s)
     track, covariances = np.zeros((means, size)), np.zeros((means, 3, 3))
     hidden = np.full(count, math.nan)
     lying = np.zeros(int(there.sum()))
-    kernel.follow(belief, _driven(wheels, epochs_s), told, _law(law), track, covariances, lying)
+    kernel.follow(belief, _driven(wheels, epochs_s), told, _law(law), alike, track, covariances, lying)
     hidden[there] = lying
     return StreetTrack(
         epochs_s,
@@ -150,8 +151,9 @@ def _driven(wheels: WheelReadings, epochs_s: Array) -> kernel.Wheels:
 
 
 def _begun(
-    told: kernel.Pseudoranges, start: StreetStart, law: StreetErrors, satellites: int, systems: int
+    told: kernel.Pseudoranges, start: StreetStart, law: StreetErrors, alike: Array, systems: int
 ) -> kernel.Belief:
+    satellites = len(alike)
     size = kernel.OFFSETS + systems - 1
     n = size + 2 * satellites
     mean, sigmas = np.zeros(n), np.zeros(n)
@@ -176,14 +178,26 @@ def _begun(
     sigmas[size : size + satellites] = excess_m * math.sqrt(2.0 * share - share**2)
     for satellite in range(satellites):
         sigmas[size + satellites + satellite] = told.sigma_m[int(np.argmax(told.satellite == satellite))]
-    return kernel.Belief(mean, np.diag(sigmas**2), np.full(satellites, share))
+    covariance = np.diag(sigmas**2)
+    slow_m = sigmas[size + satellites :]
+    covariance[size + satellites :, size + satellites :] = alike * np.outer(slow_m, slow_m)
+    return kernel.Belief(mean, covariance, np.full(satellites, share))
+
+
+def _alike(places_m: Array, satellite: npt.NDArray[np.int64], angle_rad: float) -> Array:
+    """(s, s) how slow errors correlate: the nearer two satellites stand in the sky, the more walls they share."""
+    first = np.unique(satellite, return_index=True)[1]
+    towards = places_m[first] / np.linalg.norm(places_m[first], axis=1, keepdims=True)
+    apart = np.arccos(np.clip(towards @ towards.T, -1.0, 1.0))
+    alike: Array = np.exp(-apart / angle_rad)
+    np.fill_diagonal(alike, 1.0)
+    return alike
 
 
 def _law(law: StreetErrors) -> kernel.Law:
     return kernel.Law(
         law.hidden_share,
         law.excess_mean_m,
-        law.excess_factor,
         law.hidden_lasting_s,
         law.excess_steady_s,
         law.slow_s,

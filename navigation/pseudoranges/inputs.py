@@ -74,18 +74,20 @@ class StreetErrors:
     hidden_share: of the ranges, so many come round a corner, hidden_lasting_s long, too long by an exponential of
     excess_mean_m that stays the same for excess_steady_s: at the pace of a car until the wall has another stone.
     slow_factor, slow_s: most of what a range in sight errs by stays for so long, with a sigma so many times the one
-    stated, as ``ConstantVelocityEstimator`` has it of ranges; white_m: what does not stay. along, upwards, turning: of
-    the wheels' way and the gyro, white, in a second. turn_walk, clock, drift: random walks. Raises MeasurementError.
+    stated, as ``ConstantVelocityEstimator`` has it of ranges; white_m: what does not stay. alike_rad: satellites that
+    stand near each other in the sky see the same walls, so that what stays correlates, by exp(-angle / alike_rad).
+    along, upwards, turning: of the wheels' way and the gyro, white, in a second. turn_walk, clock, drift: random walks.
+    Raises MeasurementError.
     """
 
     hidden_share: float = 0.5
     hidden_lasting_s: float = 10.0
     excess_mean_m: float = 50.0
-    excess_factor: float = 3.0
     excess_steady_s: float = 2.0
     slow_factor: float = 2.0
     slow_s: float = 30.0
     white_m: float = 3.0
+    alike_rad: float = math.radians(30.0)
     along_m_per_sqrt_s: float = 0.05
     upwards_m_per_sqrt_s: float = 0.03
     turning_rad_per_sqrt_s: float = 0.005

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,22 @@ from benchmarks.navigation.street.log import PLACE, SMARTLOC, gated_filter, stre
 from benchmarks.report import Row, Table
 from benchmarks.timing import best_of_s
 from navigation import bubble_confidence, bubble_radius_m, radius_of_confidence
-from navigation.pseudoranges import StreetStart, follow_street
+from navigation.pseudoranges import StreetErrors, StreetStart, follow_street
 
 __all__ = ["street"]
 
 Array = npt.NDArray[np.float64]
 COLUMNS = ("filter", "horizontal, rms", "3·√(trace P) holds the truth", "its median", "circle of 95 % holds it")
 AGAINST, WITHIN = 0.85, 0.05
+# what else was tried to make the circle hold: errors that last longer, ranges that scatter more, and that by itself
+APART = StreetErrors(alike_rad=1e-6)
+WITHOUT = {
+    "the same, errors of neighbours in the sky apart": APART,
+    "that, all errors lasting four times as long": replace(
+        APART, hidden_lasting_s=40.0, excess_steady_s=8.0, slow_s=120.0
+    ),
+    "that, ranges scattering by 10 m": replace(APART, white_m=10.0),
+}
 
 
 def street(folder: Path = SMARTLOC, name: str = PLACE) -> Table:
@@ -36,8 +46,13 @@ def street(folder: Path = SMARTLOC, name: str = PLACE) -> Table:
     track = follow_street(log.ranges, log.wheels, start, log.frame)
     off_m = np.hypot(*(track.position_m - log.place_m)[:, :2].T)
     cells, held, promised = _told(off_m, track.level_covariance_m2)
-    met = _rms(off_m) <= AGAINST * min(peers) and abs(held - promised) <= WITHIN
-    rows.append(Row(("an excess for each satellite", *cells), "≤ 0.85 × both, bubble as promised ± 5 points", met))
+    circle = float(np.mean(off_m <= radius_of_confidence(track.level_covariance_m2, 0.95)))
+    met = _rms(off_m) <= AGAINST * min(peers) and max(abs(held - promised), abs(circle - 0.95)) <= WITHIN
+    rows.append(Row(("an excess for each satellite", *cells), "≤ 0.85 × both, both as promised ± 5 points", met))
+    for what, law in WITHOUT.items():
+        other = follow_street(log.ranges, log.wheels, start, log.frame, law)
+        off_m = np.hypot(*(other.position_m - log.place_m)[:, :2].T)
+        rows.append(Row((what, *_told(off_m, other.level_covariance_m2)[0])))
     taken_s = best_of_s(lambda: follow_street(log.ranges, log.wheels, start, log.frame), rounds=3)
     lasted_s = float(track.times_s[-1] - track.times_s[0])
     note = (

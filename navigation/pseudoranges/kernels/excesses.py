@@ -18,7 +18,6 @@ __all__ = ["CLOCK", "HEADING", "OFFSETS", "Belief", "Law", "Pseudoranges", "Whee
 EAST, NORTH, UP, HEADING, TURN_BIAS, CLOCK, DRIFT, OFFSETS = 0, 1, 2, 3, 4, 5, 6, 7
 RIGHT, SAME, OTHER = 0, 1, 2
 NO_FLOOR = 0.0
-SCALES, LIKELY, AT, SPREAD = 3, 0, 1, 2
 # a range that is too short by more sigmas than that pulls as one that is so many too short
 TOO_SHORT = 4.0
 
@@ -53,13 +52,11 @@ class Pseudoranges(NamedTuple):
 
 
 class Law(NamedTuple):
-    """How errors behave: share that lies, mean excess and the factor that it may be off by, times that lying, an excess
-    and the slow error last, white sigma; densities of wheels along, upwards, of turning, of the turn's bias, of clock
-    and drift."""
+    """How errors behave: share that lies, mean excess, times that lying, an excess and the slow error last, white
+    sigma; densities of wheels along, upwards, of turning, of the turn's bias, of clock and drift."""
 
     share: float
     mean_m: float
-    mean_factor: float
     lasting_s: float
     steady_s: float
     slow_s: float
@@ -73,8 +70,10 @@ class Law(NamedTuple):
 
 
 @scalar_kernel
-def _carry(belief, step_s, way_m, turn_rad, law, slow, slow_m2):
-    """The belief after step_s of driving, in place; slow: where slow errors begin, slow_m2 (s,) what they return to."""
+def _carry(belief, step_s, way_m, turn_rad, law, slow, errors):
+    """The belief after step_s of driving, in place; slow: where slow errors begin; errors: (sigmas (s,) that they
+    return to, (s, s) how they correlate)."""
+    slow_m, alike = errors
     mean, covariance = belief.mean, belief.covariance
     n = mean.shape[0]
     turned = turn_rad - mean[TURN_BIAS] * step_s
@@ -104,8 +103,9 @@ def _carry(belief, step_s, way_m, turn_rad, law, slow, slow_m2):
     covariance[CLOCK, DRIFT] += law.drift**2 * step_s**2 / 2.0
     covariance[DRIFT, CLOCK] = covariance[CLOCK, DRIFT]
     covariance[DRIFT, DRIFT] += law.drift**2 * step_s
-    for s in range(slow_m2.shape[0]):
-        covariance[slow + s, slow + s] += slow_m2[s] * (1.0 - decay * decay)
+    for s in range(slow_m.shape[0]):
+        for t in range(slow_m.shape[0]):
+            covariance[slow + s, slow + t] += slow_m[s] * slow_m[t] * alike[s, t] * (1.0 - decay * decay)
 
 
 @scalar_kernel
@@ -116,28 +116,6 @@ def _priors(lying, since_s, sight, law, priors):
     priors[SAME] = lying * same * kept
     priors[OTHER] = lying * ((1.0 - same) * kept + (1.0 - kept) * share) + (1.0 - lying) * (1.0 - kept) * share
     priors[RIGHT] = max(1.0 - priors[SAME] - priors[OTHER], 1e-12)
-
-
-@scalar_kernel
-def _another(innovation, variance, law):
-    """(log likelihood, mean, variance) of another excess, met by its moments.
-
-    A third each are Exp(mean / factor), Exp(mean) and Exp(mean·factor): how far a detour goes is known by its order.
-    """
-    found = np.empty((SCALES, 3))
-    for scale in range(SCALES):
-        mean_m = law.mean_m * law.mean_factor ** (scale - 1.0)
-        found[scale, LIKELY], found[scale, AT], found[scale, SPREAD] = excess_moments(
-            innovation, variance, (NO_FLOOR, mean_m)
-        )
-    top, total, mean, square = found[:, LIKELY].max(), 0.0, 0.0, 0.0
-    for scale in range(SCALES):
-        weight = math.exp(found[scale, LIKELY] - top)
-        total += weight
-        mean += weight * found[scale, AT]
-        square += weight * (found[scale, AT] ** 2 + found[scale, SPREAD])
-    mean /= total
-    return top + math.log(total / SCALES), mean, square / total - mean**2
 
 
 @scalar_kernel
@@ -215,7 +193,7 @@ def _take(belief, measured, since_s, law, slow):
     variance_same = variance + covariance[e, e] + 2.0 * gain[e]
     innovation_same = innovation - mean[e]
     _priors(lying[satellite], since_s, sight, law, shares)
-    likelihood, excess, spread = _another(innovation, variance, law)
+    likelihood, excess, spread = excess_moments(innovation, variance, (NO_FLOOR, law.mean_m))
     shares[RIGHT] = math.log(shares[RIGHT]) + log_normal(innovation, variance)
     shares[SAME] = math.log(max(shares[SAME], 1e-300)) + log_normal(innovation_same, variance_same)
     shares[OTHER] = math.log(max(shares[OTHER], 1e-300)) + likelihood
@@ -230,21 +208,24 @@ def _take(belief, measured, since_s, law, slow):
 
 
 @scalar_kernel
-def follow(belief, wheels, ranges, law, means, covariances, lying):
-    """Drive through k epochs; fill means (k, 7 + o), covariances (k, 3, 3) of the place and lying (m,)."""
+def follow(belief, wheels, ranges, law, alike, means, covariances, lying):
+    """Drive through k epochs; fill means (k, 7 + o), covariances (k, 3, 3) of the place and lying (m,).
+
+    alike: (s, s) how the satellites' slow errors correlate.
+    """
     satellites = belief.lying.shape[0]
     slow = belief.mean.shape[0] - satellites
-    slow_m2, heard_s = np.zeros(satellites), np.full(satellites, -1e9)
+    slow_m, heard_s = np.zeros(satellites), np.full(satellites, -1e9)
     for s in range(satellites):
-        slow_m2[s] = belief.covariance[slow + s, slow + s]
+        slow_m[s] = math.sqrt(belief.covariance[slow + s, slow + s])
     now_s = 0.0
     for k in range(wheels.seconds.shape[0]):
         if wheels.seconds[k] > 0.0:
             now_s += wheels.seconds[k]
-            _carry(belief, wheels.seconds[k], wheels.way_m[k], wheels.turn_rad[k], law, slow, slow_m2)
+            _carry(belief, wheels.seconds[k], wheels.way_m[k], wheels.turn_rad[k], law, slow, (slow_m, alike))
         for r in range(ranges.first[k], ranges.first[k + 1]):
             s = ranges.satellite[r]
-            slow_m2[s] = ranges.sigma_m[r] ** 2
+            slow_m[s] = ranges.sigma_m[r]
             measured = ranges.measured_m[r], ranges.places_m[r], s, ranges.system[r], ranges.sight[r]
             _take(belief, measured, now_s - heard_s[s], law, slow)
             heard_s[s] = now_s

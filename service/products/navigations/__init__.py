@@ -29,12 +29,20 @@ REQUEST_FILE = "request.json"
 LONG = ("readings", "fixes", "ranges", "speeds")
 # states after each reading, covariances of those with measurements; a reading twelve times where headings are tried
 BYTES_PER_READING, SECONDS_PER_READING = 3000, 3e-4
+# of observations, some 30 characters of which are a row
+BYTES_PER_CHARACTER, SECONDS_PER_CHARACTER = 50, 5e-6
 
 
 def _estimate(grid: ElevationGrid, asked: NavigationParameters) -> list[Demand]:
     count = len(asked.readings.times_s)
     told = f"{count:,} readings"
-    of_log = calculation(told, count * BYTES_PER_READING, count * SECONDS_PER_READING, "a shorter log")
+    heard = 0 if asked.satellites is None else len(asked.satellites.observations)
+    of_log = calculation(
+        told if not heard else f"{told} and {heard:,} characters of RINEX",
+        count * BYTES_PER_READING + heard * BYTES_PER_CHARACTER,
+        count * SECONDS_PER_READING + heard * SECONDS_PER_CHARACTER,
+        "a shorter log",
+    )
     return [Demand("max_anchors", len(asked.anchors), f"{len(asked.anchors)} anchors are"), *of_log]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.navigation.street.log import PLACE, SMARTLOC, StreetLog, gated_filter, street_log
-from navigation import MeasurementError, StateError, TimeOrderError, bubble_radius_m
+from navigation import MeasurementError, StateError, TimeOrderError, bubble_radius_m, radius_of_confidence
 from navigation.inertial import EARTH, TangentFrame
 from navigation.pseudoranges import StreetErrors, StreetRanges, StreetStart, WheelReadings, follow_street
 from tests.reference.lying_pseudoranges import posterior
@@ -36,8 +36,11 @@ def body_fixed(places_m, frame=FRAME):
     return np.stack([np.cos(back) * x + np.sin(back) * y, np.cos(back) * y - np.sin(back) * x, z], axis=1)
 
 
-def driven(seed, lying, seconds=120.0, count=12):
-    """(ranges, wheels, truth (k, 3)) of a drive at 6 m/s with a turn; a share lies, for 10 s, by Exp(50 m)."""
+def driven(seed, lying, seconds=120.0, count=12, alike_rad=1e-9):
+    """(ranges, wheels, truth (k, 3)) of a drive at 6 m/s with a turn; a share lies, for 10 s, by Exp(50 m).
+
+    alike_rad: by how far in the sky errors that stay correlate.
+    """
     rng = np.random.default_rng(seed)
     times = np.arange(0.0, seconds, 0.5)
     turns = np.where((times > 40.0) & (times < 50.0), -0.15, 0.0)
@@ -47,7 +50,9 @@ def driven(seed, lying, seconds=120.0, count=12):
     steps[0] = 0.0
     truth = np.cumsum(steps, axis=0)
     places = sky(rng, count)
-    excess, slow = np.zeros((len(times), count)), rng.normal(0.0, 10.0, count)
+    towards = places / np.linalg.norm(places, axis=1, keepdims=True)
+    alike = np.exp(-np.arccos(np.clip(towards @ towards.T, -1.0, 1.0)) / alike_rad)
+    excess, slow = np.zeros((len(times), count)), np.linalg.cholesky(alike) @ rng.normal(0.0, 10.0, count)
     away = np.linalg.norm(truth[:, None] - places, axis=2)
     for satellite in range(count):
         for row in range(len(times)):
@@ -102,6 +107,21 @@ def test_the_bubble_holds_though_half_of_the_ranges_lie_and_the_gated_filter_is_
     assert np.sqrt(np.mean(np.square(errors))) < 0.85 * np.sqrt(np.mean(np.square(gated)))
 
 
+def test_errors_of_neighbours_in_the_sky_that_are_alike_are_no_surprise():
+    start, held = replace(START, position_sigma_m=50.0, height_sigma_m=50.0), []
+    for alike_rad in (np.radians(30.0), 1e-6):
+        law, within = StreetErrors(alike_rad=alike_rad, hidden_share=0.05), []
+        for seed in range(40):
+            ranges, wheels, truth = driven(seed, 0.0, seconds=4.0, alike_rad=np.radians(30.0))
+            found = follow_street(ranges, wheels, start, FRAME, law)
+            off = np.hypot(*(found.position_m - truth)[-1, :2])
+            within.append(off <= radius_of_confidence(found.level_covariance_m2[-1:], 0.95)[0])
+        held.append(np.mean(within))
+    # forty drives scatter by 3.5 points
+    assert held[0] >= 0.88
+    assert held[1] <= held[0] - 0.07
+
+
 def test_where_nothing_lies_the_place_is_that_of_the_ranges():
     ranges, wheels, truth = driven(3, 0.0)
     found = follow_street(ranges, wheels, START, FRAME)
@@ -142,6 +162,8 @@ def test_potsdamer_platz_is_driven_with_less_error_than_a_gate_leaves():
     # the gated filter's error on the whole drive, as the data's index has it
     assert np.sqrt(np.mean(off**2)) < 0.85 * 30.0
     assert np.mean(off <= bubble_radius_m(found.level_covariance_m2)) > 0.95
+    # 0.75 where the errors of neighbours in the sky are taken to be apart
+    assert 0.9 <= np.mean(off <= radius_of_confidence(found.level_covariance_m2, 0.95)) <= 1.0
     assert PLACE.startswith("Berlin")
 
 
