@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -97,7 +98,8 @@ class Trees:
 
     top_m, base_m: (rows, cols) heights over the ground of crowns and of where they begin, 0 = none, NaN = unknown.
     model: what a way through costs a signal, as ``visibility.signal`` names it; depth_per_m: of the model "density",
-    optical depth per metre, or sky in its place; season: factor on the loss. notes: what was done to get them.
+    optical depth per metre, or in its place sky, or density_per_m (rows, cols); season: factor on the loss. notes: what
+    was done to get them.
     """
 
     top_m: Heights
@@ -107,6 +109,7 @@ class Trees:
     season: float = 1.0
     notes: tuple[str, ...] = ()
     sky: SkyDepths | None = None
+    density_per_m: Heights | None = None
 
     @cached_property
     def digest(self) -> str:
@@ -115,8 +118,15 @@ class Trees:
         sha = hashlib.sha256(repr((self.model, self.depth_per_m, self.season, *of_sky)).encode())
         sha.update(np.ascontiguousarray(self.top_m).tobytes())
         sha.update(np.ascontiguousarray(self.base_m).tobytes())
+        if self.density_per_m is not None:
+            sha.update(np.ascontiguousarray(self.density_per_m).tobytes())
         return sha.hexdigest()
 
     def window(self, rows: slice, cols: slice) -> Trees:
         """Those over some of the posts."""
-        return replace(self, top_m=self.top_m[rows, cols], base_m=self.base_m[rows, cols])
+        return self.over_posts(lambda values: values[rows, cols])
+
+    def over_posts(self, change: Callable[[Heights], Heights]) -> Trees:
+        """The same trees over other posts; change: makes the values there of those here."""
+        density = None if self.density_per_m is None else change(self.density_per_m)
+        return replace(self, top_m=change(self.top_m), base_m=change(self.base_m), density_per_m=density)

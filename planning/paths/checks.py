@@ -230,8 +230,7 @@ def _why(ground: Ground, name: str, reason: Reason, post: tuple[float, float], w
 
 def _count_words(ground: Ground, count: int) -> str:
     asked = ground.problem.limits.min_anchors
-    heard = all(getattr(anchor, "radio", None) is not None for anchor in ground.problem.anchors)
-    what = "usable" if heard and ground.problem.anchors else "in sight"
+    what = ground.problem.counted
     if count == 0:
         return f"no anchor is {what} there" if asked == 1 else f"none of the {asked} anchors asked for is {what} there"
     return f"only {count} of the {asked} anchors asked for {'is' if count == 1 else 'are'} {what} there"

@@ -226,8 +226,9 @@ def _no_coverage(problem: PathProblem, against: npt.NDArray[np.uint16], given: P
     limits = problem.limits
     if given is not None and (against & BITS[Reason.ANCHORS]).all():
         return (
-            f"No place on the map has {limits.min_anchors} anchor{'' if limits.min_anchors == 1 else 's'} in sight at "
-            f"the same time (at most {given.count.max()}); ask for fewer, raise the anchors or add some."
+            f"No place on the map has {limits.min_anchors} anchor{'' if limits.min_anchors == 1 else 's'} "
+            f"{problem.counted} at the same time (at most {given.count.max()}); ask for fewer, raise the anchors or "
+            "add some."
         )
     if given is not None and (against & BITS[Reason.DOP]).all():
         best = float(np.nanmin(given.dop))

@@ -164,7 +164,7 @@ def _candidates(
         elif reason is Reason.ANCHORS:
             asked = problem.limits.min_anchors
             for fewer in range(round(-worst), -1, -1):
-                sentence = f"with {fewer} anchors in sight instead of {asked}"
+                sentence = f"with {fewer} anchors {problem.counted} instead of {asked}"
                 yield Relaxation(reason, float(asked), float(fewer), sentence)
         elif reason is Reason.DOP:
             for more in MORE_DILUTION:

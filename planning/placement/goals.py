@@ -93,17 +93,17 @@ class Goal:
         """Whether greedy is within 1 − 1/e of the best: sharing out sight of one anchor, and of nothing else."""
         return self.objective == "coverage" and self.min_anchors == 1 and self.spare == 0
 
-    def sentence(self) -> str:
-        """In words."""
+    def sentence(self, counted: str = "in sight") -> str:
+        """In words. counted: what an anchor is called that counts."""
         lost = ", whichever one anchor is lost" if self.spare else ""
         along = " along the surface" if self.on_surface else ""
         of_ranges = f"{along} of {self.kind} with a sigma of {self.ranging_sigma_m:g} m"
         if self.min_anchors is not None:
-            of_ranges += f" and at least {self.needed} in sight"
+            of_ranges += f" and at least {self.needed} {counted}"
         measure = f"{self.measure.upper()}{along} of {self.kind}"
         return {
-            "coverage": f"share with at least {self.needed} in sight{lost}",
-            "dop": f"share with at least {self.needed} in sight and {measure} < {self.dop_limit:g}{lost}",
+            "coverage": f"share with at least {self.needed} {counted}{lost}",
+            "dop": f"share with at least {self.needed} {counted} and {measure} < {self.dop_limit:g}{lost}",
             "mean_error": f"mean position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
             "worst_error": f"worst position error{of_ranges}, metres, counted up to {self.worst_counted_m:g} m{lost}",
         }[self.wanted]

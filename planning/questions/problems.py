@@ -107,6 +107,12 @@ class PathProblem:
             )
 
     @property
+    def counted(self) -> str:
+        """What an anchor is called that counts: usable where the signals of all decide."""
+        heard = all(getattr(anchor, "radio", None) is not None for anchor in self.anchors)
+        return "usable" if heard and self.anchors else "in sight"
+
+    @property
     def moves(self) -> bool:
         """Whether any anchor moves."""
         return any(not isinstance(anchor, Anchor | DistantAnchor) for anchor in self.anchors)

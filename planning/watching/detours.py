@@ -103,7 +103,7 @@ def advise_path(
     fewest = int(found.path.anchor_count.min())
     sentence = (
         f"Leave the path at {from_m:.0f} m and come back to it at {to_m:.0f} m: {longer_m:+.0f} m of way, with at "
-        f"least {fewest} anchors in sight."
+        f"least {fewest} anchors {problem.counted}."
     )
     return PathAdvice(path_m, from_m, to_m, longer_m, fewest, sentence)
 

@@ -156,7 +156,7 @@ def _tables(answer: SafetyBubblesSummary) -> tuple[Table, ...]:
         ("clear of the ground" if buildings is None else "clear of ground and buildings", f"{answer.ok:,}"),
         ("violated", f"{answer.violated:,}"),
         ("near unknown ground", f"{answer.unknown:,}"),
-        ("first violation", "none" if first is None else _violation(first)),
+        ("first violation", "none" if first is None else _violation(first, answer.sight)),
         ("least margin", f"{answer.least_margin_m:.1f} m"),
         *((f"radius {name}", f"{metres:.1f} m") for name, metres in answer.radius_quantiles_m.items()),
         *([("one sigma of a range", answer.sigmas)] if answer.sigmas else []),
@@ -177,8 +177,9 @@ def _building_facts(buildings: BuildingFacts | None) -> list[tuple[str, str]]:
     ]
 
 
-def _violation(first: FirstViolation) -> str:
-    seen = "" if first.in_sight is None else f"; in sight: {', '.join(first.in_sight) or 'none'}"
+def _violation(first: FirstViolation, sight: str) -> str:
+    counted = "usable" if sight == "usable" else "in sight"
+    seen = "" if first.in_sight is None else f"; {counted}: {', '.join(first.in_sight) or 'none'}"
     where = f"point {first.point} at {first.distance_m:.0f} m, {first.time_s:g} s"
     clearance = f"clearance {first.clearance_m:.1f} m to the {first.nearest}"
     return f"{where}: radius {first.radius_m:.1f} m, {clearance}{seen}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from pydantic import BaseModel, Field, JsonValue
 from service.errors import RequestError
 from service.files.canopy_logs import CanopyLog
 from service.parts.anchors import AnchorIn
+from service.parts.cover import notes_on_cover
 from service.parts.shapes_in_grid import resolve_anchor
 from terrain import ElevationGrid, height_at, to_grid_frame
 from terrain.version import VERSION
@@ -45,7 +46,8 @@ class CanopyFitOut(BaseModel):
         description="What published models leave of the losses as they come, rms, dB, at the frequency that was heard."
     )
     canopy: dict[str, JsonValue] | None = Field(
-        description="The canopy of a request's cover; null where neither a DEM nor a height of trees was given."
+        description="The canopy of a request's cover, without heights where a raster told them; null where neither a "
+        "DEM nor a height of trees was given."
     )
     warnings: list[str] = Field(description="What to know, in sentences.")
     version: str = Field(description="Version of Sightline that fitted it.")
@@ -55,7 +57,7 @@ def fit_of_log(
     log: CanopyLog,
     grid: ElevationGrid | None,
     *,
-    anchors: Sequence[Mapping[str, object]] = (),
+    anchors: Sequence[AnchorIn] = (),
     crowns_m: tuple[float, float | None] = (0.0, None),
     receiver_above_ground_m: float = 1.5,
     rings_deg: Sequence[float] = (),
@@ -79,7 +81,7 @@ def fit_of_log(
 def _heard(
     log: CanopyLog,
     grid: ElevationGrid | None,
-    anchors: Sequence[Mapping[str, object]],
+    anchors: Sequence[AnchorIn],
     crowns_m: tuple[float, float | None],
     receiver_m: float,
 ) -> tuple[HeardThrough, float]:
@@ -101,13 +103,11 @@ def _heard(
 
 
 def _of_powers(
-    log: CanopyLog, grid: ElevationGrid | None, anchors: Sequence[Mapping[str, object]], receiver_m: float
+    log: CanopyLog, grid: ElevationGrid | None, anchors: Sequence[AnchorIn], receiver_m: float
 ) -> tuple[HeardThrough, float]:
     if grid is None or not anchors:
-        raise RequestError(
-            "Of power_dbm the ground and the anchors with their radio are needed: --dem, --anchor, --radio."
-        )
-    placed = {one.id: resolve_anchor(grid, one) for one in map(AnchorIn.model_validate, anchors)}
+        raise RequestError("Of power_dbm the ground and the anchors with their radio are needed: a DEM and anchors.")
+    placed = {one.id: resolve_anchor(grid, one) for one in anchors}
     strange = sorted(set(log.source.tolist()) - set(placed))
     if strange:
         raise RequestError(
@@ -131,7 +131,7 @@ def _of_powers(
 def _canopy(grid: ElevationGrid) -> Canopy:
     foliage = foliage_of(grid)
     if foliage is None:
-        raise RequestError("Which trees stand on the DEM is not told: --canopy, --canopy-surface or --canopy-height.")
+        raise RequestError("Which trees stand on the DEM is not told: a canopy by heights, surface or one height.")
     return foliage.canopy
 
 
@@ -170,8 +170,10 @@ def _as_asked(
 
 
 def _told(grid: ElevationGrid | None, crowns_m: tuple[float, float | None]) -> tuple[str, ...]:
-    if grid is None and crowns_m[1] is None:
-        return ("The height of the trees is not known, so that the depth is that straight up; give --canopy-height M.",)
+    if grid is not None:
+        return notes_on_cover(grid)
+    if crowns_m[1] is None:
+        return ("The height of the trees is not known, so that the depth is that straight up; tell it.",)
     return ()
 
 

@@ -35,6 +35,13 @@ COLUMNS = {
     "cn0_open_dbhz": "C/N0 of the same in the open",
     "power_dbm": "power that arrived",
 }
+# beyond which a number is of no log, whatever its sign
+MOST = {
+    **dict.fromkeys(("loss_db", "cn0_dbhz", "cn0_open_dbhz", "power_dbm"), 1e3),
+    **dict.fromkeys(("above_ground_m", "altitude_m"), 1e6),
+    **dict.fromkeys(("east_m", "north_m"), 1e9),
+    **{"lat_deg": 90.0, "elevation_deg": 90.0, "lon_deg": 360.0, "azimuth_deg": 720.0},
+}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,7 +79,10 @@ def read_canopy_log(path: Path) -> CanopyLog:
     for where, cells in table.lines:
         for name in names:
             cell = cells[name]
-            found[name].append(math.nan if holds_nothing(cell) else numbers.number(where, name, cell))
+            value = math.nan if holds_nothing(cell) else numbers.number(where, name, cell)
+            if abs(value) > MOST.get(name, math.inf):
+                raise RequestError(f"{where}: {name} must lie within ±{MOST[name]:,.0f}, not {value:g}.")
+            found[name].append(value)
         sources.append(next((cells[name] for name in TEXTS if cells.get(name)), ""))
     if not sources:
         raise RequestError(f"The log {table.name} has no rows.")

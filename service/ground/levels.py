@@ -88,9 +88,10 @@ def at_level(grid: ElevationGrid, level: int) -> ElevationGrid:
     posts = 2**level
     trees = grid.trees
     if trees is not None:
-        top_m, base_m = _means(trees.top_m, posts), _means(trees.base_m, posts)
+        trees = trees.over_posts(lambda values: _means(values, posts))
         # where a part of them is unknown the two are means of different posts
-        trees = replace(trees, top_m=top_m, base_m=np.fmin(base_m, np.where(top_m > 0.0, top_m, base_m)))
+        top_m, base_m = trees.top_m, trees.base_m
+        trees = replace(trees, base_m=np.fmin(base_m, np.where(top_m > 0.0, top_m, base_m)))
     return replace(
         grid,
         heights_m=_means(grid.heights_m, posts),

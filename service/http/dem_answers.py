@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from service.access.callers import rooted
 from service.jobs.records import DemRecord
-from service.parts.map_facts import Ground
+from service.parts.map_facts import BareGround
 
 from .grounds import GroundUnderWay
 from .lists import Page
@@ -82,7 +82,7 @@ class _Shelved(BaseModel):
     driver: str = Field(description="Format that the file was read as.")
 
 
-class DemOut(Ground, _Shelved):
+class DemOut(BareGround, _Shelved):
     """An uploaded DEM: what was read, what was converted, and every warning.
 
     Records of older Sightlines told less: what they lack is null, or is called unknown.

@@ -20,6 +20,7 @@ from service.errors import NotFoundError
 from service.ground.request import GroundIn
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
 from service.missions.document import MissionIn
+from service.probes.canopy_fits import CanopyFitIn
 from service.probes.request import PreviewIn, ProbeIn, ProfilesIn
 from service.products import Product
 
@@ -55,7 +56,7 @@ OTHERS = [
         "name": "Missions",
         "description": "What a planner decides, kept with its versions, shared as a link or as a file.",
     },
-    {"name": "Probes", "description": "Places and profiles on a DEM, answered at once and kept nowhere."},
+    {"name": "Probes", "description": "Places, profiles, previews and canopies, answered at once and kept nowhere."},
     {
         "name": "Detectors",
         "description": "Which ranges lie, live: by epoch, or as a session. A session is also a WebSocket at "
@@ -66,7 +67,9 @@ OTHERS = [
     {"name": "Problems", "description": "What the errors mean."},
 ]
 # bodies that routes read unparsed, beside those of the products
-OTHER_BODIES = (GroundIn, PreviewIn, ProbeIn, ProfilesIn, MissionIn, DetectionIn, DetectorIn, EpochsIn)
+OTHER_BODIES = (
+    CanopyFitIn, DetectionIn, DetectorIn, EpochsIn, GroundIn, MissionIn, PreviewIn, ProbeIn, ProfilesIn,
+)  # fmt: skip
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")
 # a key is demanded of everybody but on loopback, where a service may have none

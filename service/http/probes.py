@@ -1,4 +1,4 @@
-"""Probes: places, profiles and previews of maps, answered at once and kept nowhere."""
+"""Probes: places, profiles, previews of maps and canopies out of logs, answered at once and kept nowhere."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import uuid
 
 from fastapi import APIRouter, Request, Response
 
+from service.files.canopy_fits import CanopyFitOut
 from service.jobs.channel import BodyArguments
 from service.jobs.pool import Lane
+from service.probes.canopy_fits import CanopyFitIn
 from service.probes.request import PREVIEW_FILE, PreviewIn, ProbeIn, ProbeOut, ProfilesIn, ProfilesOut
 
 from .bodies import json_body
@@ -77,6 +79,21 @@ async def preview_map(request: Request, service: ServiceDep) -> Response:
     finally:
         await asyncio.to_thread(service.folder.remove, work)
     return Response(found, media_type="application/octet-stream")
+
+
+@router.post(
+    "/canopy-fits",
+    summary="Fit a canopy",
+    response_model=None,
+    responses={200: {"description": "The answer.", "model": CanopyFitOut}, **PROBLEMS},
+    openapi_extra=body_of(CanopyFitIn),
+)
+async def fit_canopy(request: Request, service: ServiceDep) -> Response:
+    """How dense trees are, with its error, out of a log of signal strengths or C/N0: one number, or a map by direction.
+
+    Nothing is kept. `canopy` of the answer is as the `cover` of any request takes it.
+    """
+    return await _answered(service, "fit-canopy", await json_body(request))
 
 
 async def _answered(service: Service, task: str, body: str) -> Response:

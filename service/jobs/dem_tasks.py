@@ -170,7 +170,7 @@ def _summary(grid: ElevationGrid) -> dict[str, JsonValue]:
     known, finer = grid.unknown_posts < grid.heights_m.size, grid.provenance.overview_of
     return {
         # the resource has the name that the file came under
-        **ground_of(grid).model_dump(mode="json", exclude={"name"}),
+        **ground_of(grid).model_dump(mode="json", exclude={"name", "cover"}),
         **place_of(grid),
         "driver": grid.provenance.driver,
         "cells": grid.heights_m.size,

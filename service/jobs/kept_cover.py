@@ -15,6 +15,7 @@ from terrain import ElevationGrid, SkyDepths, Standing, Trees
 __all__ = ["CoverFields", "mapped_array", "save_cover", "with_kept_cover"]
 
 EDGES, FACES, TOPS, BASES = "standing_edges_m.npy", "standing_faces_m.npy", "trees_top_m.npy", "trees_base_m.npy"
+DENSITIES = "trees_density_per_m.npy"
 
 
 class SkyFields(TypedDict):
@@ -32,6 +33,7 @@ class TreeFields(TypedDict):
     season: float
     notes: Sequence[str]
     sky: SkyFields | None
+    dense: NotRequired[bool]
 
 
 class StandingFields(TypedDict):
@@ -66,6 +68,9 @@ def save_cover(grid: ElevationGrid, folder: Path) -> CoverFields:
         )
         depth, season = trees.depth_per_m, trees.season
         told["trees"] = TreeFields(model=trees.model, depth_per_m=depth, season=season, notes=trees.notes, sky=sky)
+        if trees.density_per_m is not None:
+            np.save(folder / DENSITIES, trees.density_per_m, allow_pickle=False)
+            told["trees"]["dense"] = True
     return told
 
 
@@ -90,6 +95,7 @@ def with_kept_cover(grid: ElevationGrid, folder: Path, told: CoverFields) -> Ele
             trees["season"],
             tuple(trees["notes"]),
             depths,
+            mapped_array(folder / DENSITIES) if trees.get("dense", False) else None,
         )
         grid = replace(grid, trees=kept_trees)
     return grid

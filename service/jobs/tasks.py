@@ -20,6 +20,7 @@ from service.parts.altitude_datums import in_dem_datum
 from service.parts.cover import covered
 from service.parts.sentences import fields_of, notes_on_older_names, sentence_of
 from service.parts.unused import notes_on_unused
+from service.probes.canopy_fits import CanopyFitIn, canopy_fit
 from service.probes.places import probe
 from service.probes.previews import write_preview
 from service.probes.profiles import profiles
@@ -53,6 +54,7 @@ from .mission_tasks import open_mission, read_mission, read_places, read_range_l
 from .tile_tasks import tell_tiles, write_layer_level
 
 __all__ = [
+    "answer_canopy_fit",
     "answer_preview",
     "answer_probe",
     "answer_profiles",
@@ -83,6 +85,13 @@ def answer_profiles(context: TaskContext, arguments: BodyArguments) -> Mapping[s
     """Lines in profile. Raises NotJsonError, NotValidError, NotFoundError, and what ``profiles`` raises."""
     asked = read_body(ProfilesIn, body_in(arguments), context.settings)
     return {"json": profiles(_ground(context, asked.dem_id, asked), asked).model_dump_json()}
+
+
+def answer_canopy_fit(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
+    """A canopy fitted. Raises NotJsonError, NotValidError, LimitError, NotFoundError, what ``canopy_fit`` raises."""
+    asked = read_body(CanopyFitIn, body_in(arguments), context.settings)
+    grid = None if asked.dem_id is None else _ground(context, asked.dem_id, asked)
+    return {"json": canopy_fit(grid, asked).model_dump_json()}
 
 
 def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[str, object]:
@@ -201,6 +210,7 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
         "probe": answer_probe,
         "profiles": answer_profiles,
         "preview": answer_preview,
+        "fit-canopy": answer_canopy_fit,
         "check-request": check_request,
         "draw-layer": draw_layer,
         "tell-tiles": tell_tiles,

@@ -2,46 +2,32 @@
 
 from __future__ import annotations
 
-import math
-import tempfile
 from functools import lru_cache
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
-from pydantic import AfterValidator, Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, model_validator
+from pydantic import Base64Bytes, BaseModel, Field, JsonValue, WithJsonSchema, model_validator
 
 from service.errors import RequestError
+from service.parts.canopy import CanopyIn, foliage_in
 from service.parts.geojson_reading import Fields, shapes_of
-from service.parts.points import Metres, NotNegativeMetres, Positive, StrictModel
-from terrain import (
-    DEFAULT_MAX_CELLS,
-    ElevationGrid,
-    ElevationGridError,
-    SkyDepths,
-    body_of,
-    read_dem,
-    to_grid_frame,
-)
+from service.parts.points import Metres, Positive, StrictModel
+from terrain import DEFAULT_MAX_CELLS, ElevationGrid, body_of, to_grid_frame
 from visibility.cover import (
     Buildings,
-    Canopy,
     Footprint,
     FootprintHeights,
     OneFootprint,
-    canopy_between,
     footprints_of,
     parse_buildings,
-    resampled_canopy,
     standing_footprints,
     standing_mesh,
     with_standing,
 )
-from visibility.signal import Foliage, FoliageModel, with_foliage
+from visibility.signal import with_foliage
 
 __all__ = [
     "BuildingsIn",
-    "CanopyIn",
     "CoverIn",
     "CoverParameters",
     "FootprintsIn",
@@ -52,10 +38,6 @@ __all__ = [
 ]
 
 MOST_MESHES = 20
-DepthPerM = Annotated[float, Field(strict=True, ge=0.0, le=100.0)]
-ElevationDeg = Annotated[float, Field(strict=True, ge=0.0, le=90.0)]
-# file systems take 255
-MOST_NAME_BYTES = 200
 
 
 class BuildingsIn(StrictModel):
@@ -95,83 +77,6 @@ class FootprintsIn(StrictModel):
     )
 
 
-def _file_name(name: str) -> str:
-    """A name under which a file can lie anywhere. Raises ValueError."""
-    if not name.strip(". ") or not name.isprintable() or len(name.encode()) > MOST_NAME_BYTES:
-        raise ValueError(
-            f"no file can be called that; give a name of printable letters, {MOST_NAME_BYTES} bytes at most"
-        )
-    return name
-
-
-class RasterIn(StrictModel):
-    """A raster in a file that is read as a DEM is."""
-
-    name: Annotated[str, AfterValidator(_file_name)] = Field(
-        min_length=1, max_length=200, pattern=r"^[^/\\]+$", description="What the file is called."
-    )
-    base64: Base64Bytes = Field(min_length=1, description="The file's bytes in base64.")
-
-
-class SkyDepthsIn(StrictModel):
-    """Optical depth per metre by the direction in which a way leads up, as ``sightline canopy fit`` finds it."""
-
-    elevation_edges_deg: Annotated[list[ElevationDeg], Field(min_length=2, max_length=37)] = Field(
-        description="Ascending edges of rings, degrees; ways below or above all of them are of the ring beside them."
-    )
-    depth_per_m: Annotated[
-        list[Annotated[list[DepthPerM], Field(min_length=1, max_length=72)]], Field(min_length=1, max_length=36)
-    ] = Field(description="Per metre of way, 1/m: a row for each ring, equal sectors clockwise from grid north in it.")
-
-    def depths(self) -> SkyDepths:
-        """The same as the library takes it. Raises ElevationGridError."""
-        edges = tuple(math.radians(edge) for edge in self.elevation_edges_deg)
-        return SkyDepths(edges, tuple(tuple(row) for row in self.depth_per_m))
-
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
-        try:
-            self.depths()
-        except ElevationGridError as error:
-            raise ValueError(str(error)) from error
-        return self
-
-
-class CanopyIn(StrictModel):
-    """Trees over the ground: they hide nothing, and weaken signals."""
-
-    heights: RasterIn | None = Field(None, description="A raster of crown heights over the ground, metres.")
-    surface: RasterIn | None = Field(
-        None, description="A surface model instead; the canopy is what it has above the DEM, buildings taken out."
-    )
-    top_m: NotNegativeMetres | None = Field(
-        None, description="One height of the crowns everywhere instead of a raster, metres."
-    )
-    base_m: NotNegativeMetres = Field(0.0, description="Height over the ground at which crowns begin, metres.")
-    model: FoliageModel = Field(
-        "weissberger",
-        description="What a way through costs: a published model, each for its own frequencies, or density.",
-    )
-    depth_per_m: DepthPerM | None = Field(
-        None, description="Optical depth per metre of way, 1/m: belongs to the model density; 4.34 dB each."
-    )
-    sky: SkyDepthsIn | None = Field(
-        None, description="The same by direction, in place of depth_per_m: belongs to the model density."
-    )
-    season: Annotated[float, Field(strict=True, ge=0.0, le=10.0)] = Field(
-        1.0, description="Factor on the loss, no unit: 1 = in leaf, or as it was fitted."
-    )
-
-    @model_validator(mode="after")
-    def _one_canopy(self) -> Self:
-        if sum(given is not None for given in (self.heights, self.surface, self.top_m)) != 1:
-            raise ValueError("A canopy needs exactly one of heights, surface and top_m.")
-        depths = sum(given is not None for given in (self.depth_per_m, self.sky))
-        if depths != (1 if self.model == "density" else 0):
-            raise ValueError("One of a canopy's depth_per_m and sky belongs to the model density, and to no other.")
-        return self
-
-
 class CoverIn(StrictModel):
     """What stands on the ground: it hides in every answer, and nobody drives or flies through it."""
 
@@ -179,7 +84,6 @@ class CoverIn(StrictModel):
     meshes: list[BuildingsIn] = Field(
         [], max_length=MOST_MESHES, description="Buildings as meshes; what is open below a roof counts as solid."
     )
-
     canopy: CanopyIn | None = Field(None, description="Trees, which weaken signals.")
 
     @model_validator(mode="after")
@@ -275,26 +179,4 @@ def _covered(grid: ElevationGrid, text: str, max_cells: int) -> ElevationGrid:
             raise RequestError("A mesh of a cover is missing.")
         parts.append(standing_mesh(buildings))
     built = with_standing(grid, parts)
-    return built if cover.canopy is None else with_foliage(built, _foliage(built, cover.canopy, max_cells))
-
-
-def _foliage(grid: ElevationGrid, asked: CanopyIn, max_cells: int) -> Foliage:
-    """The canopy of a request over a grid. Raises CoverError, DemReadError, FrameError."""
-    if asked.heights is not None:
-        canopy = resampled_canopy(grid, _raster(grid, asked.heights, max_cells), asked.base_m)
-    elif asked.surface is not None:
-        canopy = canopy_between(grid, _raster(grid, asked.surface, max_cells), asked.base_m)
-    else:
-        canopy = Canopy(
-            grid, np.full(grid.shape, asked.top_m, np.float32), np.full(grid.shape, asked.base_m, np.float32)
-        )
-    sky = None if asked.sky is None else asked.sky.depths()
-    return Foliage(canopy, asked.model, asked.depth_per_m, asked.season, sky)
-
-
-def _raster(grid: ElevationGrid, asked: RasterIn, max_cells: int) -> ElevationGrid:
-    """A raster in the frame of the grid; one in another is warped, which its provenance tells."""
-    with tempfile.TemporaryDirectory(prefix="sightline-") as folder:
-        path = Path(folder) / asked.name
-        path.write_bytes(asked.base64)
-        return read_dem(path, target_crs=grid.crs, max_cells=max_cells)
+    return built if cover.canopy is None else with_foliage(built, foliage_in(built, cover.canopy, max_cells))

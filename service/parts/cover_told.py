@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from terrain import ElevationGrid
@@ -28,6 +29,9 @@ class CanopyTold(BaseModel):
     model: str = Field(description="What a way through costs a signal.")
     depth_per_m: float | None = Field(description="Optical depth per metre of the model density, 1/m; null by others.")
     by_direction: bool = Field(description="Whether its depths go by direction.")
+    mean_density_per_m: float | None = Field(
+        None, description="Mean of a raster of them where there are trees, 1/m; null without one."
+    )
     season: float = Field(description="Factor on the loss, no unit.")
 
 
@@ -55,6 +59,8 @@ class CoverTold(BaseModel):
             )
             depth = f" of {trees.depth_per_m:.3g}/m" if trees.depth_per_m is not None else ""
             depth = " by direction" if trees.by_direction else depth
+            if trees.mean_density_per_m is not None:
+                depth = f" of {trees.mean_density_per_m:.3g}/m in the mean"
             told.append(("canopy", f"on {100.0 * trees.share:.1f} % of the posts{height}"))
             told.append(("  its cost", f"{trees.model}{depth}, times {trees.season:g} for the season"))
             told.append(("  unknown posts", f"{trees.unknown_posts:,}"))
@@ -91,5 +97,12 @@ def _canopy(grid: ElevationGrid) -> CanopyTold | None:
         model=trees.model,
         depth_per_m=trees.depth_per_m,
         by_direction=trees.sky is not None,
+        mean_density_per_m=_mean(trees.density_per_m[there]) if trees.density_per_m is not None and some else None,
         season=trees.season,
     )
+
+
+def _mean(values: npt.NDArray[np.float32]) -> float | None:
+    """Of those that are known."""
+    known = values[np.isfinite(values)]
+    return float(known.mean(dtype=np.float64)) if len(known) else None

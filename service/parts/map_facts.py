@@ -17,6 +17,7 @@ from visibility import FLAT, Curvature
 
 __all__ = [
     "DEM_ID",
+    "BareGround",
     "BoundsOfPosts",
     "DemId",
     "Ground",
@@ -48,7 +49,7 @@ class BoundsOfPosts(BaseModel):
     north: float = Field(description="North of the northmost posts, metres.")
 
 
-class Ground(BaseModel):
+class BareGround(BaseModel):
     """Which ground it was: name, digest, size, place and what was converted."""
 
     name: str = Field(description="What the DEM is called.")
@@ -68,9 +69,12 @@ class Ground(BaseModel):
     heights_count_from: str = Field("unknown", description="What heights count from: sea level, ellipsoid, or unknown.")
     unknown_posts: int = Field(description="Posts without a known height.")
     conversions: list[str] = Field(description="What was converted when it was read, in sentences.")
-    cover: CoverTold | None = Field(
-        None, description="What is known of what stands on it; null = nothing. A DEM has none, requests bring it."
-    )
+
+
+class Ground(BareGround):
+    """The same with what a request put onto it."""
+
+    cover: CoverTold | None = Field(None, description="What is known of what stands on it; null = nothing.")
 
 
 class MapSummary(BaseModel):

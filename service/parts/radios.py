@@ -84,6 +84,11 @@ class SightChoice(StrictModel):
         """Whether the signal decides."""
         return self.sight == "usable"
 
+    @property
+    def in_words(self) -> str:
+        """What an anchor is called that counts."""
+        return "usable" if self.usable else "in sight"
+
     def without_radio(self) -> list[str]:
         """Ids of what is ranged to, as far as nothing is known of its signal."""
         return []

@@ -49,7 +49,7 @@ def notes_on_unused(grid: ElevationGrid, asked: BaseModel) -> list[str]:
 def _beyond_the_model(grid: ElevationGrid, frequencies_hz: Sequence[float]) -> list[str]:
     """What the canopy's model says of its own range at frequencies: nothing is extended beyond it."""
     foliage = foliage_of(grid)
-    if foliage is None:
+    if foliage is None or foliage.model == "density":
         return []
     notes = [foliage.loss([1.0], one, [1.0]).notes for one in dict.fromkeys(frequencies_hz)]
     return list(dict.fromkeys(note for some in notes for note in some))

@@ -26,7 +26,7 @@ MAY_KNOW = {
     "ground": {"errors", "settings", "parts", "files", "drawing"},
     "live": {"access", "errors", "settings", "parts", "files", "drawing"},
     "products": {"errors", "settings", "estimates", "parts", "files", "drawing"},
-    "probes": {"errors", "estimates", "parts", "products", "ground"},
+    "probes": {"errors", "estimates", "parts", "files", "products", "ground"},
     "missions": {"access", "database", "errors", "parts", "files"},
     "jobs": {
         "access",

@@ -13,6 +13,7 @@ from visibility.cover import (
     Canopy,
     Footprint,
     canopy_between,
+    canopy_depths,
     canopy_paths,
     density_loss,
     early_itu_loss,
@@ -24,6 +25,7 @@ from visibility.cover import (
     weissberger_loss,
     with_standing,
 )
+from visibility.signal import RADIOS, Foliage, signals
 
 ONE_PER_CENT = 0.01
 
@@ -42,6 +44,50 @@ def test_ways_through_rough_canopy_over_rough_ground_are_those_of_counted_points
         found_m = float(canopy_paths(canopy, [ends_m[0]], [ends_m[1]], FLAT)[0])
         wanted_m = way_through(heights_m, top_m, base_m, 10.0, start, end)
         assert found_m == pytest.approx(wanted_m, rel=ONE_PER_CENT, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_depths_by_a_raster_of_densities_are_those_of_counted_points(seed):
+    rng = np.random.default_rng(seed + 10)
+    heights_m = rng.uniform(0.0, 12.0, (9, 11)).astype(np.float32)
+    top_m = np.where(rng.random((9, 11)) < 0.2, 0.0, rng.uniform(5.0, 25.0, (9, 11))).astype(np.float32)
+    base_m = (top_m * rng.uniform(0.0, 0.6, (9, 11))).astype(np.float32)
+    density = rng.uniform(0.0, 0.2, (9, 11)).astype(np.float32)
+    density[top_m == 0.0] = np.nan  # nobody measured where no trees are: none there
+    grid = ElevationGrid(heights_m, 10.0, 10.0)
+    canopy = Canopy(grid, top_m, base_m, density_per_m=density)
+    for _ in range(6):
+        start, end = (np.array([*rng.uniform((0.2, 0.2), (7.8, 9.8)), rng.uniform(0.0, 40.0)]) for _ in range(2))
+        ends_m = [(point[1] * 10.0, -point[0] * 10.0, point[2]) for point in (start, end)]
+        found = float(canopy_depths(canopy, [ends_m[0]], [ends_m[1]], FLAT)[0])
+        wanted = way_through(heights_m, top_m, base_m, 10.0, start, end, densities=np.nan_to_num(density))
+        assert found == pytest.approx(wanted, rel=ONE_PER_CENT, abs=0.002)
+
+
+def test_a_density_at_each_post_is_the_loss_of_a_signal_and_what_is_unknown_of_it_stays_so():
+    grid = level(100.0, 101, 101)
+    top_m, base_m = np.full(grid.shape, 20.0, np.float32), np.full(grid.shape, 5.0, np.float32)
+    density = np.where(np.arange(101)[None, :] < 50, 0.01, 0.03) * np.ones((101, 1))
+    west, east = ((100.0, -250.0, 110.0), (200.0, -250.0, 110.0)), ((300.0, -250.0, 110.0), (400.0, -250.0, 110.0))
+    starts_m, ends_m = (np.array(points) for points in zip(west, east, strict=True))
+    foliage = Foliage(Canopy(grid, top_m, base_m, density_per_m=density), "density", season=0.5)
+    heard = signals(grid, starts_m, ends_m, RADIOS["868MHz"], foliage=foliage, curvature=FLAT)
+    np.testing.assert_allclose(heard.canopy_m, 100.0)
+    np.testing.assert_allclose(heard.canopy_db, 0.5 * 10.0 * np.log10(np.e) * np.array([1.0, 3.0]), rtol=1e-5)
+    for unknown, wanted in ((density, [False, True]), (base_m, [False, True])):
+        partly = np.array(unknown, np.float32)
+        partly[:, 70] = np.nan
+        layers = {"base_m": base_m, "density_per_m": density, ("density_per_m", "base_m")[unknown is base_m]: partly}
+        found = canopy_depths(Canopy(grid, top_m, **layers), starts_m, ends_m, FLAT)
+        assert np.isnan(found).tolist() == wanted
+    with pytest.raises(CoverError, match="has no density of its own"):
+        canopy_depths(Canopy(grid, top_m, base_m), starts_m, ends_m)
+    with pytest.raises(CoverError, match="numbers from 0 to 1,000,000; 101 posts are not"):
+        Canopy(grid, top_m, base_m, density_per_m=np.where(np.arange(101) == 3, -0.1, 0.1))
+    with pytest.raises(CoverError, match='belongs to the model "density", and to no other'):
+        Foliage(foliage.canopy, "density", 0.1)
+    with pytest.raises(CoverError, match='belongs to the model "density", and to no other'):
+        Foliage(foliage.canopy)
 
 
 def test_a_level_forest_is_as_long_as_its_height_over_the_sine():
@@ -152,6 +198,12 @@ def test_a_density_is_found_again_in_the_losses_that_it_makes():
     assert density_loss([10.0], 0.1, season=0.5)[0] == pytest.approx(10.0 * np.log10(np.e) * 0.5)
     with pytest.raises(CoverError, match="at least two losses"):
         fit_density([3.0], [1.0])
+    for loss_db, ways_m in (([1e300, 3.0], [1.0, 2.0]), ([1.0, 3.0], [1e300, 2.0])):
+        with pytest.raises(CoverError, match="Losses must lie within ±1,000 dB, and ways through trees within"):
+            fit_density(loss_db, ways_m)
+    for depth_per_m, season in ((1e300, 1.0), (0.1, 1e300), (np.nan, 1.0), (-0.1, 1.0)):
+        with pytest.raises(CoverError, match="must be a number from 0 to 1,000,000, not"):
+            density_loss([10.0], depth_per_m, season)
 
 
 def rms(values):

@@ -3,7 +3,7 @@
 from visibility.cover.building_distance import NearestBuilding, nearest_building
 from visibility.cover.building_sight import clear_of_buildings, visible_with_buildings
 from visibility.cover.buildings import BuildingHeights, Buildings, parse_buildings, read_buildings
-from visibility.cover.canopy import Canopy, canopy_between, canopy_paths, resampled_canopy
+from visibility.cover.canopy import Canopy, canopy_between, canopy_depths, canopy_paths, raster_over, resampled_canopy
 from visibility.cover.footprints import (
     Footprint,
     FootprintHeights,
@@ -38,6 +38,7 @@ __all__ = [
     "OneFootprint",
     "VegetationLoss",
     "canopy_between",
+    "canopy_depths",
     "canopy_paths",
     "clear_of_buildings",
     "density_loss",
@@ -52,6 +53,7 @@ __all__ = [
     "p833_woodland_loss",
     "parse_buildings",
     "parse_footprints",
+    "raster_over",
     "read_buildings",
     "read_footprints",
     "resampled_canopy",

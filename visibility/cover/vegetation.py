@@ -15,6 +15,7 @@ from visibility.errors import CoverError
 
 __all__ = [
     "DB_PER_DEPTH",
+    "MOST_DENSE",
     "DensityFit",
     "VegetationLoss",
     "density_loss",
@@ -31,7 +32,9 @@ Reals = npt.NDArray[np.float64]
 DB_PER_DEPTH = 10.0 / math.log(10.0)
 MHZ, GHZ = 1e6, 1e9
 LONGEST_M = 400.0
-# Rec. ITU-R P.833, terrestrial path with one terminal in woodland (mixed forest near St. Petersburg): MHz, dB/m, dB
+MOST_DB, MOST_WAY = 1e3, 1e9  # of losses that a density is fitted to, and of their ways
+MOST_DENSE = 1e6  # of a density and of a season's factor
+# Rec. ITU-R P.833-10, table 1, one terminal in woodland (mixed forest near St. Petersburg): MHz, dB/m, dB
 WOODLAND_MHZ = (105.9, 466.475, 949.0, 1852.2, 2117.5)
 WOODLAND_DB_PER_M = (0.04, 0.12, 0.17, 0.30, 0.34)
 WOODLAND_MOST_DB = (9.4, 18.0, 26.5, 29.0, 34.1)
@@ -78,7 +81,7 @@ def early_itu_loss(path_m: npt.ArrayLike, frequency_hz: float) -> VegetationLoss
 
 
 def p833_slant_loss(path_m: npt.ArrayLike, frequency_hz: float, elevation_rad: npt.ArrayLike) -> VegetationLoss:
-    """Rec. ITU-R P.833, slant paths: 0.25 f^0.39 d^0.25 θ^0.05, fitted to pine woodland in Austria.
+    """Rec. ITU-R P.833-10 (09/2021) §2.2, slant paths: 0.25 f^0.39 d^0.25 θ^0.05, fitted to pine woodland in Austria.
 
     f in MHz, θ in degrees. The Recommendation is for 30 MHz to 100 GHz. Where the way does not rise: NaN.
     """
@@ -92,9 +95,9 @@ def p833_slant_loss(path_m: npt.ArrayLike, frequency_hz: float, elevation_rad: n
 
 
 def p833_woodland_loss(path_m: npt.ArrayLike, frequency_hz: float) -> VegetationLoss:
-    """Rec. ITU-R P.833, one end in woodland: A·(1 - exp(-d·γ/A)), γ and A by frequency from its table.
+    """Rec. ITU-R P.833-10 (09/2021) §2.1, one end in woodland: A·(1 - exp(-d·γ/A)).
 
-    Between the table's 105.9 and 2117.5 MHz both are straight in the logarithms.
+    γ and A are by frequency from its table 1; between its 105.9 and 2117.5 MHz both are straight in the logarithms.
     """
     way_m = _ways(path_m)
     at = math.log(min(max(frequency_hz / MHZ, WOODLAND_MHZ[0]), WOODLAND_MHZ[-1]))
@@ -111,8 +114,8 @@ def density_loss(path_m: npt.ArrayLike, depth_per_m: float, season: float = 1.0)
     Raises CoverError.
     """
     for name, value in (("depth_per_m", depth_per_m), ("season", season)):
-        if not (math.isfinite(value) and value >= 0.0):
-            raise CoverError(f"{name} must be a number >= 0, not {value}.")
+        if not 0.0 <= value <= MOST_DENSE:
+            raise CoverError(f"{name} must be a number from 0 to {MOST_DENSE:,.0f}, not {value}.")
     found: Reals = DB_PER_DEPTH * depth_per_m * season * _ways(path_m)
     return found
 
@@ -122,11 +125,13 @@ def fit_density(loss_db: npt.ArrayLike, path_m: npt.ArrayLike) -> DensityFit:
 
     Losses are what one receiver in the open hears more than one under the trees, dB; losses below zero are noise and
     stay. Ways may be counted in any unit, 1/sin(elevation) for a canopy of unknown height: the density is then the
-    optical depth straight up. Raises CoverError for fewer than two pairs.
+    optical depth straight up. Raises CoverError for fewer than two pairs, and for losses beyond 1,000 dB.
     """
     loss, way = np.broadcast_arrays(np.asarray(loss_db, np.float64), np.asarray(path_m, np.float64))
     known = np.isfinite(loss) & np.isfinite(way)
     loss, way = loss[known], way[known]
+    if (np.abs(loss) > MOST_DB).any() or (np.abs(way) > MOST_WAY).any():
+        raise CoverError(f"Losses must lie within ±{MOST_DB:,.0f} dB, and ways through trees within {MOST_WAY:,.0f} m.")
     square = float((way**2).sum())
     if len(loss) < 2 or not square > 0.0:
         raise CoverError(f"A density needs at least two losses along ways through trees, not {len(loss)}.")

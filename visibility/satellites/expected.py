@@ -11,7 +11,6 @@ import numpy.typing as npt
 from gnss.sky import Place
 from terrain import ElevationGrid
 
-from ..cover.canopy import canopy_paths
 from ..errors import VisibilityInputError
 from ..sight.minimum_altitude import HIDDEN
 from ..sight.sight_lines import lines_of_sight
@@ -62,8 +61,7 @@ def expected_sky(
     hidden[up] = lines_of_sight(grid, lines.from_m, lines.to_m, curvature=lines.curvature).verdict == HIDDEN
     foliage = foliage_of(grid)
     if foliage is not None:
-        ways_m = canopy_paths(foliage.canopy, lines.from_m, lines.to_m, lines.curvature)
-        lost = foliage.loss(ways_m, frequency_hz, elevation[up])
+        _, lost = foliage.between(lines.from_m, lines.to_m, frequency_hz, lines.curvature)
         loss_db[up], warnings = lost.loss_db, lost.notes
     loss_db[hidden] = math.inf
     return ExpectedSky(hidden, loss_db, warnings)

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from terrain import ElevationGrid
-from visibility.cover.canopy import canopy_paths
 from visibility.errors import SignalError
 from visibility.sight.curvature import Curvature
 from visibility.sight.minimum_altitude import UnknownGround
@@ -89,10 +88,7 @@ def signals(
     free_space_db = free_space_loss_db(distance_m, radio.frequency_hz)
     canopy_m, canopy_db, warnings = np.zeros(len(links)), np.zeros(len(links)), tuple[str, ...]()
     if foliage is not None:
-        canopy_m = canopy_paths(foliage.canopy, start_m, end_m, curvature)
-        rise_rad = np.arctan2(np.abs(step_m[:, 2]), np.hypot(step_m[:, 0], step_m[:, 1]))
-        up_m = np.where(step_m[:, 2:] < 0.0, -step_m, step_m)
-        loss = foliage.loss(canopy_m, radio.frequency_hz, rise_rad, np.arctan2(up_m[:, 0], up_m[:, 1]))
+        canopy_m, loss = foliage.between(start_m, end_m, radio.frequency_hz, curvature)
         canopy_db, warnings = loss.loss_db, loss.notes
     margin_db = radio.allowed_loss_db - free_space_db - diffraction_db - canopy_db
     return Signals(

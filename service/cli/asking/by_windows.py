@@ -85,7 +85,8 @@ def _table(answer: WindowMapSummary) -> Table:
         caption_justify="left",
     )
     table.add_column("anchor", style="bold")
-    for column in ("east m", "north m", "altitude m", "range m", "posts in reach", "visible", "hidden", "unknown"):
+    decided = ("usable", "not\nusable") if answer.sight == "usable" else ("visible", "hidden")
+    for column in ("east m", "north m", "altitude m", "range m", "posts in reach", *decided, "unknown"):
         table.add_column(column, justify="right", no_wrap=True)
     for anchor in answer.anchors:
         posts = anchor.posts_in_reach

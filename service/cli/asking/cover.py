@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -72,6 +72,10 @@ class CoverOptions:
     canopy_base_m: Annotated[
         float | None, Parameter(name="--canopy-base", metavar="M", help="Where crowns begin, metres over the ground.")
     ] = None
+    canopy_bases: Annotated[
+        Path | None,
+        Parameter(name="--canopy-bases", metavar="FILE", help="A raster of where they begin, metres over the ground."),
+    ] = None
     canopy_model: Annotated[
         FoliageName | None,
         Parameter(name="--canopy-model", help="What a way through them costs a signal. (default weissberger)"),
@@ -79,6 +83,10 @@ class CoverOptions:
     depth_per_m: Annotated[
         float | None,
         Parameter(name="--canopy-density", metavar="DEPTH", help="Optical depth per metre, for the model density."),
+    ] = None
+    canopy_densities: Annotated[
+        Path | None,
+        Parameter(name="--canopy-densities", metavar="FILE", help="A raster of the same, 1/m."),
     ] = None
     canopy_fit: Annotated[
         Path | None,
@@ -138,7 +146,7 @@ class CoverOptions:
 
         Raises RequestError, MeshError, CoverError, FrameError.
         """
-        mesh, cover = self.mesh(), self._trees()
+        mesh, (cover, told) = self.mesh(), self._trees()
         if self.buildings is not None:
             cover |= {"footprints": self._footprints()} if mesh is None else {"meshes": [mesh]}
         elif self.level_m is not None or self.default_height_m is not None:
@@ -149,21 +157,31 @@ class CoverOptions:
 
         from .products import request_of_fields
 
-        return covered(grid, request_of_fields({"cover": cover}, CoverParameters))
+        built = covered(grid, request_of_fields({"cover": cover}, CoverParameters))
+        warnings = (*built.provenance.warnings, *told)
+        return replace(built, provenance=replace(built.provenance, warnings=warnings)) if told else built
 
-    def _trees(self) -> dict[str, object]:
-        """The canopy of a cover; nothing without one."""
-        told = {
+    def _trees(self) -> tuple[dict[str, object], list[str]]:
+        """(the canopy of a cover, nothing without one; what there is to tell of it)."""
+        dense = self.depth_per_m is not None or self.canopy_densities is not None
+        options = {
             "top_m": self.canopy_top_m,
             "base_m": self.canopy_base_m,
-            "model": self.canopy_model or ("density" if self.depth_per_m is not None else None),
+            "model": self.canopy_model or ("density" if dense else None),
             "depth_per_m": self.depth_per_m,
             "season": self.season,
         }
-        given: dict[str, object] = {name: value for name, value in told.items() if value is not None}
+        given: dict[str, object] = {name: value for name, value in options.items() if value is not None}
+        told: list[str] = []
         if self.canopy_fit is not None:
-            given = self._fitted(self.canopy_fit, given)
-        for name, path in (("heights", self.canopy), ("surface", self.canopy_surface)):
+            given, told = self._fitted(self.canopy_fit, given)
+        rasters = {
+            "heights": self.canopy,
+            "surface": self.canopy_surface,
+            "bases": self.canopy_bases,
+            "densities": self.canopy_densities,
+        }
+        for name, path in rasters.items():
             if path is None:
                 continue
             try:
@@ -172,12 +190,18 @@ class CoverOptions:
                 raise RequestError(f"The canopy {str(path)!r} cannot be read: {error.strerror}.") from error
         if given and not given.keys() & {"heights", "surface", "top_m"}:
             raise RequestError("Trees need --canopy FILE, --canopy-surface FILE or --canopy-height M.")
-        return {"canopy": given} if given else {}
+        return {"canopy": given} if given else {}, told
 
-    def _fitted(self, path: Path, given: dict[str, object]) -> dict[str, object]:
-        """The canopy of a fit with what is given besides, which wins. Raises RequestError."""
+    def _fitted(self, path: Path, given: dict[str, object]) -> tuple[dict[str, object], list[str]]:
+        """(the canopy of a fit with what is given besides, which wins; what of the fit does not hold, told).
+
+        Raises RequestError.
+        """
         if given.keys() & {"model", "depth_per_m"}:
-            raise RequestError("--canopy-fit brings its density along; leave out --canopy-model and --canopy-density.")
+            raise RequestError(
+                "--canopy-fit brings its density along; leave out --canopy-model, --canopy-density and "
+                "--canopy-densities."
+            )
         try:
             fitted = json.loads(path.read_text(encoding="utf-8"))["canopy"]
         except OSError as error:
@@ -186,9 +210,21 @@ class CoverOptions:
             raise RequestError(f"The fit {path.name} is no canopy.json of sightline canopy fit.") from error
         if not isinstance(fitted, dict):
             raise RequestError(f"The fit {path.name} has no canopy: fit it with --canopy-height, or with a DEM.")
-        if self.canopy is not None or self.canopy_surface is not None:
-            fitted.pop("top_m", None)
-        return {**fitted, **given}
+        others: dict[str, object] = {"top_m": self.canopy_top_m, "base_m": self.canopy_base_m}
+        told = [
+            f"The fit {path.name} is of {what} {fitted[name]:g} m; {option} {others[name]:g} m holds, with its density."
+            for name, what, option in (
+                ("top_m", "trees of", "--canopy-height"),
+                ("base_m", "crowns from", "--canopy-base"),
+            )
+            if others[name] is not None and isinstance(fitted.get(name), int | float) and fitted[name] != others[name]
+        ]
+        raster = self.canopy or self.canopy_surface
+        top_m = None if raster is None else fitted.pop("top_m", None)
+        if raster is not None and isinstance(top_m, int | float):
+            heights = f"The fit {path.name} is of trees of {top_m:g} m"
+            told.append(f"{heights}; those of {raster.name} hold, with its density.")
+        return {**fitted, **given}, told
 
     def _footprints(self) -> dict[str, object]:
         assert self.buildings is not None, "asked only of a file"

@@ -20,6 +20,7 @@ from ..output import facts_table, leaving_nothing_new, output_folder, print_json
 if TYPE_CHECKING:
     from service.files.canopy_fits import CanopyFitOut
     from service.files.canopy_logs import CanopyLog
+    from service.parts.anchors import AnchorIn
 
 __all__ = ["canopy"]
 
@@ -116,10 +117,11 @@ def fit(
 
 def _refuse_unused(log: CanopyLog, ground: GroundOptions, by: DirectionOptions, cover: CoverOptions) -> None:
     """Raises RequestError for options that would change nothing."""
-    if (cover.canopy_model, cover.depth_per_m, cover.season, cover.canopy_fit) != (None, None, None, None):
+    costs = (cover.canopy_model, cover.depth_per_m, cover.canopy_densities, cover.season, cover.canopy_fit)
+    if any(given is not None for given in costs):
         raise RequestError(
-            "What trees cost is what is fitted: leave out --canopy-model, --canopy-density, --canopy-season and "
-            "--canopy-fit."
+            "What trees cost is what is fitted: leave out --canopy-model, --canopy-density, --canopy-densities, "
+            "--canopy-season and --canopy-fit."
         )
     heights = CoverOptions(canopy_top_m=cover.canopy_top_m, canopy_base_m=cover.canopy_base_m)
     if ground.dem is None and cover != heights:
@@ -144,12 +146,14 @@ def _read(path: Path, pairs: PairOptions) -> CanopyLog:
     return read_paired_stations(path, pairs.below, pairs.above, pairs.system)
 
 
-def _anchors(ground: GroundOptions) -> list[dict[str, object]]:
+def _anchors(ground: GroundOptions) -> list[AnchorIn]:
+    from service.parts.radios import RadioIn
+
     from ..asking.texts import anchor_from_text
 
-    radio = {} if ground.radio is None else {"radio": ground.radio}
+    radio = None if ground.radio is None else RadioIn.model_validate(ground.radio)
     placed = [anchor_from_text(text, lonlat=ground.lonlat) for text in ground.anchor]
-    return [{**one.model_dump(exclude_none=True), **radio} for one in placed]
+    return [one if radio is None else one.model_copy(update={"radio": radio}) for one in placed]
 
 
 def _rings(text: str) -> tuple[float, ...]:

@@ -131,7 +131,7 @@ def draw_cut(finished: FinishedDopMap, number: int) -> Figure:
     measure = parameters.measure.upper()
     shortcut = ", one for each visible set" if parameters.one_dop_per_set else ""
     panels: list[Panel] = [
-        ("anchors in sight", *_counted(cut, len(finished.anchors))),
+        (f"anchors {parameters.in_words}", *_counted(cut, len(finished.anchors))),
         (measure, *dop_classes(cut.dop, cut.count, parameters)),
     ]
     if isinstance(cut, VerticalSection):
@@ -144,7 +144,7 @@ def draw_cut(finished: FinishedDopMap, number: int) -> Figure:
         altitude, above = asked.altitude_m, asked.above_ground_m
         where = f"{above:g} m above ground" if above is not None else f"at altitude {altitude:g} m"
     figure.suptitle(
-        f"{dem_name(finished.grid)}: anchors in sight and {measure} of {parameters.kind}{shortcut}\n"
+        f"{dem_name(finished.grid)}: anchors {parameters.in_words} and {measure} of {parameters.kind}{shortcut}\n"
         f"{where}, {sources_words(finished.anchors)}, mode {parameters.mode}",
         fontsize=11,
         color=INK,

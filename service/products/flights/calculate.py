@@ -24,6 +24,8 @@ from terrain import ElevationGrid, height_at
 from visibility import Anchor, DistantAnchor, morphing_map
 from visibility.air import MorphingMap
 from visibility.air.morphing_maps import check_ceiling
+from visibility.cover import canopy_paths
+from visibility.signal import foliage_of
 
 from .request import FlightParameters
 
@@ -43,6 +45,7 @@ Floats = npt.NDArray[np.float64]
 AIR_COLUMNS = ("distance_m", "altitude_m", "ground_m", "floor_m", "top_m", "clearance_m")
 SHARE_OF_MAP = 0.5
 START, GOAL = "The start", "The goal"
+LEAST_TREES_M = 0.1  # of a flight, to be told
 
 
 class AirPlaceOut(BaseModel):
@@ -157,7 +160,7 @@ def calculate_flight(grid: ElevationGrid, asked: FlightParameters, work: Work = 
     found = outcome.status is PathStatus.FOUND
     air = fly_along(problem, outcome.corners_m) if found else None
     work.progress(1.0)
-    of_files = (*area.sentences(), *(mission_warnings("flight", grid) if found else ()))
+    of_files = (*area.sentences(), *(mission_warnings("flight", grid) if found else ()), *_through_trees(grid, air))
     calculated = asked if asked.morphing_map is None else asked.morphing_map
     answer = FlightSummary(
         **preamble(*(area.box, asked, lines, (*of_map, *of_files)), mode=calculated.mode, unknown=calculated.unknown),
@@ -195,6 +198,16 @@ def _problem(grid: ElevationGrid, asked: FlightParameters, above: MorphingMap | 
         seed=asked.seed,
         budget=PlanBudget(**asked.budget.model_dump()),
     )
+
+
+def _through_trees(grid: ElevationGrid, air: FlightSamples | None) -> tuple[str, ...]:
+    """That a flight leads through crowns: distances are kept to ground and buildings alone."""
+    foliage = foliage_of(grid)
+    if air is None or foliage is None:
+        return ()
+    way_m = float(np.nansum(canopy_paths(foliage.canopy, air.point_m[:-1], air.point_m[1:])))
+    told = f"The flight leads through {way_m:.0f} m of trees: it keeps its distance to ground and buildings alone."
+    return (told,) if way_m > LEAST_TREES_M else ()
 
 
 def _table(air: FlightSamples | None) -> Floats:

@@ -130,7 +130,7 @@ LAYERS = (
     Layer(
         "profile.png",
         PNG,
-        "Altitude over the ground, between the morphing map and the ceiling, and the distance to the ground.",
+        "Altitude over ground, roofs and trees, under the ceiling and over the morphing map; distance to the ground.",
         Drawn("service.products.flights.picture:draw_flight_profile"),
         status=FOUND,
     ),

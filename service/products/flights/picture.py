@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, Stroke
 
+from planning.bubbles import way_m
 from service.drawing.class_map import MapClass, class_pixels
+from service.drawing.cover import draw_cover_along
 from service.drawing.furniture import INK
 from service.drawing.sheet import DPI, ground_figure, margin_legend
 from service.parts.map_facts import dem_name
@@ -57,6 +60,7 @@ def draw_flight_profile(finished: FinishedFlight) -> Figure:
     up_m, ground_m = finished.column("altitude_m"), finished.column("ground_m")
     bottom_m = float(np.nanmin(ground_m)) - 0.06 * float(np.ptp([np.nanmin(ground_m), up_m.max()]) + 1.0)
     high.fill_between(x, ground_m, bottom_m, color=GROUND_COLOUR, lw=0, label="ground")
+    draw_cover_along(high, x, finished.grid, _flown_over(finished), ground_m)
     floor_m, top_m = finished.column("floor_m"), finished.column("top_m")
     if np.isfinite(floor_m).any():
         high.fill_between(x, floor_m, ground_m, color=FLOOR_COLOUR, alpha=0.16, lw=0)
@@ -75,10 +79,17 @@ def draw_flight_profile(finished: FinishedFlight) -> Figure:
         axes.grid(color="#e2e2e2", lw=0.6)
         axes.set_axisbelow(True)
         axes.set_xlim(0.0, x[-1])
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, frameon=False, fontsize=8.5)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, frameon=False, fontsize=8.5)
     figure.text(0.125, 0.955, f"Along the flight: {dem_name(finished.grid)}", fontsize=14, fontweight="bold", color=INK)
     figure.text(0.125, 0.92, finished.answer.sentence, fontsize=10, color=INK)
     return figure
+
+
+def _flown_over(finished: FinishedFlight) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """East and north, (n,) each, of the places along the flight."""
+    along_m = way_m(finished.corners_m)
+    at_m = finished.column("distance_m")
+    return np.interp(at_m, along_m, finished.corners_m[:, 0]), np.interp(at_m, along_m, finished.corners_m[:, 1])
 
 
 def _subtitle(finished: FinishedFlight) -> str:

@@ -95,7 +95,7 @@ def path_classes(finished: FinishedPath) -> tuple[list[MapClass], npt.NDArray[np
     for reason, (label, colour) in reversed(OF_LIMITS.items()):
         barred = _barred(finished, [reason])
         if barred.any():
-            classes.append(MapClass(label, colour))
+            classes.append(MapClass(label.replace("in sight", asked.in_words), colour))
             numbers[barred] = len(classes) - 1
     there = [reason for reason in OF_GROUND if (finished.reasons & bit_of(reason)).any()] or [Reason.SLOPE]
     classes.append(MapClass(", ".join(OF_GROUND[reason] for reason in there[:2]), BARRED_COLOUR))
@@ -122,7 +122,8 @@ def _subtitle(finished: FinishedPath) -> str:
         return answer.sentence[:150]
     words = [f"{totals.length_m / 1000.0:.2f} km", f"{totals.climb_m:.0f} m up", time_words(totals.time_s)]
     if finished.answer.ranged_to:
-        words.append(f"longest out of sight {time_words(totals.longest_out_of_sight_s)}")
+        out = "without enough usable" if finished.parameters.usable else "out of sight"
+        words.append(f"longest {out} {time_words(totals.longest_out_of_sight_s)}")
         worst = totals.worst_dop
         words.append(
             "no fix somewhere" if worst is None else f"worst {finished.parameters.limits.measure.upper()} {worst:.2f}"
@@ -144,7 +145,7 @@ def _draw_way(axes: Axes, finished: FinishedPath) -> list[tuple[str, Artist]]:
     axes.plot(*places.T, color=WAY_COLOUR, lw=2.6, zorder=8, path_effects=halo, solid_capstyle="round")
     if out.any():
         axes.add_collection(LineCollection(list(pieces[out]), colors=DARK_COLOUR, linewidths=2.6, zorder=8.5))
-        handles.append((f"< {needed} in sight", Line2D([], [], color=DARK_COLOUR, lw=2.6)))
+        handles.append((f"< {needed} {finished.parameters.in_words}", Line2D([], [], color=DARK_COLOUR, lw=2.6)))
     return handles
 
 

@@ -104,7 +104,7 @@ def _anchors(axes: Axes, finished: FinishedPath) -> None:
         _limit(axes, least)
     axes.set_ylim(0, len(finished.answer.ranged_to) + 0.4)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel("in sight")
+    axes.set_ylabel(finished.parameters.in_words)
 
 
 def _margins(axes: Axes, finished: FinishedPath) -> None:
@@ -113,7 +113,7 @@ def _margins(axes: Axes, finished: FinishedPath) -> None:
     axes.plot(x, shown_m, color=CLEAR_COLOUR, lw=1.2)
     axes.fill_between(x, shown_m, 0.0, where=shown_m < 0.0, color=DARK_COLOUR, alpha=0.16, lw=0)
     axes.axhline(0.0, color=INK, lw=0.8)
-    axes.set_ylabel("sight margin, m")
+    axes.set_ylabel("usable margin, m" if finished.parameters.usable else "sight margin, m")
 
 
 def _dilution(axes: Axes, finished: FinishedPath) -> None:

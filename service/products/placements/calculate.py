@@ -144,7 +144,7 @@ def _answer(
         ),
         timing={"calculation_s": time.perf_counter() - started_s, **placement.timing_s},
         objective=goal.wanted,
-        goal=goal.sentence(),
+        goal=goal.sentence(asked.in_words),
         placed=placed,
         candidates=CandidatesOut(left=len(placement.feasible.candidates), removed=placement.feasible.removed),
         dilution=DilutionOut(

@@ -69,7 +69,7 @@ def _counts(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], n
     ramp = matplotlib.colormaps[RAMP](np.linspace(RAMP_FROM, RAMP_TO, full))
     labels = [*(str(number) for number in range(1, full)), f"{full} or more"]
     classes = [MapClass("0", NONE_COLOUR), *(MapClass(label, to_hex(c)) for label, c in zip(labels, ramp, strict=True))]
-    return classes, np.minimum(count, full).astype(np.uint8), "Anchors in sight"
+    return classes, np.minimum(count, full).astype(np.uint8), f"Anchors {finished.parameters.in_words}"
 
 
 def _dilutions(finished: FinishedPlacement, after: bool) -> tuple[list[MapClass], npt.NDArray[np.uint8], str]:

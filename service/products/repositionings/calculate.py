@@ -188,7 +188,7 @@ def _answer(
             unknown=asked.unknown,
         ),
         timing={"calculation_s": elapsed_s},
-        goal=goal_of(asked.goal).sentence(),
+        goal=goal_of(asked.goal).sentence(asked.in_words),
         occluded=list(asked.occluded),
         heights=_heights(asked.heights_above_ground_m),
         before_share=schedule.share_unmoved,

@@ -24,12 +24,14 @@ from service.parts.positioning_answers import (
     placed_satellites,
     range_sigmas_told,
 )
+from service.parts.radios import Sight
 from service.parts.ranging_sources import Source
 from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
 from service.products.in_common import QUANTILES
 from terrain import ElevationGrid
 from visibility import Buildings
+from visibility.cover import standing_mesh, with_standing
 
 from .request import BubbleParameters, bubble_sources, check_bubble_question, given_covariances
 
@@ -112,6 +114,7 @@ class SafetyBubblesSummary(BaseModel):
     least_margin_m: float = Field(description="Smallest margin, metres.")
     radius_quantiles_m: dict[str, float] = Field(description="p05, p50 and p95 of the radius, metres.")
     epsilon: float = Field(description="How many sigmas the radius is, no unit.")
+    sight: Sight = "visible"
     sigmas: str = Field("", description="One-sigma errors of ranges, and of anchors' places, behind it, in words.")
     least_promise: float = Field(description="Smallest promise of all points, 0..1.")
     error_statement: str | None = Field(description="Error of the sight lines; null in a history of poses.")
@@ -220,6 +223,7 @@ def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: W
         least_margin_m=float(check.margin_m.min()),
         radius_quantiles_m={name: float(np.quantile(found.radius_m, share)) for name, share in QUANTILES.items()},
         epsilon=parameters.epsilon,
+        sight=parameters.sight,
         sigmas="" if parameters.covariances_m2 is not None else range_sigmas_told(sources.all),
         least_promise=float(found.promise.min()),
         error_statement=None if sight is None else sight.error_statement,
@@ -232,7 +236,8 @@ def calculate_bubbles(grid: ElevationGrid, parameters: BubbleParameters, work: W
         timing={"calculation_s": time.perf_counter() - started_s},
         version=importlib.metadata.version("sightline"),
     )
-    return FinishedBubbles(area.box, sources.all, parameters, answer, points_m, times_s, found)
+    drawn = area.box if buildings is None else with_standing(area.box, [standing_mesh(buildings)])
+    return FinishedBubbles(drawn, sources.all, parameters, answer, points_m, times_s, found)
 
 
 def _building_facts(buildings: Buildings | None, found: PathBubbles) -> BuildingFacts | None:

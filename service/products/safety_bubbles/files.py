@@ -72,7 +72,7 @@ LAYERS = (
     Layer(
         "profile.png",
         PNG,
-        "Radius and clearance along the way.",
+        "Radius and clearance along the way, and the bubble over ground, roofs and trees.",
         Drawn("service.products.safety_bubbles.picture:draw_bubble_profile"),
     ),
     Layer(

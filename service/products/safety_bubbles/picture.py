@@ -10,10 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from navigation import BubbleVerdict
+from service.drawing.cover import draw_cover_along
 from service.drawing.furniture import INK
 from service.drawing.sheet import Sampling, anchor_handle, ground_figure, lit_ground, margin_legend
 from service.parts.map_facts import dem_name
 from service.products.safety_bubbles.calculate import FinishedBubbles
+from terrain import height_at
 
 __all__ = ["draw_bubble_map", "draw_bubble_profile"]
 
@@ -25,6 +27,8 @@ VERDICTS = {
     BubbleVerdict.UNKNOWN: ("near unknown", "#e0a100"),
     BubbleVerdict.VIOLATED: ("violated", "#c2452d"),
 }
+GROUND_COLOUR = "#b9a98a"
+GROUND_PLACES = 800  # at which the ground under the way is looked at, beside its points
 # More bubbles than these would be a tube.
 MOST_CIRCLES = 60
 # Where the radius is so many times the clearance, a linear axis would press the clearance flat.
@@ -32,11 +36,12 @@ TOO_TALL = 5.0
 
 
 def draw_bubble_profile(finished: FinishedBubbles) -> Figure:
-    """Radius and clearance over the way, violated stretches shaded, and how many anchors are in sight."""
-    rows = 1 if finished.bubbles.visible is None else 2
-    figure = Figure(figsize=(10.0, 3.6 + 1.6 * (rows - 1)), facecolor="white", layout="constrained")
+    """Over the way: radius and clearance, violated stretches shaded; the bubble over ground, roofs and trees; how many
+    anchors are in sight."""
+    rows = 2 if finished.bubbles.visible is None else 3
+    figure = Figure(figsize=(10.0, 3.8 + 1.6 * (rows - 1)), facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [3.0, 1.2][:rows]})[:, 0]
+    axes = figure.subplots(rows, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 1.8, 1.2][:rows]})
     way_m = finished.distance_m
     _shade(axes[0], way_m, finished.bubbles.check.verdict)
     axes[0].plot(way_m, finished.bubbles.around.distance_m, color=CLEARANCE_COLOUR, lw=1.6, label="clearance d")
@@ -49,11 +54,12 @@ def draw_bubble_profile(finished: FinishedBubbles) -> Figure:
     axes[0].set_ylim(bottom=min(0.0, float(finished.bubbles.around.distance_m.min())))
     axes[0].legend(loc="best", frameon=True, framealpha=0.9)
     axes[0].set_title(f"Safety bubble: {dem_name(finished.grid)}\n{_subtitle(finished)}", loc="left", fontsize=11)
+    _draw_altitudes(axes[1], finished)
     if finished.bubbles.visible is not None:
-        axes[1].step(way_m, finished.bubbles.visible.sum(axis=1), where="mid", color=COUNT_COLOUR, lw=1.4)
-        axes[1].set_ylabel("anchors\nin sight")
-        axes[1].set_ylim(-0.3, finished.bubbles.visible.shape[1] + 0.3)
-        axes[1].yaxis.get_major_locator().set_params(integer=True)
+        axes[2].step(way_m, finished.bubbles.visible.sum(axis=1), where="mid", color=COUNT_COLOUR, lw=1.4)
+        axes[2].set_ylabel(f"anchors\n{finished.parameters.in_words}")
+        axes[2].set_ylim(-0.3, finished.bubbles.visible.shape[1] + 0.3)
+        axes[2].yaxis.get_major_locator().set_params(integer=True)
     axes[-1].set_xlabel("way, m")
     for axis in axes:
         axis.grid(alpha=0.25)
@@ -98,6 +104,26 @@ def draw_bubble_map(finished: FinishedBubbles) -> Figure:
     labels.append("anchor")
     margin_legend(axes, handles, labels, "Bubble")
     return figure
+
+
+def _draw_altitudes(axes: Axes, finished: FinishedBubbles) -> None:
+    """The way in its bubble, over the ground and what stands on it; a bubble that is larger than all that is cut."""
+    grid, way_m = finished.grid, finished.distance_m
+    at_m = np.union1d(way_m, np.linspace(0.0, way_m[-1], GROUND_PLACES))
+    east_m, north_m, up_m = (np.interp(at_m, way_m, finished.points_m[:, axis]) for axis in range(3))
+    ground_m = np.asarray(height_at(grid, east_m, north_m), np.float64)
+    bottom_m = float(min(np.nanmin(ground_m, initial=np.inf), up_m.min()))
+    room_m = 0.08 * (float(max(np.nanmax(ground_m, initial=-np.inf), up_m.max())) - bottom_m) + 1.0
+    axes.fill_between(at_m, ground_m, bottom_m - room_m, color=GROUND_COLOUR, lw=0, label="ground")
+    draw_cover_along(axes, at_m, grid, (east_m, north_m), ground_m)
+    axes.plot(at_m, up_m, color=INK, lw=1.2, label="way")
+    axes.set_ylim(bottom=bottom_m - room_m)
+    low_m, high_m = axes.get_ylim()
+    radius_m = np.interp(at_m, way_m, finished.bubbles.radius_m)
+    axes.fill_between(at_m, up_m - radius_m, up_m + radius_m, color=RADIUS_COLOUR, alpha=0.25, lw=0, label="bubble")
+    axes.set_ylim(low_m, high_m)
+    axes.set_ylabel("altitude, m")
+    axes.legend(loc="best", frameon=True, framealpha=0.9, ncols=5, fontsize=8.5)
 
 
 def _subtitle(finished: FinishedBubbles) -> str:

@@ -100,6 +100,8 @@ def _write_kml(finished: VisibilityMap, path: Path) -> None:
     grid = finished.grid
     anchors: list[Mark] = []
     seen: list[Mark] = []
+    usable = finished.parameters.usable
+    of, folder = ("usable from", "Ground where usable") if usable else ("in sight of", "Ground in sight")
     for number, (anchor, told) in enumerate(zip(finished.anchors, finished.answer.anchors, strict=True)):
         share = {"visible_share": told.visible_share}
         at_m = (anchor.east_m, anchor.north_m, anchor.altitude_m)
@@ -109,8 +111,8 @@ def _write_kml(finished: VisibilityMap, path: Path) -> None:
         if outlines:
             colour = OUTLINES[number % len(OUTLINES)]
             where = shapely.MultiPolygon(outlines)
-            seen.append(Mark(f"in sight of {anchor.id}", where, told=share, colour=colour, shown=not seen))
-    write_kml(grid, f"Visibility: {dem_name(grid)}", {ANCHORS: anchors, "Ground in sight": seen}, path)
+            seen.append(Mark(f"{of} {anchor.id}", where, told=share, colour=colour, shown=not seen))
+    write_kml(grid, f"Visibility: {dem_name(grid)}", {ANCHORS: anchors, folder: seen}, path)
 
 
 LAYERS = (
@@ -129,7 +131,7 @@ LAYERS = (
         COG,
         "One float32 band per anchor: lowest altitude in metres from which it is in sight; NaN (nodata) unknown, "
         "+inf at no altitude.",
-        Raster(*(_tags, lambda finished: finished.altitude_m, _ids), "metre", infinity="in sight at no altitude"),
+        Raster(*(_tags, lambda finished: finished.altitude_m, _ids), "metre", infinity="at no altitude"),
     ),
     Layer(
         "margin_db.tif",

@@ -92,4 +92,4 @@ def write_legend(finished: VisibilityMap, path: Path) -> None:
 
 
 def _what(finished: VisibilityMap) -> str:
-    return "Anchors usable" if finished.parameters.usable else "Anchors in sight"
+    return f"Anchors {finished.parameters.in_words}"

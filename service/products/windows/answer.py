@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, Field
 
+from service.parts.radios import Sight
 from service.products.visibility.calculate import ReceiverHeight
 from terrain import ElevationGrid, height_reference_of
 from visibility.sight.in_reach import name_of
@@ -60,6 +61,7 @@ class WindowMapSummary(BaseModel):
     curvature: str = Field(description="How the ground curved.")
     unknown: str = Field(description="What a line over unknown ground is.")
     receiver: ReceiverHeight
+    sight: Sight = "visible"
     dem: LargeGround
     anchors: list[AnchorInReach]
     posts_in_reach: int = Field(description="Posts in reach of anchors, once for each anchor.")
@@ -115,6 +117,7 @@ def summary_of(request: Prepared, facts: Mapping[str, ParcelFacts], read_by: str
         receiver=ReceiverHeight(
             above_ground_m=parameters.receiver_above_ground_m, altitude_m=parameters.receiver_altitude_m
         ),
+        sight=parameters.sight,
         dem=LargeGround(
             name=name_of(dem),
             sha256=dem.digest if isinstance(dem, ElevationGrid) else None,

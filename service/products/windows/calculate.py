@@ -144,11 +144,13 @@ def _write(request: Prepared, parcels: Sequence[Parcel], parts: Path, work: Work
     posts, done = sum(parcel.reach.posts for parcel in parcels), 0
     nan = float("nan")
     dem, box = request.dem, request.box
+    count_of = (f"{request.parameters.sight} anchors", "unknown anchors")
+    lowest_of = (f"lowest altitude with one {request.parameters.in_words}",)
     with (
         closing(_worked_out(parcels, work)) as coming,
         ThreadPoolExecutor(2) as pool,
-        unfinished_raster(dem, box, parts / COUNT, "uint8", NOTHING, ("visible anchors", "unknown anchors")) as count,
-        unfinished_raster(dem, box, parts / LOWEST, "float32", nan, ("lowest altitude with one in sight",)) as lowest,
+        unfinished_raster(dem, box, parts / COUNT, "uint8", NOTHING, count_of) as count,
+        unfinished_raster(dem, box, parts / LOWEST, "float32", nan, lowest_of) as lowest,
     ):
         lowest.set_band_unit(1, "metre")
         for first_row in range(box.first_row, box.last_row + 1, BLOCK):

@@ -27,7 +27,7 @@ from .parcels import Parcel
 __all__ = ["BLOCK", "COUNT", "LAYERS", "LOWEST", "NOTHING", "UNITS", "combined", "to_cog", "unfinished_raster"]
 
 COUNT, LOWEST = "count.tif", "min_visible_altitude.tif"
-UNITS = {COUNT: {"units": "anchors"}, LOWEST: {"units": "metre", "infinity": "in sight at no altitude"}}
+UNITS = {COUNT: {"units": "anchors"}, LOWEST: {"units": "metre", "infinity": "at no altitude"}}
 BLOCK = 512
 # in reach of no anchor, or nothing known
 NOTHING = 255

@@ -203,11 +203,27 @@ def test_cover_that_cannot_stand_is_refused_resampled_or_told(sightline, files, 
     below = replace(grid, heights_m=np.full(grid.shape, -1.0, np.float32))
     write_npz(below, tmp_path / "below.npz")
     sightline("info", dem, "--canopy", str(tmp_path / "below.npz")).refused("must be heights >= 0 m")
+    away = replace(grid, origin_east_m=grid.origin_east_m + 50_000.0, heights_m=np.ones(grid.shape, np.float32))
+    write_npz(away, tmp_path / "away.npz")
+    sightline("info", dem, "--canopy", str(tmp_path / "away.npz")).refused("The canopy lies nowhere on the ground")
+    outside = footprints()
+    for feature in outside["features"]:
+        ring = feature["geometry"]["coordinates"][0]
+        feature["geometry"]["coordinates"][0] = [[east + 0.2, north] for east, north in ring]
+    (tmp_path / "outside.geojson").write_text(json.dumps(outside))
+    sightline("info", dem, "--buildings", str(tmp_path / "outside.geojson")).refused("known ground under its middle")
     coarse = replace(grid, heights_m=np.full((13, 16), 7.0, np.float32), cell_east_m=60.0, cell_north_m=40.0)
     write_npz(coarse, tmp_path / "coarse.npz")
     told = sightline("info", dem, "--canopy", str(tmp_path / "coarse.npz"), "--json").told()
     assert any("was resampled to the DEM's" in one for one in told["warnings"])
     assert told["cover"]["canopy"]["mean_top_m"] == pytest.approx(7.0)
+    write_npz(replace(grid, heights_m=np.full(grid.shape, 0.04, np.float32)), tmp_path / "dense.npz")
+    dense = ["--canopy-height", "9", "--canopy-densities", str(tmp_path / "dense.npz")]
+    low = ["--canopy-bases", str(tmp_path / "coarse.npz")]
+    trees = sightline("info", dem, *dense, *low, "--json").told()["cover"]["canopy"]
+    assert (trees["model"], trees["mean_base_m"]) == ("density", pytest.approx(7.0))
+    assert trees["mean_density_per_m"] == pytest.approx(0.04)
+    sightline("info", dem, *low).refused("Trees need --canopy FILE")
     uwb = ["--sight", "usable", "--radio", "uwb", "--canopy-height", "9", "--canopy-model", "p833_woodland"]
     answer = sightline("visibility", dem, *ANCHOR, *uwb, "--json").told()
     (note,) = (one for one in answer["warnings"] if "nothing is told" in one)

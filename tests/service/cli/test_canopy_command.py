@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,30 @@ def test_the_density_behind_a_log_is_found_and_used(sightline: Any, tmp_path: Pa
     shown = sightline("info", str(ground), "--canopy-height", "9").stdout
     assert "on 100.0 % of the posts, 0.0 to 9.0 m" in shown
     assert "nothing that is known" in sightline("info", str(ground)).stdout
+
+
+def test_heights_beside_those_of_a_fit_hold_and_are_told(sightline: Any, tmp_path: Path) -> None:
+    ground = ElevationGrid(np.zeros((9, 9), np.float32), 10.0, 10.0)
+    write_npz(ground, tmp_path / "level.npz")
+    write_npz(replace(ground, heights_m=np.full((9, 9), 7.0, np.float32)), tmp_path / "crowns.npz")
+    crowns = ["--canopy-height", str(TOP_M), "--canopy-base", str(BASE_M)]
+    sightline("canopy", "fit", sky_log(tmp_path / "log.csv"), *crowns, "--out", str(tmp_path / "fit"))
+    info = ["info", str(tmp_path / "level.npz"), "--canopy-fit", str(tmp_path / "fit/canopy.json"), "--json"]
+
+    def known(*more: str) -> tuple[float, float, list[str]]:
+        told = sightline(*info, *more).told()
+        trees = told["cover"]["canopy"]
+        assert trees["depth_per_m"] == pytest.approx(DEPTH, rel=1e-6), "the density is that of the fit"
+        return trees["mean_top_m"], trees["mean_base_m"], [one for one in told["warnings"] if "The fit" in one]
+
+    assert known() == (TOP_M, BASE_M, [])
+    assert known("--canopy-height", str(TOP_M)) == (TOP_M, BASE_M, [])
+    higher = "The fit canopy.json is of trees of 22 m; --canopy-height 30 m holds, with its density."
+    assert known("--canopy-height", "30") == (30.0, BASE_M, [higher])
+    lower = "The fit canopy.json is of crowns from 4 m; --canopy-base 2 m holds, with its density."
+    assert known("--canopy-base", "2") == (TOP_M, 2.0, [lower])
+    raster = "The fit canopy.json is of trees of 22 m; those of crowns.npz hold, with its density."
+    assert known("--canopy", str(tmp_path / "crowns.npz")) == (7.0, BASE_M, [raster])
 
 
 def test_by_direction_each_sector_has_its_own_density(sightline: Any, tmp_path: Path) -> None:
@@ -139,6 +164,9 @@ def test_davos_is_explained_by_a_density_on_the_half_it_was_not_fitted_to(sightl
         ("loss_db", "4", [], "has no column elevation_deg"),
         ("loss_db,elevation_deg,wind", "4,40,2", [], "unknown column 'wind'"),
         ("loss_db,elevation_deg", "four,40", [], "not a number"),
+        ("loss_db,elevation_deg", "1e300,40", [], "loss_db must lie within ±1,000, not 1e+300"),
+        ("cn0_dbhz,cn0_open_dbhz,elevation_deg", "-1e308,1e308,40", [], "cn0_dbhz must lie within ±1,000"),
+        ("loss_db,elevation_deg", "4,95", [], "elevation_deg must lie within ±90, not 95"),
         ("loss_db,elevation_deg", "4,40", [], "at least two losses"),
         ("loss_db,elevation_deg", "4,40", ["--canopy-height", "1"], "are not above a receiver at 1.5 m"),
         ("power_dbm,anchor_id,east_m,north_m", "-80,D1,0,0", [], "the ground and the anchors with their radio"),

@@ -107,6 +107,28 @@ def test_a_negative_canopy_and_one_of_elsewhere_are_refused(
     assert_problem(refused, 422, "cover", "The canopy lies nowhere on the ground")
 
 
+def test_crown_bases_and_densities_come_as_rasters_too(server: Server, ground: dict[str, Any], tmp_path: Path) -> None:
+    here = Affine(CELL_EAST_M, 0.0, WEST_M - 15.0, 0.0, -CELL_NORTH_M, NORTH_M + 10.0)
+    coarse = Affine(3 * CELL_EAST_M, 0.0, WEST_M - 45.0, 0.0, -3 * CELL_NORTH_M, NORTH_M + 30.0)
+    densities = crowns(tmp_path, np.full((ROWS, COLS), 0.05), "EPSG:32611", here)
+    bases = crowns(tmp_path, np.full((ROWS // 3 + 1, COLS // 3 + 1), 3.0), "EPSG:32611", coarse)
+    canopy = {"top_m": 12.0, "bases": bases, "densities": densities, "model": "density"}
+    answer = posted(server, MAP, ground, cover={"canopy": canopy})
+    assert answer.status_code == 201, answer.text
+    result = answer.json()["result"]
+    trees = result["dem"]["cover"]["canopy"]
+    assert (trees["mean_base_m"], trees["mean_density_per_m"]) == (pytest.approx(3.0), pytest.approx(0.05))
+    assert (trees["depth_per_m"], trees["by_direction"]) == (None, False)
+    told = [one for one in result["warnings"] if "resampled" in one]
+    assert told == ["The crown base's posts are 90 by 60 m apart; it was resampled to the DEM's."]
+    both = posted(server, MAP, ground, cover={"canopy": {**canopy, "base_m": 2.0}})
+    assert_problem(both, 422, "validation", "begin at base_m or at the heights of bases; give one")
+    other = posted(server, MAP, ground, cover={"canopy": {**canopy, "model": "weissberger"}})
+    assert_problem(other, 422, "validation", "densities belongs to the model density, and to no other")
+    below = {**canopy, "densities": crowns(tmp_path, np.full((ROWS, COLS), -0.1), "EPSG:32611", here)}
+    assert_problem(posted(server, MAP, ground, cover={"canopy": below}), 422, "cover", "must be numbers from 0 to")
+
+
 @pytest.mark.parametrize("name", ["visibility-map", "safety-bubbles", "path", "placement"])
 def test_a_frequency_that_the_canopy_s_model_does_not_know_is_told_and_not_extended(
     server: Server, ground: dict[str, Any], name: str

@@ -27,6 +27,10 @@ def test_a_map_with_buildings_shows_less_and_one_without_their_heights_is_refuse
     assert (bare.status_code, built.status_code) == (201, 201), built.text
     seen = [sum(one["visible_share"] for one in answer.json()["result"]["anchors"]) for answer in (bare, built)]
     assert seen[1] < seen[0]
+    grounds = [answer.json()["result"]["dem"]["cover"] for answer in (bare, built)]
+    assert (grounds[0], grounds[1]["buildings"]["solids"]) == (None, len(footprints()["features"]))
+    dem = server.client.get(f"/dems/{ground['id']}").json()
+    assert (dem["id"], "cover" in dem) == (ground["id"], False), "what stands on a DEM comes with requests"
     town = footprints()
     del town["features"][0]["properties"]["height"]
     refused = posted(server, product, ground, cover={"footprints": {"geojson": town}})
