@@ -59,7 +59,7 @@ def drive_through(drive: DeepDrive, rules: DeepRules) -> Driven:
     return Driven(drive, track, track.position_m - drive.drive.position(track.times_s))
 
 
-def in_a_wood(drives: int = 12, others: int = 4, duration_s: float = SECONDS) -> Table:
+def in_a_wood(drives: int = 12, others: int = 3, duration_s: float = SECONDS) -> Table:
     """Errors of position under the open sky and in two woods; others: how many drives the other ways of summing get."""
     rows: list[Row] = []
     if MOTION.exists() and NAVIGATION.exists():

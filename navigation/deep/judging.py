@@ -13,6 +13,7 @@ from ..monitor import EpochVerdict, Use, judge_epochs, prediction_check
 __all__ = ["Judged", "judge"]
 
 Array = npt.NDArray[np.float64]
+SURE = (EpochVerdict.CLEAR, EpochVerdict.EXPLAINED)
 ENOUGH = 6  # satellites: two more than parity needs to be sure of itself
 
 
@@ -42,16 +43,21 @@ def judge(
     """Measurements off (m,) from what the filter foretells, of sigmas (m,), inf = none, and of one unknown clock.
 
     rows: (m, 3) derivatives by what the filter errs by, of covariance (3, 3). monitored: parity leaves out the fewest
-    that disagree (``judge_epochs``), then each must lie where the filter allows it (``prediction_check``); where six or
-    more agree with one another, and the filter with less than half of them, it is the filter that is wrong. Without
-    monitor all are kept. Raises MeasurementError, StateError.
+    that disagree (``judge_epochs``), with what the filter foretells as three more measurements unless it is these that
+    disagree; then each must lie where the filter allows it (``prediction_check``); where six or more agree with one
+    another, and the filter with less than half of them, it is the filter that is wrong. Without monitor all are kept.
+    Raises MeasurementError, StateError.
     """
     kept = np.isfinite(sigmas)
     if monitored and kept.sum() >= 2:
         with_clock = np.column_stack([rows, np.ones(len(rows))])
         found = judge_epochs(with_clock[None], off[None], sigmas[None], false_alarm=false_alarm)
-        if found.verdict[0] in (EpochVerdict.CLEAR, EpochVerdict.EXPLAINED, EpochVerdict.AMBIGUOUS):
-            kept &= found.use[0] == Use.KEPT
+        alone = found.verdict[0] in SURE
+        use = _use_beside(with_clock, off, sigmas, covariance, false_alarm)
+        if use is None and found.verdict[0] in (*SURE, EpochVerdict.AMBIGUOUS):
+            use = found.use[0]
+        if use is not None:
+            kept &= use == Use.KEPT
         middle = _median(off[kept], sigmas[kept])
         foreseen = kept & prediction_check(
             np.where(kept, off - middle, np.nan),
@@ -61,8 +67,7 @@ def judge(
             differences=False,
             limit_sigma=limit_sigma,
         )
-        alone = found.verdict[0] in (EpochVerdict.CLEAR, EpochVerdict.EXPLAINED) and kept.sum() >= ENOUGH
-        if not (alone and foreseen.sum() < 0.5 * kept.sum()):
+        if not (alone and kept.sum() >= ENOUGH and foreseen.sum() < 0.5 * kept.sum()):
             kept = foreseen
     weights = 1.0 / sigmas[kept]
     if not len(weights):
@@ -71,6 +76,19 @@ def judge(
     # of the weighted equations those combinations in which the clock does not enter
     free = np.linalg.svd(weights[:, None])[0][:, 1:].T
     return Judged(kept, free @ (weights[:, None] * rows[kept]), free @ (weights * off[kept]), clock)
+
+
+def _use_beside(
+    with_clock: Array, off: Array, sigmas: Array, covariance: Array, false_alarm: float
+) -> npt.NDArray[np.uint8] | None:
+    """(m,) Use by parity with foresight as three more measurements; None where these disagree, or nothing is told."""
+    foresight = np.column_stack([np.linalg.inv(np.linalg.cholesky(covariance)), np.zeros(3)])
+    table, values = np.vstack([with_clock, foresight]), np.append(off, np.zeros(3))
+    found = judge_epochs(table[None], values[None], np.append(sigmas, np.ones(3))[None], false_alarm=false_alarm)
+    if found.verdict[0] not in SURE or (found.use[0, -3:] != Use.KEPT).any():
+        return None
+    use: npt.NDArray[np.uint8] = found.use[0, :-3]
+    return use
 
 
 def _median(values: Array, sigmas: Array) -> float:
