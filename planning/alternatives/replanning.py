@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from planning.errors import PathProblemError
+from planning.errors import PathProblemError, PlaceError
 from planning.kernels.searches import costs_from
-from planning.paths.checks import without_broken_squares
-from planning.paths.corridors import Way, cost_of, drop_repeats, straightened
+from planning.paths.checks import without_broken_squares, without_refused_squares
+from planning.paths.corridors import EIGHT, Way, cost_of, drop_repeats, grid_way, straightened
 from planning.paths.describing import Endings, described
 from planning.paths.ends import Ends, ends_of
 from planning.paths.fields import CostField, cost_field
@@ -27,6 +27,7 @@ __all__ = ["PreparedPlan", "prepare_replanning"]
 
 PLANNER = "ways to the goals known before, pulled straight"
 ROUNDS = 2  # of pulling straight
+MOST_REPAIRS = 8  # so often a way leads around squares in which exact sight lines refused the one before
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,26 +45,38 @@ class PreparedPlan:
     _field: CostField
     _maps: SightMaps | None
 
-    def plan_from(self, start: Place, *, stop: Callable[[], bool] | None = None) -> PathOutcome:
+    def plan_from(self, start: Place, *, anew: bool = True, stop: Callable[[], bool] | None = None) -> PathOutcome:
         """The plan from another start, (east_m, north_m): by the known costs, or anew where these are no help.
 
-        Anew where exact sight lines, the bubble or the validator refuse what the known costs lead to, and where they
-        lead nowhere; sight is known then too. Raises what ``plan_path`` raises.
+        Around squares that exact sight lines, the bubble or the validator refuse it leads by a search of its own. Anew
+        where that does not help, and where the known costs lead nowhere; sight is known then too, but it takes what a
+        plan takes. anew: whether that is done; else the outcome is out of budget, at once. Raises what ``plan_path``
+        raises.
         """
         begin_s = time.perf_counter()
         problem, field = replace(self.problem, start=start), self._field
         ending = Endings(problem, _nobody, stop or _never, begin_s)
         ending.field = field
         ending.warnings = self._maps.warnings if self._maps is not None else ()
-        ends = ends_of(problem, field, self._maps)
-        way = self._way(*ends)
-        if way is not None and without_broken_squares(problem, field, self._maps, way.places) is None:
-            path = described(problem, field, self._maps, way.places)
-            validation = validate_path(problem, np.column_stack([path.east_m, path.north_m]))
-            if validation.passed:
-                ending.first_path_s = time.perf_counter() - begin_s
-                return ending.found(path, validation, math.nan, PLANNER, True)
-        return plan_path(problem, stop=stop)
+        way: Way | None = self._way(*ends_of(problem, field, self._maps))
+        for _ in range(MOST_REPAIRS):
+            if way is None or ending.ended():
+                break
+            repaired = without_broken_squares(problem, field, self._maps, way.places)
+            if repaired is None:
+                path = described(problem, field, self._maps, way.places)
+                validation = validate_path(problem, np.column_stack([path.east_m, path.north_m]))
+                if validation.passed:
+                    ending.first_path_s = time.perf_counter() - begin_s
+                    return ending.found(path, validation, math.nan, PLANNER, True)
+                repaired = without_refused_squares(field, validation)
+            if repaired is None:
+                break
+            field = repaired
+            way = _around(problem, field, self._maps)
+        if anew:
+            return plan_path(problem, stop=stop)
+        return ending.out_of_budget("The costs that are known lead to no path from there that passes; plan it anew.")
 
     def _way(self, begin: Ends, end: Ends) -> Way | None:
         """The known way from the best square near the start, pulled straight; None where there is none."""
@@ -78,6 +91,17 @@ class PreparedPlan:
         places = drop_repeats(np.concatenate([begin.places[:1], middles, last[None, :]]))
         kernel_field = self._field.for_kernels()
         return straightened(kernel_field, Way(places, cost_of(kernel_field, places)), rounds=ROUNDS)
+
+
+def _around(problem: PathProblem, field: CostField, maps: SightMaps | None) -> Way | None:
+    """The cheapest way over a field from which squares were taken; None where there is none."""
+    try:
+        ends = ends_of(problem, field, maps)
+    except PlaceError:
+        return None
+    kernel_field = field.for_kernels()
+    way, _ = grid_way(kernel_field, ends, EIGHT)
+    return None if way is None else straightened(kernel_field, way, rounds=ROUNDS)
 
 
 def prepare_replanning(problem: PathProblem) -> PreparedPlan:

@@ -27,7 +27,8 @@ ELITE, FINALISTS = 4, 2
 WALKS_THAT_AGREE = 3
 SHARE_OF_WALKS = 0.7
 NS = {"coverage": 0.004, "dop": 7.0, "mean_error": 16.0, "worst_error": 16.0}  # of a candidate and a target, two cores
-EVERY_LOSS = 25.0  # times that, where geometry is judged without each of the anchors as well
+# times that, where geometry is judged without each of the anchors as well
+EVERY_LOSS = {"dop": 1.0, "mean_error": 3.0, "worst_error": 3.0}
 STEPS_PER_CANDIDATE, LEAST_STEPS = 30, 60
 ROUNDING = 1e-12
 NOTHING = 1e-9  # a gap that is none
@@ -207,7 +208,7 @@ def _steps(problem: Problem, options: SearchOptions) -> int:
     """
     pairs = len(problem.anchor) * len(problem.targets)
     goal = problem.goal
-    losses = EVERY_LOSS if goal.spare and goal.objective != "coverage" else 1.0
+    losses = EVERY_LOSS.get(goal.wanted, 1.0) if goal.spare else 1.0
     each_s = 6e-5 + pairs * NS[goal.wanted] * losses * 1e-9
     return max(min(int(options.walk_s / each_s), STEPS_PER_CANDIDATE * len(problem.anchor)), LEAST_STEPS)
 

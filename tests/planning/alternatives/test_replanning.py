@@ -83,6 +83,9 @@ def test_what_the_known_costs_are_no_help_for_is_planned_anew_or_refused() -> No
     problem = PathProblem(ElevationGrid(heights_m, CELL_M, CELL_M), middle(3, 20), middle(12, 25), budget=GRID_ALONE)
     prepared = prepare_replanning(problem)
     assert prepared.plan_from(middle(3, 3)).status is PathStatus.UNREACHABLE
+    at_once = prepared.plan_from(middle(3, 3), anew=False)
+    assert (at_once.status, at_once.path) == (PathStatus.OUT_OF_BUDGET, None)
+    assert at_once.sentence == "The costs that are known lead to no path from there that passes; plan it anew."
     with pytest.raises(PlaceError, match="The start cannot be stood on: slope"):
         prepared.plan_from(middle(3, 12))
     with pytest.raises(PlaceError, match="The start lies outside the DEM"):
