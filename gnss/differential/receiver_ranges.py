@@ -26,6 +26,8 @@ LOWEST_RAD = math.radians(5.0)  # below, the models of the air are of no use
 JUMP_M = LIGHT_M_PER_S * 1e-3  # receivers keep their clocks near GPS time by jumps of whole milliseconds
 # how many satellites tell a clock's jump
 LEAST_COMMON = 3
+# so many epochs and seconds tell a drift, which from so much on is one
+LEAST_EPOCHS, LEAST_DRIFT_M_PER_S = 30, 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +74,9 @@ def receiver_ranges(observed: Observations, orbits: Orbits) -> ReceiverRanges:
     range_m = np.linalg.norm(sent.position_ecef_m - place_m, axis=1)
     time_s = _times_s(observed, code_m - range_m)
     code_m, phase_m = _without_jumps(observed, code_m, phase_m, range_m)
+    arc = _arcs(observed)
+    apart_m_per_s = _drift_apart_m_per_s(observed, code_m - phase_m, arc)
+    phase_m += apart_m_per_s * (observed.time_s - observed.time_s[0])
     there = np.isfinite(sent.clock_m) & (elevation >= LOWEST_RAD) & ~(np.isnan(code_m) & np.isnan(phase_m))
     if not np.isfinite(code_m[there]).any():
         raise GnssInputError(f"{observed.source} has no codes of GPS satellites that {orbits.source} tells of.")
@@ -79,13 +84,17 @@ def receiver_ranges(observed: Observations, orbits: Orbits) -> ReceiverRanges:
     without = sorted(set(observed.satellite[~np.isfinite(sent.clock_m)].tolist()))
     if without:
         warnings.append(f"Satellites without an orbit at some time, not used then: {', '.join(without)}.")
+    if apart_m_per_s:
+        warnings.append(
+            f"Codes and phases drift apart by {apart_m_per_s:.2f} m/s, which was made up for in the phases."
+        )
     return ReceiverRanges(
         time_s[there],
         observed.satellite[there],
         sent.position_ecef_m[there],
         code_m[there],
         phase_m[there],
-        _arcs(observed)[there],
+        arc[there],
         elevation[there],
         place_m,
         tuple(warnings),
@@ -186,6 +195,23 @@ def _without_jumps(observed: Observations, code_m: Array, phase_m: Array, range_
             values[rows] -= steps[kind] * JUMP_M
         before |= now
     return code_m, phase_m
+
+
+def _drift_apart_m_per_s(observed: Observations, apart_m: Array, arc: npt.NDArray[np.int64]) -> float:
+    """By how much all codes grow beyond their phases in a second, 0 where that is nothing: receivers whose codes have
+    another clock than their phases. What ionosphere and detours do differs from satellite to satellite, and is less."""
+    slopes = []
+    for name in np.unique(observed.satellite):
+        for number in np.unique(arc[observed.satellite == name]):
+            rows = (observed.satellite == name) & (arc == number) & np.isfinite(apart_m)
+            time_s = observed.time_s[rows]
+            if rows.sum() >= LEAST_EPOCHS and np.ptp(time_s) >= LEAST_EPOCHS:
+                slopes.append(float(np.polyfit(time_s - time_s[0], apart_m[rows] - apart_m[rows][0], 1)[0]))
+    if len(slopes) < LEAST_COMMON:
+        return 0.0
+    middle = float(np.median(slopes))
+    spread = float(np.median(np.abs(np.array(slopes) - middle))) / math.sqrt(len(slopes))
+    return middle if abs(middle) > max(LEAST_DRIFT_M_PER_S, 5.0 * spread) else 0.0
 
 
 def _arcs(observed: Observations) -> npt.NDArray[np.int64]:
