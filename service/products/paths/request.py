@@ -196,7 +196,7 @@ class PathQuestion(RangingParameters):
     )
     plan_altitudes: PlanAltitudes = "sea level"
     alternatives: Annotated[int, Field(strict=True, ge=1, le=8)] | None = Field(
-        None, description="So many other ways besides that differ, with what each is worth; left out = the path alone."
+        None, description="A number of other ways besides that differ, with what each is worth; none = the path alone."
     )
 
     @model_validator(mode="after")

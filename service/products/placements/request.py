@@ -63,7 +63,7 @@ class CandidatesIn(InADatum):
         None, description="Given places, in place of a lattice."
     )
     best_sites: Annotated[int, Field(strict=True, ge=1, le=20_000)] | None = Field(
-        None, description="So many posts that see most of the targets, as a map of sites finds them, for each height."
+        None, description="A number of posts that see most of the targets, by a map of sites, at each height."
     )
     above_ground_m: Heights = Field([], description="Heights above the ground of each place, metres.")
     altitude_m: Altitudes = Field([], description="Heights above altitude_datum, metres.")
