@@ -106,7 +106,7 @@ def test_files_that_are_none_are_refused_before_anything_is_calculated():
     for satellites, sentence in (
         ({**whole, "observations": cut}, r"the observations: .* truncated"),
         ({**whole, "observations": "lat,lon\n1,2\n"}, "no RINEX observation file"),
-        ({**whole, "orbits": [whole["orbits"][0][:-200]]}, "the orbits: its last record has"),
+        ({**whole, "orbits": [whole["orbits"][0][:-200]]}, "the orbit file: its last record has"),
         ({**whole, "orbits": [whole["orbits"][0], "#cP2016\n"]}, r"orbits\[1\] does not end with EOF"),
     ):
         request = NavigationParameters.model_validate(drive_by_satellites(ZERO_GPS_S, satellites=satellites))

@@ -75,7 +75,7 @@ def check_files(asked: ReceiverIn) -> None:
 
 def _orbit_files(asked: ReceiverIn) -> list[tuple[str, str]]:
     many = len(asked.orbits) > 1
-    return [(text, f"orbits[{n}]" if many else "the orbits") for n, text in enumerate(asked.orbits)]
+    return [(text, f"orbits[{n}]" if many else "the orbit file") for n, text in enumerate(asked.orbits)]
 
 
 def ranges_of(asked: ReceiverIn) -> ReceiverRanges:
