@@ -22,6 +22,7 @@ __all__ = [
     "GroundRef",
     "MissionAnchor",
     "MissionBuildings",
+    "MissionFlight",
     "MissionIn",
     "MissionOrbits",
     "MissionPlace",
@@ -164,6 +165,16 @@ class MissionRules(StrictModel):
     min_separation_m: NotNegativeMetres = Field(0.0, description="Least distance between two anchors, metres.")
 
 
+class MissionFlight(StrictModel):
+    """From where to where a drone flies through the air."""
+
+    start: MissionPlace | None = Field(None, description="Where it begins.")
+    goal: MissionPlace | None = Field(None, description="Where it ends.")
+    above_ground_m: NotNegativeMetres = Field(120.0, description="Height above the ground at both ends, metres.")
+    bubble_m: NotNegativeMetres = Field(20.0, description="Distance kept from ground and buildings, metres.")
+    speed_m_per_s: Positive = Field(12.0, description="How fast it flies, metres per second.")
+
+
 class MissionOrbits(StrictModel):
     """A file of satellites' orbits, whole, so that the mission tells all that it was calculated from."""
 
@@ -257,6 +268,7 @@ class MissionIn(StrictModel):
     rules: MissionRules = Field(default_factory=lambda: MissionRules.model_validate({}))
     ceiling_above_ground_m: NotNegativeMetres = Field(300.0, description="Top of the air looked at, metres.")
     times: MissionTimes = Field(default_factory=lambda: MissionTimes.model_validate({}))
+    flight: MissionFlight = Field(default_factory=lambda: MissionFlight.model_validate({}))
 
     @model_validator(mode="after")
     def _places_need_ground_and_ids_are_unique(self) -> Self:
@@ -265,7 +277,8 @@ class MissionIn(StrictModel):
             raise ValueError(f"Anchor ids must be unique; repeated: {', '.join(twice[:5])}.")
         route, rules = self.route, self.rules
         placed = self.anchors or self.area or self.buildings or route.start or route.goal or route.way_points
+        flown = self.flight.start or self.flight.goal
         shaped = route.no_go or route.keep_in or rules.no_fly or rules.stand_off
-        if self.ground is None and (placed or shaped):
+        if self.ground is None and (placed or flown or shaped):
             raise ValueError("A mission with places needs its ground, for they are metres in the CRS of it.")
         return self

@@ -23,6 +23,7 @@ PLACES = (
     (648900.0, 5137000.0),
 )
 ANTENNA_M, TOO_LONG_M = 1.5, 25.0
+LISTENS = "!!document.getElementById('listening')"
 DRAWN = (
     "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures()"
     ".flatMap((one) => [one.getStyle()].flat())"
@@ -79,7 +80,7 @@ def test_a_rover_is_watched_while_its_session_judges(page: Browser, server: Serv
     place_anchors(page, PLACES)
     page.click("#mode-live")
     page.click("#open-session")
-    page.until("(document.querySelector('.inspector code')?.textContent ?? '').endsWith('/stream')")
+    page.until(LISTENS)
     session = str(page.value("document.querySelector('.inspector code').textContent")).removesuffix("/stream")
     for time_s, ranges in rounds(valley, mission(page)["anchors"], 12):
         measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
@@ -106,7 +107,7 @@ def test_what_lies_ahead_on_the_planned_path_is_told_live(page: Browser, server:
     page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
     page.click("#mode-live")
     page.click("#open-session")
-    page.until("(document.querySelector('.inspector code')?.textContent ?? '').endsWith('/stream')")
+    page.until(LISTENS)
     session = str(page.value("document.querySelector('.inspector code').textContent")).removesuffix("/stream")
     for time_s, ranges in rounds(valley, mission(page)["anchors"], 4):
         measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
@@ -158,6 +159,7 @@ def test_a_path_through_a_building_and_ranges_against_the_map_are_told_live(
     watch = "button[aria-label='Watch Another drive']"
     page.until(f'!!document.querySelector("{watch}")')
     page.click(watch)
+    page.until(LISTENS)
     for time_s, ranges in rounds(valley, kept["anchors"], 20):
         measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
         sent = server.client.post(links["epochs"], json={"epochs": [{"time_s": time_s, "ranges": measured}]})
@@ -165,15 +167,21 @@ def test_a_path_through_a_building_and_ranges_against_the_map_are_told_live(
     page.until("!!document.getElementById('obstructed')")
     assert page.text("#obstructed").startswith("through a building in ")
     (wrong,) = server.client.get(links["map_doubts"]).json()["features"]
-    page.until("!!document.getElementById('doubts')")
-    told = page.text("#doubts")
-    assert told.startswith(f"{wrong['properties']['anchor_id']}: the map has it {wrong['properties']['expected']}, ")
-    assert f"Look at {wrong['properties']['bearing_deg']:.0f}°" in told
+    # the page asks every few seconds: what it tells in the end is what the session knows in the end
+    begins = f"{wrong['properties']['anchor_id']}: the map has it {wrong['properties']['expected']}, "
+    look = f"Look at {wrong['properties']['bearing_deg']:.0f}°"
+    told = "(document.getElementById('doubts')?.innerText ?? '')"
+    page.until(f"{told}.startsWith({begins!r}) && {told}.includes({look!r})")
     # both are drawn as well
     page.until(f"{DRAWN}.some((style) => style.getText()?.getText() === 'D1?')")
     page.until(f"{DRAWN}.some((style) => style.getStroke()?.getLineDash()?.join() === '2,6')")
+    assert page.complaints == []
     server.client.delete(links["self"])
     page.until("!!document.getElementById('refusal')")
+    # the session is over: at most what the page was asking just then is answered so, and what was told stays
+    assert all("410" in complaint for complaint in page.complaints)
+    page.complaints.clear()
+    assert page.text("#doubts").startswith(begins)
 
 
 def test_a_log_is_played_back_on_a_time_bar(

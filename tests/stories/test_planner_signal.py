@@ -153,7 +153,7 @@ def test_maps_are_of_usable_signals_once_every_anchor_has_a_radio(page: Browser,
     place_anchors(page)
     seen = shares(page)
     page.click("#mode-coverage")
-    page.choose(field(page, "Maps are of"), "usable")
+    page.choose(field(page, "Maps, paths and places are of"), "usable")
     page.until("(document.getElementById('silent')?.textContent ?? '').includes('D1, D2, D3 have radios')")
     assert shares(page) == seen
     assert "Anchors in sight" in page.value(LEGEND)
@@ -187,6 +187,52 @@ def test_maps_are_of_usable_signals_once_every_anchor_has_a_radio(page: Browser,
     page.click("#mode-coverage")
     page.until(f"{LEGEND}.includes('Anchors usable')")
     assert shares(page) == pytest.approx(wooded, abs=0.05)
+
+
+def test_paths_are_of_usable_signals_where_the_maps_are_and_places_are_sought_for_a_radio(
+    page: Browser, server: Server
+) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.click("#mode-coverage")
+    page.choose(field(page, "Maps, paths"), "usable")
+    page.choose(field(page, "Radio of those"), "868MHz")
+    page.click("#mode-path")
+    page.click("#tool-start")
+    page.click_at(*at(page, 645600.0, 5136000.0))
+    page.click_at(*at(page, 650500.0, 5138500.0))
+    page.choose(field(page, "Steepest"), "35")
+    page.choose(field(page, "Usable anchors"), "1")
+    page.click("#plan-path")
+    page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
+    (asked, *_) = server.client.get("/paths").json()["paths"]
+    path = server.client.get(asked["links"]["self"]).json()["result"]
+    assert path["parameters"]["sight"] == "usable"
+    assert f"Fewest usable{path['totals']['fewest_anchors']}" in page.value("document.body.textContent")
+    page.click("#mode-coverage")
+    page.choose(field(page, "How many"), "1")
+    page.until("document.querySelector('.inspector').textContent.includes('radio: 868 MHz, LoRa')")
+
+
+def test_frames_over_time_are_of_usable_signals_where_no_satellite_is_among_them(
+    page: Browser, server: Server, tmp_path: Path
+) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.choose(field(page, "Radio"), "868MHz")
+    page.click("#mode-coverage")
+    page.choose(field(page, "Maps, paths"), "usable")
+    page.choose(field(page, "Radio of those"), "868MHz")
+    page.click("#mode-air")
+    page.choose(field(page, "Lasts, min"), "1")
+    page.choose(field(page, "A frame every, min"), "1")
+    page.click("#calculate-frames")
+    page.until("!!document.getElementById('frames-answer')")
+    (asked, *_) = server.client.get("/morphing-maps").json()["morphing_maps"]
+    assert server.client.get(asked["links"]["self"]).json()["result"]["parameters"]["sight"] == "usable"
+    (tmp_path / "gps.alm").write_text("anything")
+    page.upload("#orbits-file", tmp_path / "gps.alm")
+    page.until("document.querySelector('.inspector').textContent.includes('frames are of what is in sight')")
 
 
 def test_the_radio_of_a_satellite_on_an_anchor_is_told_to_mean_nothing(page: Browser) -> None:

@@ -8,6 +8,7 @@ import type { GroundRef, Mission } from "./mission/mission";
 import { moved } from "./mission/moved";
 import { air } from "./products/air";
 import { frames } from "./products/frames";
+import { flight } from "./products/flight";
 import { forgetPath } from "./products/path";
 import { dismissGhosts } from "./products/placement";
 import { sites } from "./products/sites";
@@ -42,7 +43,7 @@ export async function takeGround(request: Promise<Dem>, opened?: Mission, openin
     const reference = { dem_id: dem.id, name: dem.name, sha256: dem.sha256 };
     const same = next.ground === null || next.ground.sha256 === dem.sha256;
     const { mission: kept, lost } = same ? { mission: next, lost: [] } : moved(next, carriedOver(before, dem));
-    [cursor.value, pinned.value, air.value, frames.value, sites.value] = [null, null, null, null, null];
+    [cursor.value, pinned.value, air.value, frames.value, sites.value, flight.value] = [null, null, null, null, null, null];
     forgetPath();
     dismissGhosts();
     const here = makeGround(dem, heights);

@@ -8,7 +8,7 @@ import { type Anchor, type Mission, NEW_MISSION } from "./mission/mission";
 
 export const MODES = ["ground", "anchors", "coverage", "path", "air", "live", "brief"] as const;
 export type Mode = (typeof MODES)[number];
-export const TOOLS = ["look", "anchor", "start", "goal", "way-point", "no-go", "keep-in", "area", "flight", "no-fly", "stand-off", "library"] as const;
+export const TOOLS = ["look", "anchor", "start", "goal", "way-point", "no-go", "keep-in", "area", "flight", "take-off", "landing", "no-fly", "stand-off", "library"] as const;
 export type Tool = (typeof TOOLS)[number];
 export const OVERLAYS = ["none", "count", "one", "margin", "signal", "dilution", "error", "slope", "permitted", "sites", "after", "ceiling", "air", "frame", "available"] as const;
 export type Overlay = (typeof OVERLAYS)[number];

@@ -16,11 +16,16 @@ export function toMetres(value: number): number {
   return unit.value === "ft" ? value / FEET_PER_M : value;
 }
 
+/** A number as it is read, with a true minus; degrees keep the sign that other programs read. */
+export function fixed(value: number, digits: number): string {
+  return value.toFixed(digits).replace("-", "−");
+}
+
 /** A length with its unit: short ones to a tenth, long ones in kilometres or miles. */
 export function length(metres: number | null | undefined, digits = 1): string {
   if (metres === null || metres === undefined || Number.isNaN(metres)) return "–";
   if (!Number.isFinite(metres)) return "∞";
-  return `${fromMetres(metres).toFixed(digits)} ${unit.value}`;
+  return `${fixed(fromMetres(metres), digits)} ${unit.value}`;
 }
 
 export function distance(metres: number): string {

@@ -1,6 +1,7 @@
 // Every English sentence of the page, so that another language is one more catalogue of this shape; those of the modes are in
 // texts/.
 import type { Detail } from "./mission/exported";
+import type { Strip } from "./products/path";
 import type { Overlay } from "./state";
 import { briefing } from "./texts/briefing";
 import { placing } from "./texts/placing";
@@ -9,7 +10,7 @@ import { watching } from "./texts/watching";
 
 const DETAILS: Record<Detail, string> = { ids: "ids", kinds: "kinds", radios: "radios", ranges: "longest ranges", sectors: "sectors", sigmas: "range errors", flights: "flights" };
 const listed = (all: readonly string[]): string => (all.length < 2 ? all.join() : `${all.slice(0, -1).join(", ")} and ${all.at(-1) ?? ""}`);
-const HEARD: Partial<Record<Overlay, string>> = { count: "Anchors usable", one: "Signal of one anchor", margin: "Height to spare, best anchor" };
+const HEARD: Partial<Record<Overlay, string>> = { count: "Anchors usable", one: "Signal of one anchor", margin: "Height to spare, best anchor", after: "Usable with all that were found" };
 const SEEN = { seen: "in sight by so much", hidden: "hidden by so much", unknown: "unknown" };
 const USABLE = { seen: "usable; the line clears the ground by so much", hidden: "not usable; the line clears the ground by so much", unknown: "unknown" };
 
@@ -88,15 +89,19 @@ export const words = {
     `Move ${ids.map((id, at) => `${id} to ${places[at] ?? ""}`).join(" and ")}: the path is ${length} then.`,
   pathFound: "A path that the validator passed",
   noPath: "No path",
-  place: (what: string) => (what === "start" ? "start" : "goal"),
-  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", trees: "Putting trees there", visibility: "Lines of sight", dilution: "Dilution", signals: "Signals", path: "Planning the path", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
+  flightFound: "A flight that the validator passed",
+  noFlight: "No flight",
+  noTakeOff: "Set the take-off first: Take-off, then a click on the map.",
+  noLanding: "Set the flight's end first: End, then a click on the map.",
+  place: (what: string) => ({ start: "start", goal: "goal", "take-off": "take-off", landing: "flight's end" })[what] ?? what,
+  work: (what: string) => ({ ground: "Reading the ground", buildings: "Putting buildings there", trees: "Putting trees there", visibility: "Lines of sight", dilution: "Dilution", signals: "Signals", path: "Planning the path", flight: "Planning the flight", placement: "Finding places", remedies: "Trying remedies", sites: "What each place sees", air: "Calculating the air", frames: "Calculating the frames", replay: "Judging the log" })[what] ?? what,
   airStale: "The mission has changed since; calculate again.",
   opened: (name: string) => `Opened ${name}.`,
   notPlanned: "not planned",
   notCalculated: "not calculated",
   checkAnchors: "Anchors, three or more",
   checkPath: "A path that the validator passed",
-  checkSight: (least: number) => `Anchors in sight all along, at least ${Math.max(least, 1)}`,
+  checkSight: (least: number, heard: boolean) => `${heard ? "Usable anchors" : "Anchors in sight"} all along, at least ${Math.max(least, 1)}`,
   checkDop: (limit: string) => `Worst dilution on the path below ${limit}`,
   checkDark: "Longest radio-dark stretch: none",
   checkGround: "Ground of unknown positioning below 5 %",
@@ -129,7 +134,7 @@ export const words = {
   shows: (name: Overlay, heard: boolean): string => (heard ? HEARD[name] : undefined) ?? words.overlay[name],
   usable: "usable",
   tooWeak: "too weak",
-  strip: { plain: "plain", slope: "slope", sight: "anchors in sight", dilution: "dilution", error: "σ", bubble: "bubble" },
+  strip: (name: Strip, heard: boolean): string => ({ plain: "plain", slope: "slope", sight: heard ? "usable anchors" : "anchors in sight", dilution: "dilution", error: "σ", bubble: "bubble" })[name],
   sample: { jacksboro: "Jacksboro, Tennessee", valley: "A winding valley (made up)", crater: "A crater on the Moon (made up)" },
   paper: {
     made: (when: string, ground: string, digest: string) => `Made ${when} over ${ground} (digest ${digest} …).`,
@@ -142,11 +147,12 @@ export const words = {
       `East and north in ${crs}; altitudes in ${datum === null ? "the DEM's own heights, of which nobody knows what they count from" : datum}, above mean sea level (EGM96) and above the ellipsoid (WGS 84) where that is known. All in metres.`,
     columns: ["Anchor", "East", "North", "Latitude", "Longitude", "Above ground", "Altitude", "MSL", "Ellipsoid", "Range"],
     decision: "Go or no-go",
-    dark: (least: number) => `Radio-dark stretches: fewer than the ${least} anchors in sight that a fix needs`,
-    darkColumns: ["From", "To", "Lasts", "Fewest in sight", "Begins at east, north"],
+    dark: (least: number, heard: boolean) => `Radio-dark stretches: fewer than the ${least} ${heard ? "usable anchors" : "anchors in sight"} that a fix needs`,
+    darkColumns: (heard: boolean) => ["From", "To", "Lasts", heard ? "Fewest usable" : "Fewest in sight", "Begins at east, north"],
     noDark: "None along the path.",
     noPath: "No path was planned for the mission as it is, so nobody knows where it is dark.",
-    heard: "The map is of usable signals, by radios and trees; path and places are by what is in sight.",
+    heard: (buildings: string | null, trees: boolean) =>
+      `Map and path are of usable signals: the budgets of the radios, diffraction over the DEM${buildings === null ? "" : ` and the buildings of ${buildings.slice(0, 60)}`}${trees ? ", loss in trees" : ""}; ${buildings === null ? "buildings, " : ""}${trees ? "" : "trees, "}weather and interference are not in it.`,
     alone: (buildings: string | null) =>
       buildings === null ? "Sight is geometry over the DEM: trees, buildings and weather are not in it." : `Sight is geometry over the DEM and the buildings of ${buildings.slice(0, 60)}: trees and weather are not in it.`,
   },

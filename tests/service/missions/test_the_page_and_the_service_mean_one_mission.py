@@ -24,6 +24,7 @@ MODELS = {
     "Rules": document.MissionRules,
     "Orbits": document.MissionOrbits,
     "Times": document.MissionTimes,
+    "Flight": document.MissionFlight,
 }
 PLACE, FILE_ALONE = {"east_m", "north_m"}, {"format"}
 

@@ -57,6 +57,10 @@ export interface DoubtFeature {
   };
 }
 
+export interface DoubtFile {
+  readonly features: readonly DoubtFeature[];
+}
+
 export interface Epoch {
   readonly advice: Advice | null;
   readonly time_s: number | null;
@@ -72,7 +76,7 @@ export interface Epoch {
   readonly planning: string;
   readonly summary: string;
   readonly needed: string;
-  readonly predicted: readonly { readonly anchor_id: string; readonly p_sight: number; readonly clearance_m: number | null }[] | null;
+  readonly predicted: readonly { readonly anchor_id: string; readonly p_sight: number; readonly p_usable: number | null; readonly clearance_m: number | null }[] | null;
 }
 
 /** The epochs of a log as a session takes them. */
@@ -107,9 +111,9 @@ export function adviceOf(links: DetectorLinks): Promise<Advice & { readonly move
   return askJson(`${links.self}/advice`);
 }
 
-/** Where its ranges contradict the map; none where it looks at no map. */
-export async function doubtsOf({ map_doubts }: DetectorLinks): Promise<readonly DoubtFeature[]> {
-  return map_doubts === undefined ? [] : (await askJson<{ features: readonly DoubtFeature[] }>(map_doubts)).features;
+/** Where its ranges contradict the map; null where it looks at no map. */
+export async function doubtsOf({ map_doubts }: DetectorLinks): Promise<DoubtFile | null> {
+  return map_doubts === undefined ? null : askJson<DoubtFile>(map_doubts);
 }
 
 /** The path that it is told to follow, (east, north); null without one. */
@@ -122,12 +126,23 @@ export async function closeDetector(links: DetectorLinks): Promise<void> {
   await ask(links.self, { method: "DELETE" });
 }
 
-/** Every answer of a session as it is given; over is called once, with why, when there will be no more. */
-export function watchDetector(links: DetectorLinks, told: (epoch: Epoch) => void, over: (why: Error) => void): () => void {
+interface Watcher {
+  /** From now on every answer is told. */
+  readonly open: () => void;
+  readonly told: (epoch: Epoch) => void;
+  /** Called once, with why, when there will be no more. */
+  readonly over: (why: Error) => void;
+}
+
+/** Every answer of a session as it is given. Returns what ends it. */
+export function watchDetector(links: DetectorLinks, { open, told, over }: Watcher): () => void {
   const socket = new WebSocket(`${location.origin.replace(/^http/, "ws")}${links.stream}?watch=true`);
   let wanted = true;
+  socket.addEventListener("open", () => {
+    if (wanted) open();
+  });
   socket.addEventListener("message", (event) => {
-    told(JSON.parse(String(event.data)) as Epoch);
+    if (wanted) told(JSON.parse(String(event.data)) as Epoch);
   });
   socket.addEventListener("close", (event) => {
     if (wanted) over(new Refusal(words.streamOver(event.reason), 0, ""));

@@ -122,6 +122,22 @@ export interface MorphingAnswer extends Summary {
   readonly above_ground_m: Readonly<Record<string, number | null>>;
 }
 
+export interface FlightAnswer extends Summary {
+  readonly status: string;
+  readonly sentence: string;
+  readonly totals: {
+    readonly length_m: number;
+    readonly climb_m: number;
+    readonly time_s: number;
+    readonly highest_m: number;
+    readonly clearance_m: number;
+    /** Least height over the morphing map; null without one. */
+    readonly margin_m: number | null;
+  } | null;
+  readonly corners: readonly (Place & { readonly altitude_m: number })[];
+  readonly validation: { readonly passed: boolean; readonly sentence: string } | null;
+}
+
 export interface FrameFacts {
   readonly time_s: number;
   /** ISO 8601 where satellites give the time. */

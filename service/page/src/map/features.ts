@@ -10,6 +10,7 @@ import type { Place } from "../api/types";
 import type { Ring, StandOff } from "../mission/mission";
 import { outlines } from "../products/buildings";
 import { pathLine, blockedAt, strip } from "../products/path";
+import { flown } from "../products/flight";
 import { flies, frame, placeAt } from "../products/frames";
 import { ghosts } from "../products/placement";
 import { markedPlace } from "../products/profile";
@@ -17,7 +18,7 @@ import { sightOf } from "../products/readout";
 import { cursor, mission, mode, pinned, selected } from "../state";
 import { words } from "../words";
 import { liveLayer } from "./liveFeatures";
-import { areaStyle, buildingStyle, flightStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle } from "./styles";
+import { areaStyle, buildingStyle, flightStyle, flownStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle } from "./styles";
 
 const built = new VectorSource();
 const anchors = new VectorSource();
@@ -77,11 +78,14 @@ function drawAnchors(): void {
 }
 
 function drawPlaces(): void {
+  const { flight } = mission.value;
   const { start, goal, way_points } = mission.value.route;
   const shown = [
     ...(start ? [mark(start, { place: "start" })] : []),
     ...(goal ? [mark(goal, { place: "goal" })] : []),
     ...way_points.map((place, number) => mark(place, { place: "way-point", number })),
+    ...(flight.start ? [mark(flight.start, { place: "take-off" })] : []),
+    ...(flight.goal ? [mark(flight.goal, { place: "landing" })] : []),
   ];
   for (const feature of shown) {
     const [place, number] = [String(feature.get("place")), Number(feature.get("number"))];
@@ -115,9 +119,14 @@ function drawAreas(): void {
   ]);
 }
 
-/** Where anchors fly along, and where they are at the time that is looked at. */
+/** What was planned through the air, where anchors fly along, and where they are at the time that is looked at. */
 function drawFlights(): void {
   flights.clear(true);
+  if (flown.value.length > 1) {
+    const line = new Feature(new LineString(flown.value.map(at)));
+    line.setStyle(flownStyle());
+    flights.addFeature(line);
+  }
   const shown = mode.value === "air" ? frame.value : null;
   for (const anchor of mission.value.anchors.filter(flies)) {
     const line = new Feature(new LineString([anchor, ...anchor.flies_to].map(at)));

@@ -8,7 +8,7 @@ import type { Ground } from "../geo/grid";
 import type { Sample } from "../geo/sample";
 import type { Rules } from "../mission/mission";
 import type { Overlay } from "../state";
-import { figure, fromMetres, percent, unit } from "../units";
+import { figure, fixed, fromMetres, percent, unit } from "../units";
 import { words } from "../words";
 
 export interface Entry {
@@ -38,7 +38,7 @@ export interface Looked {
   readonly frames: readonly AirColumns[];
   readonly frame: AirColumns | null;
   readonly seen: Float32Array | null;
-  readonly after: { readonly of: number; readonly count: Uint8Array } | null;
+  readonly after: { readonly of: number; readonly count: Uint8Array; readonly heard: boolean } | null;
   readonly rules: Rules;
   /** Height above the ground of anchors that are sought, metres. */
   readonly soughtM: number;
@@ -127,7 +127,7 @@ function marginPainting({ surfaces, receiverM, heard }: Looked): Painting {
       kinds[at] = least === UNKNOWN_MM ? UNKNOWN : stepOf(MARGIN_STEPS, least === NEVER_MM ? -Infinity : receiverM - least / 1000);
     }
   };
-  const entries = entriesOf(MARGIN_STEPS, (value) => `${fromMetres(value).toFixed(0)} ${unit.value}`);
+  const entries = entriesOf(MARGIN_STEPS, (value) => `${fixed(fromMetres(value), 0)} ${unit.value}`);
   return { title: words.shows("margin", heard), entries, classify };
 }
 
@@ -138,7 +138,7 @@ function signalPainting({ marginWantedDb }: Looked, { bestDb }: Margins): Painti
     const here = sample.of(bestDb);
     for (let at = 0; at < here.length; at += 1) kinds[at] = stepOf(steps, here[at] as number);
   };
-  return { title: words.overlay.signal, entries: entriesOf(steps, (value) => `${value.toFixed(0)} dB`), classify };
+  return { title: words.overlay.signal, entries: entriesOf(steps, (value) => `${fixed(value, 0)} dB`), classify };
 }
 
 function dopPainting({ dopLimit }: Looked, { dop, answer }: Dilution): Painting {
@@ -231,13 +231,13 @@ function sitesPainting(seen: Float32Array): Painting {
 }
 
 /** How many anchors would be in sight with all that were found. */
-function afterPainting({ of, count }: NonNullable<Looked["after"]>): Painting {
+function afterPainting({ of, count, heard }: NonNullable<Looked["after"]>): Painting {
   const entries = Array.from({ length: of + 1 }, (_, number) => ({ colour: countColour(number, of), label: words.anchorsInSight(number) }));
   const classify = (sample: Sample, kinds: Int16Array): void => {
     const here = sample.of(count);
     for (let at = 0; at < here.length; at += 1) kinds[at] = here[at] === 255 ? UNKNOWN : (here[at] as number);
   };
-  return { title: words.overlay.after, entries, classify };
+  return { title: words.shows("after", heard), entries, classify };
 }
 
 /** Where the ceilings let an anchor be at the height that is sought. */

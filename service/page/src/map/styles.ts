@@ -37,6 +37,8 @@ const PINS: Readonly<Record<string, { readonly colour: string; readonly points: 
   start: { colour: "#2c7bb6", points: 32 },
   goal: { colour: "#d7191c", points: 32 },
   "way-point": { colour: "#7b3294", points: 32 },
+  "take-off": { colour: "#6a3d9a", points: 3 },
+  landing: { colour: "#6a3d9a", points: 4 },
   blocked: { colour: "#000000", points: 4 },
   marked: { colour: "#0072b2", points: 32 },
   pin: { colour: "#ff00aa", points: 4 },
@@ -99,6 +101,14 @@ export function flightStyle(): Style[] {
   return [
     new Style({ stroke: new Stroke({ color: PAPER, width: 4 }) }),
     new Style({ stroke: new Stroke({ color: INK, width: 2, lineDash: [8, 6] }) }),
+  ];
+}
+
+/** Where a drone is to fly. */
+export function flownStyle(): Style[] {
+  return [
+    new Style({ stroke: new Stroke({ color: PAPER, width: 6 }) }),
+    new Style({ stroke: new Stroke({ color: "#6a3d9a", width: 3 }), zIndex: 1 }),
   ];
 }
 

@@ -9,7 +9,7 @@ import Draw from "ol/interaction/Draw.js";
 import Translate from "ol/interaction/Translate.js";
 import type { Place } from "../api/types";
 import { contains } from "../geo/grid";
-import { newAnchor, type Ring } from "../mission/mission";
+import { type Mission, newAnchor, type Ring } from "../mission/mission";
 import { overview } from "../products/library";
 import { acceptGhost } from "../products/placement";
 import { accept, change, follow, ground, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
@@ -18,7 +18,7 @@ import { cornerInTheMiddle } from "./overview";
 
 const TOUCHED: readonly unknown[] = [anchorLayer, placeLayer, ghostLayer];
 const FIRST_STAND_OFF_M = 100;
-const PLACES = new Set(["start", "goal", "way-point", "flight"]);
+const PLACES = new Set(["start", "goal", "way-point", "flight", "take-off", "landing"]);
 const SHAPES: ReadonlySet<string> = new Set(["no-go", "keep-in", "area", "no-fly", "stand-off"]);
 
 /** A click is no finer than a tenth of a cell. */
@@ -59,8 +59,8 @@ export function followPointer(map: OlMap): void {
 }
 
 function use(place: Place): void {
-  accept("path");
-  const { anchors, route } = mission.peek();
+  accept(mode.peek() === "air" ? "air" : "path");
+  const { anchors, flight, route } = mission.peek();
   switch (tool.peek()) {
     case "anchor": {
       const anchor = newAnchor(anchors, place);
@@ -78,6 +78,14 @@ function use(place: Place): void {
       return;
     case "way-point":
       change({ route: { ...route, way_points: [...route.way_points, place] } });
+      return;
+    case "take-off":
+      change({ flight: { ...flight, start: place } });
+      tool.value = flight.goal ? "look" : "landing";
+      return;
+    case "landing":
+      change({ flight: { ...flight, goal: place } });
+      tool.value = "look";
       return;
     case "flight": {
       const chosen = anchors.find(({ id }) => id === selected.peek());
@@ -98,7 +106,7 @@ function drag(map: OlMap): void {
     const at = rounded(geometry.getCoordinates());
     const what = feature.get("place") as string | undefined;
     if (what === undefined) how(withAnchor(String(feature.getId()), at));
-    else how({ route: movedPlace(what, Number(feature.get("number")), at) });
+    else how(movedPlace(what, Number(feature.get("number")), at));
   };
   translate.on("translatestart", (event) => {
     const first = event.features.item(0);
@@ -113,11 +121,13 @@ function drag(map: OlMap): void {
   map.addInteraction(translate);
 }
 
-function movedPlace(what: string, number: number, at: Place) {
-  const { route } = mission.peek();
-  if (what === "start") return { ...route, start: at };
-  if (what === "goal") return { ...route, goal: at };
-  return { ...route, way_points: route.way_points.map((one, index) => (index === number ? at : one)) };
+function movedPlace(what: string, number: number, at: Place): Partial<Mission> {
+  const { flight, route } = mission.peek();
+  if (what === "start") return { route: { ...route, start: at } };
+  if (what === "goal") return { route: { ...route, goal: at } };
+  if (what === "take-off") return { flight: { ...flight, start: at } };
+  if (what === "landing") return { flight: { ...flight, goal: at } };
+  return { route: { ...route, way_points: route.way_points.map((one, index) => (index === number ? at : one)) } };
 }
 
 let drawing: Draw | null = null;

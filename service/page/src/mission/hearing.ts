@@ -14,9 +14,9 @@ export function isHeard(mission: Pick<Mission, "anchors" | "positioning">): bool
 }
 
 /** What a question about what is seen or heard of some anchors says of them, and of what stands in the way. */
-export function sightBody(mission: Asked, anchors: readonly Anchor[] = mission.anchors): Record<string, unknown> {
+export function sightBody(mission: Asked, { anchors = mission.anchors, heard = isHeard(mission) }: { readonly anchors?: readonly Anchor[]; readonly heard?: boolean } = {}): Record<string, unknown> {
   const { buildings, trees } = mission;
-  if (!isHeard(mission)) return { anchors: anchors.map(anchorBody), ...coverBody(buildings) };
+  if (!heard) return { anchors: anchors.map(anchorBody), ...coverBody(buildings) };
   return { anchors: anchors.map(heardBody), sight: "usable", ...coverBody(buildings, trees) };
 }
 

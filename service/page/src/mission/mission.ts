@@ -109,6 +109,16 @@ export interface Rules {
   readonly min_separation_m: number;
 }
 
+/** From where to where a drone flies through the air, at one height above the ground at both ends. */
+export interface Flight {
+  readonly start: Place | null;
+  readonly goal: Place | null;
+  readonly above_ground_m: number;
+  /** Distance kept from ground and buildings. */
+  readonly bubble_m: number;
+  readonly speed_m_per_s: number;
+}
+
 /** A file of satellites' orbits, whole, so that the mission tells all that it was calculated from. */
 export interface Orbits {
   readonly name: string;
@@ -141,6 +151,7 @@ export interface Mission {
   readonly rules: Rules;
   readonly ceiling_above_ground_m: number;
   readonly times: Times;
+  readonly flight: Flight;
 }
 
 export const EMPTY_ROUTE: Route = {
@@ -169,6 +180,7 @@ export const NEW_MISSION: Mission = {
   rules: { no_fly: [], stand_off: [], max_above_ground_m: null, max_altitude_m: null, max_range_m: null, min_separation_m: 0 },
   ceiling_above_ground_m: 300,
   times: { begins_at: null, lasts_s: 3600, step_s: 600, orbits: null },
+  flight: { start: null, goal: null, above_ground_m: 120, bubble_m: 20, speed_m_per_s: 12 },
 };
 
 export const FIRST_HEIGHT_M = 120;
@@ -188,6 +200,7 @@ export function missionOf(document: Partial<Mission> & { readonly format?: strin
     placing: { ...NEW_MISSION.placing, ...given.placing },
     rules: { ...NEW_MISSION.rules, ...given.rules },
     times: { ...NEW_MISSION.times, ...given.times },
+    flight: { ...NEW_MISSION.flight, ...given.flight },
     anchors: (given.anchors ?? []).map((anchor) => ({ ...LACKING, ...anchor })),
   };
 }

@@ -32,7 +32,7 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
     lost.push("the trees");
     return null;
   };
-  const { route, rules } = mission;
+  const { flight, route, rules } = mission;
   return {
     mission: {
       ...mission,
@@ -50,6 +50,11 @@ export function moved(mission: Mission, move: (place: Place) => Place | null): {
         way_points: places(route.way_points, (_, number) => `way-point ${number + 1}`),
         no_go: rings(route.no_go, "no-go area"),
         keep_in: rings(route.keep_in, "keep-in area"),
+      },
+      flight: {
+        ...flight,
+        start: flight.start && place(flight.start, "the take-off"),
+        goal: flight.goal && place(flight.goal, "the end of the flight"),
       },
       rules: {
         ...rules,

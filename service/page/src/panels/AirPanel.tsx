@@ -3,7 +3,8 @@ import { air, askForAir, flownAboveGroundM, isAirCurrent } from "../products/air
 import { attempt, busy, change, mission, overlay } from "../state";
 import { length, percent } from "../units";
 import { words } from "../words";
-import { Arriving, Facts, Group, NumberField, Slider } from "./fields";
+import { Arriving, Facts, Group, LengthField, Slider } from "./fields";
+import { FlightPanel } from "./FlightPanel";
 import { Sentences } from "./GroundPanel";
 import { Downloads } from "./PathPanel";
 import { TimePanel } from "./TimePanel";
@@ -18,7 +19,7 @@ export function AirPanel() {
     <>
       <Group title={words.mode.air}>
         <p class="hint">{ui.airHint}</p>
-        <NumberField where="air" label={`${ui.ceiling}, m`} min={1} value={ceilingM} onValue={(value) => change({ ceiling_above_ground_m: value ?? 300 })} />
+        <LengthField where="air" label={ui.ceiling} min={1} value={ceilingM} onValue={(value) => change({ ceiling_above_ground_m: value ?? 300 })} />
         <button type="button" id="calculate-air" class="primary" disabled={"air" in busy.value} onClick={() => void attempt("air", askForAir)}>
           {ui.calculateAir}
         </button>
@@ -44,6 +45,7 @@ export function AirPanel() {
           <Downloads layers={now.downloads} />
         </Arriving>
       )}
+      <FlightPanel />
       <TimePanel />
     </>
   );

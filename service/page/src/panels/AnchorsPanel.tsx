@@ -5,10 +5,10 @@ import { highestNear } from "../geo/grid";
 import { anchorsOf, placeOf } from "../mission/anchorTexts";
 import { type Anchor, newAnchor, nextId } from "../mission/mission";
 import { accept, attempt, change, frame, ground, mission, refuse, selected, tool, withAnchor } from "../state";
-import { fromMetres, toMetres, unit } from "../units";
+import { fromMetres, unit } from "../units";
 import { words } from "../words";
 import { Exports, Found, Import } from "./Exchange";
-import { Group, NumberField, Select, TextField } from "./fields";
+import { Group, LengthField, NumberField, Select, TextField } from "./fields";
 
 const { ui } = words;
 const NEAR_M = 500;
@@ -103,7 +103,6 @@ function Chosen({ anchor }: { anchor: Anchor }) {
     });
   };
   const degrees = frame.value?.toDegrees(anchor);
-  const metres = (value: number | null): number => toMetres(value ?? 0);
   return (
     <Group title={ui.anchor(anchor.id)}>
       <div class="pair">
@@ -114,20 +113,15 @@ function Chosen({ anchor }: { anchor: Anchor }) {
       </div>
       {degrees && <TextField label={ui.place} value={`${degrees.lat_deg.toFixed(6)}, ${degrees.lon_deg.toFixed(6)}`} onValue={retype} />}
       <div class="pair">
-        <NumberField
-          where="anchors"
-          label={`${ui.height}, ${unit.value}`}
-          value={Number(fromMetres(anchor.height_m).toFixed(2))}
-          onValue={(value) => set({ height_m: metres(value) })}
-        />
+        <LengthField where="anchors" label={ui.height} value={anchor.height_m} onValue={(value) => set({ height_m: value ?? 0 })} />
         <Select
           label={ui.above}
           value={anchor.height_from}
           options={{ above_ground_m: ui.aboveGround, altitude_m: ui.altitude }}
           onValue={(height_from) => set({ height_from })}
         />
-        <NumberField where="anchors" optional label={ui.range} value={anchor.max_range_m} onValue={(max_range_m) => set({ max_range_m })} />
-        <NumberField where="anchors" label={ui.sigma} value={anchor.ranging_sigma_m} onValue={(value) => set({ ranging_sigma_m: value ?? 0.1 })} />
+        <LengthField where="anchors" optional label={ui.range} value={anchor.max_range_m} onValue={(max_range_m) => set({ max_range_m })} />
+        <LengthField where="anchors" label={ui.sigma} value={anchor.ranging_sigma_m} onValue={(value) => set({ ranging_sigma_m: value ?? 0.1 })} />
         <NumberField where="anchors" optional label={ui.sectorFrom} value={anchor.azimuth_from_deg} onValue={(value) => set({ azimuth_from_deg: value, azimuth_to_deg: value === null ? null : (anchor.azimuth_to_deg ?? (value + 90) % 360) })} />
         <NumberField where="anchors" optional label={ui.sectorTo} value={anchor.azimuth_to_deg} onValue={(value) => set({ azimuth_to_deg: value, azimuth_from_deg: value === null ? null : (anchor.azimuth_from_deg ?? 0) })} />
         <Select label={ui.radio} value={anchor.radio ?? "none"} options={ui.radios} onValue={(radio) => set({ radio: radio === "none" ? null : radio })} />

@@ -115,16 +115,17 @@ function DarkTable() {
   const least = fixNeeds(mission.value.positioning);
   if (!path || !isPathCurrent() || path.vertices.length === 0) return <p>{paper.noPath}</p>;
   const dark = darkStretches(path.vertices, least);
+  const heard = isHeard(mission.value);
   return (
     <>
-      <h3>{paper.dark(least)}</h3>
+      <h3>{paper.dark(least, heard)}</h3>
       {dark.length === 0 ? (
         <p>{paper.noDark}</p>
       ) : (
         <table id="sheet-dark">
           <thead>
             <tr>
-              {paper.darkColumns.map((name) => (
+              {paper.darkColumns(heard).map((name) => (
                 <th key={name} scope="col">
                   {name}
                 </th>
@@ -155,6 +156,8 @@ function Warnings() {
   const path = planned.value && isPathCurrent() ? planned.value.answer : null;
   const told = [...(ground.value?.dem.warnings ?? []), ...(now?.warnings ?? []), ...(path?.warnings ?? [])];
   const trust = now ?? path;
+  const { trees } = mission.value;
+  const buildings = mission.value.buildings?.name ?? null;
   return (
     <>
       <h3>{words.ui.warnings}</h3>
@@ -163,8 +166,7 @@ function Warnings() {
           <li key={one}>{one}</li>
         ))}
         {trust && <li>{words.ui.trust(trust.mode, trust.error_statement, trust.curvature)}</li>}
-        {isHeard(mission.value) && <li>{paper.heard}</li>}
-        <li>{paper.alone(mission.value.buildings?.name ?? null)}</li>
+        <li>{isHeard(mission.value) ? paper.heard(buildings, trees !== null) : paper.alone(buildings)}</li>
       </ul>
     </>
   );

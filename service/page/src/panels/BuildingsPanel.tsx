@@ -2,7 +2,7 @@
 import { dropBuildings, heights, outlines, pending, setHeights, takeBuildings } from "../products/buildings";
 import { attempt, mission } from "../state";
 import { words } from "../words";
-import { Group, NumberField } from "./fields";
+import { Group, LengthField } from "./fields";
 
 const { ui } = words;
 
@@ -33,8 +33,8 @@ export function BuildingsPanel() {
         </button>
       </div>
       <div class="pair">
-        <NumberField where="ground" optional label={ui.levelHeight} min={0.1} value={heights.value.level_m} onValue={(level_m) => set({ level_m })} />
-        <NumberField where="ground" optional label={ui.defaultHeight} min={0.1} value={heights.value.default_height_m} onValue={(default_height_m) => set({ default_height_m })} />
+        <LengthField where="ground" optional label={ui.levelHeight} min={0.1} value={heights.value.level_m} onValue={(level_m) => set({ level_m })} />
+        <LengthField where="ground" optional label={ui.defaultHeight} min={0.1} value={heights.value.default_height_m} onValue={(default_height_m) => set({ default_height_m })} />
       </div>
     </Group>
   );

@@ -1,10 +1,11 @@
 // More anchors: how many, by which rules, what each place would see, and those that were found, to be taken one by one.
+import { isHeard } from "../mission/hearing";
 import { acceptGhost, dismissGhosts, findMore, ghosts, placement, spacingOf } from "../products/placement";
 import { areSitesCurrent, askForSites, sites } from "../products/sites";
 import { attempt, busy, change, ground, mission, overlay, tool } from "../state";
 import { percent } from "../units";
 import { words } from "../words";
-import { Arriving, Group, NumberField, Select } from "./fields";
+import { Arriving, Group, LengthField, NumberField, Select } from "./fields";
 
 const { ui } = words;
 const TOOLS = ["no-fly", "stand-off"] as const;
@@ -14,16 +15,19 @@ export function FindMore() {
   const set = (fields: Partial<typeof placing>) => change({ placing: { ...placing, ...fields } });
   const here = ground.value;
   const found = placement.value;
+  const heard = isHeard(mission.value);
+  const radio = heard ? mission.value.anchors.at(-1)?.radio : null;
   return (
     <Group title={ui.findMore}>
       <div class="pair">
         <NumberField where="coverage" label={ui.howMany} min={1} max={16} step={1} value={placing.count} onValue={(value) => set({ count: value ?? 1 })} />
-        <NumberField where="coverage" label={ui.atHeight} min={0} value={placing.above_ground_m} onValue={(value) => set({ above_ground_m: value ?? 0 })} />
+        <LengthField where="coverage" label={ui.atHeight} min={0} value={placing.above_ground_m} onValue={(value) => set({ above_ground_m: value ?? 0 })} />
         <NumberField where="coverage" label={ui.enough} min={1} step={1} value={placing.min_anchors} onValue={(value) => set({ min_anchors: value ?? 1 })} />
-        <NumberField where="coverage" label={ui.spacing} optional min={1} value={here && Math.round(spacingOf(here, placing.spacing_m))} onValue={(value) => set({ spacing_m: value })} />
+        <LengthField where="coverage" label={ui.spacing} optional min={1} value={here && Math.round(spacingOf(here, placing.spacing_m))} onValue={(value) => set({ spacing_m: value })} />
       </div>
-      <Select label={ui.objective} value={placing.objective} options={ui.objectives} onValue={(objective) => set({ objective })} />
+      <Select label={ui.objective} value={placing.objective} options={ui.objectives(heard)} onValue={(objective) => set({ objective })} />
       <Select label={ui.where} value={placing.where} options={ui.wheres} onValue={(where) => set({ where })} />
+      {radio && <p class="hint">{ui.placedRadio(ui.radios[radio])}</p>}
       <Rules />
       <div class="row">
         <button type="button" id="find-sites" disabled={!here || "sites" in busy.value} onClick={() => void attempt("coverage", askForSites)}>
@@ -99,7 +103,7 @@ function Rules() {
         ))}
         {rules.stand_off.map((one, at) => (
           <li key={`stand-off ${at}`}>
-            <NumberField
+            <LengthField
               where="coverage"
               label={ui.standOff(at + 1)}
               min={0}
@@ -111,10 +115,10 @@ function Rules() {
         ))}
       </ul>
       <div class="pair">
-        <NumberField where="coverage" optional label={ui.ceilingGround} min={1} value={rules.max_above_ground_m} onValue={(max_above_ground_m) => set({ max_above_ground_m })} />
-        <NumberField where="coverage" optional label={ui.ceilingDatum} value={rules.max_altitude_m} onValue={(max_altitude_m) => set({ max_altitude_m })} />
-        <NumberField where="coverage" label={ui.separation} min={0} value={rules.min_separation_m} onValue={(value) => set({ min_separation_m: value ?? 0 })} />
-        <NumberField where="coverage" optional label={ui.reach} min={1} value={rules.max_range_m} onValue={(max_range_m) => set({ max_range_m })} />
+        <LengthField where="coverage" optional label={ui.ceilingGround} min={1} value={rules.max_above_ground_m} onValue={(max_above_ground_m) => set({ max_above_ground_m })} />
+        <LengthField where="coverage" optional label={ui.ceilingDatum} value={rules.max_altitude_m} onValue={(max_altitude_m) => set({ max_altitude_m })} />
+        <LengthField where="coverage" label={ui.separation} min={0} value={rules.min_separation_m} onValue={(value) => set({ min_separation_m: value ?? 0 })} />
+        <LengthField where="coverage" optional label={ui.reach} min={1} value={rules.max_range_m} onValue={(max_range_m) => set({ max_range_m })} />
       </div>
     </details>
   );

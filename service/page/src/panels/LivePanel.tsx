@@ -1,8 +1,7 @@
 // Live: a detector session on the map as it judges, or a log played back on a time bar.
 import { useEffect } from "preact/hooks";
-import { at } from "../api/here";
-import { doubts, readDoubts } from "../products/doubts";
-import { epoch, epochs, leave, lookedAt, openSession, refreshSessions, replay, type Sighted, sighted, sessions, watch, watched } from "../products/live";
+import { doubtFile, doubts, readDoubts } from "../products/doubts";
+import { epoch, epochs, leave, lookedAt, openLinks, openSession, refreshSessions, replay, type Sighted, sighted, sessions, watch, watched } from "../products/live";
 import { attempt, busy, ground } from "../state";
 import { distance, length, percent } from "../units";
 import { words } from "../words";
@@ -97,7 +96,7 @@ function Watched({ name }: { name: string }) {
 
 function Now() {
   const now = epoch.value;
-  if (!now) return <p class="hint">{ui.noEpoch}</p>;
+  if (!now) return openLinks.value ? <p class="hint" id="listening">{ui.noEpoch}</p> : null;
   const { position } = now;
   const sigma = (axis: number): string => {
     const variance = position?.covariance_m2[axis]?.[axis];
@@ -139,7 +138,6 @@ function Now() {
 
 /** Where the ranges contradict the map, in words; the lines are on the map. */
 function Doubted() {
-  const links = watched.value?.detector?.links;
   if (doubts.value.length === 0) return null;
   return (
     <Group title={ui.doubts}>
@@ -151,11 +149,9 @@ function Doubted() {
           </li>
         ))}
       </ul>
-      {links?.map_doubts && (
-        <a href={at(links.map_doubts)} download="map_doubts.geojson">
-          {ui.saveDoubts}
-        </a>
-      )}
+      <a href={`data:application/geo+json,${encodeURIComponent(JSON.stringify(doubtFile.value))}`} download={ui.saveDoubts}>
+        {ui.saveDoubts}
+      </a>
     </Group>
   );
 }
@@ -168,6 +164,7 @@ function Row({ one }: { one: Sighted }) {
       <td class={one.sight === "clear" ? "go" : one.sight === "unknown" ? "open" : "no-go"}>{words.measuredSight[one.sight]}</td>
       <td>
         {one.foretold === null ? "–" : percent(one.foretold)}
+        {one.usable !== null && `, ${ui.usableForetold(percent(one.usable))}`}
         {against && ` ${ui.against}`}
       </td>
       <td>{one.excessM === null ? "–" : length(one.excessM, 2)}</td>

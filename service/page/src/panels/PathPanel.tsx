@@ -1,11 +1,12 @@
 // Path: what it has to keep, where it goes, and what blocks it.
 import { useMemo } from "preact/hooks";
-import { cancelPath, isPathCurrent, planned, STRIPS, stripShown, type PlannedPath } from "../products/path";
+import { isHeard } from "../mission/hearing";
+import { cancelPath, isPathCurrent, planned, STRIPS, type Strip, stripShown, type PlannedPath } from "../products/path";
 import { planAndHelp } from "../products/remedies";
 import { attempt, busy, change, ground, mission, tool, type Tool } from "../state";
 import { distance, duration, figure, length } from "../units";
 import { words } from "../words";
-import { Arriving, Check, Facts, Group, NumberField, Select } from "./fields";
+import { Arriving, Check, Facts, Group, LengthField, NumberField, Select } from "./fields";
 import { Sentences } from "./GroundPanel";
 import { Remedies } from "./Remedies";
 
@@ -34,8 +35,8 @@ export function PathPanel() {
         <Drawn />
         <div class="pair">
           <NumberField where="path" label={ui.maxSlope} min={1} max={90} value={rover.max_slope_deg} onValue={(value) => setRover({ max_slope_deg: value ?? 25 })} />
-          <NumberField where="path" label={ui.minAnchors} min={0} step={1} value={route.min_anchors} onValue={(value) => setRoute({ min_anchors: value ?? 0 })} />
-          <NumberField where="path" label={ui.footprint} min={0} value={rover.footprint_radius_m} onValue={(value) => setRover({ footprint_radius_m: value ?? 0 })} />
+          <NumberField where="path" label={ui.minAnchors(isHeard(mission.value))} min={0} step={1} value={route.min_anchors} onValue={(value) => setRoute({ min_anchors: value ?? 0 })} />
+          <LengthField where="path" label={ui.footprint} min={0} value={rover.footprint_radius_m} onValue={(value) => setRover({ footprint_radius_m: value ?? 0 })} />
           <NumberField where="path" label={ui.speed} min={0} value={rover.speed_m_per_s} onValue={(value) => setRover({ speed_m_per_s: value ?? 1 })} />
           <NumberField where="path" label={ui.bubble} min={0} value={route.bubble_epsilon} onValue={(value) => setRoute({ bubble_epsilon: value ?? 0 })} />
         </div>
@@ -87,9 +88,9 @@ function Drawn() {
 }
 
 function Answer({ path }: { path: PlannedPath }) {
-  const { answer } = path;
+  const { answer, heard } = path;
   const { totals, validation } = answer;
-  const names = Object.fromEntries(STRIPS.map((name) => [name, words.strip[name]])) as typeof words.strip;
+  const names = Object.fromEntries(STRIPS.map((name) => [name, words.strip(name, heard)])) as Record<Strip, string>;
   return (
     <Arriving id="path-answer" of={answer}>
       <h3>{answer.status === "found" ? words.pathFound : words.noPath}</h3>
@@ -104,9 +105,9 @@ function Answer({ path }: { path: PlannedPath }) {
               [ui.totals.time, duration(totals.time_s)],
               [ui.totals.climb, length(totals.climb_m, 0)],
               [ui.totals.steepest, `${totals.steepest_deg.toFixed(1)}°`],
-              [ui.totals.fewest, String(totals.fewest_anchors)],
+              [ui.fewestOf(heard), String(totals.fewest_anchors)],
               [ui.totals.worst, figure(totals.worst_dop)],
-              [ui.totals.out, duration(totals.out_of_sight_s)],
+              [ui.without(heard), duration(totals.out_of_sight_s)],
             ]}
           />
           {validation && <p class="hint">{validation.sentence}</p>}

@@ -1,13 +1,16 @@
-// The drawer under the map: moving along the profile moves a mark on the map.
+// The drawer under the map: moving along the profile moves a mark on the map, and moving over the map one in the profile.
+import { effect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { markedPlace, profile, type Profile } from "../products/profile";
+import { alongOf, markedPlace, profile, type Profile } from "../products/profile";
+import { cursor } from "../state";
 import { theme } from "../theme";
 import { fromMetres, unit } from "../units";
 import { words } from "../words";
 
 const HEIGHT_PX = 150;
+const AWAY = { left: -10, top: -10 };
 const COLOURS = ["#0072b2", "#cc79a7"];
 const FILLED = {
   ground: { stroke: "#8a6d3b", fill: "rgba(138,109,59,0.25)" },
@@ -30,7 +33,13 @@ function Drawer({ now }: { now: Profile }) {
     const plot = new uPlot(optionsOf(now, target.clientWidth), dataOf(now), target);
     const watch = new ResizeObserver(() => plot.setSize({ width: target.clientWidth, height: HEIGHT_PX }));
     watch.observe(target);
+    const unfollow = effect(() => {
+      const metres = cursor.value && alongOf(now, cursor.value);
+      if (plot.status === 0) return; // before it is drawn it has no scales, and the pointer is on the button that asked for it
+      plot.setCursor(metres === null ? AWAY : { left: plot.valToPos(fromMetres(metres), "x"), top: HEIGHT_PX / 2 });
+    });
     return () => {
+      unfollow();
       watch.disconnect();
       plot.destroy();
       markedPlace.value = null;

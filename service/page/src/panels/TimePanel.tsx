@@ -1,4 +1,5 @@
 // Over time: which times are looked at and with which satellites; the frames themselves are on the time bar.
+import { isHeard } from "../mission/hearing";
 import { areFramesCurrent, askForFrames, frames, takeOrbits } from "../products/frames";
 import { attempt, busy, change, ground, mission } from "../state";
 import { percent } from "../units";
@@ -16,6 +17,7 @@ export function TimePanel() {
     <>
       <Group title={ui.overTime}>
         <p class="hint">{ui.timeHint}</p>
+        {isHeard(mission.value) && times.orbits && <p class="stale-note">{ui.framesSeen}</p>}
         <label class="button">
           {ui.orbits}
           <input

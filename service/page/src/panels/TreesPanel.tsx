@@ -2,7 +2,7 @@
 import { dropTrees, heldByRaster, setHeight, setTrees, takeTrees } from "../products/trees";
 import { attempt, mission } from "../state";
 import { words } from "../words";
-import { Group, NumberField, Select } from "./fields";
+import { Group, LengthField, NumberField, Select } from "./fields";
 
 const { ui } = words;
 
@@ -12,7 +12,7 @@ export function TreesPanel() {
   return (
     <Group id="trees" title={ui.trees}>
       <p class="hint">{trees?.name ? ui.treesAre(trees.name) : ui.treesHint}</p>
-      <NumberField where="ground" optional label={ui.treesHeight} min={0} value={trees?.top_m ?? null} onValue={(top_m) => run(() => setHeight(top_m))} />
+      <LengthField where="ground" optional label={ui.treesHeight} min={0} value={trees?.top_m ?? null} onValue={(top_m) => run(() => setHeight(top_m))} />
       <Select label={ui.treesHold} value={heldByRaster.value} options={ui.treesHolds} onValue={(what) => (heldByRaster.value = what)} />
       <div class="row">
         <label class="button">
@@ -34,7 +34,7 @@ export function TreesPanel() {
       </div>
       {trees && (
         <div class="pair">
-          <NumberField where="ground" label={ui.treesBase} min={0} value={trees.base_m} onValue={(base_m) => run(() => setTrees({ base_m: base_m ?? 0 }))} />
+          <LengthField where="ground" label={ui.treesBase} min={0} value={trees.base_m} onValue={(base_m) => run(() => setTrees({ base_m: base_m ?? 0 }))} />
           <NumberField where="ground" optional label={ui.treesDensity} min={0} value={trees.depth_per_m} onValue={(depth_per_m) => run(() => setTrees({ depth_per_m }))} />
         </div>
       )}

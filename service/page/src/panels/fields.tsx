@@ -2,6 +2,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { refuse, type Mode } from "../state";
+import { fromMetres, toMetres, unit } from "../units";
 import { words } from "../words";
 
 interface NumberProps {
@@ -29,6 +30,23 @@ export function NumberField({ label, value, min, max, step = "any", optional, wh
       <span>{label}</span>
       <input id={id} type="number" step={step} {...limits} value={value ?? ""} onChange={(event) => commit(event.currentTarget)} />
     </label>
+  );
+}
+
+type LengthProps = Omit<NumberProps, "max" | "step">;
+
+/** A length that is kept in metres, and told and typed in metres or feet. */
+export function LengthField({ label, value, min, onValue, ...others }: LengthProps) {
+  const told = (metres: number): number => Number(fromMetres(metres).toFixed(3));
+  const limit = min === undefined ? {} : { min: told(min) };
+  return (
+    <NumberField
+      {...others}
+      {...limit}
+      label={`${label}, ${unit.value}`}
+      value={value === null ? null : told(value)}
+      onValue={(typed) => onValue(typed === null ? null : toMetres(typed))}
+    />
   );
 }
 

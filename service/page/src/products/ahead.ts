@@ -2,8 +2,10 @@
 import { computed, effect, signal } from "@preact/signals";
 import { type Advice, adviceOf } from "../api/detectors";
 import type { Place } from "../api/types";
+import { refuse } from "../state";
 import { followed } from "./doubts";
-import { epochs, lookedAt, watched } from "./live";
+import { epochs, lookedAt, openLinks, watched } from "./live";
+import { paced } from "./paced";
 
 /** The last advice up to the epoch that is looked at. */
 export const advice = computed<Advice | null>(() => {
@@ -17,23 +19,29 @@ export const advice = computed<Advice | null>(() => {
 
 /** The sentence about the drone that would help at the first stretch ahead; asked for when that is another one. */
 export const move = signal<string | null>(null);
-let askedFor = "";
+let stretch = "";
+
+async function readMove(): Promise<void> {
+  const [links, of] = [openLinks.peek(), stretch];
+  if (links === null || of === "") return;
+  const isWanted = () => openLinks.peek() === links && stretch === of;
+  try {
+    const told = await adviceOf(links);
+    if (isWanted()) move.value = told.move?.sentence ?? null;
+  } catch (error) {
+    if (isWanted()) refuse("live", error);
+  }
+}
 
 export function watchAhead(): void {
+  const read = paced(readMove, 0);
   effect(() => {
-    const detector = watched.value?.detector;
+    const id = watched.value?.detector?.id;
     const [first] = advice.value?.stretches ?? [];
-    if (!detector || !first) {
-      [move.value, askedFor] = [null, ""];
-      return;
-    }
-    const now = `${detector.id} ${first.to_m.toFixed(0)} ${first.hidden.join(" ")}`;
-    if (now === askedFor) return;
-    askedFor = now;
-    adviceOf(detector.links).then(
-      (told) => (move.value = told.move?.sentence ?? null),
-      () => (move.value = null), // the session is over, which its stream tells
-    );
+    const now = id && first ? `${id} ${first.to_m.toFixed(0)} ${first.hidden.join(" ")}` : "";
+    if (now === stretch) return;
+    [move.value, stretch] = [null, now];
+    if (now !== "" && openLinks.peek() !== null) read();
   });
 }
 

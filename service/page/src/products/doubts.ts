@@ -1,9 +1,10 @@
 // What a watched session knows besides its epochs: the path that it follows, and where its ranges contradict the map.
 import { computed, effect, signal } from "@preact/signals";
-import { type DetectorLinks, type DoubtFeature, doubtsOf, driveOf } from "../api/detectors";
+import { type DetectorLinks, type DoubtFeature, type DoubtFile, doubtsOf, driveOf } from "../api/detectors";
 import type { Place } from "../api/types";
-import { frame } from "../state";
-import { epoch, epochs, watched } from "./live";
+import { frame, refuse } from "../state";
+import { epoch, epochs, openLinks, watched } from "./live";
+import { paced } from "./paced";
 
 export interface Doubt {
   readonly told: DoubtFeature["properties"];
@@ -11,15 +12,16 @@ export interface Doubt {
   readonly places: readonly Place[];
 }
 
-const ASKED_EVERY_MS = 3000;
-const found = signal<readonly DoubtFeature[]>([]);
+const REST_MS = 3000;
+/** The file of the doubts as the session wrote it last. */
+export const doubtFile = signal<DoubtFile | null>(null);
 /** The path that the session follows, along which distances of its advice count; none: it follows none. */
 export const followed = signal<readonly Place[]>([]);
 
 /** The doubts that had begun at the epoch that is looked at. */
 export const doubts = computed<readonly Doubt[]>(() => {
   const now_s = epoch.value?.time_s ?? Infinity;
-  return found.value.filter(({ properties }) => properties.from_s <= now_s).map((one) => ({ told: one.properties, places: placesOf(one) }));
+  return (doubtFile.value?.features ?? []).filter(({ properties }) => properties.from_s <= now_s).map((one) => ({ told: one.properties, places: placesOf(one) }));
 });
 
 function placesOf({ geometry }: DoubtFeature): Place[] {
@@ -31,27 +33,32 @@ function placesOf({ geometry }: DoubtFeature): Place[] {
   });
 }
 
-/** Ask a session for both; one that is over tells so by its stream. */
-export async function readDoubts(links: DetectorLinks): Promise<void> {
-  const [features, path] = await Promise.all([doubtsOf(links), driveOf(links)]);
-  found.value = features;
+/** Ask a session for both, one after the other, as long as anybody wants to know. */
+export async function readDoubts(links: DetectorLinks, isWanted = () => true): Promise<void> {
+  const file = await doubtsOf(links);
+  if (!isWanted()) return;
+  const path = await driveOf(links);
+  if (!isWanted()) return;
+  doubtFile.value = file;
   followed.value = (path ?? []).map(([east_m, north_m]) => ({ east_m, north_m }));
 }
 
+/** What an open session knows by now; none is asked that is over or that nobody watches any more. */
+async function readOpen(): Promise<void> {
+  const links = openLinks.peek();
+  if (links === null) return;
+  const isWanted = () => openLinks.peek() === links;
+  try {
+    await readDoubts(links, isWanted);
+  } catch (error) {
+    if (isWanted()) refuse("live", error);
+  }
+}
+
 export function watchDoubts(): void {
-  let asked: ReturnType<typeof setTimeout> | null = null;
-  let before: DetectorLinks | null = null;
+  const read = paced(readOpen, REST_MS);
   effect(() => {
-    const links = watched.value?.detector?.links;
-    if (watched.value === null) [found.value, followed.value] = [[], []];
-    if (!links || epochs.value.length === 0 || asked !== null) return;
-    asked = setTimeout(
-      () => {
-        asked = null;
-        readDoubts(links).catch(() => undefined); // the session is over, which its stream tells
-      },
-      links === before ? ASKED_EVERY_MS : 0,
-    );
-    before = links;
+    if (watched.value === null) [doubtFile.value, followed.value] = [null, []];
+    if (openLinks.value !== null && epochs.value.length > 0) read();
   });
 }

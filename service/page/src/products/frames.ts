@@ -4,7 +4,8 @@ import { calculate } from "../api/jobs";
 import type { FrameFacts, FramesAnswer, LayerLink, Place } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf, floatsOf } from "../geo/rasters";
-import { type Anchor, anchorBody, antennaBody, coverBody, type Mission, type Orbits } from "../mission/mission";
+import { isHeard, sightBody } from "../mission/hearing";
+import { type Anchor, antennaBody, type Mission, type Orbits, radioBody } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import type { AirColumns } from "./air";
@@ -56,7 +57,7 @@ export function placeAt(anchor: Anchor, timeS: number): Place {
 }
 
 /** Places so close together that a height above the ground follows the ground between them, as drones do. */
-function trackBody(anchor: Anchor, lastsS: number, cellM: number): Record<string, unknown> {
+function trackBody(anchor: Anchor, lastsS: number, cellM: number, heard: boolean): Record<string, unknown> {
   const points = flightOf(anchor);
   const last = points[points.length - 1] as (typeof points)[number];
   const everyS = Math.max(cellM / anchor.flies_m_per_s, last.time_s / MOST_LEGS);
@@ -69,7 +70,7 @@ function trackBody(anchor: Anchor, lastsS: number, cellM: number): Record<string
     });
   });
   if (last.time_s < lastsS) all.push({ ...last, time_s: lastsS });
-  return { ...antennaBody(anchor), points: all.map((point) => ({ ...point, [anchor.height_from]: anchor.height_m })) };
+  return { ...antennaBody(anchor), ...(heard ? radioBody(anchor) : {}), points: all.map((point) => ({ ...point, [anchor.height_from]: anchor.height_m })) };
 }
 
 function satellitesBody({ begins_at, orbits }: Mission["times"]): Record<string, unknown> {
@@ -78,16 +79,21 @@ function satellitesBody({ begins_at, orbits }: Mission["times"]): Record<string,
   return { satellites: { [orbits.what]: orbits.text, time: begins_at, reference_date: begins_at.slice(0, 10) } };
 }
 
+/** Whether the frames are of usable signals: nobody knows that of satellites, and with these they are of what is in sight. */
+export function areFramesHeard(now: Mission): boolean {
+  return isHeard(now) && now.times.orbits === null;
+}
+
 function question(): Record<string, unknown> {
-  const { anchors, buildings, positioning, rover, times, ceiling_above_ground_m } = mission.value;
+  const { anchors, positioning, rover, times, ceiling_above_ground_m } = mission.value;
   const here = ground.value;
   if (!here) throw new Error(words.chooseGround);
   if (anchors.length === 0 && times.orbits === null) throw new Error(words.nothingToRangeTo);
+  const heard = areFramesHeard(mission.value);
   return {
     dem_id: here.dem.id,
-    ...coverBody(buildings),
-    anchors: anchors.filter((one) => !flies(one)).map(anchorBody),
-    tracks: anchors.filter(flies).map((one) => trackBody(one, times.lasts_s, here.dem.cell_east_m)),
+    ...sightBody(mission.value, { anchors: anchors.filter((one) => !flies(one)), heard }),
+    tracks: anchors.filter(flies).map((one) => trackBody(one, times.lasts_s, here.dem.cell_east_m, heard)),
     ...satellitesBody(times),
     kind: positioning.kind,
     measure: positioning.measure,

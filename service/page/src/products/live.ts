@@ -3,7 +3,8 @@ import { computed, signal } from "@preact/signals";
 import { closeDetector, type Detector, type DetectorLinks, type Epoch, listDetectors, openDetector, readLog, sendEpochs, watchDetector } from "../api/detectors";
 import type { Place } from "../api/types";
 import { heightAt } from "../geo/grid";
-import { type Anchor, coverBody } from "../mission/mission";
+import { isHeard } from "../mission/hearing";
+import { type Anchor, coverBody, radioBody } from "../mission/mission";
 import { ground, mission, notice, refuse, setBusy } from "../state";
 import { words } from "../words";
 import { fixNeeds } from "./dark";
@@ -13,6 +14,8 @@ import { thinned } from "./placement";
 export const sessions = signal<readonly Detector[]>([]);
 /** What is watched: a session, or a log by its name. */
 export const watched = signal<{ readonly name: string; readonly detector: Detector | null } | null>(null);
+/** Of the session that is watched, while its stream is open: then it may be asked for more. */
+export const openLinks = signal<DetectorLinks | null>(null);
 export const epochs = signal<readonly Epoch[]>([]);
 /** Number of the epoch that is looked at; null: the newest, whatever comes. */
 export const lookedAt = signal<number | null>(null);
@@ -30,6 +33,8 @@ export interface Sighted {
   readonly reason: string;
   /** Probability of sight that the map foretold, 0..1; null without a map. */
   readonly foretold: number | null;
+  /** The same of enough of its radio's signal; null where nobody looks at that. */
+  readonly usable: number | null;
 }
 
 /** The anchors of the epoch that the mission knows, each with what was measured and what was foretold. */
@@ -38,8 +43,8 @@ export const sighted = computed<readonly Sighted[]>(() => {
   if (!now) return [];
   return now.verdicts.flatMap(({ anchor_id, sight, range_m, excess_m, reason }) => {
     const anchor = mission.value.anchors.find(({ id }) => id === anchor_id);
-    const foretold = now.predicted?.find((one) => one.anchor_id === anchor_id)?.p_sight ?? null;
-    return anchor ? [{ anchor, sight, rangeM: range_m, excessM: excess_m, reason, foretold }] : [];
+    const one = now.predicted?.find((other) => other.anchor_id === anchor_id);
+    return anchor ? [{ anchor, sight, rangeM: range_m, excessM: excess_m, reason, foretold: one?.p_sight ?? null, usable: one?.p_usable ?? null }] : [];
   });
 });
 
@@ -78,14 +83,15 @@ function driveBody(): Record<string, unknown> {
 
 function question(name: string): Record<string, unknown> {
   const here = ground.peek();
-  const { anchors, buildings, rover } = mission.peek();
+  const { anchors, buildings, rover, trees } = mission.peek();
+  const heard = isHeard(mission.peek());
   if (!here) throw new Error(words.chooseGround);
   if (anchors.length === 0) throw new Error(words.placeAnchors);
-  const placed = anchors.map((anchor) => ({ id: anchor.id, east_m: anchor.east_m, north_m: anchor.north_m, altitude_m: altitudeOf(anchor) }));
+  const placed = anchors.map((anchor) => ({ id: anchor.id, east_m: anchor.east_m, north_m: anchor.north_m, altitude_m: altitudeOf(anchor), ...(heard ? radioBody(anchor) : {}) }));
   const lost = placed.find(({ altitude_m }) => Number.isNaN(altitude_m));
   if (lost) throw new Error(words.noAltitude(lost.id));
   const range_sigma_m = Math.max(...anchors.map((anchor) => anchor.ranging_sigma_m));
-  return { ...driveBody(), name, anchors: placed, dem_id: here.dem.id, ...coverBody(buildings), antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
+  return { ...driveBody(), name, anchors: placed, dem_id: here.dem.id, ...coverBody(buildings, heard ? trees : null), antenna_above_ground_m: rover.receiver_above_ground_m, settings: { range_sigma_m } };
 }
 
 export async function refreshSessions(): Promise<void> {
@@ -102,20 +108,23 @@ export async function openSession(): Promise<void> {
 export function watch(detector: Detector): void {
   leave();
   watched.value = { name: detector.name ?? detector.id, detector };
-  stop = watchDetector(
-    detector.links,
-    (told) => {
-      if (told.rejection === null) epochs.value = [...epochs.value, told].slice(-MOST_EPOCHS);
+  stop = watchDetector(detector.links, {
+    open: () => (openLinks.value = detector.links),
+    told: (epoch) => {
+      if (epoch.rejection === null) epochs.value = [...epochs.value, epoch].slice(-MOST_EPOCHS);
     },
-    (why) => refuse("live", why),
-  );
+    over: (why) => {
+      openLinks.value = null;
+      refuse("live", why);
+    },
+  });
 }
 
 /** Listen no more; the session itself goes on. */
 export function leave(): void {
   stop?.();
   stop = null;
-  [watched.value, epochs.value, lookedAt.value] = [null, [], null];
+  [openLinks.value, watched.value, epochs.value, lookedAt.value] = [null, null, [], null];
 }
 
 /** A range log judged by a session of its own, from its first epoch to its last; what else that knows is read before it is closed. */

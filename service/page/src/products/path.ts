@@ -4,7 +4,8 @@ import { ask } from "../api/http";
 import { calculate, layer } from "../api/jobs";
 import type { LayerLink, PathAnswer, Place, Relaxation } from "../api/types";
 import { css, limitSteps, SLOPE_STEPS, countColour, stepColour } from "../map/palettes";
-import { anchorBody, coverBody, type Mission, type Positioning, type Ring } from "../mission/mission";
+import { isHeard, sightBody } from "../mission/hearing";
+import type { Mission, Positioning, Ring } from "../mission/mission";
 import { change, ground, mission, setBusy } from "../state";
 import { words } from "../words";
 import { tableOf } from "../mission/tables";
@@ -25,6 +26,8 @@ export type Strip = (typeof STRIPS)[number];
 
 export interface PlannedPath {
   readonly key: string;
+  /** Whether it is of usable signals, not of what is in sight. */
+  readonly heard: boolean;
   readonly answer: PathAnswer;
   readonly vertices: readonly Vertex[];
   readonly downloads: readonly LayerLink[];
@@ -50,7 +53,7 @@ interface PathLimits {
 
 /** What the service is asked about a mission's path. */
 export function pathQuestion(now: Mission): Record<string, unknown> & { readonly limits: PathLimits } {
-  const { anchors, route, rover, positioning } = now;
+  const { route, rover, positioning } = now;
   if (!ground.value) throw new Error(words.chooseGround);
   if (!route.start) throw new Error(words.noStart);
   if (!route.goal) throw new Error(words.noGoal);
@@ -64,13 +67,12 @@ export function pathQuestion(now: Mission): Record<string, unknown> & { readonly
   };
   return {
     dem_id: ground.value.dem.id,
-    ...coverBody(now.buildings),
+    ...sightBody(now),
     start: route.start,
     goals: [route.goal],
     way_points: route.way_points,
     no_go: route.no_go.map(polygon),
     keep_in: route.keep_in.map(polygon),
-    anchors: anchors.map(anchorBody),
     rover,
     limits,
     mode: "fast",
@@ -93,6 +95,7 @@ export function isPathCurrent(): boolean {
 
 export async function planPath(): Promise<void> {
   const body = pathQuestion(mission.value);
+  const heard = isHeard(mission.value);
   setBusy("path", null);
   stopping = new AbortController();
   try {
@@ -101,7 +104,7 @@ export async function planPath(): Promise<void> {
     const found = job.result.status === "found";
     const rows = found ? tableOf(await (await ask(layer(job, "path.csv"))).text()) : [];
     const vertices = rows.map(vertexOf);
-    planned.value = { key: JSON.stringify(body), answer: job.result, vertices, downloads: job.layers };
+    planned.value = { key: JSON.stringify(body), heard, answer: job.result, vertices, downloads: job.layers };
     pathLine.value = vertices;
     blockedAt.value = job.result.unreachable?.where ?? null;
   } finally {

@@ -5,15 +5,16 @@ import { calculate } from "../api/jobs";
 import type { Place, PlacedAnchor, PlacementAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf } from "../geo/rasters";
-import { type Anchor, anchorBody, coverBody, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
+import { isHeard, sightBody } from "../mission/hearing";
+import { type Anchor, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import { pathLine } from "./path";
 
 export const ghosts = signal<readonly PlacedAnchor[]>([]);
 export const placement = signal<PlacementAnswer | null>(null);
-/** How many anchors are in sight of each kept post with all that was found, of so many; 255 where there is no ground. */
-export const after = signal<{ readonly of: number; readonly count: Uint8Array } | null>(null);
+/** How many anchors are in sight of, or usable at, each kept post with all that was found, of so many; 255 where there is no ground. */
+export const after = signal<{ readonly of: number; readonly count: Uint8Array; readonly heard: boolean } | null>(null);
 const PLACES_ACROSS = 28;
 
 /** A lattice of some hundred places over the ground, unless the planner says how wide. */
@@ -28,16 +29,17 @@ interface Goal {
   readonly min_anchors: number;
 }
 
-/** So many more anchors than a mission has, for these targets. */
+/** So many more anchors than a mission has, for these targets; of usable signals they have the radio of the last. */
 export function placementBody(here: Ground, now: Mission, count: number, targets: Record<string, unknown>, goal: Goal): Record<string, unknown> {
   const { anchors, area, placing, positioning, rover, route, rules } = now;
+  const radio = isHeard(now) ? { radio: anchors.at(-1)?.radio } : {};
   const { kind, measure, dop_limit } = positioning;
   const places = { spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m] };
   return {
     dem_id: here.dem.id,
-    ...coverBody(now.buildings),
+    ...sightBody(now),
+    ...radio,
     count,
-    anchors: anchors.map(anchorBody),
     candidates: [{ ...places, ...(area ? { area: { ring: area } } : {}) }],
     targets: { receiver_above_ground_m: rover.receiver_above_ground_m, ...targets },
     goal: { ...goal, kind, measure, dop_limit },
@@ -62,7 +64,7 @@ export async function findMore(): Promise<void> {
     const job = await calculate<PlacementAnswer>("/placements", body, { progress: (share) => setBusy("placement", share) });
     const placed = job.result.placed.map((one, number) => ({ ...one, id: `P${number + 1}` }));
     const [, count] = await bytesOf(job, "count.tif", here);
-    after.value = { of: anchors.length + placed.length, count: count as Uint8Array };
+    after.value = { of: anchors.length + placed.length, count: count as Uint8Array, heard: "radio" in body };
     placement.value = { ...job.result, placed };
     ghosts.value = placed;
     void ask(job.links.self, { method: "DELETE" });

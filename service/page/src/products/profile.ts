@@ -19,6 +19,8 @@ export interface Profile {
 
 export const profile = signal<Profile | null>(null);
 export const markedPlace = signal<Place | null>(null);
+/** A pointer over the map is at the profile within this share of its length. */
+const NEAR = 0.05;
 const WAVELENGTH_M = 0.125;
 const WAIT_S = 5;
 
@@ -81,6 +83,16 @@ export function profileOfPath(): void {
     distanceM: line.map((vertex) => vertex.distance_m),
     curves: [{ name: words.ui.ground, heightM: line.map((vertex) => known(vertex.altitude_m)), what: "ground" }],
   };
+}
+
+/** How far along the profile the place nearest to a pointer lies, metres; null where none is near. */
+export function alongOf({ places, distanceM }: Pick<Profile, "places" | "distanceM">, pointer: Place): number | null {
+  let [nearest, leastM] = [-1, NEAR * (distanceM.at(-1) ?? 0)];
+  places.forEach((place, number) => {
+    const metres = Math.hypot(place.east_m - pointer.east_m, place.north_m - pointer.north_m);
+    if (metres <= leastM) [nearest, leastM] = [number, metres];
+  });
+  return distanceM[nearest] ?? null;
 }
 
 function between(from: Place, to: Place, share: number): Place {

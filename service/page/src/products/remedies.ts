@@ -4,7 +4,8 @@ import { ask, Refusal } from "../api/http";
 import { calculate, layer } from "../api/jobs";
 import type { PathAnswer, Place, PlacementAnswer, RepositioningAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
-import { type Anchor, anchorBody, coverBody, type Mission } from "../mission/mission";
+import { sightBody } from "../mission/hearing";
+import type { Anchor, Mission } from "../mission/mission";
 import { tableOf } from "../mission/tables";
 import { change, ground, mission, notice, setBusy } from "../state";
 import { distance } from "../units";
@@ -114,8 +115,7 @@ async function movedAnchors(here: Ground, now: Mission, path: readonly Place[]):
   const { kind, measure, dop_limit } = now.positioning;
   const body = {
     dem_id: here.dem.id,
-    ...coverBody(now.buildings),
-    anchors: now.anchors.map(anchorBody),
+    ...sightBody(now),
     movable,
     path,
     receiver_above_ground_m: now.rover.receiver_above_ground_m,

@@ -110,7 +110,7 @@ async function askFor(on: Ground, anchor: Anchor, level: number, coarse: boolean
 async function read(on: Ground, anchor: Anchor, level: number, key: string): Promise<Surface> {
   const found = await preview({
     dem_id: on.dem.id,
-    ...sightBody(mission.peek(), [anchor]),
+    ...sightBody(mission.peek(), { anchors: [anchor] }),
     receiver_above_ground_m: mission.peek().rover.receiver_above_ground_m,
     level,
     show: "needed_height",
