@@ -20,6 +20,7 @@ CHANGES: dict[str, dict[str, Any]] = {
     "DriveIn": {"path_m": [[WEST_M + 100.0, NORTH_M - 500.0], [WEST_M + 180.0, NORTH_M - 460.0]]},
     "FlightIn": {"start": {"east_m": 403000.0, "north_m": 3796000.0, "altitude_m": 1500.0}, "budget": BUDGET},
     "PathIn": {"budget": BUDGET},
+    "PlacementIn": {"time_limit_s": 3.0},
 }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from fastapi import APIRouter, Request, Response
 from fastapi import Path as InPath
 from fastapi.responses import FileResponse
+from pydantic import JsonValue
 
 from service.errors import NotFoundError
 from service.files.layer import COG
@@ -23,12 +24,13 @@ from ..meta import KNOWN, PART, Responses, problem_responses
 __all__ = ["add_layers", "add_tiles"]
 
 OCTETS = "application/octet-stream"
+BYTES: dict[str, JsonValue] = {"type": "string", "format": "binary"}
 Number = Annotated[int, InPath(ge=0, le=1_000_000)]
 ETAG = {"ETag": {"description": "Changes when the file does.", "schema": {"type": "string"}}}
 NUMBERS: Responses = {
     200: {
         "description": "The values.",
-        "content": {OCTETS: {"schema": {"type": "string", "format": "binary"}}},
+        "content": {OCTETS: {"schema": BYTES}},
         "headers": ETAG,
     },
     304: KNOWN,
@@ -43,8 +45,9 @@ def add_layers(router: APIRouter, product: Product, one: str, article: str) -> N
     responses: Responses = {
         200: {
             "description": "The file.",
+            # JSON is told as whatever JSON can be, all else as bytes
             "content": {
-                layer.media_type: {"schema": {"type": "string", "format": "binary"}} for layer in layers.values()
+                layer.media_type: {"schema": {} if "json" in layer.media_type else BYTES} for layer in layers.values()
             },
             "headers": ETAG,
         },

@@ -63,6 +63,14 @@ def test_every_operation_tells_what_its_problems_look_like(document: dict[str, A
             assert "/problems/" in answer["description"]
 
 
+def test_json_is_not_told_as_bytes(document: dict[str, Any]) -> None:
+    for path, method, operation in operations(document):
+        for status, answer in operation["responses"].items():
+            for media_type, content in answer.get("content", {}).items():
+                if "json" in media_type:
+                    assert content["schema"].get("type") != "string", (method, path, status, media_type)
+
+
 def test_requests_and_answers_come_with_examples(document: dict[str, Any]) -> None:
     schemas = document["components"]["schemas"]
     for name in (
