@@ -28,7 +28,7 @@ GROUPS = [
     (options.PositioningOptions, MorphingMapParameters, set()),
     (placing.TargetOptions, TargetsIn, set()),
     (placing.PlacementGoal, GoalIn, set()),
-    (placing.HoldingGoal, GoalIn, set()),
+    (placing.HoldingGoal, GoalIn, {"objective"}),  # a share, whatever a placement is for where nothing is said
     (placing.PlacementRules, RulesIn, set()),
     (placing.MoveRules, RulesIn, set()),
     (placing.LinkOptions, LinkIn, {"base"}),
