@@ -40,7 +40,7 @@ ASKED: dict[str, dict[str, Any]] = {
     "placement": {
         "count": 3,
         "candidates": [{"spacing_m": 150.0, "above_ground_m": [40.0]}],
-        "goal": {"min_anchors": 2},
+        "goal": {"objective": "coverage", "min_anchors": 2},
     },
     "repositioning": {
         "anchors": CREW,
