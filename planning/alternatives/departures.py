@@ -17,6 +17,7 @@ from planning.questions.problems import PathProblem
 __all__ = ["Departure", "Departures", "plan_departures"]
 
 MOST_DEPARTURES = 32
+LEAST_S = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +85,9 @@ def plan_departures(
     for departure_s in np.linspace(problem.departure_s, leave_by_s, count).tolist():
         if tried and ended():
             break
-        tried.append(_departure(replace(on_the_grid, departure_s=departure_s), arrive_by_s, stop))
+        left_s = max(problem.budget.seconds - (time.perf_counter() - begin_s), LEAST_S)
+        one = replace(on_the_grid, departure_s=departure_s, budget=replace(on_the_grid.budget, seconds=left_s))
+        tried.append(_departure(one, arrive_by_s, stop))
         if progress is not None:
             progress(len(tried) / count)
     good = [one for one in tried if one.in_time]

@@ -61,7 +61,7 @@ class Alternative:
 class Alternatives:
     """Ways beside the one that was found: as many as were asked for, or all that differ enough.
 
-    apart_m: two ways differ where a quarter of the later one is further than this from the earlier.
+    apart_m: a way differs where a quarter of it is further than this from every way before it.
     sentence: how many there are, and why not more. ended: the budget or a request ended the search for them.
     """
 
@@ -208,15 +208,12 @@ class _Search:
         return None
 
     def _apart(self, path: Path, others: Sequence[Path]) -> float:
-        """Share of a path's length that is away from each of the others, the least of them."""
+        """Share of a path's length that is away from all of the others."""
         piece_m = np.diff(path.distance_m)
         places = np.column_stack([path.east_m, path.north_m])
         middle = 0.5 * (places[:-1] + places[1:])
-        shares = []
-        for other in others:
-            tree = scipy.spatial.cKDTree(np.column_stack([other.east_m, other.north_m]))
-            shares.append(float(piece_m[tree.query(middle)[0] > self.apart_m].sum() / piece_m.sum()))
-        return min(shares)
+        tree = scipy.spatial.cKDTree(np.concatenate([np.column_stack([one.east_m, one.north_m]) for one in others]))
+        return float(piece_m[tree.query(middle)[0] > self.apart_m].sum() / piece_m.sum())
 
 
 def _posts(problem: PathProblem, path: Path) -> Floats:

@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from service.errors import RequestError
+from service.files.written import written_number
 
 from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
@@ -123,7 +124,7 @@ def _weights(texts: tuple[str, ...]) -> dict[str, float]:
         option, _, value = text.partition("=")
         name = option.strip().replace("-", "_")
         try:
-            found[name] = float(value)
+            found[name] = written_number(value)
         except ValueError as error:
             raise RequestError(f"--weight {text!r} is not of the form NAME=NUMBER.") from error
         if name not in names:
@@ -137,6 +138,8 @@ def _tables(answer: PathSummary) -> tuple[Table, ...]:
     facts = [("outcome", answer.status.replace("_", " ")), ("in words", answer.sentence)]
     if answer.departures:
         facts.append(("when to leave", answer.departures_sentence))
+    if answer.alternatives_sentence and not answer.alternatives:
+        facts.append(("other ways", answer.alternatives_sentence))
     totals, validation = answer.totals, answer.validation
     if totals is None or validation is None or answer.cost_split is None:
         return (facts_table(f"Path over {answer.dem.name}", facts), *_cuts(answer))

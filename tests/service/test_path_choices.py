@@ -1,6 +1,7 @@
 """Other ways and other times to leave, as the service and the command line tell of them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ from pydantic import ValidationError
 from planning.alternatives import alternatives_to, plan_departures
 from planning.paths import PathStatus, plan_path
 from service.products.paths.files import LAYERS
+from service.products.paths.picture import draw_path
 from service.products.paths.question import path_question, path_sources, path_tracks
 from service.products.paths.request import PathParameters
 from terrain import to_lon_lat
-from tests.service.small_maps import small_grid
+from tests.service.small_maps import WEST_M, small_grid
 from tests.service.small_paths import at, path_request, small_path
 
 TRACK = {
@@ -75,6 +77,31 @@ def test_of_a_window_the_cheapest_departure_is_taken():
     assert late.answer.status is PathStatus.UNDECIDED
     assert "does a path arrive by 1 s; the soonest arrives at" in late.answer.sentence
     assert not late.found
+
+
+def test_a_way_that_costs_less_but_comes_too_late_gives_way_to_that_of_the_departure(monkeypatch):
+    window = {"anchors": [], "tracks": [TRACK], "limits": {"in_sight_from": 1}, "leave_by_s": 600.0}
+    (soonest, *_) = [one for one in small_path(**window).answer.departures if one.taken]
+
+    def slower(problem, **watched):
+        outcome = plan_path(problem, **watched)
+        totals = replace(outcome.path.totals, time_s=outcome.path.totals.time_s + 9.0)
+        return replace(outcome, path=replace(outcome.path, cost=outcome.path.cost - 9.0, totals=totals))
+
+    monkeypatch.setattr("service.products.paths.calculate.plan_path", slower)
+    free = small_path(**window, arrive_by_s=soonest.arrival_s + 10.0).answer
+    bound = small_path(**window, arrive_by_s=soonest.arrival_s + 1.0).answer
+    assert free.cost == pytest.approx(soonest.cost - 9.0)
+    assert bound.cost == pytest.approx(soonest.cost)
+    assert soonest.departure_s + bound.totals.time_s <= soonest.arrival_s + 1.0
+
+
+def test_the_picture_has_moving_anchors_where_they_are_when_the_rover_leaves():
+    finished = small_path(anchors=[], tracks=[TRACK], limits={"in_sight_from": 1}, leave_by_s=1200.0)
+    (taken,) = [one for one in finished.answer.departures if one.taken]
+    assert taken.departure_s == 300.0
+    (label,) = [text for text in draw_path(finished).axes[0].texts if text.get_text() == "T"]
+    assert 1000.0 * label.xy[0] == pytest.approx(WEST_M + 550.0, abs=0.1)
 
 
 @pytest.mark.parametrize(

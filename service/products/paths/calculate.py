@@ -59,9 +59,8 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
     problem, lines = mapped.problem, mapped.lines
     planned = SHARE_OF_PLAN if asked.alternatives is None else SHARE_WITH_ALTERNATIVES
     outcome = plan_path(problem, progress=work.part(SHARE_OF_SIGHT_LINES, planned), stop=work.stop)
-    if when is not None and taken is None and outcome.status is PathStatus.FOUND:
-        outcome = replace(outcome, status=PathStatus.UNDECIDED, sentence=when.sentence, path=None, validation=None)
-        outcome = replace(outcome, reference_cost=math.nan, ratio=math.nan)
+    if when is not None:
+        outcome = _in_time(outcome, when, math.inf if asked.arrive_by_s is None else asked.arrive_by_s)
     others = None
     if asked.alternatives is not None:
         told = work.part(planned, SHARE_OF_PLAN)
@@ -101,6 +100,20 @@ def _departures(
     problem = path_question(grid, asked, path_sources(grid, asked), tracks=path_tracks(grid, asked))
     arrive_by_s = math.inf if asked.arrive_by_s is None else asked.arrive_by_s
     return plan_departures(problem, asked.leave_by_s, arrive_by_s=arrive_by_s, progress=progress, stop=stop)
+
+
+def _in_time(outcome: PathOutcome, when: Departures, arrive_by_s: float) -> PathOutcome:
+    """The outcome where it arrives in time; else that of the departure taken, which does, or that there is none."""
+    best, found = when.best, outcome.status is PathStatus.FOUND
+    if best is not None:
+        assert best.outcome is not None, "as every departure that arrives in time has one"
+        # a way that costs less may take longer
+        late = outcome.path is None or best.departure_s + outcome.path.totals.time_s > arrive_by_s
+        return best.outcome if late else outcome
+    if not found:
+        return outcome
+    outcome = replace(outcome, status=PathStatus.UNDECIDED, sentence=when.sentence, path=None, validation=None)
+    return replace(outcome, reference_cost=math.nan, ratio=math.nan)
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,10 +75,11 @@ def draw_path(finished: FinishedPath) -> Figure:
 def _moving(finished: FinishedPath) -> list[Anchor]:
     """Where the anchors on tracks are when the rover leaves; how high is of no account here, and may not be known."""
     asked, found = finished.parameters, []
+    left_s = next((one.departure_s for one in finished.answer.departures if one.taken), asked.departure_s)
     for track in asked.tracks:
         places_m = places_in_grid(finished.grid, track.points)
         times_s = [point.time_s for point in track.points]
-        east_m, north_m = (float(np.interp(asked.departure_s, times_s, column)) for column in places_m.T)
+        east_m, north_m = (float(np.interp(left_s, times_s, column)) for column in places_m.T)
         found.append(Anchor(track.id, east_m, north_m, 0.0))
     return found
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from planning import PathProblemError
 from planning.alternatives import plan_departures
-from planning.paths import PathLimits, PathProblem, PlanBudget, RoverModel
+from planning.paths import PathLimits, PathOutcome, PathProblem, PlanBudget, RoverModel, plan_path
 from planning.validation import validate_path
 from terrain import ElevationGrid
 from visibility import Anchor
@@ -54,6 +55,18 @@ def test_a_window_in_which_nobody_arrives_says_when_somebody_would() -> None:
     never = plan_departures(behind_a_ridge(), 200.0, count=2)
     assert never.best is None
     assert never.sentence.startswith("At none of 2 departures was a path found: ")
+
+
+def test_each_departure_has_what_those_before_left_of_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    left_s: list[float] = []
+
+    def noted(problem: PathProblem, stop: Callable[[], bool] | None) -> PathOutcome:
+        left_s.append(problem.budget.seconds)
+        return plan_path(problem, stop=stop)
+
+    monkeypatch.setattr("planning.alternatives.departures.plan_path", noted)
+    plan_departures(behind_a_ridge(), 800.0, count=3)
+    assert 60.0 >= left_s[0] > left_s[1] > left_s[2] > 0.0
 
 
 def test_windows_of_nothing_are_refused() -> None:

@@ -45,6 +45,8 @@ def test_other_ways_are_told_and_written(sightline, dem_file, tmp_path):
     assert f"Other ways: {told['alternatives_sentence'][:10]}" in printed
     assert told["alternatives"][0]["what"] in printed
     sightline(*words[:-4], "--alternatives", 9).refused("--alternatives: Input should be")
+    cut = ("plan", dem_file, "--start", place(START), "--goal", place(ACROSS), QUICK, "--alternatives", 2)
+    assert "Without a path there are no alternatives to it." in sightline(*cut).stdout
     sightline(*words[:-4], "--leave-by", 60).refused(
         "--leave-by goes with", "anchors that stand are the same at any time"
     )
@@ -176,6 +178,7 @@ def bad(tmp_path, name, text):
         ((*WEST, *ANCHORS, "--dop-limit", 0.01), "dilution"),
         ((*WEST, "--max-slope", 95), "--max-slope: Input should be less than or equal to 90"),
         ((*WEST, "--weight", "speed=3"), "--weight 'speed=3' is not one of length, climb, time, dop, out_of_sight"),
+        ((*WEST, "--weight", "climb=1_0"), "--weight 'climb=1_0' is not of the form NAME=NUMBER."),
         ((*WEST, "--weight", "climb"), "--weight 'climb' is not of the form NAME=NUMBER."),
         ((*WEST, "--no-go", "missing.geojson"), "The file 'missing.geojson' cannot be read"),
         ((*WEST, "--time", "2007-01-27T06:00:00Z"), "need --almanac FILE."),
