@@ -135,7 +135,10 @@ class MissionPlacing(StrictModel):
 
     count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(2, description="Number of anchors to find.")
     above_ground_m: NotNegativeMetres = Field(100.0, description="Height of theirs above the ground, metres.")
-    objective: Literal["coverage", "dop"] = Field("coverage", description="What they are for.")
+    objective: Literal["coverage", "dop", "mean_error"] = Field(
+        "coverage",
+        description="What they are for; mean_error = the position error of a rover that moves along the surface.",
+    )
     min_anchors: Count = Field(3, description="Number of anchors that are enough.")
     spacing_m: Positive | None = Field(None, description="Distance of places that are tried, metres; null = chosen.")
     where: Literal["area", "path"] = Field("area", description="Whether over the area or along the path.")

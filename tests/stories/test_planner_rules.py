@@ -99,6 +99,36 @@ def test_the_map_before_and_after_and_the_ceiling(page: Browser) -> None:
     assert shares(page)[0] == 0.0
 
 
+def test_places_for_the_least_error_are_those_of_who_names_no_objective(page: Browser, server: Server) -> None:
+    take(page, "valley")
+    place_anchors(page)
+    page.click("#mode-coverage")
+    page.choose(field(page, "Places every"), "500")
+    page.choose(field(page, "So that"), "mean_error")
+    page.click("#find-more")
+    page.until("document.querySelectorAll('#found .list li').length === 2")
+    told = page.text("#found p")
+    kept = mission(page)
+    names = ("id", "east_m", "north_m")
+    body = {
+        "dem_id": kept["ground"]["dem_id"],
+        "anchors": [
+            {**{name: one[name] for name in names}, one["height_from"]: one["height_m"]} for one in kept["anchors"]
+        ],
+        "candidates": [{"spacing_m": 500.0, "above_ground_m": [100.0]}],
+        "targets": {"receiver_above_ground_m": 1.5},
+        "goal": {"min_anchors": 3},
+        "count": 2,
+        "mode": "fast",
+    }
+    found = server.client.post("/placements", json=body, headers={"Prefer": "wait=60"}).json()["result"]
+    assert found["value_m"] < found["before_m"]
+    assert f"{found['before_m']:.2f} m before, {found['value_m']:.2f} m with all of them" in told
+    assert f"falls below {found['bound_m']:.2f} m" in told
+    least = [f"P{number} less by {one['marginal_m']:.2f} m" for number, one in enumerate(found["placed"], start=1)]
+    assert page.value("[...document.querySelectorAll('#found .list span')].map((one) => one.innerText)") == least
+
+
 def test_what_each_place_would_see_is_a_layer(page: Browser, server: Server) -> None:
     take(page, "valley")
     page.click("#mode-coverage")

@@ -43,7 +43,7 @@ export function degrees(value: number, digits = 6): string {
 
 export function figure(value: number | null | undefined, digits = 2): string {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
-  return Number.isFinite(value) ? value.toFixed(digits) : "no fix";
+  return Number.isFinite(value) ? fixed(value, digits) : "no fix";
 }
 
 export function duration(seconds: number): string {

@@ -110,6 +110,9 @@ export interface PlacementAnswer extends Summary {
   readonly before_share?: number;
   readonly value_share?: number;
   readonly bound_share?: number;
+  readonly before_m?: number;
+  readonly value_m?: number;
+  readonly bound_m?: number;
 }
 
 export interface RepositioningAnswer extends Summary {

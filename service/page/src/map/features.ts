@@ -51,7 +51,7 @@ export function vectorLayers(): VectorLayer[] {
   effect(drawPath);
   effect(drawGhosts);
   effect(drawSight);
-  return [new VectorLayer({ source: built, zIndex: 8, style: buildingStyle() }), area, path, lines, new VectorLayer({ source: flights, zIndex: 21 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
+  return [new VectorLayer({ source: built, zIndex: 8, style: buildingStyle() }), area, path, lines, new VectorLayer({ source: flights, zIndex: 19 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
 }
 
 function drawBuildings(): void {

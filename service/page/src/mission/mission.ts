@@ -87,7 +87,7 @@ export interface Route {
 export interface Placing {
   readonly count: number;
   readonly above_ground_m: number;
-  readonly objective: "coverage" | "dop";
+  readonly objective: "coverage" | "dop" | "mean_error";
   readonly min_anchors: number;
   readonly spacing_m: number | null;
   readonly where: "area" | "path";

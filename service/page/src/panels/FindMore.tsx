@@ -1,9 +1,10 @@
 // More anchors: how many, by which rules, what each place would see, and those that were found, to be taken one by one.
+import type { PlacedAnchor, PlacementAnswer } from "../api/types";
 import { isHeard } from "../mission/hearing";
 import { acceptGhost, dismissGhosts, findMore, ghosts, placement, spacingOf } from "../products/placement";
 import { areSitesCurrent, askForSites, sites } from "../products/sites";
 import { attempt, busy, change, ground, mission, overlay, tool } from "../state";
-import { percent } from "../units";
+import { length, percent } from "../units";
 import { words } from "../words";
 import { Arriving, Group, LengthField, NumberField, Select } from "./fields";
 
@@ -41,8 +42,7 @@ export function FindMore() {
       {found && (
         <Arriving id="found" of={found}>
           <p>
-            <strong>{ui.placed(found.placed.length)}.</strong> {found.goal}.{" "}
-            {ui.worth(percent(found.before_share), percent(found.value_share), percent(found.bound_share))}
+            <strong>{ui.placed(found.placed.length)}:</strong> {found.goal}. {worth(found)}
           </p>
           <div class="row" role="group" aria-label={ui.beforeAfter}>
             {(["count", "after"] as const).map((name) => (
@@ -55,7 +55,7 @@ export function FindMore() {
             {ghosts.value.map((ghost) => (
               <li key={ghost.id}>
                 <span>
-                  <strong>{ghost.id}</strong> {ui.adds(percent(ghost.marginal_share))}
+                  <strong>{ghost.id}</strong> {gain(ghost)}
                 </span>
                 <button type="button" class="small" aria-label={`${ui.take} ${ghost.id}`} onClick={() => acceptGhost(ghost.id)}>
                   {ui.take}
@@ -75,6 +75,16 @@ export function FindMore() {
       )}
     </Group>
   );
+}
+
+/** What a choice of places is worth: a share that grows, or an error that gets less. */
+function worth({ before_share, value_share, bound_share, before_m, value_m, bound_m }: PlacementAnswer): string {
+  if (value_m === undefined) return ui.worth(percent(before_share), percent(value_share), percent(bound_share));
+  return ui.worthM(length(before_m, 2), length(value_m, 2), length(bound_m, 2));
+}
+
+function gain({ marginal_share, marginal_m }: PlacedAnchor): string {
+  return marginal_m === undefined ? ui.adds(percent(marginal_share)) : ui.lessens(length(marginal_m, 2));
 }
 
 /** What is drawn on the map, and the ceilings. */

@@ -66,7 +66,7 @@ export function Layers() {
         ))}
       </div>
       <Check label={ui.contours} value={contourM.value > 0} onValue={(on) => (contourM.value = on ? roundContourM() : 0)} />
-      <Slider label={ui.opacity} told={percent(opacity.value)} value={opacity.value} min={0} max={1} step={0.05} onMove={(value) => (opacity.value = value)} />
+      <Slider label={ui.opacity} told={`${Math.round(100 * opacity.value)} %`} value={opacity.value} min={0} max={1} step={0.05} onMove={(value) => (opacity.value = value)} />
       {now && legend.value.told && <LegendTable now={legend.value.told} />}
     </section>
   );

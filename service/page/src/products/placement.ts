@@ -6,7 +6,7 @@ import type { Place, PlacedAnchor, PlacementAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf } from "../geo/rasters";
 import { isHeard, sightBody } from "../mission/hearing";
-import { type Anchor, type Mission, newAnchor, nextId, type Ring, type Rules } from "../mission/mission";
+import { type Anchor, type Mission, newAnchor, nextId, type Placing, type Ring, type Rules } from "../mission/mission";
 import { change, ground, mission, overlay, setBusy } from "../state";
 import { words } from "../words";
 import { pathLine } from "./path";
@@ -24,16 +24,15 @@ export function spacingOf(here: Ground, asked: number | null): number {
   return Math.max(east - west, north - south) / PLACES_ACROSS;
 }
 
-interface Goal {
-  readonly objective: "coverage" | "dop";
-  readonly min_anchors: number;
-}
+type Goal = Pick<Placing, "objective" | "min_anchors">;
 
 /** So many more anchors than a mission has, for these targets; of usable signals they have the radio of the last. */
 export function placementBody(here: Ground, now: Mission, count: number, targets: Record<string, unknown>, goal: Goal): Record<string, unknown> {
   const { anchors, area, placing, positioning, rover, route, rules } = now;
   const radio = isHeard(now) ? { radio: anchors.at(-1)?.radio } : {};
   const { kind, measure, dop_limit } = positioning;
+  // a rover on the ground moves along the surface, where there is one dilution
+  const wanted = goal.objective === "mean_error" ? { on_surface: true } : { measure };
   const places = { spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m] };
   return {
     dem_id: here.dem.id,
@@ -42,7 +41,7 @@ export function placementBody(here: Ground, now: Mission, count: number, targets
     count,
     candidates: [{ ...places, ...(area ? { area: { ring: area } } : {}) }],
     targets: { receiver_above_ground_m: rover.receiver_above_ground_m, ...targets },
-    goal: { ...goal, kind, measure, dop_limit },
+    goal: { ...goal, kind, dop_limit, ...wanted },
     rules: rulesBody(rules, route.no_go),
     mode: "fast",
     time_limit_s: 30,
