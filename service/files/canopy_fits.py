@@ -24,6 +24,8 @@ __all__ = ["CanopyFitOut", "fit_of_log"]
 
 Reals = npt.NDArray[np.float64]
 L1_HZ = 1575.42e6
+HEARD = ("loss_db", "cn0_dbhz", "cn0_open_dbhz", "power_dbm")
+PLACES = ("east_m", "north_m", "lon_deg", "lat_deg", "above_ground_m", "altitude_m")
 
 
 class CanopyFitOut(BaseModel):
@@ -70,12 +72,16 @@ def fit_of_log(
     Raises RequestError, CoverError, AnchorError, FrameError, VisibilityInputError.
     """
     heard, frequency_hz = _heard(log, grid, anchors, crowns_m, receiver_above_ground_m)
-    low = ~(heard.elevation_rad >= math.radians(min_elevation_deg))
-    if not log.has("power_dbm"):
+    told = (*_unread(log, grid), *_told(grid, crowns_m))
+    if not _is_of_powers(log):
+        low = ~(heard.elevation_rad >= math.radians(min_elevation_deg))
+        lower = int((low & np.isfinite(heard.elevation_rad)).sum())
+        if lower:
+            told = (f"Of satellites lower than {min_elevation_deg:g}° losses count as not known: {lower}.", *told)
         heard = _without(heard, low)
     rings = tuple(math.radians(edge) for edge in rings_deg)
     fit = fit_canopy(heard, log.source if (log.source != "").any() else None, rings_rad=rings, sectors=sectors)
-    return _answer(fit, heard, frequency_hz, _as_asked(fit, grid, crowns_m, rings_deg), _told(grid, crowns_m))
+    return _answer(fit, heard, frequency_hz, _as_asked(fit, grid, crowns_m, rings_deg), told)
 
 
 def _heard(
@@ -86,7 +92,7 @@ def _heard(
     receiver_m: float,
 ) -> tuple[HeardThrough, float]:
     """(losses and ways, the frequency that was heard)."""
-    if log.has("power_dbm") and not log.has("loss_db"):
+    if _is_of_powers(log):
         return _of_powers(log, grid, anchors, receiver_m)
     loss_db = log.column("loss_db") if log.has("loss_db") else log.column("cn0_open_dbhz") - log.column("cn0_dbhz")
     elevation = np.radians(log.column("elevation_deg"))
@@ -97,9 +103,25 @@ def _heard(
     base_m, top_m = crowns_m
     thick_m = 1.0 if top_m is None else top_m - max(base_m, receiver_m)
     if not thick_m > 0.0:
-        raise RequestError(f"Crowns up to {top_m:g} m over the ground are not above a receiver at {receiver_m:g} m.")
+        raise RequestError(
+            f"Crowns from {base_m:g} to {top_m:g} m over the ground are not above a receiver at {receiver_m:g} m."
+        )
     up = np.where(elevation > 0.0, np.sin(elevation), np.nan)
     return HeardThrough(loss_db, thick_m / up, azimuth, elevation), L1_HZ
+
+
+def _is_of_powers(log: CanopyLog) -> bool:
+    return log.has("power_dbm") and not log.has("loss_db")
+
+
+def _unread(log: CanopyLog, grid: ElevationGrid | None) -> tuple[str, ...]:
+    """What the log has and nothing is taken from, in words."""
+    taken = ("loss_db",) if log.has("loss_db") else ("power_dbm",) if log.has("power_dbm") else HEARD[1:3]
+    beside = [name for name in HEARD if log.has(name) and name not in taken]
+    places = [name for name in PLACES if log.has(name)] if grid is None else []
+    found = [f"beside {taken[0]} {', '.join(beside)}"] if beside else []
+    found += [f"without a DEM {', '.join(places)}"] if places else []
+    return (f"Columns of the log that are not used: {'; '.join(found)}.",) if found else ()
 
 
 def _of_powers(

@@ -195,7 +195,7 @@ def check_columns(table: CsvTable, what: str, known: Collection[str], needed: Co
     strange = [column for column in columns if column not in known]
     missing = [column for column in needed if column not in columns]
     if strange or missing or not columns:
-        wrong = f"the unknown column {strange[0]!r}" if strange else "no header"
+        wrong = f"the unknown column {strange[0][:40]!r}" if strange else "no header"
         wrong = f"no column {missing[0]!r}" if missing and not strange else wrong
         raise RequestError(
             f"The {what} {table.name} has {wrong}; its first line names columns out of {', '.join(known)}."

@@ -90,8 +90,8 @@ class CandidateOptions:
         wanted = {name: number for name, number in spread.items() if number is not None}
         for name, number in wanted.items():
             if not self.height:
-                typed = "--spacing" if name == "spacing_m" else "--best-sites"
-                raise RequestError(f"{typed} needs at least one --height, such as 120agl or 900msl.")
+                typed, such = ("--spacing", "120agl or 900msl") if name == "spacing_m" else ("--best-sites", "120agl")
+                raise RequestError(f"{typed} needs at least one --height, such as {such}.")
             areas = [None] if self.where is None else polygon_fields(self.where)
             found += [{name: number, **_heights(self.height), "area": area} for area in areas]
         if not wanted and (self.height or self.where is not None):

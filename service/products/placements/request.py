@@ -75,7 +75,7 @@ class CandidatesIn(InADatum):
         if self.places is not None and self.area is not None:
             raise ValueError("An area goes with spacing_m or best_sites, not with places.")
         if self.best_sites is not None and self.altitude_m:
-            raise ValueError("best_sites stand above the ground: give above_ground_m, not altitude_m.")
+            raise ValueError("best_sites stand so far above the ground, not at an altitude: give above_ground_m.")
         if not self.above_ground_m and not self.altitude_m:
             raise ValueError("Candidates need at least one height, in above_ground_m or altitude_m.")
         return self

@@ -243,8 +243,8 @@ def test_the_posts_that_see_most_may_be_the_candidates(sightline, dem_file):
     told = sightline(*words, "--json").told()
     assert 2 <= told["candidates"]["left"] <= 6
     assert [round(one["above_ground_m"], 3) for one in told["placed"]] == [40.0, 40.0]
-    sightline(*words[:-1], "400msl").refused("stand above the ground")
-    sightline(*words[:6]).refused("--best-sites needs at least one --height")
+    sightline(*words[:-1], "400msl").refused("not at an altitude: give its height above ground (80agl).")
+    sightline(*words[:6]).refused("--best-sites needs at least one --height, such as 120agl.")
 
 
 def test_who_names_no_objective_asks_where_a_rover_on_the_ground_is(sightline, dem_file):

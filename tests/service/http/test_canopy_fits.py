@@ -88,6 +88,16 @@ def test_powers_at_places_tell_the_density_of_trees_on_a_dem(server: Server, tmp
     assert_problem(others, 422, "request", "heard D1, not among the anchors")
 
 
+def test_what_of_a_log_is_not_used_is_told(server: Server, tmp_path: Path) -> None:
+    names = "elevation_deg,loss_db,power_dbm,lon_deg,lat_deg"
+    values = [(5.0 + 10.0 * n, 3.0, -90.0, 11.0, 46.0) for n in range(5)]
+    told = fitted(server, log=log_of(rows(tmp_path / "log.csv", names, values)), cover=EVEN, min_elevation_deg=20.0)
+    assert told["count"] == 3
+    assert "Of satellites lower than 20° losses count as not known: 2." in told["warnings"]
+    unread = "Columns of the log that are not used: beside loss_db power_dbm; without a DEM lon_deg, lat_deg."
+    assert unread in told["warnings"]
+
+
 @pytest.mark.skipif(not DAVOS.is_dir(), reason="the log of Davos lies in ../shared/data")
 def test_davos_is_fitted_by_direction_out_of_its_netcdf(server: Server) -> None:
     stations = {"below": "Dav1_Grnd", "above": "Dav2_Twr"}
