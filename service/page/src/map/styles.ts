@@ -45,6 +45,7 @@ const PINS: Readonly<Record<string, { readonly colour: string; readonly points: 
   rover: { colour: "#1b1b1b", points: 32 },
 };
 
+/** Places have their name below them, anchors above: both are read where one is at the other. */
 export function pinStyle(what: string, text: string): Style {
   const { colour, points } = PINS[what] ?? { colour: INK, points: 32 };
   const stroke = new Stroke({ color: PAPER, width: 2.5 });
@@ -52,7 +53,7 @@ export function pinStyle(what: string, text: string): Style {
     what === "blocked"
       ? new RegularShape({ points: 4, radius: 12, radius2: 3, angle: Math.PI / 4, fill: new Fill({ color: colour }), stroke })
       : new RegularShape({ points, radius: 8, fill: new Fill({ color: colour }), stroke });
-  return new Style({ image, ...(text ? { text: label(text, -18) } : {}) });
+  return new Style({ image, ...(text ? { text: label(text, 19) } : {}) });
 }
 
 const AREAS: Readonly<Record<string, { readonly stroke: string; readonly fill: string; readonly dash?: number[] }>> = {
