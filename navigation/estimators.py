@@ -107,7 +107,7 @@ class ConstantVelocityEstimator:
 
     def __init__(self, anchors: Sequence[RangingAnchor], settings: DetectorSettings) -> None:
         if settings.dimension != 3:
-            raise StateError("The filter at constant velocity works in three dimensions; leave dimension at 3.")
+            raise StateError("A filter that goes along works in three dimensions; leave dimension at 3.")
         self._settings = settings
         self._anchors = {anchor.id: anchor for anchor in anchors}
         level, upright = settings.acceleration_m_per_s2**2, settings.vertical_acceleration_m_per_s2**2

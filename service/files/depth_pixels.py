@@ -123,7 +123,9 @@ def _image(path: Path) -> npt.NDArray[Any]:
     except OSError as error:
         raise RequestError(f"{path} cannot be read: {error.strerror or error}.") from error
     if values.ndim != 2 or values.dtype.kind not in "uif":
-        raise RequestError(f"{path.name} must hold one number a pixel, rows by columns, not {values.shape}.")
+        raise RequestError(
+            f"{path.name} must hold one number a pixel, rows by columns, not {values.shape} of {values.dtype.name}."
+        )
     return values
 
 

@@ -123,6 +123,8 @@ def navigate(
     if asked is None:
         if not logs:
             raise RequestError(f"Missing argument 'LOG': {LOG}")
+        if map.dem is None and (map.ask_the_map is not None or map.dem_sigma_m is not None or map.curvature != "auto"):
+            raise RequestError("--ask-the-map, --without-the-map, --dem-sigma and --curvature go with --dem.")
         placed = anchors.part(range_sigma)
         rows = _rows(logs, form, [str(one["id"]) for one in placed])
         warnings = rows.told

@@ -25,7 +25,7 @@ from service.parts.positioning_answers import PlacedAnchor, placed_anchors
 from service.parts.sentences import told_as_asked
 from service.products import UNWATCHED, Work
 from service.products.in_common import QUANTILES
-from terrain import ElevationGrid
+from terrain import ElevationGrid, height_at
 from visibility import Anchor
 
 from .request import NavigationParameters, drive_of
@@ -168,7 +168,8 @@ def calculate_navigation(
     filtered = track.filtered
     hidden = None if drive.sight is None else int(np.count_nonzero(drive.sight < settings.least_sight))
     of_ground = (*grid.provenance.warnings, *notes_on_cover(grid), *area.sentences())
-    warnings = (*of_ground, *mission_warnings("navigation", grid), *told, *drive.warnings)
+    off = _off_the_map(grid, drive.place_m[rows]) if parameters.ask_the_map else ()
+    warnings = (*of_ground, *mission_warnings("navigation", grid), *told, *drive.warnings, *off)
     answer = NavigationSummary(
         readings=len(track.imu.times_s),
         places=len(rows),
@@ -194,6 +195,14 @@ def calculate_navigation(
     work.progress(1.0)
     fixes_m = np.empty((0, 3)) if log.fixes is None else log.fixes.positions_m
     return FinishedNavigation(area.box, anchors, parameters, answer, drive, rows, fixes_m)
+
+
+def _off_the_map(grid: ElevationGrid, places_m: Array) -> tuple[str, ...]:
+    """Where a map that knows something was asked and does not reach, in words."""
+    off = int(np.isnan(height_at(grid, places_m[:, 0], places_m[:, 1])).sum())
+    if not off or np.isnan(grid.heights_m).all():
+        return ()
+    return (f"{off} of {len(places_m)} places lie off the DEM or on its unknown ground: it tells nothing there.",)
 
 
 def _told(times_s: Array, interval_s: float) -> npt.NDArray[np.intp]:

@@ -122,3 +122,13 @@ def test_observations_that_make_no_drive_are_refused_in_a_sentence(heard, sightl
     sightline(*words, "--orbits", heard / "absent.nav").refused("absent.nav")
     sightline(*words, "--orbits", heard / "rover.obs").refused("no RINEX navigation file")
     sightline(*words, "--orbits", heard / "made.nav", "--zero-gps", 5.0).refused("s from the observations")
+
+
+def test_a_map_that_the_drive_is_not_on_is_told_and_options_of_a_map_need_one(heard, dem_file, sightline):
+    words = ["navigate", heard / "imu.csv", "--observations", heard / "rover.obs", "--orbits", heard / "made.nav"]
+    off = "31 of 31 places lie off the DEM or on its unknown ground: it tells nothing there."
+    assert off in sightline(*words, "--dem", dem_file, "--json").told()["warnings"]
+    assert off not in sightline(*words, "--dem", dem_file, "--without-the-map", "--json").told()["warnings"]
+    assert off not in sightline(*words, "--json").told()["warnings"]
+    for more in (["--ask-the-map"], ["--without-the-map"], ["--dem-sigma", 5.0], ["--curvature", "flat"]):
+        sightline(*words, *more).refused("--dem-sigma and --curvature go with --dem.")
