@@ -72,6 +72,9 @@ def unchanged(file: KnownFile, *, since: str, then: str) -> Iterator[None]:
     except DemReadError:
         _check_unchanged(file, since=since, then=then)
         raise
+    except OSError as error:
+        _check_unchanged(file, since=since, then=then)
+        raise DemReadError(f"{file.name} cannot be read: {error.strerror or error}.") from error
     _check_unchanged(file, since=since, then=then)
 
 

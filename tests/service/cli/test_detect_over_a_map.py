@@ -141,8 +141,9 @@ def test_a_filter_that_goes_along_writes_its_places_and_bubbles(sightline, log, 
     assert 0.0 < float(last["sigma_m"]) < float(last["bubble_m"])
 
 
-def test_a_filter_in_the_plane_is_one_sentence(sightline, log):
-    told = sightline("detect", log, *ANCHORS, "--dimension", "2", "--estimator", "constant_velocity")
+def test_a_filter_in_the_plane_is_one_sentence(sightline, log, tmp_path):
+    asked = ["--dimension", "2", "--estimator", "constant_velocity", "--out", tmp_path / "out"]
+    told = sightline("detect", log, *ANCHORS, *asked)
     assert told.code == 2
     assert "three dimensions" in told.stderr
 
