@@ -92,7 +92,9 @@ def plan_departures(
             progress(len(tried) / count)
     good = [one for one in tried if one.in_time]
     best = min(good, key=_cost, default=None)
-    return Departures(tuple(tried), best, _sentence(tried, best, arrive_by_s), len(tried) < count)
+    early = len(tried) < count
+    sentence = _sentence(tried, best, arrive_by_s) + (" The search ended before more were tried." if early else "")
+    return Departures(tuple(tried), best, sentence, early)
 
 
 def _departure(problem: PathProblem, arrive_by_s: float, stop: Callable[[], bool] | None) -> Departure:
@@ -114,15 +116,11 @@ def _cost(departure: Departure) -> float:
 
 
 def _sentence(tried: list[Departure], best: Departure | None, arrive_by_s: float) -> str:
+    tries = f"{len(tried)} departure{'' if len(tried) == 1 else 's'}"
+    late = [one.arrival_s for one in tried if math.isfinite(one.arrival_s) and not one.in_time]
     if best is not None:
-        return (
-            f"Of {len(tried)} departures the one at {best.departure_s:g} s costs least; it arrives at "
-            f"{best.arrival_s:,.0f} s."
-        )
-    late = [one.arrival_s for one in tried if math.isfinite(one.arrival_s)]
+        least = f"costs least of those that arrive by {arrive_by_s:g} s" if late else "costs least"
+        return f"Of {tries} the one at {best.departure_s:g} s {least}; it arrives at {best.arrival_s:,.0f} s."
     if late:
-        return (
-            f"At none of {len(tried)} departures does a path arrive by {arrive_by_s:g} s; the soonest arrives at "
-            f"{min(late):,.0f} s."
-        )
-    return f"At none of {len(tried)} departures was a path found: {tried[-1].why}"
+        return f"At none of {tries} does a path arrive by {arrive_by_s:g} s; the soonest arrives at {min(late):,.0f} s."
+    return f"At none of {tries} was a path found: {tried[-1].why}"

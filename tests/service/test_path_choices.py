@@ -16,6 +16,7 @@ from service.products.paths.request import PathParameters
 from terrain import to_lon_lat
 from tests.service.small_maps import WEST_M, small_grid
 from tests.service.small_paths import at, path_request, small_path
+from visibility import VisibilityInputError
 
 TRACK = {
     "id": "T",
@@ -73,6 +74,10 @@ def test_of_a_window_the_cheapest_departure_is_taken():
     assert [one.taken for one in told.departures] == [one is expected.best for one in expected.tried]
     assert told.cost == min(one.cost for one in told.departures if one.cost is not None)
     assert told.departures_sentence == expected.sentence
+    in_time = small_path(**window, arrive_by_s=700.0).answer.departures_sentence
+    assert in_time == "Of 5 departures the one at 0 s costs least of those that arrive by 700 s; it arrives at 602 s."
+    with pytest.raises(VisibilityInputError, match="runs from 0 s to 5000 s, so nothing is known of it at 5001 s"):
+        small_path(**window | {"leave_by_s": 5001.0})
     late = small_path(**window, arrive_by_s=1.0)
     assert late.answer.status is PathStatus.UNDECIDED
     assert "does a path arrive by 1 s; the soonest arrives at" in late.answer.sentence

@@ -40,8 +40,13 @@ def path_sources(grid: ElevationGrid, asked: PathParameters) -> RangingSources:
 
 
 def path_tracks(grid: ElevationGrid, asked: PathParameters) -> tuple[AnchorTrack, ...]:
-    """The anchors that move. Raises AnchorError, FrameError, VisibilityInputError."""
-    return tuple(track_of(grid, track, heard=asked.usable) for track in asked.tracks)
+    """The anchors that move, each known when the rover leaves. Raises AnchorError, FrameError, VisibilityInputError."""
+    tracks = tuple(track_of(grid, track, heard=asked.usable) for track in asked.tracks)
+    for track in tracks:
+        for leaves_s in (asked.departure_s, asked.leave_by_s):
+            if leaves_s is not None:
+                track.at(leaves_s)
+    return tracks
 
 
 def path_question(
@@ -141,7 +146,5 @@ def check_path_request(grid: ElevationGrid, asked: PathParameters) -> int:
         path_question(grid, asked, RangingSources(()))
         return len(asked.morphing_map.anchors)
     sources, tracks = path_sources(grid, asked), path_tracks(grid, asked)
-    for track in tracks:
-        track.at(asked.departure_s)
     path_question(grid, asked, sources, tracks=tracks)
     return len(sources.all) + len(tracks)

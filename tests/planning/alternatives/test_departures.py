@@ -67,6 +67,10 @@ def test_each_departure_has_what_those_before_left_of_the_budget(monkeypatch: py
     monkeypatch.setattr("planning.alternatives.departures.plan_path", noted)
     plan_departures(behind_a_ridge(), 800.0, count=3)
     assert 60.0 >= left_s[0] > left_s[1] > left_s[2] > 0.0
+    ended = plan_departures(behind_a_ridge(), 800.0, stop=lambda: True)
+    assert (len(ended.tried), ended.ended) == (1, True)
+    assert ended.sentence.startswith("At none of 1 departure was a path found: ")
+    assert ended.sentence.endswith(" The search ended before more were tried.")
 
 
 def test_windows_of_nothing_are_refused() -> None:
