@@ -163,12 +163,13 @@ def _fields_of(name: str, number: int, shape: GeoJsonShape) -> dict[str, object]
 
 def _csv_rows(path: Path) -> list[tuple[str, object]]:
     table = read_csv_table(path, ANCHORS, comments_within=False)
-    named = {column: XYZ.get(column.casefold(), column.casefold()) for column in table.columns}
+    columns = tuple(XYZ.get(column.casefold(), column.casefold()) for column in table.columns)
+    named = dict(zip(table.columns, columns, strict=True))
     if taken := [column for column in table.columns if column.casefold() in XYZ]:
         print(
             f"{path.name}: {', '.join(taken)} are taken for {', '.join(named[one] for one in taken)}.", file=sys.stderr
         )
-    check_columns(replace(table, columns=tuple(named.values())), ANCHORS, (*COLUMNS, *OF_MISSIONS), needed=("id",))
+    check_columns(replace(table, columns=columns), ANCHORS, (*COLUMNS, *OF_MISSIONS), needed=("id",))
     numbers = Numbers(table.delimiter)
     found: list[tuple[str, object]] = []
     for where, cells in table.lines:

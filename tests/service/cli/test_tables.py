@@ -63,6 +63,7 @@ def test_paths_and_tracks_are_read_in_the_same_way(tmp_path):
         ("id;east_m;north_m;altitude_m\nD1;1.234,5;2;3\n", "'1.234,5', not a number"),
         ('id,east_m,north_m,altitude_m\nD1,"1,234",2,3\n', "'1,234', not a number"),
         ("id;east_m;north_m;altitude_m;east_m\n", "the column 'east_m' twice"),
+        ("id;x;north_m;altitude_m;east_m\n", "the column 'east_m' twice"),
         ("id;east_m\nD1;1;2\n", "line 2: more cells than columns"),
         ("# a\nid;east_m\n\nD1;1;2\n", "line 4: more cells than columns"),
     ],
