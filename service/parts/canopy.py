@@ -124,9 +124,18 @@ def foliage_in(grid: ElevationGrid, asked: CanopyIn, max_cells: int) -> Foliage:
         top_m = np.full(grid.shape, asked.top_m, np.float32)
         low_m = base_m if asked.bases is None else np.minimum(base_m, top_m)
         canopy = Canopy(grid, top_m, np.asarray(low_m, np.float32))
+    trees = canopy.top_m > 0.0
+    if asked.bases is not None:
+        over = int(np.count_nonzero(trees & (np.asarray(base_m) > canopy.top_m)))
+        if over:
+            crownless = f"At {over} of {int(trees.sum())} posts with trees crowns would begin above their tops"
+            told = (*told, f"{crownless}: no crowns there.")
     if asked.densities is not None:
         density, of_density = raster_over(grid, _raster(grid, asked.densities, max_cells), "canopy density")
         told = (*told, *of_density)
+        unknown = int(np.count_nonzero(trees & np.isnan(density)))
+        if unknown:
+            told = (*told, f"At {unknown} of {int(trees.sum())} posts with trees their density is unknown.")
     canopy = replace(canopy, density_per_m=density, notes=(*canopy.notes, *told))
     sky = None if asked.sky is None else asked.sky.depths()
     return Foliage(canopy, asked.model, asked.depth_per_m, asked.season, sky)

@@ -121,6 +121,16 @@ def test_crown_bases_and_densities_come_as_rasters_too(server: Server, ground: d
     assert (trees["depth_per_m"], trees["by_direction"]) == (None, False)
     told = [one for one in result["warnings"] if "resampled" in one]
     assert told == ["The crown base's posts are 90 by 60 m apart; it was resampled to the DEM's."]
+    west = np.arange(COLS)[None, :] < 2
+    high = crowns(tmp_path, np.where(west, 30.0, 3.0) * np.ones((ROWS, 1)), "EPSG:32611", here)
+    partly = crowns(tmp_path, np.where(west, np.nan, 0.05) * np.ones((ROWS, 1)), "EPSG:32611", here)
+    answer = posted(server, MAP, ground, cover={"canopy": {**canopy, "bases": high, "densities": partly}})
+    told = answer.json()["result"]["warnings"]
+    number = f"At {2 * ROWS} of {ROWS * COLS} posts with trees"
+    assert {
+        f"{number} crowns would begin above their tops: no crowns there.",
+        f"{number} their density is unknown.",
+    } < {*told}
     both = posted(server, MAP, ground, cover={"canopy": {**canopy, "base_m": 2.0}})
     assert_problem(both, 422, "validation", "begin at base_m or at the heights of bases; give one")
     other = posted(server, MAP, ground, cover={"canopy": {**canopy, "model": "weissberger"}})
