@@ -76,14 +76,15 @@ def alternatives_to(
     outcome: PathOutcome,
     count: int,
     *,
+    within_s: float = math.inf,
     progress: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Alternatives:
     """Up to ``count`` ways that differ from a plan's path and from each other, each passed by the validator.
 
     First those that are after one thing alone (length, sight, a sure position), then those that avoid what is known.
-    The time that the plan took counts to the budget's seconds. progress: called with the finished share 0..1.
-    Raises PathProblemError, NoCoverageError, AnchorError.
+    within_s: none that takes longer. The time that the plan took counts to the budget's seconds. progress: called
+    with the finished share 0..1. Raises PathProblemError, NoCoverageError, AnchorError.
     """
     if not 1 <= count <= MOST_ALTERNATIVES:
         raise PathProblemError(f"Alternatives are 1 to {MOST_ALTERNATIVES} ways, not {count}.")
@@ -97,7 +98,7 @@ def alternatives_to(
         over = time.perf_counter() - begin_s > problem.budget.seconds
         return over or (stop is not None and stop())
 
-    search = _Search(problem, outcome, outcome.path, ended)
+    search = _Search(problem, outcome, outcome.path, within_s, ended)
     found = search.found(count, progress or _nobody)
     return Alternatives(found, search.apart_m, _sentence(len(found), count, ended()), ended())
 
@@ -109,8 +110,10 @@ def _nobody(_: float) -> None:
 class _Search:
     """What is known while alternatives to one path are looked for."""
 
-    def __init__(self, problem: PathProblem, outcome: PathOutcome, first: Path, ended: Callable[[], bool]) -> None:
-        self._problem, self._first, self._ended = problem, first, ended
+    def __init__(
+        self, problem: PathProblem, outcome: PathOutcome, first: Path, within_s: float, ended: Callable[[], bool]
+    ) -> None:
+        self._problem, self._first, self._within_s, self._ended = problem, first, within_s, ended
         # so that dilutions are known wherever any of the fields may ask for them
         wide = replace(
             problem, weights=replace(problem.weights, position_error=max(problem.weights.position_error, 1.0))
@@ -135,7 +138,7 @@ class _Search:
             if self._ended():
                 return False
             judged = self._judged(field)
-            if judged is None:
+            if judged is None or judged[0].totals.time_s > self._within_s:
                 return False
             apart = self._apart(judged[0], [self._first, *(one.path for one in kept)])
             if apart >= LEAST_APART:

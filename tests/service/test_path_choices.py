@@ -101,6 +101,17 @@ def test_a_way_that_costs_less_but_comes_too_late_gives_way_to_that_of_the_depar
     assert soonest.departure_s + bound.totals.time_s <= soonest.arrival_s + 1.0
 
 
+def test_other_ways_arrive_in_time_too():
+    window = {"anchors": [], "tracks": [TRACK], "limits": {"in_sight_from": 1}, "leave_by_s": 600.0, "alternatives": 1}
+    free = small_path(**window).answer
+    (taken,) = [one for one in free.departures if one.taken]
+    (other,) = free.alternatives
+    assert other.totals.time_s > free.totals.time_s + 2.0
+    bound = small_path(**window, arrive_by_s=taken.departure_s + other.totals.time_s - 1.0).answer
+    assert bound.status is PathStatus.FOUND
+    assert all(one.totals.time_s < other.totals.time_s - 1.0 for one in bound.alternatives)
+
+
 def test_the_picture_has_moving_anchors_where_they_are_when_the_rover_leaves():
     finished = small_path(anchors=[], tracks=[TRACK], limits={"in_sight_from": 1}, leave_by_s=1200.0)
     (taken,) = [one for one in finished.answer.departures if one.taken]

@@ -64,7 +64,8 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
     others = None
     if asked.alternatives is not None:
         told = work.part(planned, SHARE_OF_PLAN)
-        others = alternatives_to(problem, outcome, asked.alternatives, progress=told, stop=work.stop)
+        within_s = math.inf if asked.arrive_by_s is None else asked.arrive_by_s - problem.departure_s
+        others = alternatives_to(problem, outcome, asked.alternatives, within_s=within_s, progress=told, stop=work.stop)
     dop, count = np.full(grid.shape, np.nan, np.float32), np.zeros(grid.shape, np.uint16)
     if lines is not None:
         limits = problem.limits
