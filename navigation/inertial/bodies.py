@@ -61,7 +61,7 @@ class TangentFrame:
 
     def __post_init__(self) -> None:
         if not abs(self.latitude_rad) <= math.pi / 2.0 or not math.isfinite(self.longitude_rad + self.altitude_m):
-            raise StateError("The frame's origin must be finite, its latitude between -π/2 and π/2.")
+            raise StateError("The frame's origin must be finite, and its latitude within ±90°.")
 
     def from_geodetic_m(
         self, latitude_rad: npt.ArrayLike, longitude_rad: npt.ArrayLike, altitude_m: npt.ArrayLike

@@ -81,6 +81,7 @@ def test_readings_in_the_epochs_of_a_stream_are_taken_and_told_where_nothing_tak
         (["--settings", "SETTINGS"], "--imu-log, --settings and --lat go with --estimator inertial."),
         (["--estimator", "inertial"], "is inertial readings"),
         (["--estimator", "inertial", "--imu-log", "LATER"], "No inertial reading is of the time of the ranges"),
+        (["--estimator", "inertial", "--imu-log", "FELT", "--lat", 95], "and its latitude within ±90°."),
     ],
 )
 def test_what_does_not_fit_is_one_sentence(sightline, tables, tmp_path, words, sentence):
@@ -88,7 +89,7 @@ def test_what_does_not_fit_is_one_sentence(sightline, tables, tmp_path, words, s
     later = tmp_path / "later.csv"
     head, *rows = felt.read_text().splitlines()
     later.write_text("\n".join([head, *(f"9{row}" for row in rows)]))
-    given = [{"SETTINGS": settings, "LATER": later}.get(word, word) for word in words]
+    given = [{"SETTINGS": settings, "LATER": later, "FELT": felt}.get(word, word) for word in words]
     told = sightline("detect", ranges, *PLACED, *given, "--out", tmp_path / "out")
     assert told.code == 2
     assert sentence in " ".join(told.stderr.split())
