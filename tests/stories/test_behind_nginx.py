@@ -78,9 +78,17 @@ def client_of(port: int, address: str = "127.0.0.1") -> httpx.Client:
     return httpx.Client(base_url=url, headers={"Host": NAME}, transport=transport, timeout=120.0, trust_env=False)
 
 
-def access_lines(server: Server) -> list[dict[str, Any]]:
-    told = [json.loads(line) for line in server.said]
-    return [line for line in told if line["logger"] == "sightline.access"]
+def access_line(server: Server, request_id: str) -> dict[str, Any]:
+    """What the log says of a request, which it does once the answer is sent."""
+    deadline_s = time.monotonic() + 30.0
+    while True:
+        told = [json.loads(line) for line in server.said]
+        mine = [line for line in told if line["logger"] == "sightline.access" and line["request_id"] == request_id]
+        if mine:
+            (line,) = mine
+            return line
+        assert time.monotonic() < deadline_s, f"no line of request {request_id}"
+        time.sleep(0.05)
 
 
 def test_a_map_is_asked_and_downloaded_through_the_proxy(behind: tuple[Server, int]) -> None:
@@ -106,9 +114,8 @@ def test_the_log_has_the_client_and_the_id_of_the_proxy(behind: tuple[Server, in
     with client_of(port, "127.0.0.9") as client:
         forged = {"X-Forwarded-For": "203.0.113.7", "X-Request-Id": "mine"}
         told = client.get("/dems", headers=forged).headers["X-Request-Id"]
-    (line,) = [line for line in access_lines(server) if line["request_id"] == told]
     assert told != "mine"
-    assert line["client"] == "127.0.0.9"
+    assert access_line(server, told)["client"] == "127.0.0.9"
 
 
 def test_who_is_no_proxy_is_not_believed(behind: tuple[Server, int]) -> None:
@@ -116,8 +123,7 @@ def test_who_is_no_proxy_is_not_believed(behind: tuple[Server, int]) -> None:
     transport = httpx.HTTPTransport(local_address="127.0.0.8")
     with httpx.Client(base_url=server.url, transport=transport, trust_env=False) as client:
         told = client.get("/dems", headers={"X-Forwarded-For": "203.0.113.7"}).headers["X-Request-Id"]
-    (line,) = [line for line in access_lines(server) if line["request_id"] == told]
-    assert line["client"] == "127.0.0.8"
+    assert access_line(server, told)["client"] == "127.0.0.8"
 
 
 def test_browsers_speak_http_2_with_it(behind: tuple[Server, int]) -> None:
