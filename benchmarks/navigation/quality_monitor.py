@@ -11,7 +11,7 @@ import numpy.typing as npt
 from benchmarks.report import Row, Table
 from benchmarks.timing import best_of_each_s
 from gnss.differential import read_observations, read_orbits, sent_by
-from navigation.monitor import EpochVerdict, Use, judge_epochs, phase_changes, phase_rows, predict_protection
+from navigation.monitor import EpochVerdict, Use, judge_epochs, phase_differences, phase_rows, predict_protection
 
 __all__ = ["monitor_speed", "real_phases", "steps_found"]
 
@@ -77,7 +77,7 @@ def real_phases() -> Table:
     phases_m[observed.epoch, column] = observed.phase_cycles[:, 0] * L1_M + sent.clock_m
     slipped[observed.epoch, column] = observed.slip[:, 0] & 1 == 1
     satellites_m[observed.epoch, column] = sent.position_ecef_m
-    changes_m, units = phase_changes(phases_m, satellites_m, place_m)
+    changes_m, units = phase_differences(phases_m, satellites_m, place_m)
     heard = np.isfinite(changes_m) & ~slipped[1:]
     rows, right = phase_rows(units), np.where(heard, changes_m, 0.0)
     sigmas_m = np.where(heard, SIGMA_M, np.inf)

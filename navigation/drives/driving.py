@@ -65,7 +65,8 @@ def navigate_drive(
     imu = imu_of(log, settings, float(np.linalg.norm(frame.gravity_m_per_s2())))
     measured, passed = drive_measurements(log, imu, settings, foreseen or Foreseen())
     if not len(measured):
-        raise MeasurementError("Nothing in the log corrects the inertial readings: no fix, range or speed within them.")
+        nothing = "Nothing in the log corrects the inertial readings: no fix, range or speed within them."
+        raise MeasurementError(" ".join((nothing, *passed)))
     begun = beginnings(log, imu, settings, frame)
 
     def gone(start: InertialStart, smoother: bool) -> InertialTrack:

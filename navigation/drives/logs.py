@@ -186,9 +186,8 @@ def drive_measurements(
         lists["ground"] = foreseen.heights
     if log.satellites is not None:
         told_of = satellite_measurements(log.satellites, imu, settings, foreseen.sky)
-        lists["pseudorange"], lists["phase"], outside = told_of
-        if outside:
-            warnings.append(f"Not used, for they lie outside of the inertial readings: {outside} (of satellites).")
+        lists["pseudorange"], lists["phase"], of_sky = told_of
+        warnings.extend(of_sky)
     within = []
     for name, one in lists.items():
         inside = (one.times_s >= imu.times_s[0]) & (one.times_s <= imu.times_s[-1])

@@ -60,19 +60,30 @@ class FirstHeard:
 
 def satellite_measurements(
     heard: Satellites, imu: ImuLog, settings: DriveSettings, sight: Array | None
-) -> tuple[Measurements, Measurements, int]:
-    """(pseudoranges, changes of phase, how many epochs lie outside of the readings); sight: (n,) as a map foretells.
+) -> tuple[Measurements, Measurements, tuple[str, ...]]:
+    """(pseudoranges, changes of phase, what was passed over, in sentences); sight: (n,) as a map foretells.
 
     Of phases an epoch for each reading at most is taken. Raises MeasurementError.
     """
     times = numbers("times_s", heard.times_s, np.shape(heard.times_s))
     inside = (times >= imu.times_s[0]) & (times <= imu.times_s[-1])
-    outside = len(np.unique(times[~inside]))
+    told = []
+    if not inside.all():
+        outside = len(np.unique(times[~inside]))
+        told.append(f"Not used, for they lie outside of the inertial readings: {outside} (of satellites).")
     places = positions("positions_m", heard.positions_m)
     away = places - heard.place_m
     rise = away[:, 2] / np.linalg.norm(away, axis=1)
     seen = np.ones(len(times)) if sight is None else np.where(np.isnan(sight), 1.0, sight)
-    kept = inside & (rise >= math.sin(settings.least_elevation_rad)) & (seen >= settings.least_sight)
+    high, visible = rise >= math.sin(settings.least_elevation_rad), seen >= settings.least_sight
+    kept = inside & high & visible
+    if inside.any() and not kept.any():
+        least_deg = math.degrees(settings.least_elevation_rad)
+        low, hidden = (int((inside & ~ok).sum()) for ok in (high, visible))
+        told.append(
+            f"Of {int(inside.sum())} measurements to satellites none was used: {low} are lower than the least "
+            f"elevation of {least_deg:g}°, {hidden} are hidden as the map tells."
+        )
     # the lower a satellite stands, the longer is the way through the air and the stronger what comes by detours
     weaker = 1.0 / np.maximum(rise, 1e-3)
     codes = pseudoranges(
@@ -83,7 +94,7 @@ def satellite_measurements(
         gate_sigma=settings.gate_sigma,
     )
     if not settings.phase_sigma_m > 0.0:
-        return codes, _no_phases(), outside
+        return codes, _no_phases(), tuple(told)
     epochs = np.unique(times[kept])
     steps = np.searchsorted(imu.times_s, epochs, side="left")
     one_each = epochs[np.diff(steps, prepend=-1) > 0]
@@ -97,7 +108,7 @@ def satellite_measurements(
         arcs=heard.arcs[kept],
         gate_sigma=settings.gate_sigma,
     )
-    return codes, phases, outside
+    return codes, phases, tuple(told)
 
 
 def _no_phases() -> Measurements:

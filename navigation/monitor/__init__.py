@@ -2,7 +2,7 @@
 
 from .chi_square import chi_square_limit
 from .parity import EpochVerdict, ParityEpochs, Use, judge_epochs, whiten
-from .phases import difference_covariance, phase_changes, phase_rows, prediction_check
+from .phases import difference_covariance, phase_differences, phase_rows, prediction_check
 from .protection import ProtectionLevels, ProtectionRisk, predict_protection, protection_levels
 
 __all__ = [
@@ -14,7 +14,7 @@ __all__ = [
     "chi_square_limit",
     "difference_covariance",
     "judge_epochs",
-    "phase_changes",
+    "phase_differences",
     "phase_rows",
     "predict_protection",
     "prediction_check",

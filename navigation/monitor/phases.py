@@ -10,12 +10,12 @@ import numpy.typing as npt
 from ..errors import MeasurementError
 from ..inputs import check_covariance, numbers
 
-__all__ = ["difference_covariance", "phase_changes", "phase_rows", "prediction_check"]
+__all__ = ["difference_covariance", "phase_differences", "phase_rows", "prediction_check"]
 
 Array = npt.NDArray[np.float64]
 
 
-def phase_changes(
+def phase_differences(
     phases_m: npt.ArrayLike,
     satellites_m: npt.ArrayLike,
     receivers_m: npt.ArrayLike,

@@ -77,7 +77,7 @@ def map_frame(grid: ElevationGrid, origin_m: npt.ArrayLike, latitude_deg: float 
         latitude = math.radians(MIDDLE_LATITUDE_DEG if latitude_deg is None else latitude_deg)
         return MapFrame(grid, TangentFrame(latitude, altitude_m=float(origin[2])), origin, 0.0, warnings)
     if latitude_deg is not None:
-        raise StateError("lat_deg is of a DEM without CRS; this one has one.")
+        raise StateError("lat_deg is for a DEM without CRS; this one has one.")
     name = body_of(grid.crs).name
     if name not in BODIES:
         raise StateError(f"Gravity is known of {', '.join(BODIES)}, not of {name}.")

@@ -104,7 +104,7 @@ def test_files_that_are_none_are_refused_before_anything_is_calculated():
     whole = drive_by_satellites(ZERO_GPS_S)["satellites"]
     cut = "\n".join(whole["observations"].splitlines()[:-2])
     for satellites, sentence in (
-        ({**whole, "observations": cut}, r"the observations: .* truncated"),
+        ({**whole, "observations": cut}, r"the observation file: .* truncated"),
         ({**whole, "observations": "lat,lon\n1,2\n"}, "no RINEX observation file"),
         ({**whole, "orbits": [whole["orbits"][0][:-200]]}, "the orbit file: its last record has"),
         ({**whole, "orbits": [whole["orbits"][0], "#cP2016\n"]}, r"orbits\[1\] does not end with EOF"),

@@ -126,6 +126,10 @@ def navigate(
         if map.dem is None and (map.ask_the_map is not None or map.dem_sigma_m is not None or map.curvature != "auto"):
             raise RequestError("--ask-the-map, --without-the-map, --dem-sigma and --curvature go with --dem.")
         placed = anchors.part(range_sigma)
+        if range_sigma is not None and not placed:
+            raise RequestError("--range-sigma goes with --anchor or --anchors.")
+        if anchors.lonlat and not anchors.anchor and area.area is None and area.around is None:
+            raise RequestError("--lonlat goes with --anchor, --area or --around.")
         rows = _rows(logs, form, [str(one["id"]) for one in placed])
         warnings = rows.told
         options = told(map)

@@ -23,7 +23,7 @@ __all__ = ["ReceiverIn", "satellites_of"]
 
 Array = npt.NDArray[np.float64]
 MOST_CHARACTERS, MOST_FILES = 50_000_000, 8
-OBSERVATIONS = "the observations"
+OBSERVATIONS = "the observation file"
 WEEK_S = 604_800.0
 UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from navigation import MeasurementError, StateError
-from navigation.monitor import difference_covariance, phase_changes, phase_rows, prediction_check
+from navigation.monitor import difference_covariance, phase_differences, phase_rows, prediction_check
 
 SATELLITES_M = 2.66e7 * np.array(
     [(0.3, 0.5, 0.81), (-0.7, 0.1, 0.707), (0.1, -0.8, 0.59), (0.9, 0.2, 0.39), (-0.4, -0.5, 0.77)]
@@ -21,7 +21,7 @@ def test_a_receivers_own_move_is_left_with_the_sign_that_a_numerical_derivative_
     satellites = np.stack([SATELLITES_M, SATELLITES_M + speeds])
     receivers = np.array([(10.0, 20.0, 6.371e6), (13.0, 18.0, 6.371e6 + 0.5)])
     clocks = np.array([100.0, 107.0])
-    changes, units = phase_changes(phases_m(receivers, satellites, clocks), satellites, receivers)
+    changes, units = phase_differences(phases_m(receivers, satellites, clocks), satellites, receivers)
     move = np.array([3.0, -2.0, 0.5, 7.0])
     np.testing.assert_allclose(changes[0], phase_rows(units)[0] @ move, atol=1e-5)
     step = 1e-2 * np.eye(3)
@@ -66,6 +66,6 @@ def test_what_is_not_measured_is_never_good():
 
 def test_bad_phases_and_covariances_are_refused():
     with pytest.raises(MeasurementError, match="two epochs"):
-        phase_changes(np.zeros((1, 5)), SATELLITES_M[None], np.zeros(3))
+        phase_differences(np.zeros((1, 5)), SATELLITES_M[None], np.zeros(3))
     with pytest.raises(StateError, match="not positive"):
         prediction_check([0.0], [[1.0, 0.0]], -np.eye(2), 1.0, differences=True)

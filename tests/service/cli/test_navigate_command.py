@@ -123,6 +123,10 @@ def test_observations_that_make_no_drive_are_refused_in_a_sentence(heard, sightl
     sightline(*words, "--orbits", heard / "rover.obs").refused("no RINEX navigation file")
     sightline(*words, "--orbits", heard / "made.nav", "--zero-gps", 5.0).refused("s from the observations")
 
+    (heard / "settings.json").write_text('{"least_elevation_deg": 89}')
+    words += ["--orbits", heard / "made.nav", "--settings", heard / "settings.json"]
+    sightline(*words).refused("lower than the least elevation of 89°, 0 are hidden")
+
 
 def test_a_map_that_the_drive_is_not_on_is_told_and_options_of_a_map_need_one(heard, dem_file, sightline):
     words = ["navigate", heard / "imu.csv", "--observations", heard / "rover.obs", "--orbits", heard / "made.nav"]
@@ -130,5 +134,7 @@ def test_a_map_that_the_drive_is_not_on_is_told_and_options_of_a_map_need_one(he
     assert off in sightline(*words, "--dem", dem_file, "--json").told()["warnings"]
     assert off not in sightline(*words, "--dem", dem_file, "--without-the-map", "--json").told()["warnings"]
     assert off not in sightline(*words, "--json").told()["warnings"]
+    sightline(*words, "--range-sigma", 0.2).refused("--range-sigma goes with --anchor or --anchors.")
+    sightline(*words, "--lonlat").refused("--lonlat goes with --anchor, --area or --around.")
     for more in (["--ask-the-map"], ["--without-the-map"], ["--dem-sigma", 5.0], ["--curvature", "flat"]):
         sightline(*words, *more).refused("--dem-sigma and --curvature go with --dem.")
